@@ -1,0 +1,7 @@
+//! The contract between a stage and the surface it works on: oracles, size fields, feature samples. No gate is known here.
+
+mod features;
+mod oracle;
+
+pub use features::{FeatureSample, Features};
+pub use oracle::{Foot, SurfaceOracle};

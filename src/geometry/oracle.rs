@@ -1,0 +1,35 @@
+//! What a stage may ask the surface.
+
+use glam::DVec3;
+
+/// A point on the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// The point.
+    pub point: DVec3,
+    /// Outward unit normal there, of the face the point lies on.
+    pub normal: DVec3,
+    /// The face the point lies on: an index into the mesh's face names.
+    pub face: u32,
+}
+
+/// The surface, as seen by stages that do not know where it came from.
+///
+/// On a sharp edge or corner several faces meet; the oracle then answers with one of them, always the same one for the
+/// same point. All answers are deterministic and may be asked for from many threads at once.
+pub trait SurfaceOracle: Sync {
+    /// A surface point near `p`, at most `reach` away: the foot of `p` on the face that is active near `p`, or the nearest
+    /// point of a sharp edge when that foot lies outside the face. `None` when nothing is found within `reach`.
+    ///
+    /// The foot is a local minimum of the distance; it is the global one where `p` is nearer to the surface than the
+    /// local feature size.
+    fn project(&self, p: DVec3, reach: f64) -> Option<Foot>;
+
+    /// The crossing of the line `p + t * direction`, `|t| <= reach`, with the surface that is nearest to `p`, found by
+    /// bracketing a change of side. `direction` must be a unit vector. `None` when there is no crossing within `reach`.
+    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot>;
+
+    /// Principal curvatures at a surface point, larger magnitude first; positive where the solid is convex.
+    /// `None` where the surface has none (on an edge) or the source cannot tell.
+    fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]>;
+}

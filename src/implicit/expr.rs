@@ -1,0 +1,250 @@
+//! Scalar formulas in `x`, `y`, `z`: the raw material of formula leaves.
+
+use std::ops;
+use std::sync::Arc;
+
+/// Operations of one argument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Unary {
+    /// `-a`
+    Neg,
+    /// `|a|`
+    Abs,
+    /// Square root; NaN below 0.
+    Sqrt,
+    /// `e^a`
+    Exp,
+    /// Natural logarithm; NaN below 0.
+    Log,
+    /// Sine, radians.
+    Sin,
+    /// Cosine, radians.
+    Cos,
+    /// Tangent, radians.
+    Tan,
+}
+
+/// Operations of two arguments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Binary {
+    /// `a + b`
+    Add,
+    /// `a - b`
+    Sub,
+    /// `a * b`
+    Mul,
+    /// `a / b`
+    Div,
+    /// `a ** b`
+    Pow,
+    /// The smaller one.
+    Min,
+    /// The larger one.
+    Max,
+    /// `atan2(a, b)`: angle of the point (b, a).
+    Atan2,
+    /// `sqrt(a*a + b*b)`
+    Hypot,
+}
+
+/// A node of a formula. Shared subformulas are shared nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExprNode {
+    /// A number.
+    Const(f64),
+    /// A coordinate: 0 for x, 1 for y, 2 for z.
+    Coordinate(u8),
+    /// An operation of one argument.
+    Unary(Unary, Expr),
+    /// An operation of two arguments.
+    Binary(Binary, Expr, Expr),
+    /// `if condition >= 0 { a } else { b }`
+    Select(Expr, Expr, Expr),
+}
+
+/// A formula in `x`, `y`, `z`. Cloning is cheap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expr(pub(crate) Arc<ExprNode>);
+
+impl Expr {
+    /// A number.
+    pub fn constant(value: f64) -> Self {
+        Expr(Arc::new(ExprNode::Const(value)))
+    }
+
+    /// The coordinate x.
+    pub fn x() -> Self {
+        Expr(Arc::new(ExprNode::Coordinate(0)))
+    }
+
+    /// The coordinate y.
+    pub fn y() -> Self {
+        Expr(Arc::new(ExprNode::Coordinate(1)))
+    }
+
+    /// The coordinate z.
+    pub fn z() -> Self {
+        Expr(Arc::new(ExprNode::Coordinate(2)))
+    }
+
+    /// The node at the root.
+    pub fn node(&self) -> &ExprNode {
+        &self.0
+    }
+
+    /// The value, if the formula is a plain number.
+    pub fn as_constant(&self) -> Option<f64> {
+        match *self.0 {
+            ExprNode::Const(c) => Some(c),
+            _ => None,
+        }
+    }
+
+    /// Applies `op`; numbers are folded.
+    pub fn unary(op: Unary, a: Expr) -> Self {
+        match a.as_constant() {
+            Some(a) => Expr::constant(op.apply(a)),
+            None => Expr(Arc::new(ExprNode::Unary(op, a))),
+        }
+    }
+
+    /// Applies `op`; numbers are folded.
+    pub fn binary(op: Binary, a: Expr, b: Expr) -> Self {
+        match (a.as_constant(), b.as_constant()) {
+            (Some(a), Some(b)) => Expr::constant(op.apply(a, b)),
+            _ => Expr(Arc::new(ExprNode::Binary(op, a, b))),
+        }
+    }
+
+    /// `if condition >= 0 { a } else { b }`
+    pub fn select(condition: Expr, a: Expr, b: Expr) -> Self {
+        match condition.as_constant() {
+            Some(c) if c >= 0.0 => a,
+            Some(_) => b,
+            None => Expr(Arc::new(ExprNode::Select(condition, a, b))),
+        }
+    }
+}
+
+impl Unary {
+    /// The operation on numbers.
+    pub fn apply(self, a: f64) -> f64 {
+        match self {
+            Unary::Neg => -a,
+            Unary::Abs => a.abs(),
+            Unary::Sqrt => a.sqrt(),
+            Unary::Exp => a.exp(),
+            Unary::Log => a.ln(),
+            Unary::Sin => a.sin(),
+            Unary::Cos => a.cos(),
+            Unary::Tan => a.tan(),
+        }
+    }
+}
+
+impl Binary {
+    /// The operation on numbers. `Min` and `Max` return NaN if either argument is NaN.
+    pub fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Binary::Add => a + b,
+            Binary::Sub => a - b,
+            Binary::Mul => a * b,
+            Binary::Div => a / b,
+            Binary::Pow => {
+                if b == 2.0 {
+                    a * a
+                } else if b.fract() == 0.0 && b.abs() <= 64.0 {
+                    a.powi(b as i32)
+                } else {
+                    a.powf(b)
+                }
+            }
+            Binary::Min => {
+                if a.is_nan() || a < b {
+                    a
+                } else {
+                    b
+                }
+            }
+            Binary::Max => {
+                if a.is_nan() || a > b {
+                    a
+                } else {
+                    b
+                }
+            }
+            Binary::Atan2 => a.atan2(b),
+            Binary::Hypot => a.hypot(b),
+        }
+    }
+}
+
+impl From<f64> for Expr {
+    fn from(value: f64) -> Self {
+        Expr::constant(value)
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $op:ident) => {
+        impl ops::$trait for Expr {
+            type Output = Expr;
+            fn $method(self, other: Expr) -> Expr {
+                Expr::binary(Binary::$op, self, other)
+            }
+        }
+        impl ops::$trait<f64> for Expr {
+            type Output = Expr;
+            fn $method(self, other: f64) -> Expr {
+                Expr::binary(Binary::$op, self, Expr::constant(other))
+            }
+        }
+    };
+}
+operator!(Add, add, Add);
+operator!(Sub, sub, Sub);
+operator!(Mul, mul, Mul);
+operator!(Div, div, Div);
+
+impl ops::Neg for Expr {
+    type Output = Expr;
+    fn neg(self) -> Expr {
+        Expr::unary(Unary::Neg, self)
+    }
+}
+
+/// Takes the tree apart without recursion: a formula may be millions of nodes deep.
+impl Drop for Expr {
+    fn drop(&mut self) {
+        fn children(node: &mut ExprNode, stack: &mut Vec<Expr>) {
+            let leaf = || Expr(LEAF.with(Arc::clone));
+            match node {
+                ExprNode::Const(_) | ExprNode::Coordinate(_) => {}
+                ExprNode::Unary(_, a) => stack.push(std::mem::replace(a, leaf())),
+                ExprNode::Binary(_, a, b) => {
+                    stack.push(std::mem::replace(a, leaf()));
+                    stack.push(std::mem::replace(b, leaf()));
+                }
+                ExprNode::Select(a, b, c) => {
+                    stack.push(std::mem::replace(a, leaf()));
+                    stack.push(std::mem::replace(b, leaf()));
+                    stack.push(std::mem::replace(c, leaf()));
+                }
+            }
+        }
+        thread_local! {
+            static LEAF: Arc<ExprNode> = Arc::new(ExprNode::Const(0.0));
+        }
+        let Some(node) = Arc::get_mut(&mut self.0) else { return };
+        if matches!(node, ExprNode::Const(_) | ExprNode::Coordinate(_)) {
+            return;
+        }
+        let mut stack = Vec::new();
+        children(node, &mut stack);
+        while let Some(mut e) = stack.pop() {
+            if let Some(node) = Arc::get_mut(&mut e.0) {
+                children(node, &mut stack);
+            }
+        }
+    }
+}

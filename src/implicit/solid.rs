@@ -1,0 +1,285 @@
+//! Solids as trees: primitives, set operations, placement, names. The tree is what a part file describes and what a
+//! program may build directly; lowering turns it into leaves and a tape.
+
+use std::ops;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::expr::Expr;
+use super::field::Field;
+
+/// The triply periodic minimal surfaces on offer, as sheets of finite thickness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Tpms {
+    /// sin x cos y + sin y cos z + sin z cos x
+    Gyroid,
+    /// cos x + cos y + cos z (Schwarz P)
+    SchwarzP,
+    /// Schwarz D: sin x sin y sin z + sin x cos y cos z + cos x sin y cos z + cos x cos y sin z
+    Diamond,
+}
+
+/// A primitive solid. Directions need not be unit vectors; lengths must be positive.
+#[derive(Debug, Clone)]
+pub enum Primitive {
+    /// Faces `xmin xmax ymin ymax zmin zmax`.
+    Box {
+        /// Smallest coordinates.
+        lo: DVec3,
+        /// Largest coordinates.
+        hi: DVec3,
+    },
+    /// One face.
+    Sphere {
+        /// Radius.
+        r: f64,
+        /// Center.
+        at: DVec3,
+    },
+    /// One face.
+    Ellipsoid {
+        /// The three half axes.
+        radii: DVec3,
+        /// Center.
+        at: DVec3,
+    },
+    /// Faces `side`, and with a height `bottom` and `top`.
+    Cylinder {
+        /// Radius.
+        r: f64,
+        /// Direction of the axis.
+        axis: DVec3,
+        /// Center.
+        at: DVec3,
+        /// Length along the axis; infinite if `None`.
+        height: Option<f64>,
+    },
+    /// A truncated cone centered at `at`: radius `r0` at the bottom, `r1` at the top (one may be 0). Faces `side bottom top`.
+    Cone {
+        /// Radius at the bottom.
+        r0: f64,
+        /// Radius at the top.
+        r1: f64,
+        /// Length along the axis.
+        height: f64,
+        /// Direction of the axis, from bottom to top.
+        axis: DVec3,
+        /// Center, halfway up.
+        at: DVec3,
+    },
+    /// One face.
+    Torus {
+        /// Radius of the center circle.
+        major: f64,
+        /// Radius of the tube.
+        minor: f64,
+        /// Direction of the axis.
+        axis: DVec3,
+        /// Center.
+        at: DVec3,
+    },
+    /// The side of a plane its normal points away from. One face.
+    HalfSpace {
+        /// Outward normal.
+        normal: DVec3,
+        /// A point on the plane.
+        at: DVec3,
+    },
+    /// |g(2 pi (p - at) / period)| period / 2 pi < thickness / 2. Faces `plus` and `minus`.
+    Tpms {
+        /// Which surface.
+        kind: Tpms,
+        /// Length of one period.
+        period: f64,
+        /// Thickness of the sheet, close to a length.
+        thickness: f64,
+        /// Origin of the pattern.
+        at: DVec3,
+    },
+    /// A polygon in the xy plane, extruded along z: from -height/2 to height/2 about `at`.
+    /// Faces `side0 side1 ...` in the polygon's order, `bottom`, `top`.
+    Extrude {
+        /// The polygon's corners in order, either orientation; must be simple.
+        polygon: Vec<[f64; 2]>,
+        /// Length along z.
+        height: f64,
+        /// Shift of the whole.
+        at: DVec3,
+    },
+    /// A polygon of points (radius, z), radius >= 0, turned about the z axis. Faces `side0 side1 ...`.
+    Revolve {
+        /// The polygon's corners in order, either orientation; must be simple.
+        polygon: Vec<[f64; 2]>,
+    },
+    /// Inside where the formula is positive. One face.
+    Formula(Expr),
+    /// Inside where the field is positive. One face.
+    Field(Arc<dyn Field>),
+}
+
+/// A similarity: `p -> scale * rotation * p + shift`. `rotation` is orthogonal and may reflect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Orthogonal matrix.
+    pub rotation: DMat3,
+    /// Positive factor.
+    pub scale: f64,
+    /// Translation, applied last.
+    pub shift: DVec3,
+}
+
+impl Placement {
+    /// Leaves everything where it is.
+    pub const IDENTITY: Placement = Placement { rotation: DMat3::IDENTITY, scale: 1.0, shift: DVec3::ZERO };
+
+    /// Where the point goes.
+    pub fn apply(&self, p: DVec3) -> DVec3 {
+        self.rotation * p * self.scale + self.shift
+    }
+
+    /// Where the direction goes (not scaled).
+    pub fn turn(&self, d: DVec3) -> DVec3 {
+        self.rotation * d
+    }
+
+    /// First `inner`, then `self`.
+    pub fn after(&self, inner: &Placement) -> Placement {
+        Placement {
+            rotation: self.rotation * inner.rotation,
+            scale: self.scale * inner.scale,
+            shift: self.apply(inner.shift),
+        }
+    }
+}
+
+/// A node of a solid's tree.
+#[derive(Debug, Clone)]
+pub enum SolidNode {
+    /// A primitive.
+    Primitive(Primitive),
+    /// R-conjunction of all (everything, if none).
+    And(Vec<Solid>),
+    /// R-disjunction of all (nothing, if none).
+    Or(Vec<Solid>),
+    /// Complement.
+    Not(Solid),
+    /// Smooth union: the faces of both, joined by a fillet of the given radius. One smooth leaf.
+    Blend(Solid, Solid, f64),
+    /// A moved, turned, scaled or mirrored solid.
+    Placed(Placement, Solid),
+    /// Names the faces below; the innermost name wins.
+    Named(Arc<str>, Solid),
+    /// Asks for a mesh size on the faces below; the innermost one wins.
+    Sized(f64, Solid),
+}
+
+/// A solid: a cheap handle to a shared tree. `a & b`, `a | b`, `!a` and `a - b` are the set operations.
+#[derive(Debug, Clone)]
+pub struct Solid(pub(crate) Arc<SolidNode>);
+
+impl Solid {
+    /// Wraps a node.
+    pub fn new(node: SolidNode) -> Self {
+        Solid(Arc::new(node))
+    }
+
+    /// The node at the root.
+    pub fn node(&self) -> &SolidNode {
+        &self.0
+    }
+
+    /// A box by its two extreme corners.
+    pub fn cuboid(lo: DVec3, hi: DVec3) -> Self {
+        Primitive::Box { lo, hi }.into()
+    }
+
+    /// A sphere.
+    pub fn sphere(r: f64, at: DVec3) -> Self {
+        Primitive::Sphere { r, at }.into()
+    }
+
+    /// A cylinder, infinite without `height`.
+    pub fn cylinder(r: f64, axis: DVec3, at: DVec3, height: Option<f64>) -> Self {
+        Primitive::Cylinder { r, axis, at, height }.into()
+    }
+
+    /// The side of a plane its normal points away from.
+    pub fn half_space(normal: DVec3, at: DVec3) -> Self {
+        Primitive::HalfSpace { normal, at }.into()
+    }
+
+    /// Inside where the formula is positive.
+    pub fn formula(expr: Expr) -> Self {
+        Primitive::Formula(expr).into()
+    }
+
+    /// Inside where the field is positive: how an analysis code brings its own function.
+    pub fn field(field: impl Field + 'static) -> Self {
+        Primitive::Field(Arc::new(field)).into()
+    }
+
+    /// Union of all.
+    pub fn union(all: impl IntoIterator<Item = Solid>) -> Self {
+        Solid::new(SolidNode::Or(all.into_iter().collect()))
+    }
+
+    /// Intersection of all.
+    pub fn intersection(all: impl IntoIterator<Item = Solid>) -> Self {
+        Solid::new(SolidNode::And(all.into_iter().collect()))
+    }
+
+    /// Smooth union.
+    pub fn blend(self, other: Solid, radius: f64) -> Self {
+        Solid::new(SolidNode::Blend(self, other, radius))
+    }
+
+    /// The solid after a similarity.
+    pub fn placed(self, placement: Placement) -> Self {
+        Solid::new(SolidNode::Placed(placement, self))
+    }
+
+    /// Names the faces.
+    pub fn name(self, name: &str) -> Self {
+        Solid::new(SolidNode::Named(name.into(), self))
+    }
+
+    /// Asks for a mesh size on the faces.
+    pub fn size(self, h: f64) -> Self {
+        Solid::new(SolidNode::Sized(h, self))
+    }
+}
+
+impl From<Primitive> for Solid {
+    fn from(p: Primitive) -> Self {
+        Solid::new(SolidNode::Primitive(p))
+    }
+}
+
+impl ops::BitAnd for Solid {
+    type Output = Solid;
+    fn bitand(self, other: Solid) -> Solid {
+        Solid::new(SolidNode::And(vec![self, other]))
+    }
+}
+
+impl ops::BitOr for Solid {
+    type Output = Solid;
+    fn bitor(self, other: Solid) -> Solid {
+        Solid::new(SolidNode::Or(vec![self, other]))
+    }
+}
+
+impl ops::Not for Solid {
+    type Output = Solid;
+    fn not(self) -> Solid {
+        Solid::new(SolidNode::Not(self))
+    }
+}
+
+impl ops::Sub for Solid {
+    type Output = Solid;
+    fn sub(self, other: Solid) -> Solid {
+        self & !other
+    }
+}

@@ -1,0 +1,34 @@
+//! **rvachev** turns solids into triangle surface meshes an engineer can compute on.
+//!
+//! A solid written as a tree of R-functions (V. L. Rvachev) goes in, a closed, oriented triangle mesh with named faces
+//! comes out, together with a quality report. `ARCHITECTURE.md` describes the rooms; a room imports only rooms listed
+//! above it there, which `tests/tidy.rs` enforces.
+//!
+//! Conventions that hold everywhere: inside is `f > 0`, the outward normal is `-grad f / |grad f|`, triangles wind
+//! counter-clockwise seen from outside, lengths are in the part's own unit, angles of the public API are in degrees.
+
+pub mod error;
+pub mod run;
+
+pub mod numeric;
+
+pub mod spatial;
+
+pub mod mesh;
+
+pub mod geometry;
+
+pub mod quality;
+
+pub mod io;
+pub mod render;
+
+pub mod implicit;
+
+pub mod optimize;
+
+pub mod pipeline;
+
+pub use error::{Error, Place, Result};
+pub use glam::DVec3;
+pub use run::Run;

@@ -1,0 +1,2 @@
+//! The `rvachev` command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Numbers: intervals, root bracketing, small dense algebra, clustering, exact predicates.

@@ -1,0 +1,109 @@
+//! What every stage is handed: the right to be cancelled, a place to report progress to, and the threads it may use.
+//!
+//! Nothing here is global. A stage calls [`Run::check`] at least every few milliseconds of work and [`Run::progress`]
+//! as it goes; both cost one atomic load when nobody listens.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, Result};
+
+/// A flag that many holders may raise and every stage looks at.
+#[derive(Debug, Clone, Default)]
+pub struct CancelToken(Arc<AtomicBool>);
+
+impl CancelToken {
+    /// A token that has not been cancelled.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Asks every run that holds this token to stop. Safe to call from a signal handler thread.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether [`cancel`](Self::cancel) was called.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Receives progress. Called from worker threads.
+pub trait Progress: Send + Sync {
+    /// `stage` is a short name, `done` the share of it that is finished, in 0..=1, never falling within a stage.
+    fn report(&self, stage: &str, done: f64);
+}
+
+/// Cancellation, progress and threads of one run.
+#[derive(Clone, Default)]
+pub struct Run {
+    cancel: CancelToken,
+    progress: Option<Arc<dyn Progress>>,
+    pool: Option<Arc<rayon::ThreadPool>>,
+}
+
+impl std::fmt::Debug for Run {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Run").field("cancel", &self.cancel).field("threads", &self.threads()).finish_non_exhaustive()
+    }
+}
+
+impl Run {
+    /// A run nobody watches, on rayon's default threads.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Stops when `token` is cancelled.
+    pub fn with_cancel(mut self, token: CancelToken) -> Self {
+        self.cancel = token;
+        self
+    }
+
+    /// Reports to `progress`.
+    pub fn with_progress(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = Some(progress);
+        self
+    }
+
+    /// Uses exactly `threads` worker threads (0: as many as the machine has). Results never depend on it.
+    pub fn with_threads(mut self, threads: usize) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Error::Failed(format!("cannot start {threads} threads: {e}")))?;
+        self.pool = Some(Arc::new(pool));
+        Ok(self)
+    }
+
+    /// How many threads parallel loops use.
+    pub fn threads(&self) -> usize {
+        self.pool.as_ref().map_or_else(rayon::current_num_threads, |p| p.current_num_threads())
+    }
+
+    /// [`Error::Cancelled`] once the token is raised.
+    pub fn check(&self) -> Result<()> {
+        if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+    }
+
+    /// Whether the token is raised, for loops that cannot return an error.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
+    /// Tells the listener, if any, that `done` (0..=1) of `stage` is finished.
+    pub fn progress(&self, stage: &str, done: f64) {
+        if let Some(p) = &self.progress {
+            p.report(stage, done.clamp(0.0, 1.0));
+        }
+    }
+
+    /// Runs `work` on this run's threads: rayon loops inside use them.
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
