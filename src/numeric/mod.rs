@@ -1,1 +1,9 @@
-//! Numbers: intervals, root bracketing, small dense algebra, clustering, exact predicates.
+//! Numbers: intervals, dual numbers, root bracketing.
+
+mod dual;
+mod interval;
+mod roots;
+
+pub use dual::Dual;
+pub use interval::Interval;
+pub use roots::Bracket;
