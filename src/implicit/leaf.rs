@@ -224,11 +224,13 @@ impl Leaf {
                 slack((Interval::point(r * r) - planar(c, frame)).scale(0.5 / r), 4.0 * size * size / r + r)
             }
             Leaf::Cone { c, frame, k, m, d } => {
-                let i = Interval::point(*d) - planar(c, frame).sqrt().scale(*k) - linear(frame.a, *c, &box3).scale(*m);
+                let i = Interval::point(*d)
+                    - planar(c, frame).max(Interval::point(0.0)).sqrt().scale(*k)
+                    - linear(frame.a, *c, &box3).scale(*m);
                 slack(i, 4.0 * (reach + c.length()) + d.abs())
             }
             Leaf::Torus { c, frame, major, minor } => {
-                let q = (planar(c, frame).sqrt() - Interval::point(*major)).square();
+                let q = (planar(c, frame).max(Interval::point(0.0)).sqrt() - Interval::point(*major)).square();
                 let size = reach + c.length() + major;
                 let t = linear(frame.a, *c, &box3).square();
                 slack((Interval::point(minor * minor) - (q + t)).scale(0.5 / minor), 4.0 * size * size / minor + minor)

@@ -6,22 +6,29 @@
 mod blend;
 pub mod expr;
 mod extract;
+mod features;
 mod field;
 mod formula;
 mod leaf;
 mod lower;
 pub mod mc33;
 mod model;
+mod newton;
 mod octree;
+mod oracle;
 mod polygon;
 mod rfunction;
 pub mod solid;
 mod tape;
+#[cfg(test)]
+mod tests;
 
 pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};
+pub use features::features;
 pub use field::Field;
 pub use lower::FaceInfo;
 pub use model::Implicit;
+pub use oracle::ImplicitOracle;
 pub use rfunction::RSystem;
 pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};

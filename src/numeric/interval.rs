@@ -1,8 +1,8 @@
 //! Interval arithmetic with outward rounding: every operation returns an interval that holds the exact result, and the
 //! result of the same operation in floating point, for all arguments in the operands.
 //!
-//! NaN never appears as a bound. Where an operation is undefined on part of its argument the result covers the defined
-//! part; where it is undefined everywhere the result is [`Interval::ALL`], so that nothing is concluded from it.
+//! NaN never appears as a bound. Where an operation is undefined on part of its argument the result is
+//! [`Interval::ALL`], so that nothing is concluded from it and the place is looked at point by point.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops;
@@ -88,12 +88,12 @@ impl Interval {
         }
     }
 
-    /// Square root of the nonnegative part.
+    /// Square root; everything when a negative number lies inside.
     pub fn sqrt(self) -> Self {
-        if self.hi < 0.0 {
+        if self.lo < 0.0 {
             return Self::ALL;
         }
-        let r = wide(self.lo.max(0.0).sqrt(), self.hi.sqrt());
+        let r = wide(self.lo.sqrt(), self.hi.sqrt());
         Self { lo: r.lo.max(0.0), hi: r.hi }
     }
 
@@ -103,12 +103,12 @@ impl Interval {
         Self { lo: r.lo.max(0.0), hi: r.hi }
     }
 
-    /// Natural logarithm of the positive part.
+    /// Natural logarithm; everything when a number that has none lies inside.
     pub fn ln(self) -> Self {
-        if self.hi <= 0.0 {
+        if self.lo <= 0.0 {
             return Self::ALL;
         }
-        libm(if self.lo <= 0.0 { f64::NEG_INFINITY } else { self.lo.ln() }, self.hi.ln())
+        libm(self.lo.ln(), self.hi.ln())
     }
 
     /// Sine.
@@ -208,17 +208,17 @@ impl Interval {
         }
     }
 
-    /// Real power `self ** e`: of the positive part, unless `e` is one integer.
+    /// Real power `self ** e`; everything when a negative base meets an exponent that is not one integer.
     pub fn pow(self, e: Self) -> Self {
         if e.lo == e.hi && e.lo.fract() == 0.0 && e.lo.abs() <= 64.0 {
             return self.powi(e.lo as i32);
         }
-        if self.hi < 0.0 {
+        if self.lo < 0.0 {
             return Self::ALL;
         }
         let mut lo = f64::INFINITY;
         let mut hi = f64::NEG_INFINITY;
-        for b in [self.lo.max(0.0), self.hi] {
+        for b in [self.lo, self.hi] {
             for e in [e.lo, e.hi] {
                 let v = b.powf(e);
                 lo = lo.min(v);
