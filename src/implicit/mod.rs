@@ -20,8 +20,10 @@ mod polygon;
 mod rfunction;
 pub mod solid;
 mod tape;
+
 #[cfg(test)]
 mod tests;
+mod thin;
 
 pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};
@@ -32,3 +34,4 @@ pub use model::Implicit;
 pub use oracle::ImplicitOracle;
 pub use rfunction::RSystem;
 pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
+pub use thin::{ThinPlace, thin_places};

@@ -376,3 +376,23 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn thin_walls_are_named_and_sharp_edges_are_not() {
+    let thin = |s: &Solid, h: f64| {
+        let model = Implicit::new(s, RSystem::R0, None).unwrap();
+        let e = extract(&model, &ExtractOptions::new(h), &Run::new()).unwrap();
+        thin_places(&model, &e, h, &Run::new()).unwrap()
+    };
+    // a plate between grid planes is missed altogether, or met in part
+    for z in [0.0, 0.013, 0.027, 0.04] {
+        let plate = Solid::cuboid(v(-1.0, -1.0, z), v(1.0, 1.0, z + 0.02)).name("plate");
+        let found = thin(&plate, 0.08);
+        assert!(found.iter().any(|t| t.face.starts_with("plate.z") && t.thickness < 0.03), "{z}: {found:?}");
+    }
+    let cone: Solid = Primitive::Cone { r0: 0.8, r1: 0.0, height: 1.2, axis: DVec3::Z, at: DVec3::ZERO }.into();
+    let wedge = Solid::cuboid(DVec3::ZERO, DVec3::ONE) & Solid::half_space(v(1.0, 0.0, 2.0), DVec3::X);
+    for s in [cube(1.0), cone, wedge, cube_with_holes(), Solid::sphere(0.7, DVec3::ZERO)] {
+        assert_eq!(thin(&s, 0.08), []);
+    }
+}
