@@ -21,6 +21,9 @@ const SAME_LEAF: f64 = 1e-13;
 /// Blends inside blends deeper than this are refused: each level evaluates the one below twice.
 const BLEND_DEPTH: usize = 32;
 
+/// Nodes visited before a tree is refused: shared subtrees count each time they are met, as each may lie elsewhere.
+const MOST_NODES: usize = 4_000_000;
+
 /// The faces of a part: what the mesh's labels refer to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceInfo {
@@ -71,6 +74,7 @@ struct Lowerer {
     counts: FxHashMap<&'static str, usize>,
     names: FxHashMap<*const SolidNode, String>,
     blend_depth: usize,
+    visited: usize,
 }
 
 /// Lowers a solid.
@@ -90,6 +94,13 @@ impl Lowerer {
         let mut work = vec![Work::Visit(solid, start)];
         let mut done: Vec<Part> = Vec::new();
         while let Some(w) = work.pop() {
+            self.visited += 1;
+            if self.visited > MOST_NODES {
+                return Err(Error::input(
+                    Place::Unknown,
+                    format!("the tree has more than {MOST_NODES} nodes when written out"),
+                ));
+            }
             match w {
                 Work::Join { and, count } => {
                     let parts = done.split_off(done.len() - count);

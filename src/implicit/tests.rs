@@ -396,3 +396,19 @@ fn thin_walls_are_named_and_sharp_edges_are_not() {
         assert_eq!(thin(&s, 0.08), []);
     }
 }
+
+#[test]
+fn deep_chains_are_lowered_and_exploding_trees_are_refused() {
+    let mut chain = Solid::sphere(0.5, DVec3::ZERO);
+    for i in 0..50_000 {
+        chain = chain | Solid::sphere(0.1, v(f64::from(i % 10) * 0.01, 0.0, 0.0));
+    }
+    let model = Implicit::new(&chain, RSystem::R0, None).unwrap();
+    assert_eq!(model.leaf_count(), 11);
+    let mut doubled = Solid::sphere(0.5, DVec3::ZERO);
+    for _ in 0..40 {
+        doubled = doubled.clone() & doubled;
+    }
+    let err = Implicit::new(&doubled, RSystem::R0, None).unwrap_err().to_string();
+    assert!(err.contains("4000000"), "{err}");
+}
