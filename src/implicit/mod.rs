@@ -5,6 +5,7 @@
 
 pub mod expr;
 mod field;
+pub mod mc33;
 mod rfunction;
 pub mod solid;
 
