@@ -169,16 +169,41 @@ impl Strip<'_> {
 #[cfg(test)]
 pub(super) fn options(a: &[u8], b: &[u8]) -> Vec<(u8, Vec<Triangle>)> {
     let mut out = Vec::new();
-    fn go(a: &[u8], b: &[u8], s: usize, i: usize, j: usize, cur: &mut Vec<Triangle>, out: &mut Vec<(u8, Vec<Triangle>)>) {
+    fn go(
+        a: &[u8],
+        b: &[u8],
+        s: usize,
+        i: usize,
+        j: usize,
+        cur: &mut Vec<Triangle>,
+        out: &mut Vec<(u8, Vec<Triangle>)>,
+    ) {
         let (n, m) = (a.len(), b.len());
         let at_b = |j: usize| b[(s + m - j % m) % m];
         let (p, q) = (a[i % n], at_b(j));
-        if !is_free(p, q) { return; }
-        if i == n && j == m { if uses_edges_once(cur) { out.push((0, cur.clone())); } return; }
-        if i < n { cur.push([p, a[(i + 1) % n], q]); go(a, b, s, i + 1, j, cur, out); cur.pop(); }
-        if j < m { cur.push([at_b(j + 1), q, p]); go(a, b, s, i, j + 1, cur, out); cur.pop(); }
+        if !is_free(p, q) {
+            return;
+        }
+        if i == n && j == m {
+            if uses_edges_once(cur) {
+                out.push((0, cur.clone()));
+            }
+            return;
+        }
+        if i < n {
+            cur.push([p, a[(i + 1) % n], q]);
+            go(a, b, s, i + 1, j, cur, out);
+            cur.pop();
+        }
+        if j < m {
+            cur.push([at_b(j + 1), q, p]);
+            go(a, b, s, i, j + 1, cur, out);
+            cur.pop();
+        }
     }
-    for s in 0..b.len() { go(a, b, s, 0, 0, &mut Vec::new(), &mut out); }
+    for s in 0..b.len() {
+        go(a, b, s, 0, 0, &mut Vec::new(), &mut out);
+    }
     let chords: Vec<[usize; 2]> =
         (0..a.len()).flat_map(|i| (0..b.len()).map(move |j| [i, j])).filter(|&[i, j]| is_free(a[i], b[j])).collect();
     for &[i, j] in &chords {
@@ -186,13 +211,23 @@ pub(super) fn options(a: &[u8], b: &[u8]) -> Vec<(u8, Vec<Triangle>)> {
             for o in 0..4 {
                 let mut count = 0;
                 let mut triangles = Vec::new();
-                for (w, poly) in [[arc(a, i, k), arc(b, l, j)].concat(), [arc(a, k, i), arc(b, j, l)].concat()].iter().enumerate() {
+                for (w, poly) in
+                    [[arc(a, i, k), arc(b, l, j)].concat(), [arc(a, k, i), arc(b, j, l)].concat()].iter().enumerate()
+                {
                     if o >> w & 1 == 1 {
-                        let center = 12 + count; count += 1;
+                        let center = 12 + count;
+                        count += 1;
                         triangles.extend((0..poly.len()).map(|x| [poly[x], poly[(x + 1) % poly.len()], center]));
-                    } else if let Some(d) = best_disk(poly) { triangles.extend(d); } else { triangles.clear(); break; }
+                    } else if let Some(d) = best_disk(poly) {
+                        triangles.extend(d);
+                    } else {
+                        triangles.clear();
+                        break;
+                    }
                 }
-                if !triangles.is_empty() && uses_edges_once(&triangles) && triangles.len() >= a.len() + b.len() { out.push((count, triangles)); }
+                if !triangles.is_empty() && uses_edges_once(&triangles) && triangles.len() >= a.len() + b.len() {
+                    out.push((count, triangles));
+                }
             }
         }
     }

@@ -38,7 +38,11 @@ pub fn ambiguous_faces(mask: u8) -> u8 {
 
 /// Asymptotic decider.
 pub fn face_joined([a, b, c, d]: [f64; 4]) -> bool {
-    if a > 0.0 || c > 0.0 || b < 0.0 || d < 0.0 { product_exceeds([a, c], [b, d]) } else { product_exceeds([b, d], [a, c]) }
+    if a > 0.0 || c > 0.0 || b < 0.0 || d < 0.0 {
+        product_exceeds([a, c], [b, d])
+    } else {
+        product_exceeds([b, d], [a, c])
+    }
 }
 
 /// Whether `x[0] x[1] > y[0] y[1]`, exactly where nothing over- or underflows.

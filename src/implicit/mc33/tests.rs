@@ -112,12 +112,17 @@ fn no_cell_crosses_itself() {
         for _ in 0..50 {
             let v = dice.values(mask);
             if joined_faces(mask, &v) == faces && tunnel(mask, faces, &v) == t {
-                let root = |e: u8| { let [a, b] = EDGES[usize::from(e)].map(|c| v[usize::from(c)]); if (a > 0.0) == (b > 0.0) { midpoint(e) } else { on_edge(e, a / (a - b)) } };
+                let root = |e: u8| {
+                    let [a, b] = EDGES[usize::from(e)].map(|c| v[usize::from(c)]);
+                    if (a > 0.0) == (b > 0.0) { midpoint(e) } else { on_edge(e, a / (a - b)) }
+                };
                 b[2] += usize::from(crossings(c.triangles, &place(c, root)) > 0);
             }
         }
     }
-    for (k, v) in bad { println!("{k:?} cases {} mid {} random {} trilinear {}", v[3], v[0], v[1], v[2]); }
+    for (k, v) in bad {
+        println!("{k:?} cases {} mid {} random {} trilinear {}", v[3], v[0], v[1], v[2]);
+    }
 }
 
 #[test]
@@ -125,8 +130,7 @@ fn every_case_is_a_set_of_disks_and_one_annulus_at_most() {
     for (mask, faces, t) in all_cases() {
         let name = format!("mask {mask:08b} faces {faces:06b} tunnel {t}");
         let c = case(mask, faces, t);
-        let mut boundary: BTreeSet<[u8; 2]> =
-            (0..6).flat_map(|f| face_segments(mask, faces, f)).collect();
+        let mut boundary: BTreeSet<[u8; 2]> = (0..6).flat_map(|f| face_segments(mask, faces, f)).collect();
         let edges: Vec<[u8; 2]> = edges_of(c.triangles).collect();
         let set: BTreeSet<[u8; 2]> = edges.iter().copied().collect();
         assert_eq!(set.len(), edges.len(), "{name}: an edge is used twice in one direction");
@@ -154,22 +158,31 @@ fn occur() {
     let mut dice = Dice(99);
     let mut seen = BTreeMap::new();
     for mask in (0..=255u8) {
-        if (0..64).all(|f| TABLE.entry(mask, f).tunnels.is_empty()) { continue; }
+        if (0..64).all(|f| TABLE.entry(mask, f).tunnels.is_empty()) {
+            continue;
+        }
         for _ in 0..100000 {
             let v = dice.values(mask);
             let faces = joined_faces(mask, &v);
             let t = tunnel_along(2, mask, faces, &v);
-            for a in 0..2 { assert_eq!(tunnel_along(a, mask, faces, &v), t); }
+            for a in 0..2 {
+                assert_eq!(tunnel_along(a, mask, faces, &v), t);
+            }
             *seen.entry((mask, faces, t)).or_insert(0) += 1;
         }
     }
     let mut h: BTreeMap<(Vec<usize>, u8, bool), usize> = BTreeMap::new();
-    for (m, f, t) in all_cases() { 
+    for (m, f, t) in all_cases() {
         let mut lens: Vec<usize> = loops(m, f).iter().map(Vec::len).collect();
         lens.sort();
-        if (0..64).all(|f| TABLE.entry(m, f).tunnels.is_empty()) { continue; }
-        *h.entry((lens, t, seen.contains_key(&(m,f,t)))).or_default() += 1; }
-    for (k, v) in h { println!("OCC {k:?} {v}"); }
+        if (0..64).all(|f| TABLE.entry(m, f).tunnels.is_empty()) {
+            continue;
+        }
+        *h.entry((lens, t, seen.contains_key(&(m, f, t)))).or_default() += 1;
+    }
+    for (k, v) in h {
+        println!("OCC {k:?} {v}");
+    }
 }
 
 #[test]
@@ -177,41 +190,79 @@ fn explore() {
     let mut dice = Dice(5);
     let mut done = BTreeSet::new();
     for (mask, faces, t) in all_cases() {
-        if t == 0 || mask.count_ones() > 4 { continue; }
+        if t == 0 || mask.count_ones() > 4 {
+            continue;
+        }
         let l = loops(mask, faces);
-        let mut key: Vec<usize> = l.iter().map(Vec::len).collect(); key.sort();
-        if !done.insert((key.clone(), mask.count_ones(), t, faces.count_ones())) { continue; }
+        let mut key: Vec<usize> = l.iter().map(Vec::len).collect();
+        key.sort();
+        if !done.insert((key.clone(), mask.count_ones(), t, faces.count_ones())) {
+            continue;
+        }
         // find loops: those in case
         let c0 = case(mask, faces, 0);
         let mut samples = Vec::new();
         let mut tries = 0;
-        while samples.len() < 200 && tries < 4_000_000 { tries += 1;
+        while samples.len() < 200 && tries < 4_000_000 {
+            tries += 1;
             let v = dice.values(mask);
-            if joined_faces(mask, &v) == faces && tunnel(mask, faces, &v) == t { samples.push(v); } }
+            if joined_faces(mask, &v) == faces && tunnel(mask, faces, &v) == t {
+                samples.push(v);
+            }
+        }
         let mut pair = None;
-        for i in 0..l.len() { for j in i+1..l.len() {
-            let c = case(mask, faces, t);
-            let e: BTreeSet<[u8;2]> = edges_of(c.triangles).collect();
-            // joined if some triangle has both loops' nodes or shared center
-            let touches = |n: &Vec<u8>, m: &Vec<u8>| c.triangles.iter().any(|t| t.iter().any(|v| n.contains(v)) && t.iter().any(|v| m.contains(v)));
-            let _ = &e;
-            if touches(&l[i], &l[j]) { pair = Some((i, j)); }
-        } }
+        for i in 0..l.len() {
+            for j in i + 1..l.len() {
+                let c = case(mask, faces, t);
+                let e: BTreeSet<[u8; 2]> = edges_of(c.triangles).collect();
+                // joined if some triangle has both loops' nodes or shared center
+                let touches = |n: &Vec<u8>, m: &Vec<u8>| {
+                    c.triangles.iter().any(|t| t.iter().any(|v| n.contains(v)) && t.iter().any(|v| m.contains(v)))
+                };
+                let _ = &e;
+                if touches(&l[i], &l[j]) {
+                    pair = Some((i, j));
+                }
+            }
+        }
         let (i, j) = pair.unwrap();
-        let rest: Vec<Triangle> = (0..l.len()).filter(|k| *k != i && *k != j).flat_map(|k| geometry::disk(&l[k], &mut 0)).collect();
+        let rest: Vec<Triangle> =
+            (0..l.len()).filter(|k| *k != i && *k != j).flat_map(|k| geometry::disk(&l[k], &mut 0)).collect();
         let mut opts: Vec<(usize, usize, usize, u8, usize)> = Vec::new();
         for (x, (count, tri)) in geometry::options(&l[i], &l[j]).into_iter().enumerate() {
             let all: Vec<Triangle> = tri.iter().chain(&rest).copied().collect();
             let cc = CellCase { triangles: Vec::leak(all), interior_nodes: count };
             let mid = crossings(cc.triangles, &place(cc, midpoint));
-            let tri = samples.iter().filter(|v| { let root = |e: u8| { let [a, b] = EDGES[usize::from(e)].map(|c| v[usize::from(c)]); if (a > 0.0) == (b > 0.0) { midpoint(e) } else { on_edge(e, a / (a - b)) } };
-                crossings(cc.triangles, &place(cc, root)) > 0 }).count();
-            let ran = (0..100).filter(|_| { let s: [f64; 12] = std::array::from_fn(|_| dice.unit()); crossings(cc.triangles, &place(cc, |e| on_edge(e, s[usize::from(e)]))) > 0 }).count();
+            let tri = samples
+                .iter()
+                .filter(|v| {
+                    let root = |e: u8| {
+                        let [a, b] = EDGES[usize::from(e)].map(|c| v[usize::from(c)]);
+                        if (a > 0.0) == (b > 0.0) { midpoint(e) } else { on_edge(e, a / (a - b)) }
+                    };
+                    crossings(cc.triangles, &place(cc, root)) > 0
+                })
+                .count();
+            let ran = (0..100)
+                .filter(|_| {
+                    let s: [f64; 12] = std::array::from_fn(|_| dice.unit());
+                    crossings(cc.triangles, &place(cc, |e| on_edge(e, s[usize::from(e)]))) > 0
+                })
+                .count();
             opts.push((tri, ran, mid, count, x));
         }
         opts.sort();
         let _ = c0;
-        println!("{key:?} mask {mask:08b} faces {faces:06b} t{t} samples {} options {} best {:?}", samples.len(), opts.len(), &opts[..6.min(opts.len())]);
-        for n in 0..3 { let mut o: Vec<_> = opts.iter().filter(|o| o.3 == n).collect(); o.sort(); println!("   with {n} interior: {} {:?}", o.len(), o.first()); }
+        println!(
+            "{key:?} mask {mask:08b} faces {faces:06b} t{t} samples {} options {} best {:?}",
+            samples.len(),
+            opts.len(),
+            &opts[..6.min(opts.len())]
+        );
+        for n in 0..3 {
+            let mut o: Vec<_> = opts.iter().filter(|o| o.3 == n).collect();
+            o.sort();
+            println!("   with {n} interior: {} {:?}", o.len(), o.first());
+        }
     }
 }
