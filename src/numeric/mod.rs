@@ -2,6 +2,7 @@
 
 mod dual;
 mod interval;
+pub mod predicates;
 mod roots;
 
 pub use dual::Dual;
