@@ -5,6 +5,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
+use glam::DVec3;
 use table::TABLE;
 
 /// The two corners of each cube edge, lower first.
@@ -117,4 +118,12 @@ fn tunnel_along(axis: usize, mask: u8, faces: u8, values: &[f64; 8]) -> u8 {
 pub fn case(mask: u8, faces: u8, tunnel: u8) -> CellCase {
     let (triangles, interior_nodes) = TABLE.case(mask, faces, tunnel);
     CellCase { triangles, interior_nodes }
+}
+
+/// Position of the interior node `node`.
+pub fn interior_position(triangles: &[[u8; 3]], node: u8, crossings: &[DVec3; 12]) -> DVec3 {
+    let near = triangles.iter().filter(|t| t.contains(&node)).flatten().filter(|&&v| v < INTERIOR_NODE);
+    let ring = near.fold(0u16, |set, v| set | 1 << v);
+    let sum: DVec3 = (0..12).filter(|e| ring >> e & 1 == 1).map(|e| crossings[e]).sum();
+    sum / f64::from(ring.count_ones().max(1))
 }

@@ -3,10 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
-use robust::{Coord3D, orient3d};
 
-use super::geometry::{Triangle, corner, faces_at, is_free, midpoint};
-use super::table::{TABLE, face_segments, loops, regions};
+use super::geometry::{crosses, edges_of, is_free, on_edge, place};
+use super::table::{TABLE, face_segments, loops};
 use super::*;
 
 /// xorshift64*, so that failures repeat.
@@ -42,56 +41,10 @@ fn all_cases() -> Vec<(u8, u8, u8)> {
     all
 }
 
-fn edges_of(triangles: &[Triangle]) -> impl Iterator<Item = [u8; 2]> + '_ {
-    triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-}
-
-/// Positions of the local nodes; interior nodes at the mean of their neighbors.
-fn place(case: CellCase, crossing: impl Fn(u8) -> DVec3) -> Vec<DVec3> {
-    let mut at: Vec<DVec3> = (0..12).map(crossing).collect();
-    for k in 0..case.interior_nodes {
-        let center = INTERIOR_NODE + k;
-        let ring: BTreeSet<u8> =
-            case.triangles.iter().filter(|t| t.contains(&center)).flatten().copied().filter(|&v| v < 12).collect();
-        at.push(ring.iter().map(|&v| at[usize::from(v)]).sum::<DVec3>() / ring.len() as f64);
-    }
-    at
-}
-
-fn orient(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
-    let p = |v: DVec3| Coord3D { x: v.x, y: v.y, z: v.z };
-    orient3d(p(a), p(b), p(c), p(d))
-}
-
-/// Whether the segment and the triangle cross properly.
-fn pierces(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
-    let [a, b, c] = t;
-    let side = |x| orient(a, b, c, x);
-    if side(p) * side(q) >= 0.0 {
-        return false;
-    }
-    let turn = [orient(p, q, a, b), orient(p, q, b, c), orient(p, q, c, a)];
-    turn.iter().all(|&v| v > 0.0) || turn.iter().all(|&v| v < 0.0)
-}
-
-/// Pairs of triangles of a cell which cross.
-fn crossings(triangles: &[Triangle], at: &[DVec3]) -> usize {
-    let points = |t: Triangle| t.map(|v| at[usize::from(v)]);
-    let hits = |s: Triangle, t: Triangle| {
-        edges_of(&[s])
-            .filter(|e| e.iter().all(|v| !t.contains(v)))
-            .any(|[u, v]| pierces(at[usize::from(u)], at[usize::from(v)], points(t)))
-    };
-    let mut n = 0;
-    for (i, &s) in triangles.iter().enumerate() {
-        n += triangles[..i].iter().filter(|&&t| hits(s, t) || hits(t, s)).count();
-    }
-    n
-}
-
-fn on_edge(e: u8, s: f64) -> DVec3 {
-    let [a, b] = EDGES[usize::from(e)].map(corner);
-    a + (b - a) * s
+/// Where the trilinear interpolant crosses edge `e`, the middle where it does not.
+fn root(values: &[f64; 8], e: u8) -> DVec3 {
+    let [a, b] = EDGES[usize::from(e)].map(|c| values[usize::from(c)]);
+    on_edge(e, if (a > 0.0) == (b > 0.0) { 0.5 } else { a / (a - b) })
 }
 
 #[test]
@@ -104,20 +57,26 @@ fn no_cell_crosses_itself() {
         lens.sort();
         let b = bad.entry((lens, t)).or_default();
         b[3] += 1;
-        b[0] += usize::from(crossings(c.triangles, &place(c, midpoint)) > 0);
-        for _ in 0..50 {
+        let mut bd = |s: &dyn Fn(u8) -> DVec3| usize::from(crosses(c.triangles, &place(c.triangles, s)));
+        b[0] += bd(&|e| on_edge(e, 0.5));
+        for _ in 0..200 {
             let s: [f64; 12] = std::array::from_fn(|_| dice.unit());
-            b[1] += usize::from(crossings(c.triangles, &place(c, |e| on_edge(e, s[usize::from(e)]))) > 0);
+            b[1] += bd(&|e| on_edge(e, s[usize::from(e)]));
         }
-        for _ in 0..50 {
+        for _ in 0..500 {
             let v = dice.values(mask);
             if joined_faces(mask, &v) == faces && tunnel(mask, faces, &v) == t {
-                let root = |e: u8| { let [a, b] = EDGES[usize::from(e)].map(|c| v[usize::from(c)]); if (a > 0.0) == (b > 0.0) { midpoint(e) } else { on_edge(e, a / (a - b)) } };
-                b[2] += usize::from(crossings(c.triangles, &place(c, root)) > 0);
+                b[2] += bd(&|e| root(&v, e));
             }
         }
     }
     for (k, v) in bad { println!("{k:?} cases {} mid {} random {} trilinear {}", v[3], v[0], v[1], v[2]); }
+    let t0 = std::time::Instant::now();
+    let _ = table::Table::build();
+    println!("build {:?}", t0.elapsed());
+    let mut h = BTreeMap::new();
+    for (m, f, t) in all_cases() { if t > 0 { let c = case(m, f, t); *h.entry((loops(m, f).iter().map(|l| l.len()).collect::<BTreeSet<_>>(), c.interior_nodes, c.triangles.len())).or_insert(0) += 1; } }
+    println!("{h:?}");
 }
 
 #[test]
@@ -172,46 +131,3 @@ fn occur() {
     for (k, v) in h { println!("OCC {k:?} {v}"); }
 }
 
-#[test]
-fn explore() {
-    let mut dice = Dice(5);
-    let mut done = BTreeSet::new();
-    for (mask, faces, t) in all_cases() {
-        if t == 0 || mask.count_ones() > 4 { continue; }
-        let l = loops(mask, faces);
-        let mut key: Vec<usize> = l.iter().map(Vec::len).collect(); key.sort();
-        if !done.insert((key.clone(), mask.count_ones(), t, faces.count_ones())) { continue; }
-        // find loops: those in case
-        let c0 = case(mask, faces, 0);
-        let mut samples = Vec::new();
-        let mut tries = 0;
-        while samples.len() < 200 && tries < 4_000_000 { tries += 1;
-            let v = dice.values(mask);
-            if joined_faces(mask, &v) == faces && tunnel(mask, faces, &v) == t { samples.push(v); } }
-        let mut pair = None;
-        for i in 0..l.len() { for j in i+1..l.len() {
-            let c = case(mask, faces, t);
-            let e: BTreeSet<[u8;2]> = edges_of(c.triangles).collect();
-            // joined if some triangle has both loops' nodes or shared center
-            let touches = |n: &Vec<u8>, m: &Vec<u8>| c.triangles.iter().any(|t| t.iter().any(|v| n.contains(v)) && t.iter().any(|v| m.contains(v)));
-            let _ = &e;
-            if touches(&l[i], &l[j]) { pair = Some((i, j)); }
-        } }
-        let (i, j) = pair.unwrap();
-        let rest: Vec<Triangle> = (0..l.len()).filter(|k| *k != i && *k != j).flat_map(|k| geometry::disk(&l[k], &mut 0)).collect();
-        let mut opts: Vec<(usize, usize, usize, u8, usize)> = Vec::new();
-        for (x, (count, tri)) in geometry::options(&l[i], &l[j]).into_iter().enumerate() {
-            let all: Vec<Triangle> = tri.iter().chain(&rest).copied().collect();
-            let cc = CellCase { triangles: Vec::leak(all), interior_nodes: count };
-            let mid = crossings(cc.triangles, &place(cc, midpoint));
-            let tri = samples.iter().filter(|v| { let root = |e: u8| { let [a, b] = EDGES[usize::from(e)].map(|c| v[usize::from(c)]); if (a > 0.0) == (b > 0.0) { midpoint(e) } else { on_edge(e, a / (a - b)) } };
-                crossings(cc.triangles, &place(cc, root)) > 0 }).count();
-            let ran = (0..100).filter(|_| { let s: [f64; 12] = std::array::from_fn(|_| dice.unit()); crossings(cc.triangles, &place(cc, |e| on_edge(e, s[usize::from(e)]))) > 0 }).count();
-            opts.push((tri, ran, mid, count, x));
-        }
-        opts.sort();
-        let _ = c0;
-        println!("{key:?} mask {mask:08b} faces {faces:06b} t{t} samples {} options {} best {:?}", samples.len(), opts.len(), &opts[..6.min(opts.len())]);
-        for n in 0..3 { let mut o: Vec<_> = opts.iter().filter(|o| o.3 == n).collect(); o.sort(); println!("   with {n} interior: {} {:?}", o.len(), o.first()); }
-    }
-}
