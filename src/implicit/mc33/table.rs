@@ -35,7 +35,7 @@ pub(super) struct Table {
 pub(super) static TABLE: LazyLock<Table> = LazyLock::new(Table::build);
 
 impl Table {
-    pub(super) fn build() -> Self {
+    fn build() -> Self {
         let mut table =
             Table { index: vec![0; 256 * 64], entries: Vec::new(), spans: Vec::new(), triangles: Vec::new() };
         for mask in 0..=255u8 {
