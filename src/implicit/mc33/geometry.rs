@@ -1,7 +1,5 @@
 //! Polygons and annuli between crossings: which chords are allowed, which triangulation is best.
 
-use std::collections::BTreeSet;
-
 use glam::DVec3;
 
 use super::{EDGES, INTERIOR_NODE, interior_position};
@@ -110,12 +108,12 @@ fn best_disk(nodes: &[u8]) -> Option<Vec<Triangle>> {
 pub(super) fn annulus(a: &[u8], b: &[u8], rest: &[Triangle], first: u8) -> Patch {
     let mut candidates = two_polygons(a, b, first);
     candidates.extend(best_strip(a, b, midpoint).map(|triangles| Patch { triangles, interior_nodes: 0 }));
-    let key = |p: &Patch| (p.interior_nodes, area(&p.triangles));
-    candidates.sort_by(|p, q| key(p).0.cmp(&key(q).0).then(key(p).1.total_cmp(&key(q).1)));
+    // Bits of positive floats order as the floats do.
+    candidates.sort_by_cached_key(|p| (p.interior_nodes, area(&p.triangles).to_bits()));
     let fits = |patch: &Patch| {
         // A node between crossings of one face only would lie in that face.
         let places = place(&patch.triangles, midpoint);
-        if places.iter().skip(12).any(|p| p.min_element() <= 0.0 || p.max_element() >= 1.0) {
+        if places.iter().skip(usize::from(first)).any(|p| p.min_element() <= 0.0 || p.max_element() >= 1.0) {
             return false;
         }
         let all: Vec<Triangle> = patch.triangles.iter().chain(rest).copied().collect();
@@ -250,8 +248,8 @@ impl<P: Fn(u8) -> DVec3 + Copy> Strip<'_, P> {
 /// Positions of all local nodes, given those of the crossings.
 pub(super) fn place(triangles: &[Triangle], crossing: impl Fn(u8) -> DVec3) -> Vec<DVec3> {
     let roots: [DVec3; 12] = std::array::from_fn(|e| crossing(e as u8));
-    let interior: BTreeSet<u8> = triangles.iter().flatten().copied().filter(|&v| v >= INTERIOR_NODE).collect();
-    roots.into_iter().chain(interior.into_iter().map(|v| interior_position(triangles, v, &roots))).collect()
+    let end = triangles.iter().flatten().fold(INTERIOR_NODE, |end, &v| end.max(v + 1));
+    roots.into_iter().chain((INTERIOR_NODE..end).map(|v| interior_position(triangles, v, &roots))).collect()
 }
 
 /// Whether two of the triangles cross; touching does not count.
@@ -262,12 +260,23 @@ pub(super) fn crosses(triangles: &[Triangle], at: &[DVec3]) -> bool {
             .filter(|e| e.iter().all(|v| !t.contains(v)))
             .any(|[u, v]| pierces(point(u), point(v), t.map(point)))
     };
-    triangles.iter().enumerate().any(|(i, &s)| triangles[..i].iter().any(|&t| hits(s, t) || hits(t, s)))
+    // Most pairs are told apart by the plane of one of them.
+    let one_side = |s: Triangle, t: Triangle| {
+        let [a, b, c] = t.map(point);
+        let side = s.map(|v| volume(a, b, c, point(v)));
+        side.iter().all(|&v| v >= 0.0) || side.iter().all(|&v| v <= 0.0)
+    };
+    let cross = |s, t| !one_side(s, t) && !one_side(t, s) && (hits(s, t) || hits(t, s));
+    triangles.iter().enumerate().any(|(i, &s)| triangles[..i].iter().any(|&t| cross(s, t)))
+}
+
+/// Six times the signed volume of a tetrahedron.
+fn volume(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    (b - a).cross(c - a).dot(d - a)
 }
 
 /// Whether a segment passes through the inside of a triangle.
 fn pierces(p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
-    let volume = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| (b - a).cross(c - a).dot(d - a);
     if volume(a, b, c, p) * volume(a, b, c, q) >= 0.0 {
         return false;
     }

@@ -113,6 +113,14 @@ fn triangles_separate_inside_from_outside() {
 }
 
 #[test]
+fn the_worked_case_of_the_docs() {
+    let segments: Vec<[u8; 2]> = (0..6).flat_map(|f| face_segments(1, 0, f)).collect();
+    assert_eq!(segments, [[4, 8], [8, 0], [0, 4]]);
+    assert_eq!(case(1, 0, 0), CellCase { triangles: &[[0, 4, 8]], interior_nodes: 0 });
+    assert_eq!(case(1, 63, 9), case(1, 0, 0), "bits and tunnels which do not exist do not matter");
+}
+
+#[test]
 fn every_case_is_a_set_of_disks_and_one_annulus_at_most() {
     for (mask, faces, t) in all_cases() {
         let name = format!("mask {mask:08b} faces {faces:06b} tunnel {t}");
@@ -137,6 +145,7 @@ fn every_case_is_a_set_of_disks_and_one_annulus_at_most() {
         let euler = (nodes.len() + c.triangles.len()) as isize - (edges.len() - inner / 2) as isize;
         let disks = loops(mask, faces).len() - 2 * usize::from(t > 0);
         assert_eq!(euler, disks as isize, "{name}");
+        assert!(c.interior_nodes <= 3, "{name}");
     }
 }
 
