@@ -1,5 +1,7 @@
 //! Triangle meshes: storage, connectivity and edits, curvature, defects.
 
+pub mod edit;
 mod trimesh;
 
+pub use edit::EditMesh;
 pub use trimesh::{Group, TriMesh};
