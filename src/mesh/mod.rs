@@ -1,5 +1,6 @@
 //! Triangle meshes: storage, connectivity and edits, curvature, defects.
 
+pub mod curvature;
 pub mod edit;
 mod trimesh;
 
