@@ -156,12 +156,6 @@ fn spread(mesh: &EditMesh, oracle: &dyn SurfaceOracle, v: u32, look: f64, reach:
     Some((least, sides.into_iter().map(|s| s.0).collect()))
 }
 
-struct Cut {
-    ends: [u32; 2],
-    point: DVec3,
-    triangles: [u32; 2],
-}
-
 /// Puts nodes that lie beside a crease on it, cuts every edge that runs across a crease there, puts corners into
 /// triangles that hold one, then marks the sharp edges anew ([`mark_sharp`]). `angle` in degrees is the smallest jump of
 /// the normal that counts; `reach` is about the local edge length.
@@ -187,9 +181,10 @@ pub fn cut_creases(
     };
 
     // Nodes on or beside a crease.
+    let has_sharp = |mesh: &EditMesh, v: u32| mesh.outgoing(v).any(|h| mesh.is_sharp(h));
     let frozen = &*mesh;
     let beside = ask_all(run, mesh.node_capacity(), |v| {
-        if !frozen.is_node(v) || !frozen.neighbors(v).any(|x| turns(v, x)) {
+        if !frozen.is_node(v) || has_sharp(frozen, v) || !frozen.neighbors(v).any(|x| turns(v, x)) {
             return None;
         }
         let (least, sides) = spread(frozen, oracle, v, ON_CREASE * reach, reach)?;
@@ -198,7 +193,7 @@ pub fn cut_creases(
         }
         Some(locate(oracle, frozen.point(v), &sides, reach).map(|x| x.0))
     })?;
-    let mut on_crease = vec![false; mesh.node_capacity()];
+    let mut on_crease: Vec<bool> = (0..mesh.node_capacity() as u32).map(|v| has_sharp(mesh, v)).collect();
     for (v, found) in beside.iter().enumerate() {
         let Some(found) = found else { continue };
         on_crease[v] = true;
@@ -211,6 +206,26 @@ pub fn cut_creases(
             _ => report.missed += 1,
         }
     }
+
+    // A triangle whose nodes lie on three faces holds a corner.
+    let frozen = &*mesh;
+    let corners = ask_all(run, mesh.triangle_capacity(), |t| {
+        if !frozen.is_triangle(t) {
+            return None;
+        }
+        let nodes @ [a, b, c] = frozen.corners(t);
+        if !(turns(a, b) && turns(b, c) && turns(c, a)) || nodes.iter().any(|&v| on_crease[v as usize]) {
+            return None;
+        }
+        let center = frozen.centroid(t);
+        let mut planes = Qef::new(center);
+        for foot in nodes.iter().filter_map(|&v| feet[v as usize]) {
+            planes.add(foot.point, foot.normal, 1.0);
+        }
+        let start = center + planes.solve(LOCATE_CUTOFF).step.clamp_length_max(reach);
+        let sides = nodes.map(|v| (frozen.point(v) - start).normalize_or_zero());
+        locate(oracle, start, &sides, reach).filter(|x| x.1 == 3).map(|x| x.0)
+    })?;
 
     // Edges across a crease.
     let frozen = &*mesh;
@@ -234,6 +249,12 @@ pub fn cut_creases(
         };
         let (x, y) = (end(a, p, q)?, end(b, q, p)?);
         let (at, [fa, fb]) = jump(oracle, x, y, cosine, reach)?;
+        // Beside a corner an edge may pass over the third face. The corner's own edges say all that is to be said.
+        let third = fa.normal.dot(x.1.normal) <= cosine || fb.normal.dot(y.1.normal) <= cosine;
+        let has_corner = |h: u32| h != NONE && corners[(h / 3) as usize].is_some();
+        if third && (has_corner(h) || has_corner(frozen.opposite(h))) {
+            return None;
+        }
         let along = (q - p).normalize_or_zero();
         // The planes of the two feet first: the point then lies near the crease even when the edge passes far below it.
         let mut planes = Qef::new(at);
@@ -252,49 +273,23 @@ pub fn cut_creases(
         Some(point.map(|(point, _)| (a, b, point)))
     })?;
     let mut cuts = Vec::new();
-    let mut cut_at = vec![NONE; 3 * mesh.triangle_capacity()];
-    for (h, found) in found.into_iter().enumerate() {
+    for found in found.into_iter().flatten() {
         match found {
-            Some(Some((a, b, point))) => {
-                let o = mesh.opposite(h as u32);
-                cut_at[h] = cuts.len() as u32;
-                if o != NONE {
-                    cut_at[o as usize] = cuts.len() as u32;
-                }
-                cuts.push(Cut { ends: [a, b], point, triangles: [h as u32 / 3, if o == NONE { NONE } else { o / 3 }] });
-            }
-            Some(None) => report.missed += 1,
-            None => {}
+            Some(cut) => cuts.push(cut),
+            None => report.missed += 1,
         }
     }
 
-    // Triangles with three cut edges hold a corner.
-    let mut corners = Vec::new();
-    for t in cuts.iter().flat_map(|c| c.triangles).filter(|&t| t != NONE) {
-        let own = [0, 1, 2].map(|k| cut_at[3 * t as usize + k]);
-        if own.contains(&NONE) || corners.iter().any(|&(u, _)| u == t) {
-            continue;
-        }
-        let nodes = mesh.corners(t);
-        let center = own.iter().map(|&c| cuts[c as usize].point).sum::<DVec3>() / 3.0;
-        let mut planes = Qef::new(center);
-        for foot in nodes.iter().filter_map(|&v| feet[v as usize]) {
-            planes.add(foot.point, foot.normal, 1.0);
-        }
-        let start = center + planes.solve(LOCATE_CUTOFF).step.clamp_length_max(reach);
-        let sides = nodes.map(|v| (mesh.point(v) - start).normalize_or_zero());
-        if let Some((point, 3)) = locate(oracle, start, &sides, reach) {
-            corners.push((t, point));
+    for (t, point) in corners.into_iter().enumerate() {
+        if let Some(point) = point {
+            let v = mesh.split_triangle(t as u32, point);
+            mesh.set_pinned(v, true);
+            report.corners += 1;
         }
     }
-    for (t, point) in corners {
-        let v = mesh.split_triangle(t, point);
-        mesh.set_pinned(v, true);
-        report.corners += 1;
-    }
-    for cut in &cuts {
-        if let Some(h) = mesh.edge_between(cut.ends[0], cut.ends[1]) {
-            mesh.split_edge(h, cut.point);
+    for (a, b, point) in cuts {
+        if let Some(h) = mesh.edge_between(a, b) {
+            mesh.split_edge(h, point);
             report.cuts += 1;
         }
     }

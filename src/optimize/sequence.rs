@@ -36,10 +36,18 @@ pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, o: &Options, run:
     stage!("mc", 0);
     stage!("collapse", collapse_short(&mut m, oracle, &field, 0.3, h, run)?);
     stage!("flip", flip_for_angles(&mut m, 10.0, run)?);
+    for _ in 0..2 {
+        stage!("R_all", smooth_all(&mut m, oracle, h, run)?);
+        stage!("flip", flip_for_angles(&mut m, 10.0, run)?);
+    }
     for _ in 0..o.n1 {
         stage!("N1", snap_to_planes(&mut m, oracle, h, 0.0, run)?);
     }
-    stage!("cut", cut_creases(&mut m, oracle, h, o.feature_angle, run)?);
+    for _ in 0..2 {
+        stage!("cut", cut_creases(&mut m, oracle, h, o.feature_angle, run)?);
+        stage!("flipn", flip_for_normals(&mut m, oracle, h, o.feature_angle, run)?);
+    }
+    stage!("mark", mark_sharp(&mut m, oracle, h, o.feature_angle, run)?);
     field.resize(m.node_capacity(), h);
     stage!("survey", survey(&mut m, oracle, h, run)?);
     for _ in 0..o.rounds {
@@ -66,6 +74,55 @@ pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, o: &Options, run:
 mod tests {
     use super::*;
     use super::super::testing::*;
+    #[test]
+    fn probe() {
+        use glam::DVec3;
+        let n: usize = std::env::var("N").map_or(16, |s| s.parse().unwrap());
+        let part = if std::env::var("PART").as_deref() == Ok("ar") { Part::cube_with_holes(Part::generic_turn()) } else { Part::plain_cube(Part::generic_turn()) };
+        let h = 2.0 * part.half / n as f64;
+        let mesh = march(&part, n);
+        let mut m = EditMesh::new(&mesh).unwrap();
+        let run = Run::new();
+        let field = vec![h; m.node_capacity()];
+        println!("{:?}", collapse_short(&mut m, &part, &field, 0.3, h, &run).unwrap());
+        let env = |k: &str| std::env::var(k).map_or(0, |s| s.parse::<usize>().unwrap());
+        if env("DEG") > 0 { println!("{:?}", remove_degenerate(&mut m, &part, env("DEG") as f64, h, &run).unwrap()); }
+        flip_for_angles(&mut m, 10.0, &run).unwrap();
+        for _ in 0..env("RALL") { println!("{:?}", smooth_all(&mut m, &part, h, &run).unwrap()); flip_for_angles(&mut m, 10.0, &run).unwrap(); }
+        for _ in 0..env("FN") { println!("{:?}", flip_for_normals(&mut m, &part, h, 20.0, &run).unwrap()); }
+        let before = m.clone();
+        println!("{:?}", cut_creases(&mut m, &part, h, 20.0, &run).unwrap());
+        println!("{:?}", survey(&mut m, &part, h, &run).unwrap());
+        for _ in 0..env("P2") {
+        println!("flips {:?}", flip_for_normals(&mut m, &part, h, 20.0, &run).unwrap());
+        println!("{:?}", survey(&mut m, &part, h, &run).unwrap());
+        println!("{:?}", cut_creases(&mut m, &part, h, 20.0, &run).unwrap());
+        println!("{:?}", survey(&mut m, &part, h, &run).unwrap());
+        }
+        let (_, corners) = part.creases(0.9 * h, 40.0);
+        for c in corners {
+            let near: Vec<u32> = m.nodes().filter(|&v| m.point(v).distance(c) < 0.05 * h).collect();
+            if near.is_empty() {
+                println!("corner {c} missed");
+                for t in before.triangles() {
+                    if before.centroid(t).distance(c) < 1.5 * h && { let f = before.corners(t).map(|v| part.project(before.point(v), h).unwrap().face); f[0]!=f[1]&&f[1]!=f[2]&&f[2]!=f[0] } {
+                        let f = before.corners(t).map(|v| part.project(before.point(v), h).unwrap().face);
+                        println!("   t{t} {:?} faces {f:?} d {:?}", before.corners(t), before.corner_points(t).map(|p| (p.distance(c) / h * 100.0).round()));
+                    }
+                }
+                for v in m.nodes() {
+                    let p: DVec3 = m.point(v);
+                    if p.distance(c) < 1.2 * h && v as usize >= before.node_capacity() { println!("   new node {v} at {}", p.distance(c) / h); }
+                }
+            }
+        }
+        for t in m.triangles() {
+            let f = m.area_vector(t).normalize_or_zero().dot(m.normal(t));
+            if f < 0.8 {
+                println!("t{t} facing {f:.3} label {} {:?} new from {} angle {:.2}", m.label(t), m.corners(t).map(|v| (v, crate::optimize::classify::kind_by_edges(&m, v), part.project(m.point(v), h).unwrap().face)), before.node_capacity(), crate::optimize::guard::sharpest_cosine(m.corner_points(t)).acos().to_degrees());
+            }
+        }
+    }
     #[test]
     fn explore() {
         let n: usize = std::env::var("N").map_or(64, |s| s.parse().unwrap());
