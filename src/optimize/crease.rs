@@ -20,7 +20,9 @@ use crate::run::Run;
 const BISECTIONS: usize = 6;
 /// First distance of the points that look at the faces beside a crease, as a share of the reach: far enough to be on the
 /// right side while the crease is not located yet, near enough to see the crease's own faces only.
-const LOOK: f64 = 0.05;
+pub(super) const LOOK: f64 = 0.05;
+/// The same for a corner, whose first guess is the meeting point of tangent planes taken further away.
+const LOOK_WIDE: f64 = 0.3;
 /// The same at the end, when the crease is located to that accuracy.
 const LOOK_LEAST: f64 = 1e-4;
 /// Two tangent planes locate a crease when the smaller singular value exceeds this share of the larger: 3.6 degrees
@@ -51,9 +53,15 @@ pub struct CreaseReport {
 /// The point nearest to `start` where the faces seen from it in the directions `sides` meet, and their normals there:
 /// (9–11) repeated, with the dual nodes drawn in as the point settles. `None` when a side has no face within `reach`, the
 /// sides show one and the same plane, or the point runs further than `reach`.
-pub fn locate(oracle: &dyn SurfaceOracle, start: DVec3, sides: &[DVec3], reach: f64) -> Option<(DVec3, usize)> {
+pub fn locate(
+    oracle: &dyn SurfaceOracle,
+    start: DVec3,
+    sides: &[DVec3],
+    look: f64,
+    reach: f64,
+) -> Option<(DVec3, usize)> {
     let mut p = start;
-    let mut look = LOOK * reach;
+    let mut look = look * reach;
     let mut rank = 0;
     for round in 0..ROUNDS {
         let mut planes = Qef::new(p);
@@ -74,7 +82,7 @@ pub fn locate(oracle: &dyn SurfaceOracle, start: DVec3, sides: &[DVec3], reach: 
         if moved <= LOCATED * reach && round > 0 {
             break;
         }
-        look = (2.0 * moved).clamp(LOOK_LEAST * reach, LOOK * reach);
+        look = look.min((2.0 * moved).max(LOOK_LEAST * reach));
     }
     Some((p, rank))
 }
@@ -100,7 +108,7 @@ pub(super) fn sectors(mesh: &EditMesh, v: u32) -> Vec<DVec3> {
 
 /// The crease point for a node near it, seen along the sectors between its sharp edges.
 pub(super) fn settle(mesh: &EditMesh, oracle: &dyn SurfaceOracle, v: u32, p: DVec3, reach: f64) -> Option<DVec3> {
-    locate(oracle, p, &sectors(mesh, v), reach).map(|(q, _)| q)
+    locate(oracle, p, &sectors(mesh, v), LOOK, reach).map(|(q, _)| q)
 }
 
 fn angle_cosine(degrees: f64) -> f64 {
@@ -191,7 +199,7 @@ pub fn cut_creases(
         if least > cosine {
             return None;
         }
-        Some(locate(oracle, frozen.point(v), &sides, reach).map(|x| x.0))
+        Some(locate(oracle, frozen.point(v), &sides, LOOK, reach).map(|x| x.0))
     })?;
     let mut on_crease: Vec<bool> = (0..mesh.node_capacity() as u32).map(|v| has_sharp(mesh, v)).collect();
     for (v, found) in beside.iter().enumerate() {
@@ -224,7 +232,7 @@ pub fn cut_creases(
         }
         let start = center + planes.solve(LOCATE_CUTOFF).step.clamp_length_max(reach);
         let sides = nodes.map(|v| (frozen.point(v) - start).normalize_or_zero());
-        locate(oracle, start, &sides, reach).filter(|x| x.1 == 3).map(|x| x.0)
+        locate(oracle, start, &sides, LOOK_WIDE, reach).filter(|x| x.1 == 3).map(|x| x.0)
     })?;
 
     // Edges across a crease.
@@ -261,14 +269,14 @@ pub fn cut_creases(
         planes.add(fa.point, fa.normal, 1.0);
         planes.add(fb.point, fb.normal, 1.0);
         let start = at + planes.solve(LOCATE_CUTOFF).step.clamp_length_max(reach);
-        let point = locate(oracle, start, &[-along, along], reach).or_else(|| {
+        let point = locate(oracle, start, &[-along, along], LOOK, reach).or_else(|| {
             // Seen along the edge both sides may lie on one face; seen along the faces' own tangents they do not.
             let t = fa.normal.cross(fb.normal).normalize_or_zero();
             let side = |m: DVec3, s: f64| {
                 let d = m.cross(t).normalize_or_zero();
                 if d.dot(s * along) >= 0.0 { d } else { -d }
             };
-            locate(oracle, start, &[side(fa.normal, -1.0), side(fb.normal, 1.0)], reach)
+            locate(oracle, start, &[side(fa.normal, -1.0), side(fb.normal, 1.0)], LOOK, reach)
         });
         Some(point.map(|(point, _)| (a, b, point)))
     })?;
@@ -294,7 +302,53 @@ pub fn cut_creases(
         }
     }
     report.sharp = mark_sharp(mesh, oracle, reach, angle, run)?;
+    let closed = close_corners(mesh, oracle, reach, angle, run)?;
+    if closed > 0 {
+        report.corners += closed;
+        report.sharp = mark_sharp(mesh, oracle, reach, angle, run)?;
+    }
     Ok(report)
+}
+
+/// Puts a corner into every triangle on whose three nodes creases end that no edge of it continues, where the faces beyond
+/// its edges differ by more than `angle` degrees and meet in a point within `reach`. Returns how many.
+fn close_corners(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, angle: f64, run: &Run) -> Result<usize> {
+    let cosine = angle_cosine(angle);
+    let frozen = &*mesh;
+    let corners = ask_all(run, mesh.triangle_capacity(), |t| {
+        if !frozen.is_triangle(t) || (3 * t..3 * t + 3).any(|h| frozen.is_feature(h)) {
+            return None;
+        }
+        if !frozen.corners(t).iter().all(|&v| frozen.outgoing(v).filter(|&h| frozen.is_sharp(h)).count() == 1) {
+            return None;
+        }
+        let center = frozen.centroid(t);
+        let mut planes = Qef::new(center);
+        let mut sides = [DVec3::ZERO; 3];
+        let mut normals = [DVec3::ZERO; 3];
+        for k in 0..3 {
+            let beyond = frozen.centroid(frozen.opposite(3 * t + k as u32) / 3);
+            let foot = oracle.project(beyond, reach)?;
+            planes.add(foot.point, foot.normal, 1.0);
+            normals[k] = foot.normal;
+            sides[k] = foot.point;
+        }
+        if (0..3).any(|k| normals[k].dot(normals[(k + 1) % 3]) > cosine) {
+            return None;
+        }
+        let start = center + planes.solve(LOCATE_CUTOFF).step.clamp_length_max(reach);
+        let sides = sides.map(|s| (s - start).normalize_or_zero());
+        locate(oracle, start, &sides, LOOK_WIDE, reach).filter(|x| x.1 == 3).map(|x| x.0)
+    })?;
+    let mut count = 0;
+    for (t, point) in corners.into_iter().enumerate() {
+        if let Some(point) = point {
+            let v = mesh.split_triangle(t as u32, point);
+            mesh.set_pinned(v, true);
+            count += 1;
+        }
+    }
+    Ok(count)
 }
 
 /// Marks the edges at whose middle the surface's normal jumps by more than `angle` degrees from one triangle's side to the

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::classify::{Kind, kind_by_edges};
-use super::crease::{locate, settle};
+use super::crease::{LOOK, locate, settle};
 use super::guard::{FACING, area_vector, may_move, sharpest_cosine};
 use crate::error::Result;
 use crate::geometry::SurfaceOracle;
@@ -55,7 +55,7 @@ fn midpoint(mesh: &EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64) -> 
     }
     if mesh.is_sharp(h) {
         let side = |t: u32| (mesh.centroid(t) - middle).normalize_or_zero();
-        return locate(oracle, middle, &[side(h / 3), side(o / 3)], reach).map(|x| x.0);
+        return locate(oracle, middle, &[side(h / 3), side(o / 3)], LOOK, reach).map(|x| x.0);
     }
     oracle.project(middle, reach).map(|f| f.point)
 }

@@ -78,7 +78,7 @@ mod tests {
     fn probe() {
         use glam::DVec3;
         let n: usize = std::env::var("N").map_or(16, |s| s.parse().unwrap());
-        let part = if std::env::var("PART").as_deref() == Ok("ar") { Part::cube_with_holes(Part::generic_turn()) } else { Part::plain_cube(Part::generic_turn()) };
+        let part = if std::env::var("PART").as_deref() == Ok("b") { Part::cube_corner_sphere() } else if std::env::var("PART").as_deref() == Ok("ar") { Part::cube_with_holes(Part::generic_turn()) } else { Part::plain_cube(Part::generic_turn()) };
         let h = 2.0 * part.half / n as f64;
         let mesh = march(&part, n);
         let mut m = EditMesh::new(&mesh).unwrap();
@@ -116,6 +116,9 @@ mod tests {
                 }
             }
         }
+        for v in m.nodes() { if !m.is_pinned(v) && crate::optimize::classify::kind_by_edges(&m, v) == crate::optimize::classify::Kind::Corner {
+            println!("odd {v} at {} degree {} ", m.point(v), m.outgoing(v).filter(|&h| m.is_sharp(h)).count());
+        } }
         for t in m.triangles() {
             let f = m.area_vector(t).normalize_or_zero().dot(m.normal(t));
             if f < 0.8 {
