@@ -8,6 +8,7 @@
 
 use glam::DVec3;
 
+use super::flips::flip_for_normals;
 use super::guard::{Moves, ask_all, may_move, relocate};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
@@ -32,6 +33,9 @@ const LOCATE_CUTOFF: f64 = 1e-3;
 const ROUNDS: usize = 8;
 /// A crease is located when a round moves it by less than this share of the reach.
 const LOCATED: f64 = 1e-9;
+/// An edge lies along a crease when the crease passes its middle within this share of its length: the sagitta of an
+/// edge that is as long as 1.2 times the crease's radius.
+const CHORD: f64 = 0.15;
 /// A node counts as on a crease when the crease passes within this share of the reach.
 const ON_CREASE: f64 = 0.05;
 
@@ -42,6 +46,8 @@ pub struct CreaseReport {
     pub cuts: usize,
     /// Corners that were put into triangles.
     pub corners: usize,
+    /// Edges that were flipped because that lowers the normal deviation.
+    pub flips: usize,
     /// Nodes that lay beside a crease and were put on it.
     pub snapped: usize,
     /// Places where the normal jumps but no crease was found within reach.
@@ -301,6 +307,8 @@ pub fn cut_creases(
             report.cuts += 1;
         }
     }
+    // Where an edge was left uncut beside a corner the other diagonal joins two crease nodes.
+    report.flips = flip_for_normals(mesh, oracle, reach, angle, run)?;
     report.sharp = mark_sharp(mesh, oracle, reach, angle, run)?;
     let closed = close_corners(mesh, oracle, reach, angle, run)?;
     if closed > 0 {
@@ -373,7 +381,14 @@ pub fn mark_sharp(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, a
             let inward = (frozen.centroid(t) - middle).normalize_or_zero();
             oracle.project(middle + 2.0 * LOOK * reach.min(p.distance(q)) * inward, reach)
         });
-        (x?.normal.dot(y?.normal) <= cosine).then_some(())
+        let (x, y) = (x?, y?);
+        if x.normal.dot(y.normal) > cosine {
+            return None;
+        }
+        let mut planes = Qef::new(middle);
+        planes.add(x.point, x.normal, 1.0);
+        planes.add(y.point, y.normal, 1.0);
+        (planes.solve(LOCATE_CUTOFF).step.length() <= CHORD * p.distance(q)).then_some(())
     })?;
     let mut count = 0;
     for (h, mark) in marks.into_iter().enumerate() {

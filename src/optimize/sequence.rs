@@ -45,9 +45,7 @@ pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, o: &Options, run:
     }
     for _ in 0..2 {
         stage!("cut", cut_creases(&mut m, oracle, h, o.feature_angle, run)?);
-        stage!("flipn", flip_for_normals(&mut m, oracle, h, o.feature_angle, run)?);
     }
-    stage!("mark", mark_sharp(&mut m, oracle, h, o.feature_angle, run)?);
     field.resize(m.node_capacity(), h);
     stage!("survey", survey(&mut m, oracle, h, run)?);
     for _ in 0..o.rounds {
@@ -78,7 +76,7 @@ mod tests {
     fn probe() {
         use glam::DVec3;
         let n: usize = std::env::var("N").map_or(16, |s| s.parse().unwrap());
-        let part = if std::env::var("PART").as_deref() == Ok("b") { Part::cube_corner_sphere() } else if std::env::var("PART").as_deref() == Ok("ar") { Part::cube_with_holes(Part::generic_turn()) } else { Part::plain_cube(Part::generic_turn()) };
+        let part = if std::env::var("PART").as_deref() == Ok("b") { Part::cube_corner_sphere() } else if std::env::var("PART").as_deref() == Ok("a") { Part::cube_with_holes(glam::DMat3::IDENTITY) } else if std::env::var("PART").as_deref() == Ok("ar") { Part::cube_with_holes(Part::generic_turn()) } else { Part::plain_cube(Part::generic_turn()) };
         let h = 2.0 * part.half / n as f64;
         let mesh = march(&part, n);
         let mut m = EditMesh::new(&mesh).unwrap();
@@ -86,6 +84,7 @@ mod tests {
         let field = vec![h; m.node_capacity()];
         println!("{:?}", collapse_short(&mut m, &part, &field, 0.3, h, &run).unwrap());
         let env = |k: &str| std::env::var(k).map_or(0, |s| s.parse::<usize>().unwrap());
+        if env("TRACE") > 0 { for v in [6u32, 13] { println!("start {v} {} {:?}", part.crease_distance(m.point(v), 5.0) / h, part.project(m.point(v), h)); } }
         if env("DEG") > 0 { println!("{:?}", remove_degenerate(&mut m, &part, env("DEG") as f64, h, &run).unwrap()); }
         flip_for_angles(&mut m, 10.0, &run).unwrap();
         for _ in 0..env("RALL") { println!("{:?}", smooth_all(&mut m, &part, h, &run).unwrap()); flip_for_angles(&mut m, 10.0, &run).unwrap(); }
@@ -117,7 +116,7 @@ mod tests {
             }
         }
         for v in m.nodes() { if !m.is_pinned(v) && crate::optimize::classify::kind_by_edges(&m, v) == crate::optimize::classify::Kind::Corner {
-            println!("odd {v} at {} degree {} ", m.point(v), m.outgoing(v).filter(|&h| m.is_sharp(h)).count());
+            println!("odd {v} at {} crease distance {:.3} ring {:?} degree {} ", m.point(v), part.crease_distance(m.point(v), 5.0) / h, m.outgoing(v).map(|h| (m.target(h), m.is_sharp(h), m.label(h/3))).collect::<Vec<_>>(), m.outgoing(v).filter(|&h| m.is_sharp(h)).count());
         } }
         for t in m.triangles() {
             let f = m.area_vector(t).normalize_or_zero().dot(m.normal(t));
