@@ -12,6 +12,7 @@ use super::flips::flip_for_normals;
 use super::guard::{Moves, ask_all, may_move, relocate};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
+use crate::mesh::curvature::dihedral;
 use crate::mesh::{EditMesh, edit::NONE, edit::prev};
 use crate::numeric::svd::Qef;
 use crate::run::Run;
@@ -36,6 +37,8 @@ const LOCATED: f64 = 1e-9;
 /// An edge lies along a crease when the crease passes its middle within this share of its length: the sagitta of an
 /// edge that is as long as 1.2 times the crease's radius.
 const CHORD: f64 = 0.15;
+/// ... and when it runs within 45 degrees of it (cosine): an edge across a crease is no part of it.
+const ALONG_CREASE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// A node counts as on a crease when the crease passes within this share of the reach.
 const ON_CREASE: f64 = 0.05;
 
@@ -363,15 +366,15 @@ fn close_corners(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, an
 /// other's, unmarks all others; returns how many are sharp. Nodes keep their places.
 pub fn mark_sharp(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, angle: f64, run: &Run) -> Result<usize> {
     let cosine = angle_cosine(angle);
-    let feet = super::surface::centroid_feet(mesh, oracle, reach, run)?;
+    let hint = 0.5 * angle.to_radians();
     let frozen = &*mesh;
     let marks = ask_all(run, 3 * mesh.triangle_capacity(), |h| {
-        if !frozen.is_edge(h) || frozen.opposite(h) == NONE {
+        if !frozen.is_edge(h) || frozen.opposite(h) == NONE || dihedral(frozen, h) < hint {
             return None;
         }
+        // A jump shows under the triangles first; only then are the edge's own surroundings looked at.
         let sides = [h / 3, frozen.opposite(h) / 3];
-        // A jump shows in the triangles' own feet first; only then are the edge's own surroundings looked at.
-        let [x, y] = sides.map(|t| feet[t as usize]);
+        let [x, y] = sides.map(|t| oracle.project(frozen.centroid(t), reach));
         if x?.normal.dot(y?.normal) > cosine {
             return None;
         }
@@ -388,7 +391,9 @@ pub fn mark_sharp(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, a
         let mut planes = Qef::new(middle);
         planes.add(x.point, x.normal, 1.0);
         planes.add(y.point, y.normal, 1.0);
-        (planes.solve(LOCATE_CUTOFF).step.length() <= CHORD * p.distance(q)).then_some(())
+        let near = planes.solve(LOCATE_CUTOFF).step.length() <= CHORD * p.distance(q);
+        let along = x.normal.cross(y.normal).normalize_or_zero().dot((q - p).normalize_or_zero()).abs() >= ALONG_CREASE;
+        (near && along).then_some(())
     })?;
     let mut count = 0;
     for (h, mark) in marks.into_iter().enumerate() {

@@ -69,30 +69,31 @@ pub fn densify(
     mesh: &mut EditMesh,
     oracle: &dyn SurfaceOracle,
     field: &mut Vec<f64>,
+    long: f64,
     reach: f64,
     run: &Run,
 ) -> Result<Edits> {
     let mut edits = Edits::default();
     for _ in 0..ROUNDS {
         run.check()?;
-        let mut long: Vec<(f64, u32)> = Vec::new();
+        let mut list: Vec<(f64, u32)> = Vec::new();
         for h in mesh.edges() {
             let wanted = field[mesh.origin(h) as usize].min(field[mesh.target(h) as usize]);
-            let excess = mesh.edge_length(h) / (LONG * wanted);
+            let excess = mesh.edge_length(h) / (long * wanted);
             if excess > 1.0 {
-                long.push((excess, h));
+                list.push((excess, h));
             }
         }
-        long.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        list.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         let before = edits.splits;
-        for (k, (_, h)) in long.into_iter().enumerate() {
+        for (k, (_, h)) in list.into_iter().enumerate() {
             if k % 256 == 0 {
                 run.check()?;
             }
             // An earlier split may have shortened this half-edge or turned it into another.
             let (a, b) = (mesh.origin(h), mesh.target(h));
             let wanted = field[a as usize].min(field[b as usize]);
-            if mesh.edge_length(h) <= LONG * wanted {
+            if mesh.edge_length(h) <= long * wanted {
                 continue;
             }
             let Some(p) = midpoint(mesh, oracle, h, reach) else {
@@ -253,12 +254,10 @@ pub fn remove_degenerate(
         let mut sides = [3 * t, 3 * t + 1, 3 * t + 2];
         sides.sort_by(|&x, &y| mesh.edge_length(x).total_cmp(&mesh.edge_length(y)).then(x.cmp(&y)));
         let [short, middle, long] = sides;
-        let limits = Limits { longest: f64::INFINITY, angle: bad };
         let ends = [mesh.origin(long), mesh.target(long)];
         // A cap's two short sides are nearly as long as its long one together.
         let cap = mesh.edge_length(short) > 0.35 * mesh.edge_length(long);
-        let longest = 1.5 * mesh.edge_length(long);
-        let limits = Limits { longest: limits.longest.min(longest), ..limits };
+        let limits = Limits { longest: 1.5 * reach, angle: bad };
         if cap && flip_is_better(mesh, long) && mesh.flip(long) {
             edits.flips += 1;
         } else if merge(mesh, oracle, short, reach, limits) || merge(mesh, oracle, middle, reach, limits) {

@@ -55,21 +55,20 @@ pub fn flip_for_angles(mesh: &mut EditMesh, bend: f64, run: &Run) -> Result<usiz
         if flips == 0 {
             break;
         }
-        // A flip changes the choice at the edges of both triangles and so of their neighbors.
-        dirty.fill(false);
-        for t in 0..touched.len() {
-            if touched[t] {
-                dirty[t] = true;
-                for k in 0..3 {
-                    let o = mesh.opposite((3 * t + k) as u32);
-                    if o != NONE {
-                        dirty[(o / 3) as usize] = true;
-                    }
-                }
-            }
-        }
+        spread(mesh, &touched, &mut dirty);
     }
     Ok(total)
+}
+
+/// Marks the triangles whose edges may choose anew: a flip changes the choice at the edges of both its triangles.
+fn spread(mesh: &EditMesh, touched: &[bool], dirty: &mut [bool]) {
+    dirty.fill(false);
+    for t in (0..touched.len()).filter(|&t| touched[t]) {
+        dirty[t] = true;
+        for o in (0..3).map(|k| mesh.opposite((3 * t + k) as u32)).filter(|&o| o != NONE) {
+            dirty[(o / 3) as usize] = true;
+        }
+    }
 }
 
 /// Whether a flip keeps both triangles on the right side of the surface.
@@ -112,8 +111,10 @@ pub fn flip_for_normals(
         Some((a.length() * deviation, facing, foot))
     };
     let mut total = 0;
+    let mut dirty = vec![true; mesh.triangle_capacity()];
     for _ in 0..PASSES {
         let mut flips = 0;
+        let mut touched = vec![false; mesh.triangle_capacity()];
         for h in 0..3 * mesh.triangle_capacity() as u32 {
             if h % 1024 == 0 {
                 run.check()?;
@@ -122,6 +123,9 @@ pub fn flip_for_normals(
                 continue;
             }
             let o = mesh.opposite(h);
+            if !dirty[(h / 3) as usize] && !dirty[(o / 3) as usize] {
+                continue;
+            }
             let n = [h / 3, o / 3].map(|t| mesh.area_vector(t).normalize_or_zero());
             let m = [mesh.normal(h / 3), mesh.normal(o / 3)];
             let off = |k: usize| m[k] != DVec3::ZERO && n[k].dot(m[k]) < bend;
@@ -139,6 +143,8 @@ pub fn flip_for_normals(
             if shape && upright && c.0 + d.0 < a.0 + b.0 - GAIN * area && mesh.flip(h) {
                 mesh.set_surface(h / 3, c.2.face, c.2.normal);
                 mesh.set_surface(o / 3, d.2.face, d.2.normal);
+                touched[(h / 3) as usize] = true;
+                touched[(o / 3) as usize] = true;
                 flips += 1;
             }
         }
@@ -146,6 +152,7 @@ pub fn flip_for_normals(
         if flips == 0 {
             break;
         }
+        spread(mesh, &touched, &mut dirty);
     }
     Ok(total)
 }

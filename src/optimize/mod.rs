@@ -12,4 +12,6 @@ pub mod smooth;
 pub mod surface;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod explore;
 pub use sequence::*;
