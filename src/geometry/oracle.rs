@@ -29,7 +29,7 @@ pub trait SurfaceOracle: Sync {
     /// bracketing a change of side. `direction` must be a unit vector. `None` when there is no crossing within `reach`.
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot>;
 
-    /// Principal curvatures at a surface point, larger magnitude first; positive where the solid is convex.
-    /// `None` where the surface has none (on an edge) or the source cannot tell.
+    /// Principal curvatures of the foot's face at a surface point, larger magnitude first; positive where the solid is
+    /// convex. `None` where the face has none (an apex) or the source cannot tell.
     fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]>;
 }

@@ -3,12 +3,35 @@
 //! A [`Solid`] is a tree of primitives, formulas and set operations. Lowering makes signed leaves and one tape of it;
 //! the octree prunes the tape cell by cell; marching cubes with the topology of MC33 meshes the surface.
 
+mod blend;
 pub mod expr;
+mod extract;
+mod features;
 mod field;
+mod formula;
+mod leaf;
+mod lower;
+pub mod mc33;
+mod model;
+mod newton;
+mod octree;
+mod oracle;
+mod polygon;
 mod rfunction;
 pub mod solid;
+mod tape;
+
+#[cfg(test)]
+mod tests;
+mod thin;
 
 pub use expr::Expr;
+pub use extract::{ExtractOptions, Extracted, extract};
+pub use features::features;
 pub use field::Field;
+pub use lower::FaceInfo;
+pub use model::Implicit;
+pub use oracle::ImplicitOracle;
 pub use rfunction::RSystem;
 pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
+pub use thin::{ThinPlace, thin_places};

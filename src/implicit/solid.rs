@@ -283,3 +283,33 @@ impl ops::Sub for Solid {
         self & !other
     }
 }
+
+/// Takes the tree apart without recursion: a tree may be millions of nodes deep.
+impl Drop for Solid {
+    fn drop(&mut self) {
+        thread_local! {
+            static NOTHING: Arc<SolidNode> = Arc::new(SolidNode::Or(Vec::new()));
+        }
+        fn children(node: &mut SolidNode, stack: &mut Vec<Solid>) {
+            match node {
+                SolidNode::Primitive(_) => {}
+                SolidNode::And(all) | SolidNode::Or(all) => stack.append(all),
+                SolidNode::Not(s) | SolidNode::Placed(_, s) | SolidNode::Named(_, s) | SolidNode::Sized(_, s) => {
+                    stack.push(std::mem::replace(s, Solid(NOTHING.with(Arc::clone))));
+                }
+                SolidNode::Blend(a, b, _) => {
+                    stack.push(std::mem::replace(a, Solid(NOTHING.with(Arc::clone))));
+                    stack.push(std::mem::replace(b, Solid(NOTHING.with(Arc::clone))));
+                }
+            }
+        }
+        let Some(node) = Arc::get_mut(&mut self.0) else { return };
+        let mut stack = Vec::new();
+        children(node, &mut stack);
+        while let Some(mut s) = stack.pop() {
+            if let Some(node) = Arc::get_mut(&mut s.0) {
+                children(node, &mut stack);
+            }
+        }
+    }
+}

@@ -1,4 +1,12 @@
-//! Numbers: intervals, root bracketing, small dense algebra, clustering, exact predicates.
+//! Numbers: intervals, dual numbers, root bracketing, least squares of planes, clustering.
 
+mod dual;
+mod interval;
 pub mod kmeans;
+pub mod predicates;
+mod roots;
 pub mod svd;
+
+pub use dual::Dual;
+pub use interval::Interval;
+pub use roots::Bracket;

@@ -1,1 +1,13 @@
-//! Room quality.
+//! Measuring a mesh: shape of its triangles, distance and angle from the true surface, recovery of sharp edges.
+
+mod check;
+mod deviation;
+mod features;
+mod metrics;
+#[cfg(test)]
+mod tests;
+
+pub use check::{Against, Check, GroupSummary, check};
+pub use deviation::{Deviation, deviation};
+pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
+pub use metrics::{Quality, Shape, quality, shape};

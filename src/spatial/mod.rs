@@ -1,5 +1,7 @@
-//! Where things are: boxes, a bounding-volume hierarchy, nearest points.
+//! Where things are: boxes, a bounding-volume hierarchy.
 
 mod aabb;
+mod bvh;
 
 pub use aabb::Aabb;
+pub use bvh::Bvh;

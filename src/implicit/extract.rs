@@ -1,0 +1,594 @@
+//! Marching cubes with the topology of MC33 over the bricks of the octree ([LIS14] eq. 3).
+//!
+//! Two passes over the bricks, both parallel. The first evaluates the sign of every corner and counts nodes and
+//! triangles; prefix sums then give every brick its place in the final arrays; the second writes them. A node belongs to
+//! the brick that holds its edge's lower end, so its number follows from sign bits alone and no search joins nodes.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::mc33;
+use super::model::Implicit;
+use super::octree::{BRICK, Bricks, Cell, Grid};
+use super::tape::{Scratch, Tape};
+use crate::error::{Error, Place, Result};
+use crate::mesh::TriMesh;
+use crate::numeric::Bracket;
+use crate::run::Run;
+
+/// Corners along a brick's side.
+const SIDE: usize = BRICK + 1;
+
+/// How to extract.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtractOptions {
+    /// Side length of the cells, in the part's unit.
+    pub size: f64,
+    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of [LIS14] eq. 3).
+    pub root_tolerance: f64,
+    /// The most bytes the mesh may take; a size that needs more is refused before the work.
+    pub memory: u64,
+}
+
+impl ExtractOptions {
+    /// Cells of the given size, nodes to 1e-12 of the part's diagonal, at most 8 GiB.
+    pub fn new(size: f64) -> Self {
+        Self { size, root_tolerance: 1e-12, memory: 8 << 30 }
+    }
+}
+
+/// What extraction gives: the mesh, and the pruned tapes of the cells it runs through.
+#[derive(Debug, Clone)]
+pub struct Extracted {
+    /// The mesh: closed, oriented, 2-manifold, its labels indices into [`Implicit::faces`].
+    pub mesh: TriMesh,
+    /// Cells the surface was looked for in, for oracles that work near it.
+    pub(crate) bricks: Bricks,
+    /// Bricks that intervals could not decide and whose corners all have one sign.
+    pub(crate) undecided: Vec<Cell>,
+}
+
+/// A cell whose triangles do not follow from its corners' signs alone.
+#[derive(Debug, Clone, Copy)]
+struct Special {
+    cell: u16,
+    faces: u8,
+    tunnel: u8,
+    interior: u8,
+}
+
+/// What the first pass keeps of a brick.
+#[derive(Debug, Clone)]
+struct Counted {
+    /// Sign bits: bit i of row j + 9 k is corner (i, j, k).
+    rows: [u16; SIDE * SIDE],
+    special: Box<[Special]>,
+    nodes: u32,
+    triangles: u32,
+}
+
+/// Numbers of a brick's edges: those with a sign change, axis by axis, row by row.
+struct Ranks {
+    base: [[u16; BRICK * BRICK]; 3],
+    mask: [[u8; BRICK * BRICK]; 3],
+    edges: u16,
+}
+
+impl Ranks {
+    fn new(rows: &[u16; SIDE * SIDE]) -> Self {
+        let mut r = Ranks { base: [[0; 64]; 3], mask: [[0; 64]; 3], edges: 0 };
+        for axis in 0..3 {
+            for k in 0..BRICK {
+                for j in 0..BRICK {
+                    let s = rows[j + SIDE * k];
+                    let other = match axis {
+                        0 => s >> 1,
+                        1 => rows[j + 1 + SIDE * k],
+                        _ => rows[j + SIDE * (k + 1)],
+                    };
+                    let m = ((s ^ other) & 0xff) as u8;
+                    r.base[axis][j + BRICK * k] = r.edges;
+                    r.mask[axis][j + BRICK * k] = m;
+                    r.edges += m.count_ones() as u16;
+                }
+            }
+        }
+        r
+    }
+
+    /// The number of the edge along `axis` at corner `at`; the edge must have a sign change.
+    fn of(&self, axis: usize, at: [usize; 3]) -> u32 {
+        let row = at[1] + BRICK * at[2];
+        let below = self.mask[axis][row] & ((1u16 << at[0]) - 1) as u8;
+        u32::from(self.base[axis][row]) + below.count_ones()
+    }
+}
+
+/// Calls `f` with the cell's coordinates and corner mask for every cell whose corners differ.
+fn crossed_cells(rows: &[u16; SIDE * SIDE], mut f: impl FnMut([usize; 3], u8)) {
+    for k in 0..BRICK {
+        for j in 0..BRICK {
+            let r =
+                [rows[j + SIDE * k], rows[j + 1 + SIDE * k], rows[j + SIDE * (k + 1)], rows[j + 1 + SIDE * (k + 1)]];
+            let any = r[0] | r[1] | r[2] | r[3];
+            let all = r[0] & r[1] & r[2] & r[3];
+            let mut crossed = (any | any >> 1) & !(all & all >> 1) & 0xff;
+            while crossed != 0 {
+                let i = crossed.trailing_zeros() as usize;
+                crossed &= crossed - 1;
+                let pair = |q: u16| (q >> i & 3) as u8;
+                f([i, j, k], pair(r[0]) | pair(r[1]) << 2 | pair(r[2]) << 4 | pair(r[3]) << 6);
+            }
+        }
+    }
+}
+
+/// Corner `c` of a cell: bit 0 is x, bit 1 is y, bit 2 is z.
+fn corner(cell: [usize; 3], c: usize) -> [usize; 3] {
+    [cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2 & 1)]
+}
+
+/// Axis and lower corner of edge `e` of a cell, as [`mc33`] numbers them.
+fn edge(cell: [usize; 3], e: usize) -> (usize, [usize; 3]) {
+    let (a, b) = (e & 1, e >> 1 & 1);
+    let axis = e / 4;
+    let d = match axis {
+        0 => [0, a, b],
+        1 => [a, 0, b],
+        _ => [a, b, 0],
+    };
+    (axis, [cell[0] + d[0], cell[1] + d[1], cell[2] + d[2]])
+}
+
+/// Extracts the surface.
+///
+/// Guarantees: the mesh is closed, oriented and 2-manifold; nodes lie on a change of sign of the solid within the root
+/// tolerance; the same input gives the same bytes for any number of threads.
+///
+/// Does not guarantee: that features smaller than a cell are there, good triangles, or sharp edges (see
+/// [`optimize`](crate::optimize)).
+///
+/// Errors: a formula that is NaN or infinite at a grid node, or has a pole on the surface; a size that needs too much
+/// memory; a solid that no grid node lies in; cancellation.
+pub fn extract(model: &Implicit, options: &ExtractOptions, run: &Run) -> Result<Extracted> {
+    if !(options.size > 0.0 && options.size.is_finite()) {
+        return Err(Error::Usage(format!("the size must be positive, not {}", options.size)));
+    }
+    run.install(|| Extractor { model, options, run }.extract())
+}
+
+struct Extractor<'a> {
+    model: &'a Implicit,
+    options: &'a ExtractOptions,
+    run: &'a Run,
+}
+
+/// The parts of the final arrays one brick writes.
+struct Target<'m> {
+    nodes: &'m mut [DVec3],
+    triangles: &'m mut [[u32; 3]],
+    first_node: u32,
+}
+
+impl Extractor<'_> {
+    fn extract(&self) -> Result<Extracted> {
+        let mut bricks = Bricks::build(self.model, self.options.size, self.options.memory, self.run)?;
+        let counted = self.count(&bricks)?;
+        let undecided: Vec<Cell> =
+            bricks.cells.iter().zip(&counted).filter(|(_, c)| c.is_none()).map(|(cell, _)| cell.clone()).collect();
+        bricks.retain(|i| counted[i].is_some());
+        let counted: Vec<Counted> = counted.into_iter().flatten().map(|c| *c).collect();
+        let mut first = Vec::with_capacity(counted.len());
+        let (mut nodes, mut triangles) = (0u64, 0u64);
+        for c in &counted {
+            first.push(nodes as u32);
+            nodes += u64::from(c.nodes);
+            triangles += u64::from(c.triangles);
+        }
+        if nodes > u64::from(u32::MAX) || triangles > u64::from(u32::MAX) {
+            return Err(Error::Usage(format!("{triangles} triangles are more than a mesh can number")));
+        }
+        let mut mesh = TriMesh {
+            nodes: vec![DVec3::ZERO; nodes as usize],
+            triangles: vec![[0; 3]; triangles as usize],
+            labels: vec![0; triangles as usize],
+            faces: self.model.faces().iter().map(|f| f.name.clone()).collect(),
+            groups: Vec::new(),
+        };
+        self.fill(&bricks, &counted, &first, &mut mesh)?;
+        self.label(&bricks, &counted, &mut mesh)?;
+        Ok(Extracted { mesh, bricks, undecided })
+    }
+
+    fn count(&self, bricks: &Bricks) -> Result<Vec<Option<Box<Counted>>>> {
+        let total = bricks.cells.len().max(1);
+        bricks
+            .cells
+            .par_iter()
+            .enumerate()
+            .map_init(
+                || (Scratch::default(), Batch::default()),
+                |(scratch, batch), (i, cell)| {
+                    if i % 64 == 0 {
+                        self.run.check()?;
+                        self.run.progress("signs", i as f64 / total as f64);
+                    }
+                    self.count_brick(bricks, cell, scratch, batch)
+                },
+            )
+            .collect()
+    }
+
+    fn count_brick(
+        &self,
+        bricks: &Bricks,
+        cell: &Cell,
+        scratch: &mut Scratch,
+        batch: &mut Batch,
+    ) -> Result<Option<Box<Counted>>> {
+        batch.corners(&bricks.grid, cell.at);
+        batch.eval(&cell.tape, self.model, scratch)?;
+        let mut rows = [0u16; SIDE * SIDE];
+        let (mut any, mut all) = (0, 0x1ff);
+        for (row, v) in rows.iter_mut().zip(batch.values.chunks_exact(SIDE)) {
+            *row = v.iter().enumerate().fold(0, |r, (i, v)| r | u16::from(*v > 0.0) << i);
+            any |= *row;
+            all &= *row;
+        }
+        if any == 0 || all == 0x1ff {
+            return Ok(None);
+        }
+        let (mut triangles, mut interior) = (0, 0u32);
+        let mut special = Vec::new();
+        crossed_cells(&rows, |at, mask| {
+            let mut s =
+                Special { cell: (at[0] + BRICK * (at[1] + BRICK * at[2])) as u16, faces: 0, tunnel: 0, interior: 0 };
+            let ambiguous = mc33::ambiguous_faces(mask);
+            if ambiguous != 0 || mc33::interior_ambiguous(mask, 0) {
+                s.faces = self.face_decisions(bricks, cell, at, mask, ambiguous);
+                if mc33::interior_ambiguous(mask, s.faces) {
+                    let values = std::array::from_fn(|c| self.signed(bricks, cell, corner(at, c), mask >> c & 1 == 1));
+                    s.tunnel = mc33::tunnel(mask, s.faces, &values);
+                }
+            }
+            let case = mc33::case(mask, s.faces, s.tunnel);
+            triangles += case.triangles.len() as u32;
+            interior += u32::from(case.interior_nodes);
+            s.interior = case.interior_nodes;
+            if s.faces != 0 || s.tunnel != 0 || s.interior != 0 {
+                special.push(s);
+            }
+        });
+        let nodes = u32::from(Ranks::new(&rows).edges) + interior;
+        Ok(Some(Box::new(Counted { rows, special: special.into(), nodes, triangles })))
+    }
+
+    /// The asymptotic decider on each ambiguous face. A face belongs to one brick, whose tape gives the values, so that the
+    /// cells on both sides decide alike.
+    fn face_decisions(&self, bricks: &Bricks, cell: &Cell, at: [usize; 3], mask: u8, ambiguous: u8) -> u8 {
+        let mut faces = 0;
+        for f in 0..6 {
+            if ambiguous >> f & 1 == 0 {
+                continue;
+            }
+            let (axis, side) = (f / 2, f % 2);
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let mut owner = cell;
+            let mut local = at;
+            if at[axis] + side == BRICK {
+                let mut next = cell.at;
+                next[axis] += 1;
+                if let Some(i) = bricks.find(next) {
+                    owner = &bricks.cells[i];
+                    local[axis] = 0;
+                }
+            } else {
+                local[axis] += side;
+            }
+            let values = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|d: [usize; 2]| {
+                let mut node = local;
+                node[u] += d[0];
+                node[v] += d[1];
+                let c = side << axis | d[0] << u | d[1] << v;
+                self.signed(bricks, owner, node, mask >> c & 1 == 1)
+            });
+            faces |= u8::from(mc33::face_joined(values)) << f;
+        }
+        faces
+    }
+
+    /// The R-function's value at a corner, with the sign the corner is known to have.
+    fn signed(&self, bricks: &Bricks, cell: &Cell, local: [usize; 3], positive: bool) -> f64 {
+        let p = bricks.grid.node(global(cell.at, local));
+        let v = cell.tape.r_value(&self.model.leaves, self.model.rsystem(), p).abs().max(f64::MIN_POSITIVE);
+        if positive { v } else { -v }
+    }
+
+    fn fill(&self, bricks: &Bricks, counted: &[Counted], first: &[u32], mesh: &mut TriMesh) -> Result<()> {
+        let mut targets = Vec::with_capacity(counted.len());
+        let (mut nodes, mut triangles) = (&mut mesh.nodes[..], &mut mesh.triangles[..]);
+        for (c, first_node) in counted.iter().zip(first) {
+            let (n, rest) = nodes.split_at_mut(c.nodes as usize);
+            nodes = rest;
+            let (t, rest) = triangles.split_at_mut(c.triangles as usize);
+            triangles = rest;
+            targets.push(Target { nodes: n, triangles: t, first_node: *first_node });
+        }
+        let total = targets.len().max(1);
+        targets
+            .into_par_iter()
+            .enumerate()
+            .map_init(
+                || (Scratch::default(), Batch::default()),
+                |(scratch, batch), (i, target)| {
+                    if i % 64 == 0 {
+                        self.run.check()?;
+                        self.run.progress("surface", i as f64 / total as f64);
+                    }
+                    self.fill_brick(bricks, counted, first, i, target, scratch, batch)
+                },
+            )
+            .collect()
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn fill_brick(
+        &self,
+        bricks: &Bricks,
+        counted: &[Counted],
+        first: &[u32],
+        index: usize,
+        target: Target<'_>,
+        scratch: &mut Scratch,
+        batch: &mut Batch,
+    ) -> Result<()> {
+        let (cell, me) = (&bricks.cells[index], &counted[index]);
+        // ranks of this brick and of those at its upper sides, made when first asked for
+        let mut ranks: [Option<(u32, Ranks)>; 8] = [const { None }; 8];
+        let mut find = |which: usize| -> Option<(u32, Ranks)> {
+            let at = std::array::from_fn(|k| cell.at[k] + (which >> k & 1) as u32);
+            let i = bricks.find(at)?;
+            Some((first[i], Ranks::new(&counted[i].rows)))
+        };
+        let own = Ranks::new(&me.rows);
+        let edges = u32::from(own.edges);
+        self.place_nodes(bricks, cell, &own, me, target.nodes, scratch, batch)?;
+        ranks[0] = Some((target.first_node, own));
+        let mut number = |axis: usize, at: [usize; 3]| -> u32 {
+            let which = (0..3).fold(0, |w, k| w | usize::from(at[k] == BRICK) << k);
+            let local = at.map(|i| i % BRICK);
+            let slot = &mut ranks[which];
+            if slot.is_none() {
+                *slot = find(which);
+            }
+            slot.as_ref().map_or(u32::MAX, |(first, r)| first + r.of(axis, local))
+        };
+        let mut special = me.special.iter().peekable();
+        let mut interior = target.first_node + edges;
+        let mut out = target.triangles.iter_mut();
+        crossed_cells(&me.rows, |at, mask| {
+            let id = (at[0] + BRICK * (at[1] + BRICK * at[2])) as u16;
+            let s = special.next_if(|s| s.cell == id).copied();
+            let (faces, tunnel) = s.map_or((0, 0), |s| (s.faces, s.tunnel));
+            let mut known = [u32::MAX; 12];
+            for t in mc33::case(mask, faces, tunnel).triangles {
+                let ids = t.map(|e| match e {
+                    0..12 => {
+                        let slot = &mut known[e as usize];
+                        if *slot == u32::MAX {
+                            let (axis, at) = edge(at, e as usize);
+                            *slot = number(axis, at);
+                        }
+                        *slot
+                    }
+                    inner => interior + u32::from(inner - 12),
+                });
+                if let Some(t) = out.next() {
+                    *t = ids;
+                }
+            }
+            interior += s.map_or(0, |s| u32::from(s.interior));
+        });
+        Ok(())
+    }
+
+    /// Puts the brick's nodes where the sign changes along their edges.
+    #[allow(clippy::too_many_arguments)]
+    fn place_nodes(
+        &self,
+        bricks: &Bricks,
+        cell: &Cell,
+        ranks: &Ranks,
+        counted: &Counted,
+        out: &mut [DVec3],
+        scratch: &mut Scratch,
+        batch: &mut Batch,
+    ) -> Result<()> {
+        let grid = &bricks.grid;
+        let mut ends: Vec<[DVec3; 2]> = Vec::with_capacity(out.len());
+        for axis in 0..3 {
+            for row in 0..BRICK * BRICK {
+                let mut mask = ranks.mask[axis][row];
+                while mask != 0 {
+                    let i = mask.trailing_zeros() as usize;
+                    mask &= mask - 1;
+                    let a = global(cell.at, [i, row % BRICK, row / BRICK]);
+                    let mut b = a;
+                    b[axis] += 1;
+                    ends.push([grid.node(a), grid.node(b)]);
+                }
+            }
+        }
+        for s in counted.special.iter().filter(|s| s.interior > 0) {
+            let id = s.cell as usize;
+            let at = [id % BRICK, id / BRICK % BRICK, id / (BRICK * BRICK)];
+            let center = 0.5 * (grid.node(global(cell.at, at)) + grid.node(global(cell.at, corner(at, 7))));
+            let inside = cell.tape.value(&self.model.leaves, center) > 0.0;
+            let bit = |c: usize| {
+                let q = corner(at, c);
+                (counted.rows[q[1] + SIDE * q[2]] >> q[0] & 1 == 1) != inside
+            };
+            let mut opposite = (0..8).filter(|c| bit(*c)).map(|c| grid.node(global(cell.at, corner(at, c))));
+            for _ in 0..s.interior {
+                let other = opposite.next().unwrap_or(center);
+                ends.push([center, other]);
+            }
+        }
+        self.find_roots(&cell.tape, &ends, out, scratch, batch)
+    }
+
+    fn find_roots(
+        &self,
+        tape: &Tape,
+        ends: &[[DVec3; 2]],
+        out: &mut [DVec3],
+        scratch: &mut Scratch,
+        batch: &mut Batch,
+    ) -> Result<()> {
+        let tolerance =
+            self.options.root_tolerance.max(f64::EPSILON) * self.model.bounds().diagonal() / self.options.size;
+        batch.clear();
+        ends.iter().for_each(|e| batch.push(e[0]));
+        ends.iter().for_each(|e| batch.push(e[1]));
+        batch.eval(tape, self.model, scratch)?;
+        let n = ends.len();
+        let mut brackets: Vec<(usize, f64, Bracket)> = Vec::with_capacity(n);
+        for i in 0..n {
+            let (f0, f1) = (batch.values[i], batch.values[n + i]);
+            let b = Bracket::new(f0, f1, tolerance);
+            brackets.push((i, f0.abs().max(f1.abs()), b));
+        }
+        while !brackets.is_empty() {
+            batch.clear();
+            let probes: Vec<f64> = brackets.iter().map(|(_, _, b)| b.probe()).collect();
+            for ((i, _, _), t) in brackets.iter().zip(&probes) {
+                batch.push(ends[*i][0].lerp(ends[*i][1], *t));
+            }
+            batch.eval(tape, self.model, scratch)?;
+            for (((_, _, b), t), v) in brackets.iter_mut().zip(&probes).zip(&batch.values) {
+                b.update(*t, *v);
+            }
+            let mut pole = None;
+            brackets.retain(|(i, before, b)| {
+                if !b.done() {
+                    return true;
+                }
+                out[*i] = ends[*i][0].lerp(ends[*i][1], b.root());
+                if b.residual() > 1e3 * before {
+                    pole = Some(out[*i]);
+                }
+                false
+            });
+            if let Some(p) = pole {
+                return Err(Error::input(
+                    Place::Point(p),
+                    "a formula has a pole (division by zero) where it changes sign",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives every triangle the face of the leaf that decides at its centroid.
+    fn label(&self, bricks: &Bricks, counted: &[Counted], mesh: &mut TriMesh) -> Result<()> {
+        let TriMesh { nodes, triangles, labels, .. } = mesh;
+        let mut work = Vec::with_capacity(counted.len());
+        let (mut t, mut l) = (&triangles[..], &mut labels[..]);
+        for (cell, c) in bricks.cells.iter().zip(counted) {
+            let (a, rest) = t.split_at(c.triangles as usize);
+            t = rest;
+            let (b, rest) = l.split_at_mut(c.triangles as usize);
+            l = rest;
+            work.push((cell, a, b));
+        }
+        work.into_par_iter()
+            .map_init(
+                || (Scratch::default(), Batch::default()),
+                |(scratch, batch), (cell, triangles, labels)| {
+                    self.run.check()?;
+                    if let Some(face) = cell.tape.only_face() {
+                        labels.fill(face);
+                        return Ok(());
+                    }
+                    batch.clear();
+                    for t in triangles {
+                        let [a, b, c] = t.map(|v| nodes[v as usize]);
+                        batch.push((a + b + c) / 3.0);
+                    }
+                    cell.tape.faces(&self.model.leaves, &batch.x, &batch.y, &batch.z, labels, scratch);
+                    Ok(())
+                },
+            )
+            .collect()
+    }
+}
+
+fn global(brick: [u32; 3], local: [usize; 3]) -> [usize; 3] {
+    std::array::from_fn(|k| brick[k] as usize * BRICK + local[k])
+}
+
+/// Points and values of one evaluation.
+#[derive(Default)]
+struct Batch {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    z: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Batch {
+    fn clear(&mut self) {
+        self.x.clear();
+        self.y.clear();
+        self.z.clear();
+    }
+
+    fn push(&mut self, p: DVec3) {
+        self.x.push(p.x);
+        self.y.push(p.y);
+        self.z.push(p.z);
+    }
+
+    /// All corners of a brick, x fastest.
+    fn corners(&mut self, grid: &Grid, at: [u32; 3]) {
+        self.clear();
+        let axis =
+            |k: usize| -> [f64; SIDE] { std::array::from_fn(|i| grid.coordinate(k, at[k] as usize * BRICK + i)) };
+        let (x, y, z) = (axis(0), axis(1), axis(2));
+        for z in z {
+            for y in y {
+                self.x.extend_from_slice(&x);
+                self.y.extend_from_slice(&[y; SIDE]);
+                self.z.extend_from_slice(&[z; SIDE]);
+            }
+        }
+    }
+
+    fn eval(&mut self, tape: &Tape, model: &Implicit, scratch: &mut Scratch) -> Result<()> {
+        self.values.resize(self.x.len(), 0.0);
+        scratch.not_finite = false;
+        tape.eval(&model.leaves, &self.x, &self.y, &self.z, &mut self.values, scratch);
+        if !scratch.not_finite {
+            return Ok(());
+        }
+        for i in 0..self.x.len() {
+            let p = DVec3::new(self.x[i], self.y[i], self.z[i]);
+            scratch.not_finite = false;
+            tape.eval(&model.leaves, &[p.x], &[p.y], &[p.z], &mut [0.0], scratch);
+            if scratch.not_finite {
+                return Err(Error::input(
+                    Place::Point(p),
+                    "a formula is not a finite number here (NaN, or a division by zero)",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Extracted {
+    /// The pruned tape valid at a point.
+    pub(crate) fn tape_at<'a>(&'a self, model: &'a Implicit, p: DVec3) -> &'a Tape {
+        self.bricks.tape_at(&model.tape, p)
+    }
+}

@@ -1,0 +1,186 @@
+//! The true sharp edges and corners of a part, from its leaves: where two active leaves meet, and where three do.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::model::Implicit;
+use super::newton::{bounds_corner, bounds_edge, leaves_of, nearest};
+use super::octree::{BRICK, Bricks};
+use super::tape::{Pruned, Scratch, Tape};
+use crate::error::Result;
+use crate::geometry::{FeatureSample, Features};
+use crate::run::Run;
+use crate::spatial::Aabb;
+
+/// Cells with more leaves than this are halved up to [`EXTRA_LEVELS`] times more before pairs and triples are tried.
+const MANY_LEAVES: usize = 6;
+const EXTRA_LEVELS: usize = 3;
+
+/// Corners nearer to each other than this share of the cell are one.
+const SAME_CORNER: f64 = 1e-3;
+
+/// Finds the sharp edges and corners of a part by Newton's method in every cell of size `size` where two leaves may meet.
+///
+/// An edge is sampled once per cell; the sample stands for the piece of its tangent inside the cell, so lengths are exact
+/// to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), apexes of cones, edges shorter
+/// than a small share of a cell.
+pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
+    let bricks = Bricks::build(model, size, u64::MAX, run)?;
+    let total = bricks.cells.len().max(1);
+    let per_brick: Result<Vec<Found>> = run.install(|| {
+        bricks
+            .cells
+            .par_iter()
+            .enumerate()
+            .map_init(Scratch::default, |scratch, (i, cell)| {
+                if i % 64 == 0 {
+                    run.check()?;
+                    run.progress("features", i as f64 / total as f64);
+                }
+                let mut found = Found::default();
+                let lo = bricks.grid.node(cell.at.map(|b| b as usize * BRICK));
+                let hi = bricks.grid.node(cell.at.map(|b| (b as usize + 1) * BRICK));
+                let levels = BRICK.trailing_zeros() as usize;
+                search(model, &cell.tape, &Aabb::new(lo, hi), levels, scratch, &mut found);
+                Ok(found)
+            })
+            .collect()
+    });
+    let mut all = Features::default();
+    for f in per_brick? {
+        all.samples.extend(f.samples);
+        all.corners.extend(f.corners);
+    }
+    let mut kept: Vec<DVec3> = Vec::new();
+    all.corners.sort_by(|a, b| a.x.total_cmp(&b.x));
+    for c in &all.corners {
+        let same = |k: &&DVec3| k.distance(*c) < SAME_CORNER * size;
+        if kept.iter().rev().take_while(|k| c.x - k.x < SAME_CORNER * size).find(same).is_none() {
+            kept.push(*c);
+        }
+    }
+    all.corners = kept;
+    Ok(all)
+}
+
+#[derive(Default)]
+struct Found {
+    samples: Vec<FeatureSample>,
+    corners: Vec<DVec3>,
+}
+
+fn search(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+    let leaves = leaves_of(tape);
+    if leaves.len() < 2 {
+        return;
+    }
+    if levels > 0 {
+        halves(model, tape, cell, levels - 1, scratch, found);
+    } else if leaves.len() <= MANY_LEAVES {
+        in_cell(model, tape, &leaves, cell, found);
+    } else {
+        crowded(model, tape, cell, EXTRA_LEVELS, scratch, found);
+    }
+}
+
+fn crowded(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+    let leaves = leaves_of(tape);
+    if leaves.len() < 2 {
+        return;
+    }
+    if levels == 0 || leaves.len() <= MANY_LEAVES {
+        in_cell(model, tape, &leaves, cell, found);
+        return;
+    }
+    for_children(model, tape, cell, scratch, &mut |sub, tape, scratch| {
+        crowded(model, tape, sub, levels - 1, scratch, found)
+    });
+}
+
+fn halves(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+    for_children(model, tape, cell, scratch, &mut |sub, tape, scratch| {
+        search(model, tape, sub, levels, scratch, found)
+    });
+}
+
+fn for_children(
+    model: &Implicit,
+    tape: &Tape,
+    cell: &Aabb,
+    scratch: &mut Scratch,
+    f: &mut dyn FnMut(&Aabb, &Tape, &mut Scratch),
+) {
+    let mid = cell.center();
+    for c in 0..8 {
+        let pick = |k: usize| if c >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
+        let (x, y, z) = (pick(0), pick(1), pick(2));
+        let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
+        match tape.prune(&model.leaves, &sub, scratch) {
+            Pruned::Outside | Pruned::Inside => {}
+            Pruned::Same => f(&sub, tape, scratch),
+            Pruned::Smaller(t) => f(&sub, &t, scratch),
+        }
+    }
+}
+
+/// Whether the half-open cell holds the point: neighboring cells never both do.
+fn holds(cell: &Aabb, p: DVec3) -> bool {
+    cell.lo.cmple(p).all() && p.cmplt(cell.hi).all()
+}
+
+/// The parameters at which the line `p + t d` enters and leaves the box.
+fn clip(cell: &Aabb, p: DVec3, d: DVec3) -> Option<(f64, f64)> {
+    let (mut a, mut b) = (f64::NEG_INFINITY, f64::INFINITY);
+    for k in 0..3 {
+        if d[k] == 0.0 {
+            if !(cell.lo[k] <= p[k] && p[k] < cell.hi[k]) {
+                return None;
+            }
+            continue;
+        }
+        let (s, t) = ((cell.lo[k] - p[k]) / d[k], (cell.hi[k] - p[k]) / d[k]);
+        a = a.max(s.min(t));
+        b = b.min(s.max(t));
+    }
+    (a < b).then_some((a, b))
+}
+
+fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mut Found) {
+    let leaves = &model.leaves;
+    let scale = model.bounds().diagonal();
+    let (center, reach) = (cell.center(), cell.diagonal());
+    for (n, &i) in which.iter().enumerate() {
+        for &j in &which[n + 1..] {
+            let Some(q) = nearest(leaves, &[i, j], center, reach, scale) else { continue };
+            let tangent_at = |q: DVec3| {
+                let (a, b) = (leaves[i as usize].gradient(q).g, leaves[j as usize].gradient(q).g);
+                a.normalize_or_zero().cross(b.normalize_or_zero()).try_normalize()
+            };
+            let Some(t) = tangent_at(q) else { continue };
+            let Some((from, to)) = clip(cell, q, t) else { continue };
+            // the middle of the piece inside the cell, put back on the curve
+            let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
+            let Some((inside_i, inside_j)) = bounds_edge(tape, leaves, i, j, m) else { continue };
+            let normal = |leaf: u32, inside: bool| {
+                let g = leaves[leaf as usize].gradient(m).g.normalize_or_zero();
+                if inside { -g } else { g }
+            };
+            let (a, b) = (normal(i, inside_i), normal(j, inside_j));
+            let Some(tangent) = tangent_at(m) else { continue };
+            let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
+            found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle });
+        }
+    }
+    for (a, &i) in which.iter().enumerate() {
+        for (b, &j) in which.iter().enumerate().skip(a + 1) {
+            for &k in &which[b + 1..] {
+                if let Some(q) = nearest(leaves, &[i, j, k], center, reach, scale)
+                    && holds(cell, q)
+                    && bounds_corner(tape, leaves, [i, j, k], q)
+                {
+                    found.corners.push(q);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Formulas compiled to a flat list of operations, evaluated for batches of points, over boxes, and with gradients.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::solid::Placement;
+use crate::numeric::{Dual, Interval};
+
+/// One operation; operands are indices of earlier operations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Op {
+    Const(f64),
+    Coordinate(u8),
+    Unary(Unary, u32),
+    Binary(Binary, u32, u32),
+    Square(u32),
+    Select(u32, u32, u32),
+}
+
+/// A compiled formula. Positive inside.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Formula {
+    ops: Vec<Op>,
+}
+
+/// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
+const BATCH_REGISTERS: usize = 1 << 15;
+
+#[derive(Default)]
+struct Builder {
+    ops: Vec<Op>,
+    known: FxHashMap<[u64; 4], u32>,
+}
+
+impl Builder {
+    fn push(&mut self, op: Op) -> u32 {
+        let key = match op {
+            Op::Const(c) => [0, c.to_bits(), 0, 0],
+            Op::Coordinate(k) => [1, u64::from(k), 0, 0],
+            Op::Unary(u, a) => [2, u as u64, u64::from(a), 0],
+            Op::Binary(b, x, y) => [3, b as u64, u64::from(x), u64::from(y)],
+            Op::Square(a) => [4, u64::from(a), 0, 0],
+            Op::Select(c, a, b) => [5, u64::from(c), u64::from(a), u64::from(b)],
+        };
+        let ops = &mut self.ops;
+        *self.known.entry(key).or_insert_with(|| {
+            ops.push(op);
+            (ops.len() - 1) as u32
+        })
+    }
+
+    /// `offset + row . (x, y, z)`
+    fn affine(&mut self, row: DVec3, offset: f64) -> u32 {
+        let mut sum = None;
+        for k in 0..3 {
+            let factor = row[k];
+            if factor == 0.0 {
+                continue;
+            }
+            let mut term = self.push(Op::Coordinate(k as u8));
+            if factor != 1.0 {
+                let c = self.push(Op::Const(factor));
+                term = self.push(Op::Binary(Binary::Mul, term, c));
+            }
+            sum = Some(match sum {
+                None => term,
+                Some(s) => self.push(Op::Binary(Binary::Add, s, term)),
+            });
+        }
+        let c = (offset != 0.0 || sum.is_none()).then(|| self.push(Op::Const(offset)));
+        match (sum, c) {
+            (Some(s), Some(c)) => self.push(Op::Binary(Binary::Add, s, c)),
+            (Some(s), None) => s,
+            (None, c) => c.unwrap_or(0),
+        }
+    }
+}
+
+impl Formula {
+    /// Compiles `expr`, taken in the frame that `placement` moves, times the placement's scale: lengths stay lengths.
+    pub(crate) fn compile(expr: &Expr, placement: &Placement) -> Self {
+        let mut b = Builder::default();
+        let inverse = placement.rotation.transpose();
+        let axes: [u32; 3] = std::array::from_fn(|k| {
+            let row = inverse.row(k) / placement.scale;
+            b.affine(row, -row.dot(placement.shift))
+        });
+        let mut done: FxHashMap<*const ExprNode, u32> = FxHashMap::default();
+        let mut stack = vec![(expr, false)];
+        while let Some((e, ready)) = stack.pop() {
+            let key = Arc::as_ptr(&e.0);
+            if done.contains_key(&key) {
+                continue;
+            }
+            let of = |done: &FxHashMap<*const ExprNode, u32>, e: &Expr| done[&Arc::as_ptr(&e.0)];
+            let id = match e.node() {
+                ExprNode::Const(c) => b.push(Op::Const(*c)),
+                ExprNode::Coordinate(k) => axes[*k as usize % 3],
+                ExprNode::Unary(op, a) if ready => b.push(Op::Unary(*op, of(&done, a))),
+                ExprNode::Binary(op, x, y) if ready => {
+                    let (i, j) = (of(&done, x), of(&done, y));
+                    if (*op == Binary::Mul && i == j) || (*op == Binary::Pow && y.as_constant() == Some(2.0)) {
+                        b.push(Op::Square(i))
+                    } else {
+                        b.push(Op::Binary(*op, i, j))
+                    }
+                }
+                ExprNode::Select(c, x, y) if ready => b.push(Op::Select(of(&done, c), of(&done, x), of(&done, y))),
+                node => {
+                    stack.push((e, true));
+                    match node {
+                        ExprNode::Unary(_, a) => stack.push((a, false)),
+                        ExprNode::Binary(_, x, y) => stack.extend([(y, false), (x, false)]),
+                        ExprNode::Select(c, x, y) => stack.extend([(y, false), (x, false), (c, false)]),
+                        ExprNode::Const(_) | ExprNode::Coordinate(_) => {}
+                    }
+                    continue;
+                }
+            };
+            done.insert(key, id);
+        }
+        let mut root = done[&Arc::as_ptr(&expr.0)];
+        if placement.scale != 1.0 {
+            let k = b.push(Op::Const(placement.scale));
+            root = b.push(Op::Binary(Binary::Mul, root, k));
+        }
+        b.ops.truncate(root as usize + 1); // the root may be an operand another one came after
+        Formula { ops: b.ops }
+    }
+
+    /// How many operations one evaluation takes.
+    pub(crate) fn len(&self) -> usize {
+        self.ops.len()
+    }
+
+    /// A number that is equal for equal formulas.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        use std::hash::{BuildHasher, Hash, Hasher};
+        let mut h = rustc_hash::FxBuildHasher.build_hasher();
+        for op in &self.ops {
+            match *op {
+                Op::Const(c) => c.to_bits().hash(&mut h),
+                Op::Coordinate(k) => (1u8, k).hash(&mut h),
+                Op::Unary(u, a) => (2u8, u, a).hash(&mut h),
+                Op::Binary(o, a, b) => (3u8, o, a, b).hash(&mut h),
+                Op::Square(a) => (4u8, a).hash(&mut h),
+                Op::Select(c, a, b) => (5u8, c, a, b).hash(&mut h),
+            }
+        }
+        h.finish()
+    }
+
+    /// Values at many points.
+    pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
+        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4));
+        let mut r = vec![0.0; lanes * self.ops.len()];
+        let mut start = 0;
+        while start < out.len() {
+            let n = lanes.min(out.len() - start);
+            let p = [&xs[start..start + n], &ys[start..start + n], &zs[start..start + n]];
+            for (i, op) in self.ops.iter().enumerate() {
+                let (before, rest) = r.split_at_mut(i * lanes);
+                let dst = &mut rest[..n];
+                let reg = |a: u32| &before[a as usize * lanes..a as usize * lanes + n];
+                match *op {
+                    Op::Const(c) => dst.fill(c),
+                    Op::Coordinate(k) => dst.copy_from_slice(p[k as usize]),
+                    Op::Square(a) => dst.iter_mut().zip(reg(a)).for_each(|(d, a)| *d = a * a),
+                    Op::Unary(u, a) => unary(u, reg(a), dst),
+                    Op::Binary(o, a, b) => binary(o, reg(a), reg(b), dst),
+                    Op::Select(c, a, b) => {
+                        let (c, a, b) = (reg(c), reg(a), reg(b));
+                        for (k, d) in dst.iter_mut().enumerate() {
+                            *d = if c[k] >= 0.0 { a[k] } else { b[k] };
+                        }
+                    }
+                }
+            }
+            let last = (self.ops.len() - 1) * lanes;
+            out[start..start + n].copy_from_slice(&r[last..last + n]);
+            start += n;
+        }
+    }
+
+    /// Value at one point.
+    pub(crate) fn value(&self, p: DVec3) -> f64 {
+        let mut out = [0.0];
+        self.eval(&[p.x], &[p.y], &[p.z], &mut out);
+        out[0]
+    }
+
+    /// Value and gradient at one point.
+    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
+        let mut r: Vec<Dual> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            let reg = |a: u32| r[a as usize];
+            let d = match *op {
+                Op::Const(c) => Dual::constant(c),
+                Op::Coordinate(k) => Dual::new(p[k as usize], DVec3::AXES[k as usize]),
+                Op::Square(a) => reg(a) * reg(a),
+                Op::Unary(u, a) => {
+                    let a = reg(a);
+                    let v = u.apply(a.v);
+                    match u {
+                        Unary::Neg => -a,
+                        Unary::Abs => a.chain(v, if a.v < 0.0 { -1.0 } else { 1.0 }),
+                        Unary::Sqrt => a.chain(v, 0.5 / v),
+                        Unary::Exp => a.chain(v, v),
+                        Unary::Log => a.chain(v, 1.0 / a.v),
+                        Unary::Sin => a.chain(v, a.v.cos()),
+                        Unary::Cos => a.chain(v, -a.v.sin()),
+                        Unary::Tan => a.chain(v, 1.0 + v * v),
+                    }
+                }
+                Op::Binary(o, a, b) => {
+                    let (a, b) = (reg(a), reg(b));
+                    let v = o.apply(a.v, b.v);
+                    match o {
+                        Binary::Add => a + b,
+                        Binary::Sub => a - b,
+                        Binary::Mul => a * b,
+                        Binary::Div => a / b,
+                        Binary::Pow if b.g == DVec3::ZERO => a.chain(v, b.v * Binary::Pow.apply(a.v, b.v - 1.0)),
+                        Binary::Pow => Dual::new(v, (b.g * a.v.ln() + a.g * (b.v / a.v)) * v),
+                        Binary::Min => {
+                            if a.v < b.v {
+                                a
+                            } else {
+                                b
+                            }
+                        }
+                        Binary::Max => {
+                            if a.v > b.v {
+                                a
+                            } else {
+                                b
+                            }
+                        }
+                        Binary::Atan2 => {
+                            let q = a.v * a.v + b.v * b.v;
+                            Dual::new(v, (a.g * b.v - b.g * a.v) / q)
+                        }
+                        Binary::Hypot => Dual::new(v, (a.g * a.v + b.g * b.v) / v),
+                    }
+                }
+                Op::Select(c, a, b) => {
+                    if reg(c).v >= 0.0 {
+                        reg(a)
+                    } else {
+                        reg(b)
+                    }
+                }
+            };
+            r.push(d);
+        }
+        r[r.len() - 1]
+    }
+
+    /// Bounds of the value over a box.
+    pub(crate) fn range(&self, x: Interval, y: Interval, z: Interval) -> Interval {
+        let mut r: Vec<Interval> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            let reg = |a: u32| r[a as usize];
+            let i = match *op {
+                Op::Const(c) => Interval::point(c),
+                Op::Coordinate(0) => x,
+                Op::Coordinate(1) => y,
+                Op::Coordinate(_) => z,
+                Op::Square(a) => reg(a).square(),
+                Op::Unary(u, a) => {
+                    let a = reg(a);
+                    match u {
+                        Unary::Neg => -a,
+                        Unary::Abs => a.abs(),
+                        Unary::Sqrt => a.sqrt(),
+                        Unary::Exp => a.exp(),
+                        Unary::Log => a.ln(),
+                        Unary::Sin => a.sin(),
+                        Unary::Cos => a.cos(),
+                        Unary::Tan => a.tan(),
+                    }
+                }
+                Op::Binary(o, a, b) => {
+                    let (a, b) = (reg(a), reg(b));
+                    match o {
+                        Binary::Add => a + b,
+                        Binary::Sub => a - b,
+                        Binary::Mul => a * b,
+                        Binary::Div => a / b,
+                        Binary::Pow => a.pow(b),
+                        Binary::Min => a.min(b),
+                        Binary::Max => a.max(b),
+                        Binary::Atan2 => a.atan2(b),
+                        Binary::Hypot => a.hypot(b),
+                    }
+                }
+                Op::Select(c, a, b) => {
+                    let (c, a, b) = (reg(c), reg(a), reg(b));
+                    if c.lo >= 0.0 {
+                        a
+                    } else if c.hi < 0.0 {
+                        b
+                    } else {
+                        a.hull(b)
+                    }
+                }
+            };
+            r.push(i);
+        }
+        r[r.len() - 1]
+    }
+}
+
+fn unary(op: Unary, a: &[f64], out: &mut [f64]) {
+    macro_rules! each {
+        ($f:expr) => {
+            out.iter_mut().zip(a).for_each(|(d, a)| *d = $f(*a))
+        };
+    }
+    match op {
+        Unary::Neg => each!(|a: f64| -a),
+        Unary::Abs => each!(f64::abs),
+        Unary::Sqrt => each!(f64::sqrt),
+        op => each!(|a| op.apply(a)),
+    }
+}
+
+fn binary(op: Binary, a: &[f64], b: &[f64], out: &mut [f64]) {
+    macro_rules! each {
+        ($f:expr) => {
+            out.iter_mut().zip(a).zip(b).for_each(|((d, a), b)| *d = $f(*a, *b))
+        };
+    }
+    match op {
+        Binary::Add => each!(|a, b| a + b),
+        Binary::Sub => each!(|a, b| a - b),
+        Binary::Mul => each!(|a, b| a * b),
+        Binary::Div => each!(|a, b| a / b),
+        op => each!(|a, b| op.apply(a, b)),
+    }
+}

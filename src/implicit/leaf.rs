@@ -1,0 +1,289 @@
+//! Signed leaves: the surfaces a tree is made of, in canonical form, so that a surface and its complement are one leaf with
+//! a sign and an exact zero is the same zero wherever it is met.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::blend::Blend;
+use super::field::Field;
+use super::formula::Formula;
+use super::solid::Placement;
+use crate::numeric::{Dual, Interval};
+use crate::spatial::Aabb;
+
+/// A surface as the zero set of a function, positive on one side, with gradient of length 1 on the surface (formulas and
+/// fields excepted: they are what the user wrote).
+#[derive(Debug, Clone)]
+pub(crate) enum Leaf {
+    /// `d - n . p`
+    Plane { n: DVec3, d: f64 },
+    /// `(r^2 - |p - c|^2) / 2r`
+    Sphere { c: DVec3, r: f64 },
+    /// `(r^2 - rho^2) / 2r`, `rho` the distance from the axis through `c` with orthonormal frame `u v a`
+    Cylinder { c: DVec3, frame: Frame, r: f64 },
+    /// `d - k rho - m t` with `k^2 + m^2 = 1`, `t` the height above `c`
+    Cone { c: DVec3, frame: Frame, k: f64, m: f64, d: f64 },
+    /// `(r^2 - (rho - R)^2 - t^2) / 2r`
+    Torus { c: DVec3, frame: Frame, major: f64, minor: f64 },
+    /// What the user wrote.
+    Formula(Formula),
+    /// What the program brought, in its own frame.
+    Field(Arc<dyn Field>, Placement),
+    /// A smooth union of two subtrees.
+    Blend(Arc<Blend>),
+}
+
+/// A right-handed orthonormal frame; `a` is the axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Frame {
+    pub(crate) u: DVec3,
+    pub(crate) v: DVec3,
+    pub(crate) a: DVec3,
+}
+
+impl Frame {
+    /// The frame around a unit axis. Exact for the coordinate axes.
+    pub(crate) fn about(a: DVec3) -> Self {
+        let (x, y, z) = (a.x.abs(), a.y.abs(), a.z.abs());
+        let helper = if z >= x && z >= y {
+            DVec3::X
+        } else if x >= y {
+            DVec3::Y
+        } else {
+            DVec3::Z
+        };
+        let u = (helper - a * a.dot(helper)).normalize();
+        Frame { u, v: a.cross(u), a }
+    }
+}
+
+/// A zero of a leaf counts as this much inside: the coherent perturbation that gives hidden and coincident faces one sign.
+const COHERENT: f64 = f64::MIN_POSITIVE;
+
+/// Relative widening of closed-form ranges: covers the rounding of at most 16 operations.
+const RANGE_SLACK: f64 = 16.0 * f64::EPSILON;
+
+/// Range of a linear form `n . (p - c)` over a box.
+fn linear(n: DVec3, c: DVec3, b: &[Interval; 3]) -> Interval {
+    let term = |k: usize| (b[k] - Interval::point(c[k])).scale(n[k]);
+    term(0) + term(1) + term(2)
+}
+
+fn slack(i: Interval, magnitude: f64) -> Interval {
+    let e = RANGE_SLACK * magnitude;
+    if e.is_finite() { Interval::new(i.lo - e, i.hi + e) } else { i }
+}
+
+impl Leaf {
+    /// Operations per evaluation, for bounds on cost.
+    pub(crate) fn cost(&self) -> usize {
+        match self {
+            Leaf::Formula(f) => f.len(),
+            Leaf::Blend(b) => b.cost(),
+            _ => 8,
+        }
+    }
+
+    /// Whether values may be NaN or infinite.
+    pub(crate) fn is_user(&self) -> bool {
+        matches!(self, Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_))
+    }
+
+    /// Value at one point, exact zeros included.
+    pub(crate) fn value(&self, p: DVec3) -> f64 {
+        let mut out = [0.0];
+        self.eval(&[p.x], &[p.y], &[p.z], &mut out);
+        out[0]
+    }
+
+    /// Value and gradient.
+    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
+        let v = self.value(p);
+        let g = match self {
+            Leaf::Plane { n, .. } => -*n,
+            Leaf::Sphere { c, r } => -(p - c) / *r,
+            Leaf::Cylinder { c, frame, r } => {
+                let q = p - c;
+                -(frame.u * frame.u.dot(q) + frame.v * frame.v.dot(q)) / *r
+            }
+            Leaf::Cone { c, frame, k, m, .. } => {
+                let q = p - c;
+                let radial = frame.u * frame.u.dot(q) + frame.v * frame.v.dot(q);
+                -radial.normalize_or_zero() * *k - frame.a * *m
+            }
+            Leaf::Torus { c, frame, major, minor } => {
+                let q = p - c;
+                let radial = frame.u * frame.u.dot(q) + frame.v * frame.v.dot(q);
+                let rho = radial.length();
+                -(radial.normalize_or_zero() * (rho - major) + frame.a * frame.a.dot(q)) / *minor
+            }
+            Leaf::Formula(f) => return f.gradient(p),
+            Leaf::Field(f, place) => place.turn(f.gradient(unplace(place, p))),
+            Leaf::Blend(b) => return b.gradient(p),
+        };
+        Dual::new(v, g)
+    }
+
+    /// The Hessian, by columns. Differences of the gradient where there is no closed form.
+    pub(crate) fn hessian(&self, p: DVec3, scale: f64) -> [DVec3; 3] {
+        match self {
+            Leaf::Plane { .. } => [DVec3::ZERO; 3],
+            Leaf::Sphere { r, .. } => [-DVec3::X / *r, -DVec3::Y / *r, -DVec3::Z / *r],
+            Leaf::Cylinder { frame, r, .. } => {
+                DVec3::AXES.map(|e| -(frame.u * frame.u.dot(e) + frame.v * frame.v.dot(e)) / *r)
+            }
+            _ => {
+                // the cube root of the rounding unit balances truncation against rounding
+                let h = scale * f64::EPSILON.cbrt();
+                DVec3::AXES.map(|e| (self.gradient(p + e * h).g - self.gradient(p - e * h).g) / (2.0 * h))
+            }
+        }
+    }
+
+    /// Values at many points.
+    #[inline(always)]
+    pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
+        let n = out.len();
+        let (xs, ys, zs) = (&xs[..n], &ys[..n], &zs[..n]);
+        match self {
+            Leaf::Plane { n: m, d } => {
+                for i in 0..n {
+                    out[i] = d - (m.x * xs[i] + m.y * ys[i] + m.z * zs[i]);
+                }
+            }
+            Leaf::Sphere { c, r } => {
+                let (rr, k) = (r * r, 0.5 / r);
+                for i in 0..n {
+                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
+                    out[i] = (rr - (x * x + y * y + z * z)) * k;
+                }
+            }
+            Leaf::Cylinder { c, frame: Frame { u, v, .. }, r } => {
+                let (rr, k) = (r * r, 0.5 / r);
+                for i in 0..n {
+                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
+                    let a = u.x * x + u.y * y + u.z * z;
+                    let b = v.x * x + v.y * y + v.z * z;
+                    out[i] = (rr - (a * a + b * b)) * k;
+                }
+            }
+            Leaf::Cone { c, frame: Frame { u, v, a: w }, k, m, d } => {
+                for i in 0..n {
+                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
+                    let a = u.x * x + u.y * y + u.z * z;
+                    let b = v.x * x + v.y * y + v.z * z;
+                    let t = w.x * x + w.y * y + w.z * z;
+                    out[i] = d - k * (a * a + b * b).sqrt() - m * t;
+                }
+            }
+            Leaf::Torus { c, frame: Frame { u, v, a: w }, major, minor } => {
+                let (rr, k) = (minor * minor, 0.5 / minor);
+                for i in 0..n {
+                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
+                    let a = u.x * x + u.y * y + u.z * z;
+                    let b = v.x * x + v.y * y + v.z * z;
+                    let t = w.x * x + w.y * y + w.z * z;
+                    let q = (a * a + b * b).sqrt() - major;
+                    out[i] = (rr - (q * q + t * t)) * k;
+                }
+            }
+            Leaf::Formula(f) => f.eval(xs, ys, zs, out),
+            Leaf::Field(f, place) => {
+                for i in 0..n {
+                    out[i] = f.value(unplace(place, DVec3::new(xs[i], ys[i], zs[i]))) * place.scale;
+                }
+            }
+            Leaf::Blend(b) => b.eval(xs, ys, zs, out),
+        }
+    }
+
+    /// Gives exact zeros the coherent sign, then flips the complement's sign.
+    #[inline(always)]
+    pub(crate) fn sign(values: &mut [f64], negate: bool) {
+        let s = if negate { -1.0 } else { 1.0 };
+        for v in values {
+            *v = if *v == 0.0 { s * COHERENT } else { s * *v };
+        }
+    }
+
+    /// Bounds of the value, and of its computed value, over a box that may be infinite.
+    pub(crate) fn range(&self, b: &Aabb) -> Interval {
+        let box3: [Interval; 3] = std::array::from_fn(|k| Interval::new(b.lo[k], b.hi[k]));
+        let reach = b.lo.abs().max(b.hi.abs()).max_element();
+        let planar = |c: &DVec3, f: &Frame| linear(f.u, *c, &box3).square() + linear(f.v, *c, &box3).square();
+        match self {
+            Leaf::Plane { n, d } => slack(Interval::point(*d) - linear(*n, DVec3::ZERO, &box3), 2.0 * reach + d.abs()),
+            Leaf::Sphere { c, r } => {
+                let q: [Interval; 3] = std::array::from_fn(|k| (box3[k] - Interval::point(c[k])).square());
+                let size = reach + c.length();
+                slack((Interval::point(r * r) - (q[0] + q[1] + q[2])).scale(0.5 / r), size * size / r + r)
+            }
+            Leaf::Cylinder { c, frame, r } => {
+                let size = reach + c.length();
+                slack((Interval::point(r * r) - planar(c, frame)).scale(0.5 / r), 4.0 * size * size / r + r)
+            }
+            Leaf::Cone { c, frame, k, m, d } => {
+                let i = Interval::point(*d)
+                    - planar(c, frame).max(Interval::point(0.0)).sqrt().scale(*k)
+                    - linear(frame.a, *c, &box3).scale(*m);
+                slack(i, 4.0 * (reach + c.length()) + d.abs())
+            }
+            Leaf::Torus { c, frame, major, minor } => {
+                let q = (planar(c, frame).max(Interval::point(0.0)).sqrt() - Interval::point(*major)).square();
+                let size = reach + c.length() + major;
+                let t = linear(frame.a, *c, &box3).square();
+                slack((Interval::point(minor * minor) - (q + t)).scale(0.5 / minor), 4.0 * size * size / minor + minor)
+            }
+            Leaf::Formula(f) => f.range(box3[0], box3[1], box3[2]),
+            Leaf::Field(f, place) => {
+                let cell = if b.is_finite() { Aabb::around(b.corners().map(|p| unplace(place, p))) } else { Aabb::ALL };
+                let (lo, hi) = f.range(&cell);
+                Interval::new(lo, hi).scale(place.scale)
+            }
+            Leaf::Blend(f) => f.range(b),
+        }
+    }
+
+    /// A kind, and numbers that are equal for equal leaves.
+    pub(crate) fn key(&self) -> (u8, Vec<f64>) {
+        let v = |list: &[DVec3], rest: &[f64]| {
+            list.iter().flat_map(|v| v.to_array()).chain(rest.iter().copied()).collect::<Vec<f64>>()
+        };
+        match self {
+            Leaf::Plane { n, d } => (0, v(&[*n], &[*d])),
+            Leaf::Sphere { c, r } => (1, v(&[*c], &[*r])),
+            Leaf::Cylinder { c, frame, r } => (2, v(&[*c, frame.a], &[*r])),
+            Leaf::Cone { c, frame, k, m, d } => (3, v(&[*c, frame.a], &[*k, *m, *d])),
+            Leaf::Torus { c, frame, major, minor } => (4, v(&[*c, frame.a], &[*major, *minor])),
+            Leaf::Formula(f) => (5, vec![f64::from_bits(f.fingerprint() >> 12)]),
+            Leaf::Field(f, p) => (
+                6,
+                v(
+                    &[p.rotation.x_axis, p.rotation.y_axis, p.shift],
+                    &[p.scale, Arc::as_ptr(f).cast::<()>() as usize as f64],
+                ),
+            ),
+            Leaf::Blend(b) => (7, vec![Arc::as_ptr(b) as usize as f64]),
+        }
+    }
+
+    /// Whether the other leaf is the same surface with the same parameters up to `tolerance` of their size.
+    pub(crate) fn same(&self, other: &Leaf, tolerance: f64) -> bool {
+        match (self, other) {
+            (Leaf::Formula(a), Leaf::Formula(b)) => a == b,
+            (Leaf::Field(a, p), Leaf::Field(b, q)) => Arc::ptr_eq(a, b) && p == q,
+            (Leaf::Blend(a), Leaf::Blend(b)) => Arc::ptr_eq(a, b),
+            _ => {
+                let ((ka, a), (kb, b)) = (self.key(), other.key());
+                let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+                ka == kb && a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= tolerance * size)
+            }
+        }
+    }
+}
+
+/// From space into a field's own frame.
+fn unplace(place: &Placement, p: DVec3) -> DVec3 {
+    place.rotation.transpose() * (p - place.shift) / place.scale
+}

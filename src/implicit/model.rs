@@ -1,0 +1,170 @@
+//! A solid made ready: leaves, tape, faces and bounds, and the questions one may ask of it at a point.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::leaf::Leaf;
+use super::lower::{FaceInfo, lower};
+use super::rfunction::RSystem;
+use super::solid::Solid;
+use super::tape::{Op, Pruned, Scratch, Tape};
+use crate::error::{Error, Place, Result};
+use crate::spatial::Aabb;
+
+/// Bounds are tightened on a grid of this many halvings: within 1/32 of the side they come out of the tree with.
+const TIGHTEN_LEVELS: usize = 5;
+
+/// A bounded solid: the zero set of an R-function tree, positive inside.
+#[derive(Debug, Clone)]
+pub struct Implicit {
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) tape: Arc<Tape>,
+    faces: Vec<FaceInfo>,
+    rsystem: RSystem,
+    bounds: Aabb,
+}
+
+impl Implicit {
+    /// Lowers a solid and finds a box around it.
+    ///
+    /// `domain` cuts the solid off: its walls become faces `domain.xmin` ... `domain.zmax` where the solid may reach them.
+    /// Without it the box comes from the tree's structure and from interval arithmetic.
+    ///
+    /// Errors: a bad primitive; a solid that is empty; one without finite bounds and without `domain`.
+    pub fn new(solid: &Solid, rsystem: RSystem, domain: Option<Aabb>) -> Result<Self> {
+        let rsystem = rsystem.checked()?;
+        let mut low = lower(solid)?;
+        if let Some(d) = domain {
+            if d.is_empty() || !d.is_finite() {
+                return Err(Error::input(Place::Unknown, "the domain must be a finite box with lo < hi"));
+            }
+            let walls = Solid::cuboid(d.lo, d.hi).name("domain");
+            low = lower(&(walls & solid.clone()))?;
+        }
+        let mut model =
+            Implicit { leaves: low.leaves, tape: Arc::new(low.tape), faces: low.faces, rsystem, bounds: low.bounds };
+        if !model.bounds.is_empty() && !model.bounds.is_finite() {
+            model.bounds = model.find_bounds().ok_or_else(|| {
+                Error::input(Place::Unknown, "the solid may be infinite: no finite box around it can be proved")
+                    .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))")
+            })?;
+        }
+        for _ in 0..2 {
+            model.bounds = model.tightened(&model.bounds);
+        }
+        if model.bounds.is_empty() {
+            return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+        }
+        Ok(model)
+    }
+
+    /// A box outside of which the sign is negative everywhere: grown from the structure's finite sides, else by powers of
+    /// two, and accepted when interval arithmetic proves it.
+    fn find_bounds(&self) -> Option<Aabb> {
+        let negative = |b: &Aabb| self.tape.range(&self.leaves, b).hi < 0.0;
+        let mut r = 2f64.powi(-20);
+        while r < 2f64.powi(60) {
+            let mut found = self.bounds;
+            let ok = (0..3).all(|k| {
+                let mut side = |high: bool| {
+                    let finite = if high { self.bounds.hi[k] } else { self.bounds.lo[k] };
+                    if finite.is_finite() {
+                        return true;
+                    }
+                    let mut slab = self.bounds;
+                    if high {
+                        slab.lo[k] = r
+                    } else {
+                        slab.hi[k] = -r
+                    }
+                    if high {
+                        found.hi[k] = r
+                    } else {
+                        found.lo[k] = -r
+                    }
+                    negative(&slab)
+                };
+                side(false) && side(true)
+            });
+            if ok {
+                return Some(found);
+            }
+            r *= 2.0;
+        }
+        None
+    }
+
+    /// The box around the cells of a coarse octree that may hold some of the inside.
+    fn tightened(&self, bounds: &Aabb) -> Aabb {
+        if bounds.is_empty() {
+            return *bounds;
+        }
+        let mut scratch = Scratch::default();
+        let mut cells = vec![(*bounds, self.tape.clone())];
+        for _ in 0..TIGHTEN_LEVELS {
+            let mut next = Vec::new();
+            for (cell, tape) in &cells {
+                let mid = cell.center();
+                for corner in 0..8 {
+                    let pick =
+                        |k: usize| if corner >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
+                    let (x, y, z) = (pick(0), pick(1), pick(2));
+                    let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
+                    match tape.prune(&self.leaves, &sub, &mut scratch) {
+                        Pruned::Outside => {}
+                        Pruned::Inside => next.push((sub, Arc::new(Tape { ops: vec![Op::All(true)] }))),
+                        Pruned::Same => next.push((sub, tape.clone())),
+                        Pruned::Smaller(t) => next.push((sub, Arc::new(t))),
+                    }
+                }
+            }
+            // cells that cannot move the box need not be looked into again
+            let hull = next.iter().fold(Aabb::EMPTY, |b, c| b.union(&c.0));
+            next.retain(|(c, _)| (c.lo.cmple(hull.lo) | c.hi.cmpge(hull.hi)).any());
+            cells = next;
+        }
+        cells.iter().fold(Aabb::EMPTY, |b, c| b.union(&c.0))
+    }
+
+    /// A box around the solid.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The faces a mesh of this solid may have; labels of its triangles are indices into this list.
+    pub fn faces(&self) -> &[FaceInfo] {
+        &self.faces
+    }
+
+    /// The R-system values are taken in.
+    pub fn rsystem(&self) -> RSystem {
+        self.rsystem
+    }
+
+    /// How many different surfaces the tree is made of.
+    pub fn leaf_count(&self) -> usize {
+        self.leaves.len()
+    }
+
+    /// How many operations the tree has, leaves and R-operations.
+    pub fn tree_size(&self) -> usize {
+        self.tape.ops.len()
+    }
+
+    /// The value of the R-function tree: positive inside, zero on the boundary.
+    pub fn value(&self, p: DVec3) -> f64 {
+        self.tape.r_value(&self.leaves, self.rsystem, p)
+    }
+
+    /// Value and gradient of the R-function tree.
+    pub fn gradient(&self, p: DVec3) -> (f64, DVec3) {
+        let d = self.tape.r_gradient(&self.leaves, self.rsystem, p);
+        (d.v, d.g)
+    }
+
+    /// Whether a point is inside, by the sign companion.
+    pub fn inside(&self, p: DVec3) -> bool {
+        self.tape.value(&self.leaves, p) > 0.0
+    }
+}

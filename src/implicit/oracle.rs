@@ -1,0 +1,248 @@
+//! The surface of an R-function part as the shared stages see it.
+
+use glam::DVec3;
+
+use super::extract::Extracted;
+use super::leaf::Leaf;
+use super::model::Implicit;
+use super::newton::{bounds_edge, bounds_solid, leaves_of, nearest};
+use super::octree::Bricks;
+use super::tape::{Op, Tape};
+use crate::error::Result;
+use crate::geometry::{Foot, SurfaceOracle};
+use crate::numeric::Bracket;
+use crate::run::Run;
+
+/// Steps a line is sampled with on each side when the straight guess fails.
+const LINE_STEPS: usize = 8;
+
+/// Where the crossing of a line is sought first: this share of the guessed distance to both sides of the guess.
+const GUESS_WIDTH: f64 = 0.02;
+
+/// The oracle of an R-function part. Normals, curvatures and projections come from the active leaf, never from the
+/// R-function's own gradient, which is not normalized away from the surface.
+///
+/// Works near the surface, where it uses the pruned tapes of the extraction's cells; elsewhere it asks the whole tree.
+#[derive(Debug)]
+pub struct ImplicitOracle<'a> {
+    model: &'a Implicit,
+    bricks: Bricks,
+    scale: f64,
+}
+
+/// The best surface point so far.
+struct Best {
+    q: DVec3,
+    leaf: u32,
+    distance: f64,
+}
+
+impl<'a> ImplicitOracle<'a> {
+    /// An oracle that shares the cells of an extraction.
+    pub fn new(model: &'a Implicit, extracted: &Extracted) -> Self {
+        Self { model, bricks: extracted.bricks.clone(), scale: model.bounds().diagonal() }
+    }
+
+    /// An oracle with cells of its own, of about the given size.
+    pub fn with_cells(model: &'a Implicit, size: f64, run: &Run) -> Result<Self> {
+        let bricks = Bricks::build(model, size, u64::MAX, run)?;
+        Ok(Self { model, bricks, scale: model.bounds().diagonal() })
+    }
+
+    fn tape(&self, p: DVec3) -> &Tape {
+        self.bricks.tape_at(&self.model.tape, p)
+    }
+
+    fn leaves(&self) -> &[Leaf] {
+        &self.model.leaves
+    }
+
+    /// The foot at a point known to lie on `leaf`.
+    fn foot(&self, q: DVec3, leaf: u32) -> Option<Foot> {
+        let tape = self.tape(q);
+        let inside = bounds_solid(tape, self.leaves(), leaf, q).or_else(|| {
+            // on an edge the other leaf's sign is that of rounding: ask for the pair
+            let other = leaves_of(tape).into_iter().filter(|j| *j != leaf);
+            other.filter_map(|j| bounds_edge(tape, self.leaves(), leaf, j, q)).map(|s| s.0).next()
+        })?;
+        let g = self.leaves()[leaf as usize].gradient(q).g;
+        let n = g.try_normalize()?;
+        Some(Foot { point: q, normal: if inside { -n } else { n }, face: face_of(tape, leaf)? })
+    }
+
+    /// Tries the nearest point of the leaves `which`.
+    fn offer(&self, which: &[u32], p: DVec3, best: &mut Option<Best>, reach: f64) -> bool {
+        let limit = best.as_ref().map_or(reach, |b| b.distance.min(reach));
+        let Some(q) = nearest(self.leaves(), which, p, limit, self.scale) else { return false };
+        let tape = self.tape(q);
+        let valid = match which {
+            [i] => bounds_solid(tape, self.leaves(), *i, q).is_some(),
+            [i, j] => bounds_edge(tape, self.leaves(), *i, *j, q).is_some(),
+            [i, j, k] => super::newton::bounds_corner(tape, self.leaves(), [*i, *j, *k], q),
+            _ => false,
+        };
+        if valid {
+            *best = Some(Best { q, leaf: which[0], distance: q.distance(p) });
+        }
+        valid
+    }
+
+    /// The tape that lists the leaves worth trying near a point: its cell's, else that of a neighboring cell.
+    fn tape_near(&self, p: DVec3) -> &Tape {
+        let Some(at) = self.bricks.grid.brick_of(p) else { return &self.model.tape };
+        if let Some(i) = self.bricks.find(at) {
+            return &self.bricks.cells[i].tape;
+        }
+        let mut best: Option<(f64, usize)> = None;
+        let width = self.bricks.grid.h * super::octree::BRICK as f64;
+        for d in 0..27u32 {
+            let shift = [d % 3, d / 3 % 3, d / 9];
+            let n: [u32; 3] = std::array::from_fn(|k| (at[k] + shift[k]).wrapping_sub(1));
+            if let Some(i) = self.bricks.find(n) {
+                let center =
+                    self.bricks.grid.origin + (DVec3::new(n[0].into(), n[1].into(), n[2].into()) + 0.5) * width;
+                let d = center.distance_squared(p);
+                if best.is_none_or(|b| d < b.0) {
+                    best = Some((d, i));
+                }
+            }
+        }
+        best.map_or(&self.model.tape, |(_, i)| &self.bricks.cells[i].tape)
+    }
+}
+
+fn face_of(tape: &Tape, leaf: u32) -> Option<u32> {
+    tape.ops.iter().find_map(|op| match op {
+        Op::Leaf { leaf: l, face, .. } if *l == leaf => Some(*face),
+        _ => None,
+    })
+}
+
+impl SurfaceOracle for ImplicitOracle<'_> {
+    fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
+        let tape = self.tape_near(p);
+        let mut best = None;
+        let active = tape.active(self.leaves(), p);
+        let first = if active.leaf == u32::MAX { None } else { Some(active.leaf) };
+        let sure = first.is_some_and(|leaf| self.offer(&[leaf], p, &mut best, reach));
+        if !(sure && tape.only_face().is_some()) {
+            // leaves whose surface may come nearer than what there is
+            let close = |best: &Option<Best>| -> Vec<u32> {
+                let limit = best.as_ref().map_or(reach, |b: &Best| b.distance);
+                let near = |i: &u32| {
+                    let d = self.leaves()[*i as usize].gradient(p);
+                    let l = d.g.length();
+                    !(d.v.abs() > 2.0 * limit * l)
+                };
+                leaves_of(tape).into_iter().filter(near).collect()
+            };
+            let mut missed = !sure;
+            for i in close(&best) {
+                if Some(i) != first {
+                    missed |= !self.offer(&[i], p, &mut best, reach);
+                }
+            }
+            if missed {
+                let near = close(&best);
+                for (a, i) in near.iter().enumerate() {
+                    for j in &near[a + 1..] {
+                        self.offer(&[*i, *j], p, &mut best, reach);
+                    }
+                }
+                for (a, i) in near.iter().enumerate() {
+                    for (b, j) in near.iter().enumerate().skip(a + 1) {
+                        for k in &near[b + 1..] {
+                            self.offer(&[*i, *j, *k], p, &mut best, reach);
+                        }
+                    }
+                }
+            }
+        }
+        let best = best?;
+        self.foot(best.q, best.leaf)
+    }
+
+    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
+        let value = |t: f64| {
+            let q = p + direction * t;
+            self.tape(q).value(self.leaves(), q)
+        };
+        let start = self.tape(p).active(self.leaves(), p);
+        let f0 = start.value;
+        let slope = start.gradient(self.leaves(), p).g.dot(direction);
+        let mut found = None;
+        let guess = -f0 / slope;
+        if guess.abs() < reach {
+            let width = (GUESS_WIDTH * guess.abs()).max(1e-9 * reach);
+            let (a, b) = (guess - width, guess + width);
+            let (fa, fb) = (value(a), value(b));
+            let near_side = if guess >= 0.0 { fa } else { fb };
+            if (fa > 0.0) != (fb > 0.0) && (near_side > 0.0) == (f0 > 0.0) {
+                found = Some((a, fa, b, fb));
+            }
+        }
+        if found.is_none() {
+            let step = reach / LINE_STEPS as f64;
+            let mut last = [(0.0, f0); 2];
+            'search: for i in 1..=LINE_STEPS {
+                for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                    let t = sign * step * i as f64;
+                    let f = value(t);
+                    let (s, fs) = last[side];
+                    if (f > 0.0) != (fs > 0.0) {
+                        found = Some((s, fs, t, f));
+                        break 'search;
+                    }
+                    last[side] = (t, f);
+                }
+            }
+        }
+        let (a, fa, b, fb) = found?;
+        let width = (b - a).abs();
+        let mut bracket = Bracket::new(fa, fb, SETTLE_LINE * self.scale / width);
+        while !bracket.done() {
+            let x = bracket.probe();
+            bracket.update(x, value(a + (b - a) * x));
+        }
+        let q = p + direction * (a + (b - a) * bracket.root());
+        let leaf = self.tape(q).active(self.leaves(), q).leaf;
+        self.leaves().get(leaf as usize)?;
+        self.foot(q, leaf)
+    }
+
+    fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]> {
+        let q = foot.point;
+        let tape = self.tape(q);
+        let leaf = tape
+            .ops
+            .iter()
+            .filter_map(|op| match op {
+                Op::Leaf { leaf, face, .. } if *face == foot.face => Some(*leaf),
+                _ => None,
+            })
+            .min_by(|a, b| {
+                let f = |i: &u32| self.leaves()[*i as usize].value(q).abs();
+                f(a).total_cmp(&f(b))
+            })?;
+        let leaf = &self.leaves()[leaf as usize];
+        let d = leaf.gradient(q);
+        let length = d.g.length();
+        if !(length > 0.0) {
+            return None;
+        }
+        // curvature of the surface seen from the side the foot's normal points to
+        let side = if d.g.dot(foot.normal) < 0.0 { 1.0 } else { -1.0 };
+        let h = leaf.hessian(q, self.scale);
+        let apply = |v: DVec3| h[0] * v.x + h[1] * v.y + h[2] * v.z;
+        let (u, v) = foot.normal.any_orthonormal_pair();
+        let k = -side / length;
+        let (a, b, c) = (k * u.dot(apply(u)), k * 0.5 * (u.dot(apply(v)) + v.dot(apply(u))), k * v.dot(apply(v)));
+        let (mean, half) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
+        let (x, y) = (mean + half, mean - half);
+        let both = if x.abs() >= y.abs() { [x, y] } else { [y, x] };
+        both.iter().all(|k| k.is_finite()).then_some(both)
+    }
+}
+
+/// Crossings of lines are found to this share of the part's size.
+const SETTLE_LINE: f64 = 1e-13;

@@ -1,0 +1,393 @@
+//! The sign companion of a tree as a flat tape: signed leaves joined by min and max.
+//!
+//! The companion has the sign of the R-function tree, whatever the R-system, and is what culling, inside tests and root
+//! bracketing use. Pruning a tape over a box drops every operand that cannot decide the *sign* there: a conjunct that is
+//! positive on the whole box, a disjunct that is negative. The pruned tape has the same sign at every point of the box,
+//! not the same value, so values of differently pruned tapes are never mixed.
+
+use glam::DVec3;
+use multiversion::multiversion;
+
+use super::leaf::Leaf;
+use super::rfunction::RSystem;
+use crate::numeric::{Dual, Interval};
+use crate::spatial::Aabb;
+
+/// One operation; operands are indices of earlier operations of the same tape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Op {
+    /// Everything (`true`) or nothing.
+    All(bool),
+    /// A leaf or its complement; `face` is the face this occurrence makes.
+    Leaf { leaf: u32, face: u32, negate: bool },
+    /// R-conjunction.
+    Min(u32, u32),
+    /// R-disjunction.
+    Max(u32, u32),
+}
+
+/// A tree in evaluation order; the last operation is the root.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tape {
+    pub(crate) ops: Vec<Op>,
+}
+
+/// An occurrence of a leaf.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Active {
+    pub(crate) leaf: u32,
+    pub(crate) face: u32,
+    pub(crate) negate: bool,
+    /// The companion's value.
+    pub(crate) value: f64,
+}
+
+impl Active {
+    /// Value and gradient of the occurrence, sign included.
+    pub(crate) fn gradient(&self, leaves: &[Leaf], p: DVec3) -> Dual {
+        match leaves.get(self.leaf as usize) {
+            Some(leaf) if self.negate => -leaf.gradient(p),
+            Some(leaf) => leaf.gradient(p),
+            None => Dual::constant(self.value),
+        }
+    }
+}
+
+/// What a box tells about a tape.
+pub(crate) enum Pruned {
+    /// Negative everywhere on the box.
+    Outside,
+    /// Positive everywhere on the box.
+    Inside,
+    /// Nothing could be dropped.
+    Same,
+    /// A smaller tape with the same sign everywhere on the box.
+    Smaller(Tape),
+}
+
+/// Registers kept between evaluations.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    registers: Vec<f64>,
+    faces: Vec<u32>,
+    intervals: Vec<Interval>,
+    renumber: Vec<u32>,
+    /// Whether a formula has given NaN or an infinite value since this was last cleared.
+    pub(crate) not_finite: bool,
+}
+
+/// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
+const BATCH_REGISTERS: usize = 1 << 16;
+
+/// Value of "everything": far from zero, so that it decides nothing.
+const EVERYTHING: f64 = f64::MAX;
+
+impl Tape {
+    pub(crate) fn cost(&self, leaves: &[Leaf]) -> usize {
+        self.ops.iter().map(|op| if let Op::Leaf { leaf, .. } = op { leaves[*leaf as usize].cost() } else { 1 }).sum()
+    }
+
+    /// The single face of a tape that has only one leaf.
+    pub(crate) fn only_face(&self) -> Option<u32> {
+        match self.ops[..] {
+            [Op::Leaf { face, .. }] => Some(face),
+            _ => None,
+        }
+    }
+
+    /// Signed values at many points; never zero, NaN only where a formula is NaN.
+    pub(crate) fn eval(
+        &self,
+        leaves: &[Leaf],
+        xs: &[f64],
+        ys: &[f64],
+        zs: &[f64],
+        out: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4));
+        let mut start = 0;
+        while start < out.len() {
+            let end = (start + lanes).min(out.len());
+            let p = [&xs[start..end], &ys[start..end], &zs[start..end]];
+            scratch.not_finite |= !eval_block(&self.ops, leaves, p, &mut out[start..end], &mut scratch.registers);
+            start = end;
+        }
+    }
+
+    /// Faces of the deciding leaves at many points.
+    pub(crate) fn faces(
+        &self,
+        leaves: &[Leaf],
+        xs: &[f64],
+        ys: &[f64],
+        zs: &[f64],
+        out: &mut [u32],
+        scratch: &mut Scratch,
+    ) {
+        if let Some(face) = self.only_face() {
+            out.fill(face);
+            return;
+        }
+        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4));
+        let mut values = vec![0.0; lanes.min(out.len())];
+        let mut start = 0;
+        while start < out.len() {
+            let end = (start + lanes).min(out.len());
+            let n = end - start;
+            let regs = &mut scratch.registers;
+            eval_block(&self.ops, leaves, [&xs[start..end], &ys[start..end], &zs[start..end]], &mut values[..n], regs);
+            let faces = &mut scratch.faces;
+            faces.clear();
+            faces.resize(n * self.ops.len(), u32::MAX);
+            for (i, op) in self.ops.iter().enumerate() {
+                let (before, rest) = faces.split_at_mut(i * n);
+                let dst = &mut rest[..n];
+                let (a, b, larger) = match *op {
+                    Op::All(_) => continue,
+                    Op::Leaf { face, .. } => {
+                        dst.fill(face);
+                        continue;
+                    }
+                    Op::Min(a, b) => (a as usize * n, b as usize * n, false),
+                    Op::Max(a, b) => (a as usize * n, b as usize * n, true),
+                };
+                for k in 0..n {
+                    let take_a = (regs[a + k] < regs[b + k]) != larger;
+                    dst[k] = before[if take_a { a } else { b } + k];
+                }
+            }
+            out[start..end].copy_from_slice(&faces[(self.ops.len() - 1) * n..]);
+            start = end;
+        }
+    }
+
+    /// Signed value at one point.
+    pub(crate) fn value(&self, leaves: &[Leaf], p: DVec3) -> f64 {
+        self.active(leaves, p).value
+    }
+
+    /// The occurrence that decides the companion's value at a point.
+    pub(crate) fn active(&self, leaves: &[Leaf], p: DVec3) -> Active {
+        let none = |value| Active { leaf: u32::MAX, face: u32::MAX, negate: false, value };
+        let mut r: Vec<Active> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            let v = match *op {
+                Op::All(inside) => none(if inside { EVERYTHING } else { -EVERYTHING }),
+                Op::Leaf { leaf, face, negate } => {
+                    let mut value = [leaves[leaf as usize].value(p)];
+                    Leaf::sign(&mut value, negate);
+                    Active { leaf, face, negate, value: value[0] }
+                }
+                Op::Min(a, b) => {
+                    let (a, b) = (r[a as usize], r[b as usize]);
+                    if a.value < b.value { a } else { b }
+                }
+                Op::Max(a, b) => {
+                    let (a, b) = (r[a as usize], r[b as usize]);
+                    if a.value < b.value { b } else { a }
+                }
+            };
+            r.push(v);
+        }
+        r[r.len() - 1]
+    }
+
+    /// The value of the R-function tree itself.
+    pub(crate) fn r_value(&self, leaves: &[Leaf], system: RSystem, p: DVec3) -> f64 {
+        let mut r: Vec<f64> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            r.push(match *op {
+                Op::All(inside) => {
+                    if inside {
+                        EVERYTHING.sqrt()
+                    } else {
+                        -EVERYTHING.sqrt()
+                    }
+                }
+                Op::Leaf { leaf, negate, .. } => {
+                    let mut value = [leaves[leaf as usize].value(p)];
+                    Leaf::sign(&mut value, negate);
+                    value[0]
+                }
+                Op::Min(a, b) => system.and(r[a as usize], r[b as usize]),
+                Op::Max(a, b) => system.or(r[a as usize], r[b as usize]),
+            });
+        }
+        r[r.len() - 1]
+    }
+
+    /// Value and gradient of the R-function tree itself. The gradient is exact wherever it exists.
+    pub(crate) fn r_gradient(&self, leaves: &[Leaf], system: RSystem, p: DVec3) -> Dual {
+        let mut r: Vec<Dual> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            r.push(match *op {
+                Op::All(inside) => Dual::constant(if inside { EVERYTHING.sqrt() } else { -EVERYTHING.sqrt() }),
+                Op::Leaf { leaf, negate, .. } => {
+                    let d = leaves[leaf as usize].gradient(p);
+                    if negate { -d } else { d }
+                }
+                Op::Min(a, b) => {
+                    let (a, b) = (r[a as usize], r[b as usize]);
+                    let (pa, pb) = system.and_partials(a.v, b.v);
+                    Dual::new(system.and(a.v, b.v), a.g * pa + b.g * pb)
+                }
+                Op::Max(a, b) => {
+                    let (a, b) = (r[a as usize], r[b as usize]);
+                    let (pa, pb) = system.or_partials(a.v, b.v);
+                    Dual::new(system.or(a.v, b.v), a.g * pa + b.g * pb)
+                }
+            });
+        }
+        r[r.len() - 1]
+    }
+
+    /// Whether a point is inside when the signs of some leaves are given and the others have their own.
+    pub(crate) fn inside_with(&self, leaves: &[Leaf], p: DVec3, forced: &[(u32, bool)]) -> bool {
+        let mut r: Vec<bool> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            r.push(match *op {
+                Op::All(inside) => inside,
+                Op::Leaf { leaf, negate, .. } => {
+                    let positive = match forced.iter().find(|f| f.0 == leaf) {
+                        Some(f) => f.1,
+                        None => leaves[leaf as usize].value(p) >= 0.0,
+                    };
+                    positive != negate
+                }
+                Op::Min(a, b) => r[a as usize] && r[b as usize],
+                Op::Max(a, b) => r[a as usize] || r[b as usize],
+            });
+        }
+        r[r.len() - 1]
+    }
+
+    /// Bounds of the companion over a box.
+    pub(crate) fn range(&self, leaves: &[Leaf], cell: &Aabb) -> Interval {
+        let mut r = Vec::with_capacity(self.ops.len());
+        self.ranges(leaves, cell, &mut r);
+        r[r.len() - 1]
+    }
+
+    fn ranges(&self, leaves: &[Leaf], cell: &Aabb, r: &mut Vec<Interval>) {
+        r.clear();
+        for op in &self.ops {
+            r.push(match *op {
+                Op::All(inside) => Interval::point(if inside { EVERYTHING } else { -EVERYTHING }),
+                Op::Leaf { leaf, negate, .. } => {
+                    let i = leaves[leaf as usize].range(cell);
+                    if negate { -i } else { i }
+                }
+                Op::Min(a, b) => r[a as usize].min(r[b as usize]),
+                Op::Max(a, b) => r[a as usize].max(r[b as usize]),
+            });
+        }
+    }
+
+    /// Drops what cannot decide the sign on the box.
+    pub(crate) fn prune(&self, leaves: &[Leaf], cell: &Aabb, scratch: &mut Scratch) -> Pruned {
+        let r = &mut scratch.intervals;
+        self.ranges(leaves, cell, r);
+        let root = r[r.len() - 1];
+        if root.hi < 0.0 {
+            return Pruned::Outside;
+        }
+        if root.lo > 0.0 {
+            return Pruned::Inside;
+        }
+        // `renumber[i]`: what stands for operation i. An operand that is decided never is needed: if it decided the
+        // operation, that would be decided too, and so on up to the root, which is not.
+        const UNUSED: u32 = u32::MAX;
+        let n = self.ops.len();
+        let alias = &mut scratch.renumber;
+        alias.clear();
+        alias.resize(2 * n, UNUSED);
+        let (alias, needed) = alias.split_at_mut(n);
+        for (i, op) in self.ops.iter().enumerate() {
+            alias[i] = match *op {
+                Op::Min(a, _) if r[a as usize].lo > 0.0 => alias_of(self.ops[i], alias, true),
+                Op::Min(a, b) if r[b as usize].lo > 0.0 => alias[a as usize],
+                Op::Max(a, _) if r[a as usize].hi < 0.0 => alias_of(self.ops[i], alias, true),
+                Op::Max(a, b) if r[b as usize].hi < 0.0 => alias[a as usize],
+                _ => i as u32,
+            };
+        }
+        let top = alias[n - 1] as usize;
+        needed[top] = 0;
+        let mut count = 0;
+        for i in (0..=top).rev() {
+            if needed[i] == UNUSED {
+                continue;
+            }
+            count += 1;
+            if let Op::Min(a, b) | Op::Max(a, b) = self.ops[i] {
+                needed[alias[a as usize] as usize] = 0;
+                needed[alias[b as usize] as usize] = 0;
+            }
+        }
+        if count == n {
+            return Pruned::Same;
+        }
+        let mut ops = Vec::with_capacity(count);
+        for i in 0..=top {
+            if needed[i] == UNUSED {
+                continue;
+            }
+            let at = |a: u32, needed: &[u32]| needed[alias[a as usize] as usize];
+            ops.push(match self.ops[i] {
+                Op::Min(a, b) => Op::Min(at(a, needed), at(b, needed)),
+                Op::Max(a, b) => Op::Max(at(a, needed), at(b, needed)),
+                other => other,
+            });
+            needed[i] = ops.len() as u32 - 1;
+        }
+        Pruned::Smaller(Tape { ops })
+    }
+}
+
+/// What stands for the second (or first) operand of an operation.
+fn alias_of(op: Op, alias: &[u32], second: bool) -> u32 {
+    match op {
+        Op::Min(a, b) | Op::Max(a, b) => alias[if second { b } else { a } as usize],
+        _ => u32::MAX,
+    }
+}
+
+/// Whether all values of formulas were finite. Wider vector units give the same bits: only lane-wise IEEE operations are used, and none is contracted.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn eval_block(ops: &[Op], leaves: &[Leaf], p: [&[f64]; 3], out: &mut [f64], registers: &mut Vec<f64>) -> bool {
+    let n = out.len();
+    let mut finite = true;
+    if registers.len() < n * ops.len() {
+        registers.resize(n * ops.len(), 0.0);
+    }
+    for (i, op) in ops.iter().enumerate() {
+        let (before, rest) = registers.split_at_mut(i * n);
+        let dst = &mut rest[..n];
+        match *op {
+            Op::All(inside) => dst.fill(if inside { EVERYTHING } else { -EVERYTHING }),
+            Op::Leaf { leaf, negate, .. } => {
+                let leaf = &leaves[leaf as usize];
+                leaf.eval(p[0], p[1], p[2], dst);
+                if leaf.is_user() {
+                    finite &= dst.iter().all(|v| v.is_finite());
+                }
+                Leaf::sign(dst, negate);
+            }
+            Op::Min(a, b) => {
+                let (a, b) = (&before[a as usize * n..][..n], &before[b as usize * n..][..n]);
+                for k in 0..n {
+                    dst[k] = if a[k] < b[k] { a[k] } else { b[k] };
+                }
+            }
+            Op::Max(a, b) => {
+                let (a, b) = (&before[a as usize * n..][..n], &before[b as usize * n..][..n]);
+                for k in 0..n {
+                    dst[k] = if a[k] > b[k] { a[k] } else { b[k] };
+                }
+            }
+        }
+    }
+    out.copy_from_slice(&registers[(ops.len() - 1) * n..][..n]);
+    finite
+}

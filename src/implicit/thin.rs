@@ -1,0 +1,172 @@
+//! Walls and gaps thinner than a cell: what marching cubes may lose, named with its place.
+
+use std::fmt;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::extract::Extracted;
+use super::model::Implicit;
+use super::newton::{bounds_solid, nearest};
+use super::octree::{BRICK, Cell};
+use super::tape::{Pruned, Scratch, Tape};
+use crate::error::Result;
+use crate::run::Run;
+use crate::spatial::Aabb;
+
+/// A wall counts as thin only if it still is at this many cells to the side: the flank of a sharp edge is not a wall.
+const ASIDE: f64 = 2.0;
+
+/// Two faces form a wall when their normals differ by more than 120 degrees.
+const OPPOSED: f64 = -0.5;
+
+/// Nodes of the mesh that are looked at; more would only find the same walls again.
+const MOST_SAMPLES: usize = 20_000;
+
+/// Missed cells that are looked at.
+const MOST_CELLS: usize = 200_000;
+
+/// A place where the solid, or the gap between two of its faces, is thinner than the cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThinPlace {
+    /// The face there.
+    pub face: String,
+    /// A point of the face.
+    pub at: DVec3,
+    /// Measured thickness; an upper bound if the place was missed altogether.
+    pub thickness: f64,
+    /// The cell size it is compared with.
+    pub size: f64,
+}
+
+impl fmt::Display for ThinPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { face, at, thickness, size } = self;
+        write!(
+            f,
+            "thickness {thickness:.6} at ({:.6}, {:.6}, {:.6}) on {face} is below the cell size {size:.6}",
+            at.x, at.y, at.z
+        )
+    }
+}
+
+/// Finds walls thinner than `size`: in cells the surface passes through without parting their corners, and below the nodes
+/// of the mesh. One place a face, the thinnest found. Not found: needles, and walls narrower than a few cells.
+pub fn thin_places(model: &Implicit, extracted: &Extracted, size: f64, run: &Run) -> Result<Vec<ThinPlace>> {
+    let probe = Probe { model, extracted, size };
+    let mut found = run.install(|| -> Result<Vec<(u32, ThinPlace)>> {
+        let mut found: Vec<(u32, ThinPlace)> = Vec::new();
+        for per_cell in extracted.undecided.par_iter().map(|c| probe.missed(c, run)).collect::<Result<Vec<_>>>()? {
+            found.extend(per_cell);
+        }
+        let nodes = &extracted.mesh.nodes;
+        let stride = nodes.len().div_ceil(MOST_SAMPLES).max(1);
+        let below: Vec<Option<(u32, ThinPlace)>> =
+            (0..nodes.len() / stride).into_par_iter().map(|i| probe.below(nodes[i * stride])).collect();
+        run.check()?;
+        found.extend(below.into_iter().flatten());
+        Ok(found)
+    })?;
+    found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.thickness.total_cmp(&b.1.thickness)));
+    found.dedup_by_key(|f| f.0);
+    Ok(found.into_iter().map(|f| f.1).collect())
+}
+
+struct Probe<'a> {
+    model: &'a Implicit,
+    extracted: &'a Extracted,
+    size: f64,
+}
+
+impl Probe<'_> {
+    fn inside(&self, p: DVec3) -> bool {
+        self.extracted.tape_at(self.model, p).value(&self.model.leaves, p) > 0.0
+    }
+
+    /// Surface point and outward normal nearest to `p` on the leaf that is active there.
+    fn foot(&self, p: DVec3) -> Option<(DVec3, DVec3, u32)> {
+        let leaves = &self.model.leaves;
+        let active = self.extracted.tape_at(self.model, p).active(leaves, p);
+        leaves.get(active.leaf as usize)?;
+        let q = nearest(leaves, &[active.leaf], p, 2.0 * self.size, self.model.bounds().diagonal())?;
+        let inside = bounds_solid(self.extracted.tape_at(self.model, q), leaves, active.leaf, q)?;
+        let n = leaves[active.leaf as usize].gradient(q).g.try_normalize()?;
+        Some((q, if inside { -n } else { n }, active.face))
+    }
+
+    /// Distance from the surface point `q` through the solid to an opposed face, if less than the cell size.
+    fn thickness(&self, q: DVec3, n: DVec3) -> Option<f64> {
+        let start = 1e-6 * self.size;
+        if self.inside(q - n * self.size) || !self.inside(q - n * start) {
+            return None;
+        }
+        let (mut a, mut b) = (start, self.size);
+        while b - a > 1e-3 * self.size {
+            let m = 0.5 * (a + b);
+            if self.inside(q - n * m) { a = m } else { b = m }
+        }
+        let (_, other, _) = self.foot(q - n * b)?;
+        (other.dot(n) < OPPOSED).then_some(b)
+    }
+
+    /// The wall below a node.
+    fn below(&self, p: DVec3) -> Option<(u32, ThinPlace)> {
+        let (q, n, face) = self.foot(p)?;
+        let thickness = self.thickness(q, n)?;
+        let (u, v) = n.any_orthonormal_pair();
+        let (mut there, mut thin) = (0, 0);
+        for d in [u, -u, v, -v] {
+            if let Some((q, n, f)) = self.foot(q + d * (ASIDE * self.size))
+                && f == face
+            {
+                there += 1;
+                thin += usize::from(self.thickness(q, n).is_some());
+            }
+        }
+        (there >= 2 && thin == there).then(|| self.place(face, q, thickness))
+    }
+
+    fn place(&self, face: u32, at: DVec3, thickness: f64) -> (u32, ThinPlace) {
+        let name = self.model.faces().get(face as usize).map_or_else(String::new, |f| f.name.clone());
+        (face, ThinPlace { face: name, at, thickness, size: self.size })
+    }
+
+    /// Walls inside a brick whose corners all have one sign.
+    fn missed(&self, cell: &Cell, run: &Run) -> Result<Vec<(u32, ThinPlace)>> {
+        run.check()?;
+        let grid = &self.extracted.bricks.grid;
+        let lo = grid.node(cell.at.map(|b| b as usize * BRICK));
+        let hi = grid.node(cell.at.map(|b| (b as usize + 1) * BRICK));
+        let mut scratch = Scratch::default();
+        let mut found = Vec::new();
+        let mut stack: Vec<(Aabb, Tape, u32)> = vec![(Aabb::new(lo, hi), (*cell.tape).clone(), BRICK.trailing_zeros())];
+        let mut looked = 0;
+        while let Some((b, tape, level)) = stack.pop() {
+            looked += 1;
+            if looked > MOST_CELLS {
+                break;
+            }
+            let tape = match tape.prune(&self.model.leaves, &b, &mut scratch) {
+                Pruned::Outside | Pruned::Inside => continue,
+                Pruned::Same => tape,
+                Pruned::Smaller(t) => t,
+            };
+            if level > 0 {
+                let mid = b.center();
+                for c in b.corners() {
+                    stack.push((Aabb::around([c, mid]), tape.clone(), level - 1));
+                }
+                continue;
+            }
+            let Some((q, n, face)) = self.foot(b.center()) else { continue };
+            if !b.grown(1e-9 * self.size).contains(q) {
+                continue;
+            }
+            // a surface that merely bulges into the cell parts the two sides of its foot; a wall does not
+            if let Some(t) = self.thickness(q, n) {
+                found.push(self.place(face, q, t));
+            }
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,219 @@
+//! What is wrong with a mesh, as data.
+
+use crate::error::{Error, Place, Result};
+
+use super::trimesh::TriMesh;
+
+/// Everything that keeps a mesh from being a closed, oriented 2-manifold. All lists are ascending.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Defects {
+    /// Edges of one triangle.
+    pub open_edges: Vec<[u32; 2]>,
+    /// Edges of more than two triangles.
+    pub nonmanifold_edges: Vec<[u32; 2]>,
+    /// Edges two triangles run through in the same direction.
+    pub misoriented_edges: Vec<[u32; 2]>,
+    /// Nodes whose triangles form more than one fan.
+    pub nonmanifold_nodes: Vec<u32>,
+    /// Triangles that name a node twice or have exactly no area.
+    pub degenerate_triangles: Vec<u32>,
+    /// Triangles with the same three nodes as an earlier one.
+    pub duplicate_triangles: Vec<u32>,
+    /// Nodes no triangle uses.
+    pub unused_nodes: Vec<u32>,
+}
+
+impl Defects {
+    /// Whether every edge has an even number of triangles, at least two.
+    pub fn is_closed(&self) -> bool {
+        self.open_edges.is_empty()
+    }
+
+    /// Whether no edge has more than two triangles, and the triangles around every node form one fan.
+    pub fn is_manifold(&self) -> bool {
+        self.nonmanifold_edges.is_empty() && self.nonmanifold_nodes.is_empty()
+    }
+
+    /// Whether neighbors run through their edge in opposite directions.
+    pub fn is_oriented(&self) -> bool {
+        self.misoriented_edges.is_empty()
+    }
+}
+
+/// Counts that describe the surface as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Topology {
+    /// Pieces not joined by an edge or node.
+    pub components: usize,
+    /// Nodes in use - edges + triangles.
+    pub euler: i64,
+    /// Handles, summed over the components; only for closed, manifold, oriented meshes.
+    pub genus: Option<i64>,
+}
+
+/// One side of a triangle: `key` is the undirected edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    key: u64,
+    triangle: u32,
+    forward: bool,
+}
+
+fn sides(mesh: &TriMesh) -> Vec<Side> {
+    let mut s = Vec::with_capacity(3 * mesh.triangles.len());
+    for (t, tri) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (tri[k], tri[(k + 1) % 3]);
+            let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+            s.push(Side { key, triangle: t as u32, forward: a < b });
+        }
+    }
+    s.sort_unstable();
+    s
+}
+
+struct Sets(Vec<u32>);
+
+impl Sets {
+    fn new(n: usize) -> Self {
+        Sets((0..n as u32).collect())
+    }
+
+    fn find(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            self.0[i as usize] = self.0[self.0[i as usize] as usize];
+            i = self.0[i as usize];
+        }
+        i
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+fn ends(key: u64) -> [u32; 2] {
+    [(key >> 32) as u32, key as u32]
+}
+
+impl TriMesh {
+    /// Refuses what no question can be asked about: node numbers out of range, coordinates that are not finite, labels
+    /// that do not fit.
+    pub fn validate(&self) -> Result<()> {
+        let n = self.nodes.len();
+        let item = |text: String, message: String| Err(Error::input(Place::Item(text), message));
+        if let Some(i) = self.nodes.iter().position(|p| !p.is_finite()) {
+            return item(format!("node {i}"), format!("its coordinates are not finite: {}", self.nodes[i]));
+        }
+        if let Some(t) = self.triangles.iter().position(|t| t.iter().any(|v| *v as usize >= n)) {
+            return item(format!("triangle {t}"), format!("it names node {:?} of {n}", self.triangles[t].iter().max()));
+        }
+        if self.labels.len() != self.triangles.len() {
+            return item(
+                "labels".into(),
+                format!("{} labels for {} triangles", self.labels.len(), self.triangles.len()),
+            );
+        }
+        if let Some(t) = self.labels.iter().position(|l| *l as usize >= self.faces.len()) {
+            return item(
+                format!("triangle {t}"),
+                format!("its label {} names none of {} faces", self.labels[t], self.faces.len()),
+            );
+        }
+        Ok(())
+    }
+
+    /// Finds all defects. The mesh must be [valid](Self::validate).
+    pub fn defects(&self) -> Defects {
+        let mut d = Defects::default();
+        let mut seen = Vec::with_capacity(self.triangles.len());
+        for (t, tri) in self.triangles.iter().enumerate() {
+            let [a, b, c] = *tri;
+            if a == b || b == c || c == a || self.area_vector(t) == glam::DVec3::ZERO {
+                d.degenerate_triangles.push(t as u32);
+            }
+            let mut key = *tri;
+            key.sort_unstable();
+            seen.push((key, t as u32));
+        }
+        seen.sort_unstable();
+        d.duplicate_triangles = seen.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1).collect();
+        d.duplicate_triangles.sort_unstable();
+        let sides = sides(self);
+        // corners of the triangles around a node, joined across edges of exactly two triangles
+        let mut fans = Sets::new(3 * self.triangles.len());
+        let corner = |t: u32, v: u32| {
+            let tri = self.triangles[t as usize];
+            3 * t + (0..3).find(|k| tri[*k as usize] == v).unwrap_or(0)
+        };
+        for group in sides.chunk_by(|a, b| a.key == b.key) {
+            let e = ends(group[0].key);
+            match group {
+                [_] => d.open_edges.push(e),
+                [a, b] => {
+                    if a.forward == b.forward {
+                        d.misoriented_edges.push(e);
+                    }
+                    for v in e {
+                        fans.join(corner(a.triangle, v), corner(b.triangle, v));
+                    }
+                }
+                _ => d.nonmanifold_edges.push(e),
+            }
+        }
+        let mut fan_of = vec![u32::MAX; self.nodes.len()];
+        let mut twice = vec![false; self.nodes.len()];
+        for (t, tri) in self.triangles.iter().enumerate() {
+            for (k, v) in tri.iter().enumerate() {
+                let fan = fans.find(3 * t as u32 + k as u32);
+                let slot = &mut fan_of[*v as usize];
+                if *slot == u32::MAX {
+                    *slot = fan;
+                } else if *slot != fan {
+                    twice[*v as usize] = true;
+                }
+            }
+        }
+        d.nonmanifold_nodes = (0..self.nodes.len() as u32).filter(|v| twice[*v as usize]).collect();
+        d.unused_nodes = (0..self.nodes.len() as u32).filter(|v| fan_of[*v as usize] == u32::MAX).collect();
+        d
+    }
+
+    /// Components, Euler characteristic, genus. The mesh must be [valid](Self::validate).
+    pub fn topology(&self, defects: &Defects) -> Topology {
+        let sides = sides(self);
+        let edges = sides.chunk_by(|a, b| a.key == b.key).count() as i64;
+        let mut sets = Sets::new(self.nodes.len());
+        for [a, b, c] in &self.triangles {
+            sets.join(*a, *b);
+            sets.join(*b, *c);
+        }
+        let unused: Vec<u32> = defects.unused_nodes.clone();
+        let roots = (0..self.nodes.len() as u32).filter(|v| sets.find(*v) == *v).count();
+        let components = roots - unused.len();
+        let nodes = (self.nodes.len() - unused.len()) as i64;
+        let euler = nodes - edges + self.triangles.len() as i64;
+        let good = defects.is_closed() && defects.is_manifold() && defects.is_oriented() && !self.triangles.is_empty();
+        Topology { components, euler, genus: good.then_some((2 * components as i64 - euler) / 2) }
+    }
+
+    /// Edges of exactly two triangles: their ends and the two triangles, ascending by ends.
+    pub fn inner_edges(&self) -> Vec<([u32; 2], [u32; 2])> {
+        sides(self)
+            .chunk_by(|a, b| a.key == b.key)
+            .filter(|g| g.len() == 2)
+            .map(|g| (ends(g[0].key), [g[0].triangle, g[1].triangle]))
+            .collect()
+    }
+
+    /// Ends of the edges at which the normals of the two triangles differ by more than `angle` degrees.
+    pub fn sharp_edges(&self, angle: f64) -> Vec<[u32; 2]> {
+        let limit = angle.to_radians();
+        let bent = |t: [u32; 2]| {
+            let (a, b) = (self.area_vector(t[0] as usize), self.area_vector(t[1] as usize));
+            a != glam::DVec3::ZERO && b != glam::DVec3::ZERO && a.cross(b).length().atan2(a.dot(b)) > limit
+        };
+        self.inner_edges().into_iter().filter(|(_, t)| bent(*t)).map(|(e, _)| e).collect()
+    }
+}

@@ -1,0 +1,136 @@
+//! Self-intersections, by exact predicates.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::trimesh::TriMesh;
+use crate::error::Result;
+use crate::numeric::predicates::{orient2d, orient3d};
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+
+/// Pairs of triangles that meet anywhere but in the nodes and edges they share, ascending.
+///
+/// Triangles that share an edge intersect if they lie in one plane, folded onto each other; triangles that share a node
+/// if the edge opposite to it meets the other triangle; others if they have any point in common. Triangles without area
+/// are passed over. Exact: no tolerance is involved. The mesh must be [valid](TriMesh::validate).
+pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
+    let boxes: Vec<Aabb> = (0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect();
+    let flat: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_flat(mesh.corners(t))).collect();
+    run.check()?;
+    let bvh = Bvh::new(boxes.clone());
+    let found: Vec<Vec<[u32; 2]>> = run.install(|| {
+        (0..mesh.triangles.len())
+            .into_par_iter()
+            .map(|t| {
+                let mut out = Vec::new();
+                if flat[t] || run.is_cancelled() {
+                    return out;
+                }
+                bvh.overlapping(&boxes[t], |u| {
+                    if (u as usize) > t && !flat[u as usize] && intersect(mesh, t, u as usize) {
+                        out.push([t as u32, u]);
+                    }
+                });
+                out.sort_unstable();
+                out
+            })
+            .collect()
+    });
+    run.check()?;
+    Ok(found.concat())
+}
+
+/// Exactly without area: the three points lie on a line in all three projections.
+fn is_flat(p: [DVec3; 3]) -> bool {
+    (0..3).all(|axis| {
+        let [a, b, c] = p.map(|v| drop_axis(v, axis));
+        orient2d(a, b, c) == 0.0
+    })
+}
+
+fn drop_axis(v: DVec3, axis: usize) -> DVec2 {
+    match axis {
+        0 => DVec2::new(v.y, v.z),
+        1 => DVec2::new(v.z, v.x),
+        _ => DVec2::new(v.x, v.y),
+    }
+}
+
+fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
+    let (a, b) = (mesh.triangles[t], mesh.triangles[u]);
+    let (p, q) = (mesh.corners(t), mesh.corners(u));
+    let shared: Vec<(usize, usize)> =
+        (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).filter(|(i, j)| a[*i] == b[*j]).collect();
+    match shared[..] {
+        [] => triangles_meet(p, q),
+        [(i, j)] => {
+            segment_meets(p[(i + 1) % 3], p[(i + 2) % 3], q) || segment_meets(q[(j + 1) % 3], q[(j + 2) % 3], p)
+        }
+        [(i, j), (k, l)] => {
+            let (apex, other) = (p[3 - i - k], q[3 - j - l]);
+            let (v, w) = (p[i], p[k]);
+            if orient3d(v, w, apex, other) != 0.0 {
+                return false;
+            }
+            let axis =
+                (0..3).find(|x| orient2d(drop_axis(v, *x), drop_axis(w, *x), drop_axis(apex, *x)) != 0.0).unwrap_or(0);
+            let [v, w, apex, other] = [v, w, apex, other].map(|p| drop_axis(p, axis));
+            (orient2d(v, w, apex) > 0.0) == (orient2d(v, w, other) > 0.0)
+        }
+        _ => true,
+    }
+}
+
+/// Whether two triangles without a common node have a point in common.
+fn triangles_meet(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
+    let one_sided = |s: [f64; 3]| s.iter().all(|v| *v > 0.0) || s.iter().all(|v| *v < 0.0);
+    if one_sided(q.map(|v| orient3d(p[0], p[1], p[2], v))) || one_sided(p.map(|v| orient3d(q[0], q[1], q[2], v))) {
+        return false;
+    }
+    (0..3).any(|i| segment_meets(p[i], p[(i + 1) % 3], q)) || (0..3).any(|i| segment_meets(q[i], q[(i + 1) % 3], p))
+}
+
+/// Whether a closed segment and a closed triangle have a point in common.
+fn segment_meets(a: DVec3, b: DVec3, t: [DVec3; 3]) -> bool {
+    let (sa, sb) = (orient3d(t[0], t[1], t[2], a), orient3d(t[0], t[1], t[2], b));
+    if (sa > 0.0 && sb > 0.0) || (sa < 0.0 && sb < 0.0) {
+        return false;
+    }
+    if sa == 0.0 && sb == 0.0 {
+        return coplanar_segment_meets(a, b, t);
+    }
+    let s: [f64; 3] = std::array::from_fn(|i| orient3d(a, b, t[i], t[(i + 1) % 3]));
+    s.iter().all(|v| *v >= 0.0) || s.iter().all(|v| *v <= 0.0)
+}
+
+fn coplanar_segment_meets(a: DVec3, b: DVec3, t: [DVec3; 3]) -> bool {
+    // any projection in which the triangle keeps its area keeps the picture
+    let flat = |axis: &usize| {
+        let [p, q, r] = t.map(|v| drop_axis(v, *axis));
+        orient2d(p, q, r) != 0.0
+    };
+    let Some(axis) = (0..3).find(flat) else { return false };
+    let t = t.map(|v| drop_axis(v, axis));
+    let (a, b) = (drop_axis(a, axis), drop_axis(b, axis));
+    let side = orient2d(t[0], t[1], t[2]) > 0.0;
+    let holds = |p: DVec2| {
+        (0..3).all(|i| {
+            let s = orient2d(t[i], t[(i + 1) % 3], p);
+            s == 0.0 || (s > 0.0) == side
+        })
+    };
+    holds(a) || holds(b) || (0..3).any(|i| segments_meet(a, b, t[i], t[(i + 1) % 3]))
+}
+
+fn segments_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
+    let within = |a: DVec2, b: DVec2, p: DVec2| a.min(b).cmple(p).all() && p.cmple(a.max(b)).all();
+    let (s1, s2) = (orient2d(a, b, c), orient2d(a, b, d));
+    let (s3, s4) = (orient2d(c, d, a), orient2d(c, d, b));
+    let apart = |s: f64, t: f64| (s > 0.0 && t < 0.0) || (s < 0.0 && t > 0.0);
+    (apart(s1, s2) && apart(s3, s4))
+        || (s1 == 0.0 && within(a, b, c))
+        || (s2 == 0.0 && within(a, b, d))
+        || (s3 == 0.0 && within(c, d, a))
+        || (s4 == 0.0 && within(c, d, b))
+}

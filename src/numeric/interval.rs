@@ -1,0 +1,325 @@
+//! Interval arithmetic with outward rounding: every operation returns an interval that holds the exact result, and the
+//! result of the same operation in floating point, for all arguments in the operands.
+//!
+//! NaN never appears as a bound. Where an operation is undefined on part of its argument the result is
+//! [`Interval::ALL`], so that nothing is concluded from it and the place is looked at point by point.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops;
+
+/// The closed interval `lo..=hi`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower bound.
+    pub lo: f64,
+    /// Upper bound.
+    pub hi: f64,
+}
+
+/// Bounds of library functions (sin, exp, ...) are widened by this many units in the last place: their error is at most
+/// one unit in every libm in use.
+const LIBM_ULPS: u32 = 4;
+
+fn wide(lo: f64, hi: f64) -> Interval {
+    if lo.is_nan() || hi.is_nan() { Interval::ALL } else { Interval { lo: lo.next_down(), hi: hi.next_up() } }
+}
+
+fn libm(mut lo: f64, mut hi: f64) -> Interval {
+    for _ in 0..LIBM_ULPS {
+        lo = lo.next_down();
+        hi = hi.next_up();
+    }
+    if lo.is_nan() || hi.is_nan() { Interval::ALL } else { Interval { lo, hi } }
+}
+
+/// Product with the convention `0 * inf = 0`: a bound at infinity stands for arbitrarily large numbers, not for infinity.
+fn times(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
+}
+
+impl Interval {
+    /// Everything.
+    pub const ALL: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+
+    /// The interval between two bounds; [`ALL`](Self::ALL) if one of them is NaN.
+    pub fn new(lo: f64, hi: f64) -> Self {
+        if lo.is_nan() || hi.is_nan() { Self::ALL } else { Self { lo, hi } }
+    }
+
+    /// One number.
+    pub fn point(v: f64) -> Self {
+        Self::new(v, v)
+    }
+
+    /// Whether the number lies in the interval.
+    pub fn contains(&self, v: f64) -> bool {
+        self.lo <= v && v <= self.hi
+    }
+
+    /// Product with a number.
+    pub fn scale(self, k: f64) -> Self {
+        if k == 0.0 {
+            return Self::point(0.0);
+        }
+        let (a, b) = (times(self.lo, k), times(self.hi, k));
+        if k > 0.0 { wide(a, b) } else { wide(b, a) }
+    }
+
+    /// The square.
+    pub fn square(self) -> Self {
+        let (a, b) = (self.lo * self.lo, self.hi * self.hi);
+        if self.lo >= 0.0 {
+            Self { lo: a.next_down().max(0.0), hi: b.next_up() }
+        } else if self.hi <= 0.0 {
+            Self { lo: b.next_down().max(0.0), hi: a.next_up() }
+        } else {
+            Self { lo: 0.0, hi: a.max(b).next_up() }
+        }
+    }
+
+    /// Absolute value.
+    pub fn abs(self) -> Self {
+        if self.lo >= 0.0 {
+            self
+        } else if self.hi <= 0.0 {
+            Self { lo: -self.hi, hi: -self.lo }
+        } else {
+            Self { lo: 0.0, hi: self.hi.max(-self.lo) }
+        }
+    }
+
+    /// Square root; everything when a negative number lies inside.
+    pub fn sqrt(self) -> Self {
+        if self.lo < 0.0 {
+            return Self::ALL;
+        }
+        let r = wide(self.lo.sqrt(), self.hi.sqrt());
+        Self { lo: r.lo.max(0.0), hi: r.hi }
+    }
+
+    /// Exponential.
+    pub fn exp(self) -> Self {
+        let r = libm(self.lo.exp(), self.hi.exp());
+        Self { lo: r.lo.max(0.0), hi: r.hi }
+    }
+
+    /// Natural logarithm; everything when a number that has none lies inside.
+    pub fn ln(self) -> Self {
+        if self.lo <= 0.0 {
+            return Self::ALL;
+        }
+        libm(self.lo.ln(), self.hi.ln())
+    }
+
+    /// Sine.
+    pub fn sin(self) -> Self {
+        Self::new(self.lo - FRAC_PI_2, self.hi - FRAC_PI_2).widened_for_trig().cos()
+    }
+
+    fn widened_for_trig(self) -> Self {
+        wide(self.lo, self.hi)
+    }
+
+    /// Cosine.
+    pub fn cos(self) -> Self {
+        const FULL: Interval = Interval { lo: -1.0, hi: 1.0 };
+        // Beyond this the spacing of floats hides which half period an argument is in.
+        const LARGE: f64 = 1e8;
+        if !(self.lo > -LARGE && self.hi < LARGE) || self.hi - self.lo >= 2.0 * PI {
+            return FULL;
+        }
+        let r = libm(self.lo.cos().min(self.hi.cos()), self.lo.cos().max(self.hi.cos()));
+        let slack = 1e-8; // far wider than the rounding of k * pi below LARGE; only makes the result larger
+        let (first, last) = (((self.lo - slack) / PI).ceil() as i64, ((self.hi + slack) / PI).floor() as i64);
+        let (mut lo, mut hi) = (r.lo.max(-1.0), r.hi.min(1.0));
+        for k in first..=last {
+            if k % 2 == 0 {
+                hi = 1.0;
+            } else {
+                lo = -1.0;
+            }
+        }
+        Self { lo, hi }
+    }
+
+    /// Tangent; everything when a pole lies inside.
+    pub fn tan(self) -> Self {
+        let (s, c) = (self.sin(), self.cos());
+        if c.contains(0.0) { Self::ALL } else { s / c }
+    }
+
+    /// Angle of the point (x, y) with `y` in `self`.
+    pub fn atan2(self, x: Self) -> Self {
+        if x.lo <= 0.0 && self.contains(0.0) {
+            return Self { lo: -PI.next_up(), hi: PI.next_up() };
+        }
+        let mut lo = f64::INFINITY;
+        let mut hi = f64::NEG_INFINITY;
+        for y in [self.lo, self.hi] {
+            for x in [x.lo, x.hi] {
+                let a = y.atan2(x);
+                lo = lo.min(a);
+                hi = hi.max(a);
+            }
+        }
+        libm(lo, hi)
+    }
+
+    /// Pointwise minimum.
+    pub fn min(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.min(other.hi) }
+    }
+
+    /// Pointwise maximum.
+    pub fn max(self, other: Self) -> Self {
+        Self { lo: self.lo.max(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// The smallest interval around both.
+    pub fn hull(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// Integer power.
+    pub fn powi(self, n: i32) -> Self {
+        if n < 0 {
+            return Self::point(1.0) / self.powi(-n);
+        }
+        if n == 0 {
+            return Self::point(1.0);
+        }
+        if n == 2 {
+            return self.square();
+        }
+        let (a, b) = (self.lo.powi(n), self.hi.powi(n));
+        // powi multiplies up to n times, each time half a unit off
+        let widen = |lo: f64, hi: f64| {
+            let e = f64::from(n + 2) * f64::EPSILON;
+            Self::new(lo - lo.abs() * e, hi + hi.abs() * e)
+        };
+        if n % 2 == 1 {
+            widen(a, b)
+        } else if self.lo >= 0.0 {
+            widen(a, b)
+        } else if self.hi <= 0.0 {
+            widen(b, a)
+        } else {
+            widen(0.0, a.max(b))
+        }
+    }
+
+    /// Real power `self ** e`; everything when a negative base meets an exponent that is not one integer.
+    pub fn pow(self, e: Self) -> Self {
+        if e.lo == e.hi && e.lo.fract() == 0.0 && e.lo.abs() <= 64.0 {
+            return self.powi(e.lo as i32);
+        }
+        if self.lo < 0.0 {
+            return Self::ALL;
+        }
+        let mut lo = f64::INFINITY;
+        let mut hi = f64::NEG_INFINITY;
+        for b in [self.lo, self.hi] {
+            for e in [e.lo, e.hi] {
+                let v = b.powf(e);
+                lo = lo.min(v);
+                hi = hi.max(v);
+            }
+        }
+        // b^e is monotonic in each argument on b < 1 and on b > 1; at b = 1 it is 1
+        if self.contains(1.0) {
+            lo = lo.min(1.0);
+            hi = hi.max(1.0);
+        }
+        libm(lo, hi)
+    }
+
+    /// Length of the vector (a, b).
+    pub fn hypot(self, other: Self) -> Self {
+        let (a, b) = (self.abs(), other.abs());
+        let r = libm(a.lo.hypot(b.lo), a.hi.hypot(b.hi));
+        Self { lo: r.lo.max(0.0), hi: r.hi }
+    }
+}
+
+impl ops::Neg for Interval {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { lo: -self.hi, hi: -self.lo }
+    }
+}
+
+impl ops::Add for Interval {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        wide(self.lo + o.lo, self.hi + o.hi)
+    }
+}
+
+impl ops::Sub for Interval {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        wide(self.lo - o.hi, self.hi - o.lo)
+    }
+}
+
+impl ops::Mul for Interval {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        let p = [times(self.lo, o.lo), times(self.lo, o.hi), times(self.hi, o.lo), times(self.hi, o.hi)];
+        wide(p.iter().copied().fold(f64::INFINITY, f64::min), p.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+    }
+}
+
+impl ops::Div for Interval {
+    type Output = Self;
+    fn div(self, o: Self) -> Self {
+        if o.contains(0.0) {
+            return Self::ALL;
+        }
+        self * wide(1.0 / o.hi, 1.0 / o.lo)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn any_interval() -> impl Strategy<Value = (Interval, f64)> {
+        (-20.0f64..20.0, 0.0f64..10.0, 0.0f64..=1.0).prop_map(|(lo, w, t)| {
+            let i = Interval::new(lo, lo + w);
+            (i, (lo + w * t).clamp(i.lo, i.hi))
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn unary_results_hold_every_sample((i, v) in any_interval(), n in -4i32..6) {
+            for (r, f) in [
+                (i.square(), v * v), (i.abs(), v.abs()), (i.sqrt(), v.sqrt()), (i.exp(), v.exp()), (i.ln(), v.ln()),
+                (i.sin(), v.sin()), (i.cos(), v.cos()), (i.tan(), v.tan()), (-i, -v), (i.powi(n), v.powi(n)),
+                (i.scale(-3.7), v * -3.7),
+            ] {
+                prop_assert!(f.is_nan() || r.contains(f), "{i:?} {v} -> {r:?} lacks {f}");
+            }
+        }
+
+        #[test]
+        fn binary_results_hold_every_sample((i, v) in any_interval(), (j, w) in any_interval()) {
+            for (r, f) in [
+                (i + j, v + w), (i - j, v - w), (i * j, v * w), (i / j, v / w), (i.min(j), v.min(w)),
+                (i.max(j), v.max(w)), (i.hypot(j), v.hypot(w)), (i.atan2(j), v.atan2(w)), (i.pow(j), v.powf(w)),
+            ] {
+                prop_assert!(f.is_nan() || r.contains(f), "{i:?} {j:?} {v} {w} -> {r:?} lacks {f}");
+            }
+        }
+    }
+
+    #[test]
+    fn half_infinite_boxes_bound_a_paraboloid() {
+        let x = Interval::new(3.0, f64::INFINITY);
+        let y = Interval::ALL;
+        let r = Interval::point(1.0) - (x.square() + y.square());
+        assert!(r.hi < -7.9 && r.lo == f64::NEG_INFINITY);
+    }
+}

@@ -1,0 +1,170 @@
+//! Everything measured of one mesh.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::deviation::{Deviation, deviation};
+use super::features::{FeatureRecovery, recovery};
+use super::metrics::{Quality, quality};
+use crate::error::Result;
+use crate::geometry::{Features, SurfaceOracle};
+use crate::mesh::{TriMesh, self_intersections};
+use crate::run::Run;
+
+/// What a mesh is measured against.
+#[derive(Clone, Copy)]
+pub struct Against<'a> {
+    /// The true surface.
+    pub oracle: &'a dyn SurfaceOracle,
+    /// Its true sharp edges and corners, where they are known.
+    pub features: Option<&'a Features>,
+}
+
+/// One face or group.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GroupSummary {
+    /// The name.
+    pub name: String,
+    /// How many triangles.
+    pub triangles: usize,
+    /// Their area.
+    pub area: f64,
+}
+
+/// Everything measured of one mesh. Lengths are in the mesh's unit, angles in degrees.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    /// Nodes in use.
+    pub nodes: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// No open edge.
+    pub closed: bool,
+    /// No edge of more than two triangles, one fan at every node.
+    pub manifold: bool,
+    /// Neighbors agree on which side is out.
+    pub oriented: bool,
+    /// Triangles that intersect another one, by exact predicates.
+    pub self_intersections: usize,
+    /// Pieces.
+    pub components: usize,
+    /// Nodes - edges + triangles.
+    pub euler: i64,
+    /// Handles of a closed surface.
+    pub genus: Option<i64>,
+    /// Area.
+    pub area: f64,
+    /// Enclosed volume; meaningful if closed and oriented.
+    pub volume: f64,
+    /// Shape of the triangles.
+    pub quality: Quality,
+    /// The faces, then the groups.
+    pub groups: Vec<GroupSummary>,
+    /// Distance and angle to the true surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<Deviation>,
+    /// Recovery of sharp edges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub features: Option<FeatureRecovery>,
+}
+
+/// Measures a mesh, independently of how it was made.
+///
+/// Errors: a mesh that is not [valid](TriMesh::validate); cancellation.
+pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<Check> {
+    mesh.validate()?;
+    run.progress("topology", 0.0);
+    let defects = mesh.defects();
+    let topology = mesh.topology(&defects);
+    run.progress("intersections", 0.0);
+    let mut hit: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    hit.sort_unstable();
+    hit.dedup();
+    let mut groups: Vec<GroupSummary> =
+        mesh.faces.iter().map(|f| GroupSummary { name: f.clone(), triangles: 0, area: 0.0 }).collect();
+    for (t, l) in mesh.labels.iter().enumerate() {
+        let g = &mut groups[*l as usize];
+        g.triangles += 1;
+        g.area += 0.5 * mesh.area_vector(t).length();
+    }
+    for g in &mesh.groups {
+        let of =
+            |f: fn(&GroupSummary) -> f64| g.faces.iter().filter_map(|i| groups.get(*i as usize)).map(f).sum::<f64>();
+        let (triangles, area) = (of(|g| g.triangles as f64) as usize, of(|g| g.area));
+        groups.push(GroupSummary { name: g.name.clone(), triangles, area });
+    }
+    let (mut far, mut features) = (None, None);
+    if let Some(a) = against {
+        far = Some(deviation(mesh, a.oracle, run)?);
+        if let Some(f) = a.features {
+            features = Some(recovery(mesh, f, mesh.mean_edge_length(), run)?);
+        }
+    }
+    Ok(Check {
+        nodes: mesh.nodes.len() - defects.unused_nodes.len(),
+        triangles: mesh.triangles.len(),
+        closed: defects.is_closed() && !mesh.triangles.is_empty(),
+        manifold: defects.is_manifold(),
+        oriented: defects.is_oriented(),
+        self_intersections: hit.len(),
+        components: topology.components,
+        euler: topology.euler,
+        genus: topology.genus,
+        area: mesh.area(),
+        volume: mesh.volume(),
+        quality: quality(mesh),
+        groups,
+        deviation: far,
+        features,
+    })
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let yes = |b: bool| if b { "yes" } else { "NO" };
+        let q = &self.quality;
+        writeln!(f, "{} nodes, {} triangles, {} component(s)", self.nodes, self.triangles, self.components)?;
+        writeln!(
+            f,
+            "closed {}, manifold {}, oriented {}, {} self-intersecting triangles",
+            yes(self.closed),
+            yes(self.manifold),
+            yes(self.oriented),
+            self.self_intersections
+        )?;
+        write!(f, "Euler characteristic {}", self.euler)?;
+        if let Some(g) = self.genus {
+            write!(f, ", genus {g}")?;
+        }
+        writeln!(f, ", area {:.8}, volume {:.8}", self.area, self.volume)?;
+        writeln!(
+            f,
+            "angles: smallest {:.3}, 5th percentile {:.2}, largest {:.2}; mean 2r/R {:.4}; below 20 degrees {:.3} %",
+            q.min_angle,
+            q.p05_angle,
+            q.max_angle,
+            q.mean_radius_ratio,
+            100.0 * q.below_20
+        )?;
+        if let Some(d) = &self.deviation {
+            writeln!(f, "distance: largest {:.3e}, rms {:.3e}; normal deviation {:.3e}", d.max, d.rms, d.normal)?;
+            if d.unprojected + d.inverted > 0 {
+                writeln!(f, "  {} samples far from the surface, {} inverted triangles", d.unprojected, d.inverted)?;
+            }
+        }
+        if let Some(t) = &self.features {
+            writeln!(
+                f,
+                "sharp edges: true length {:.4}, mesh {:.4}; recall {:.3}, precision {:.3}; corners {} of {}",
+                t.length_true, t.length_mesh, t.recall, t.precision, t.corners_found, t.corners_true
+            )?;
+        }
+        let width = self.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0);
+        for (i, g) in self.groups.iter().enumerate() {
+            let end = if i + 1 < self.groups.len() { "\n" } else { "" };
+            write!(f, "  {:<width$} {:>8} triangles, area {:.6}{end}", g.name, g.triangles, g.area)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! How well a mesh recovers the true sharp edges and corners.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::geometry::Features;
+use crate::mesh::TriMesh;
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+
+/// Mesh edges count as sharp above this dihedral deviation, degrees.
+pub const SHARP_MESH: f64 = 30.0;
+
+/// True edges must be recovered above this angle between the normals, degrees.
+pub const SHARP_TRUE: f64 = 40.0;
+
+/// Recovered means within this share of the length scale.
+const WITHIN: f64 = 0.05;
+
+/// Sharp mesh edges are sampled at this share of the length scale.
+const STEP: f64 = 1.0 / 6.0;
+
+/// Recovery of sharp edges and corners. Shares are 1 where there is nothing to recover.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FeatureRecovery {
+    /// Length of the true edges above 40 degrees.
+    pub length_true: f64,
+    /// Length of the mesh's edges above 30 degrees.
+    pub length_mesh: f64,
+    /// Share of the true length that has a sharp mesh edge within 5 % of the length scale.
+    pub recall: f64,
+    /// Share of the sharp mesh length that has a true edge, of any angle, within 5 % of the length scale.
+    pub precision: f64,
+    /// True corners.
+    pub corners_true: usize,
+    /// True corners with a node within 5 % of the length scale.
+    pub corners_found: usize,
+    /// Largest distance from a true edge of the nodes of recovering mesh edges.
+    pub node_residual_max: f64,
+}
+
+fn segment_distance_squared(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let d = b - a;
+    let l = d.length_squared();
+    let t = if l > 0.0 { ((p - a).dot(d) / l).clamp(0.0, 1.0) } else { 0.0 };
+    p.distance_squared(a + d * t)
+}
+
+/// Measures the recovery; `h` is the length scale, by custom the mean edge length.
+pub fn recovery(mesh: &TriMesh, truth: &Features, h: f64, run: &Run) -> Result<FeatureRecovery> {
+    run.progress("features", 0.0);
+    let sharp: Vec<[u32; 2]> = mesh.sharp_edges(SHARP_MESH);
+    let ends: Vec<[DVec3; 2]> = sharp.iter().map(|e| e.map(|v| mesh.nodes[v as usize])).collect();
+    let mesh_edges = Bvh::new(ends.iter().map(|e| Aabb::around(*e)).collect());
+    let near = WITHIN * h;
+    let must: Vec<_> = truth.samples.iter().filter(|s| s.angle > SHARP_TRUE).collect();
+    let length_true: f64 = must.iter().map(|s| s.length).sum();
+    run.check()?;
+    let mut recovered = 0.0;
+    for s in &must {
+        let d = |i: u32| segment_distance_squared(s.point, ends[i as usize][0], ends[i as usize][1]);
+        if mesh_edges.nearest(s.point, near, d).is_some() {
+            recovered += s.length;
+        }
+    }
+    run.check()?;
+    let pieces: Vec<[DVec3; 2]> = truth
+        .samples
+        .iter()
+        // a little longer than the piece itself: neighboring tangents of a curve leave gaps
+        .map(|s| [s.point - s.tangent * (0.6 * s.length), s.point + s.tangent * (0.6 * s.length)])
+        .collect();
+    let true_edges = Bvh::new(pieces.iter().map(|e| Aabb::around(*e)).collect());
+    let to_truth = |p: DVec3| {
+        let d = |i: u32| segment_distance_squared(p, pieces[i as usize][0], pieces[i as usize][1]);
+        true_edges.nearest(p, near, d).map(|n| n.1.sqrt())
+    };
+    let (mut length_mesh, mut right, mut residual) = (0.0, 0.0, 0.0f64);
+    for [a, b] in &ends {
+        let length = a.distance(*b);
+        length_mesh += length;
+        let n = (length / (STEP * h)).ceil().max(1.0) as usize;
+        let hits = (0..n).filter(|i| to_truth(a.lerp(*b, (*i as f64 + 0.5) / n as f64)).is_some()).count();
+        right += length * hits as f64 / n as f64;
+        if hits == n {
+            residual = [a, b].iter().filter_map(|p| to_truth(**p)).fold(residual, f64::max);
+        }
+    }
+    run.check()?;
+    let nodes = Bvh::new(mesh.nodes.iter().map(|p| Aabb::new(*p, *p)).collect());
+    let found = |c: &&DVec3| nodes.nearest(**c, near, |i| mesh.nodes[i as usize].distance_squared(**c)).is_some();
+    let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
+    Ok(FeatureRecovery {
+        length_true,
+        length_mesh,
+        recall: share(recovered, length_true),
+        precision: share(right, length_mesh),
+        corners_true: truth.corners.len(),
+        corners_found: truth.corners.iter().filter(found).count(),
+        node_residual_max: residual,
+    })
+}

@@ -1,0 +1,155 @@
+//! A bounding-volume hierarchy over boxes.
+
+use glam::DVec3;
+
+use super::Aabb;
+
+/// Items in a leaf: below this, looking at all of them is cheaper than another level.
+const LEAF: usize = 4;
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    bounds: Aabb,
+    /// First item of a leaf, or index of the right child (the left one follows its parent).
+    start: u32,
+    /// Number of items of a leaf, 0 for an inner node.
+    count: u32,
+}
+
+/// A bounding-volume hierarchy, built by halving at the median of the longest side. Deterministic.
+#[derive(Debug, Clone)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    items: Vec<u32>,
+    boxes: Vec<Aabb>,
+}
+
+impl Bvh {
+    /// Builds the hierarchy over boxes; items are numbered as given.
+    pub fn new(boxes: Vec<Aabb>) -> Self {
+        let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut nodes = Vec::with_capacity(2 * boxes.len().div_ceil(LEAF) + 1);
+        if !items.is_empty() {
+            let centers: Vec<DVec3> = boxes.iter().map(Aabb::center).collect();
+            let n = items.len();
+            build(&boxes, &centers, &mut items, 0, n, &mut nodes);
+        }
+        Self { nodes, items, boxes }
+    }
+
+    /// Calls `f` for every item whose box touches `query`.
+    pub fn overlapping(&self, query: &Aabb, mut f: impl FnMut(u32)) {
+        let mut stack = [0u32; 64];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let at = stack[top] as usize;
+            let node = &self.nodes[at];
+            if !node.bounds.overlaps(query) {
+                continue;
+            }
+            if node.count > 0 {
+                for i in &self.items[node.start as usize..(node.start + node.count) as usize] {
+                    if self.boxes[*i as usize].overlaps(query) {
+                        f(*i);
+                    }
+                }
+            } else {
+                stack[top] = node.start;
+                stack[top + 1] = at as u32 + 1;
+                top += 2;
+            }
+        }
+    }
+
+    /// The item nearest to `p` by `distance_squared`, which must not be less than the squared distance to the item's box,
+    /// among those nearer than `limit`; and that squared distance. Ties go to the smaller number.
+    pub fn nearest(&self, p: DVec3, limit: f64, mut distance_squared: impl FnMut(u32) -> f64) -> Option<(u32, f64)> {
+        let mut best: Option<(u32, f64)> = None;
+        let mut bound = limit * limit;
+        let mut stack = [0u32; 64];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let at = stack[top] as usize;
+            let node = &self.nodes[at];
+            if node.bounds.distance_squared(p) > bound {
+                continue;
+            }
+            if node.count > 0 {
+                for &i in &self.items[node.start as usize..(node.start + node.count) as usize] {
+                    if self.boxes[i as usize].distance_squared(p) > bound {
+                        continue;
+                    }
+                    let d = distance_squared(i);
+                    let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
+                    if d <= bound && better {
+                        best = Some((i, d));
+                        bound = d;
+                    }
+                }
+            } else {
+                let (near, far) = (at as u32 + 1, node.start);
+                let d = |n: u32| self.nodes[n as usize].bounds.distance_squared(p);
+                let (near, far) = if d(near) <= d(far) { (near, far) } else { (far, near) };
+                stack[top] = far;
+                stack[top + 1] = near;
+                top += 2;
+            }
+        }
+        best
+    }
+}
+
+fn build(boxes: &[Aabb], centers: &[DVec3], items: &mut [u32], start: usize, end: usize, nodes: &mut Vec<Node>) {
+    let range = &mut items[start..end];
+    let bounds = range.iter().fold(Aabb::EMPTY, |b, i| b.union(&boxes[*i as usize]));
+    let at = nodes.len();
+    nodes.push(Node { bounds, start: start as u32, count: range.len() as u32 });
+    if range.len() <= LEAF {
+        return;
+    }
+    let spread = Aabb::around(range.iter().map(|i| centers[*i as usize])).size();
+    let axis = if spread.x >= spread.y && spread.x >= spread.z {
+        0
+    } else if spread.y >= spread.z {
+        1
+    } else {
+        2
+    };
+    let mid = range.len() / 2;
+    let order = |a: &u32, b: &u32| centers[*a as usize][axis].total_cmp(&centers[*b as usize][axis]).then(a.cmp(b));
+    range.select_nth_unstable_by(mid, order);
+    build(boxes, centers, items, start, start + mid, nodes);
+    nodes[at].start = nodes.len() as u32;
+    nodes[at].count = 0;
+    build(boxes, centers, items, start + mid, end, nodes);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn queries_agree_with_looking_at_everything(
+            raw in prop::collection::vec((prop::array::uniform3(-1.0f64..1.0), 0.0f64..0.3), 0..80),
+            q in prop::array::uniform3(-1.2f64..1.2), half in 0.0f64..0.5,
+        ) {
+            let boxes: Vec<Aabb> = raw.iter().map(|(c, h)| Aabb::new(DVec3::from_array(*c) - *h, DVec3::from_array(*c) + *h)).collect();
+            let bvh = Bvh::new(boxes.clone());
+            let q = DVec3::from_array(q);
+            let query = Aabb::new(q - half, q + half);
+            let mut found = Vec::new();
+            bvh.overlapping(&query, |i| found.push(i));
+            found.sort_unstable();
+            let all: Vec<u32> = (0..boxes.len() as u32).filter(|i| boxes[*i as usize].overlaps(&query)).collect();
+            prop_assert_eq!(found, all);
+            let d = |i: u32| boxes[i as usize].distance_squared(q);
+            let near = bvh.nearest(q, 0.4, d).map(|n| n.1);
+            let best = (0..boxes.len() as u32).map(d).filter(|d| *d <= 0.16).min_by(f64::total_cmp);
+            prop_assert_eq!(near, best);
+        }
+    }
+}
