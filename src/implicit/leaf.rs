@@ -90,7 +90,6 @@ impl Leaf {
 
     /// Value and gradient.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        let v = self.value(p);
         let g = match self {
             Leaf::Plane { n, .. } => -*n,
             Leaf::Sphere { c, r } => -(p - c) / *r,
@@ -113,7 +112,7 @@ impl Leaf {
             Leaf::Field(f, place) => place.turn(f.gradient(unplace(place, p))),
             Leaf::Blend(b) => return b.gradient(p),
         };
-        Dual::new(v, g)
+        Dual::new(self.value(p), g)
     }
 
     /// The Hessian, by columns. Differences of the gradient where there is no closed form.

@@ -7,7 +7,7 @@ use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::{bounds_edge, bounds_solid, leaves_of, nearest};
 use super::octree::Bricks;
-use super::tape::{Op, Tape};
+use super::tape::{Active, Op, Tape};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::numeric::Bracket;
@@ -60,14 +60,14 @@ impl<'a> ImplicitOracle<'a> {
     /// The foot at a point known to lie on `leaf`.
     fn foot(&self, q: DVec3, leaf: u32) -> Option<Foot> {
         let tape = self.tape(q);
-        let inside = bounds_solid(tape, self.leaves(), leaf, q).or_else(|| {
-            // on an edge the other leaf's sign is that of rounding: ask for the pair
-            let other = leaves_of(tape).into_iter().filter(|j| *j != leaf);
-            other.filter_map(|j| bounds_edge(tape, self.leaves(), leaf, j, q)).map(|s| s.0).next()
-        })?;
+        // on an edge or corner the other leaves' signs are those of rounding: there the occurrence tells the side
+        let inside = match bounds_solid(tape, self.leaves(), leaf, q) {
+            Some(inside) => inside,
+            None => !occurrence(tape, leaf)?.negate,
+        };
         let g = self.leaves()[leaf as usize].gradient(q).g;
         let n = g.try_normalize()?;
-        Some(Foot { point: q, normal: if inside { -n } else { n }, face: face_of(tape, leaf)? })
+        Some(Foot { point: q, normal: if inside { -n } else { n }, face: occurrence(tape, leaf)?.face })
     }
 
     /// Tries the nearest point of the leaves `which`.
@@ -111,9 +111,10 @@ impl<'a> ImplicitOracle<'a> {
     }
 }
 
-fn face_of(tape: &Tape, leaf: u32) -> Option<u32> {
-    tape.ops.iter().find_map(|op| match op {
-        Op::Leaf { leaf: l, face, .. } if *l == leaf => Some(*face),
+/// The first occurrence of a leaf in a tape.
+fn occurrence(tape: &Tape, leaf: u32) -> Option<Active> {
+    tape.ops.iter().find_map(|op| match *op {
+        Op::Leaf { leaf: l, face, negate } if l == leaf => Some(Active { leaf, face, negate, value: 0.0 }),
         _ => None,
     })
 }

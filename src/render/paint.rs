@@ -126,7 +126,7 @@ pub fn render(mesh: &TriMesh, options: &RenderOptions, run: &Run) -> Result<Pict
         .map(|t| {
             let n = mesh.normal(t);
             let facing = if n.dot(back) < 0.0 { -n } else { n };
-            let shade = (0.42 + 0.58 * facing.dot(light).max(0.0)) as f32;
+            let shade = (0.6 + 0.42 * facing.dot(light).max(0.0)) as f32;
             let base = match options.color_by {
                 ColorBy::Face => face_color(mesh.labels[t]),
                 ColorBy::Quality => quality_color(shape(mesh.corners(t)).min_angle),
