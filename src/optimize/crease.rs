@@ -9,11 +9,11 @@
 use glam::DVec3;
 
 use super::flips::flip_for_normals;
-use super::guard::{Moves, ask_all, may_move, relocate};
+use super::guard::{Moves, area_vector, ask_all, may_move, relocate};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::curvature::dihedral;
-use crate::mesh::{EditMesh, edit::NONE, edit::prev};
+use crate::mesh::{EditMesh, edit::NONE, edit::next, edit::prev};
 use crate::numeric::svd::Qef;
 use crate::run::Run;
 
@@ -39,6 +39,8 @@ const LOCATED: f64 = 1e-9;
 const CHORD: f64 = 0.15;
 /// ... and when it runs within 45 degrees of it (cosine): an edge across a crease is no part of it.
 const ALONG_CREASE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// How often cuts that would turn a triangle over are tried again after the others.
+const CUT_ROUNDS: usize = 3;
 /// A node counts as on a crease when the crease passes within this share of the reach.
 const ON_CREASE: f64 = 0.05;
 
@@ -231,7 +233,7 @@ pub fn cut_creases(
             return None;
         }
         let nodes @ [a, b, c] = frozen.corners(t);
-        if !(turns(a, b) && turns(b, c) && turns(c, a)) || nodes.iter().any(|&v| on_crease[v as usize]) {
+        if !(turns(a, b) && turns(b, c) && turns(c, a)) || nodes.iter().any(|&v| on_crease[v as usize] || frozen.is_pinned(v)) {
             return None;
         }
         let center = frozen.centroid(t);
@@ -247,7 +249,7 @@ pub fn cut_creases(
     // Edges across a crease.
     let frozen = &*mesh;
     let found = ask_all(run, 3 * mesh.triangle_capacity(), |h| {
-        if !frozen.is_edge(h) || frozen.is_sharp(h) {
+        if !frozen.is_edge(h) || frozen.is_sharp(h) || frozen.is_pinned_edge(h) {
             return None;
         }
         let (a, b) = (frozen.origin(h), frozen.target(h));
@@ -287,7 +289,13 @@ pub fn cut_creases(
             };
             locate(oracle, start, &[side(fa.normal, -1.0), side(fb.normal, 1.0)], LOOK, reach)
         });
-        Some(point.map(|(point, _)| (a, b, point)))
+        // Around a corner only all cuts together make sense.
+        let triple = |h: u32| {
+            let [a, b, c] = frozen.corners(h / 3);
+            turns(a, b) && turns(b, c) && turns(c, a)
+        };
+        let free = triple(h) || (frozen.opposite(h) != NONE && triple(frozen.opposite(h)));
+        Some(point.map(|(point, _)| (a, b, point, free)))
     })?;
     let mut cuts = Vec::new();
     for found in found.into_iter().flatten() {
@@ -304,12 +312,26 @@ pub fn cut_creases(
             report.corners += 1;
         }
     }
-    for (a, b, point) in cuts {
-        if let Some(h) = mesh.edge_between(a, b) {
-            mesh.split_edge(h, point);
-            report.cuts += 1;
+    // A cut that turns a triangle over may be right once its neighbors are cut.
+    for _ in 0..CUT_ROUNDS {
+        run.check()?;
+        let before = cuts.len();
+        cuts.retain(|&(a, b, point, free)| {
+            let Some(h) = mesh.edge_between(a, b) else { return false };
+            let sides: Vec<u32> = [h, mesh.opposite(h)].into_iter().filter(|&x| x != NONE).collect();
+            let both: Vec<u32> = sides.iter().flat_map(|&x| [next(x), prev(x)]).collect();
+            let fair = free || keeps_facing(mesh, oracle, &both, point, reach);
+            if fair {
+                mesh.split_edge(h, point);
+                report.cuts += 1;
+            }
+            !fair
+        });
+        if cuts.is_empty() || cuts.len() == before {
+            break;
         }
     }
+    report.missed += cuts.len();
     // Where an edge was left uncut beside a corner the other diagonal joins two crease nodes.
     report.flips = flip_for_normals(mesh, oracle, reach, angle, run)?;
     report.sharp = mark_sharp(mesh, oracle, reach, angle, run)?;
@@ -360,6 +382,25 @@ fn close_corners(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, an
         }
     }
     Ok(count)
+}
+
+/// Whether the triangles between `point` and the half-edges `rim` have no more inverted ones among them than the
+/// triangles the half-edges belong to.
+fn keeps_facing(mesh: &EditMesh, oracle: &dyn SurfaceOracle, rim: &[u32], point: DVec3, reach: f64) -> bool {
+    let inverted = |t: [DVec3; 3]| {
+        let foot = oracle.project((t[0] + t[1] + t[2]) / 3.0, reach);
+        foot.is_none_or(|f| area_vector(t).dot(f.normal) <= 0.0)
+    };
+    let new = rim
+        .iter()
+        .filter(|&&h| inverted([mesh.point(mesh.origin(h)), mesh.point(mesh.target(h)), point]))
+        .count();
+    if new == 0 {
+        return true;
+    }
+    let mut old: Vec<u32> = rim.iter().map(|&h| h / 3).collect();
+    old.dedup();
+    new <= old.into_iter().filter(|&t| inverted(mesh.corner_points(t))).count()
 }
 
 /// Marks the edges at whose middle the surface's normal jumps by more than `angle` degrees from one triangle's side to the
