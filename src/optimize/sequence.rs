@@ -288,11 +288,16 @@ pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, options: &Options
 
 /// Improves a mesh and shows it to `observer`, with the operator's name, after every operator.
 ///
+/// When triangles of the result intersect, or face away from the surface, the sequence runs again from the input with the
+/// surroundings of these places left as they are, up to `options.retries` times; the best result is kept, and shown to
+/// `observer` under the name `retry` (the runs in between are not shown).
+///
 /// *Guarantees*: a closed, oriented manifold stays one, with the same Euler number; every move is guarded (see
 /// [`guard`](super::guard)); labels of the result are the oracle's faces under the triangles if the sequence ends with
 /// `survey`; the result is the same for any number of threads. On error `mesh` is as before.
-/// *Does not guarantee*: that no triangle is inverted where the mesh is too coarse for the surface (`after.inverted`
-/// tells), nor that triangles do not intersect where two sheets are closer than an edge length.
+/// *Does not guarantee*: that no triangle is inverted where the mesh is too coarse for the surface, such as in a wedge
+/// thinner than an edge (`after.inverted` tells), nor that no two triangles intersect: with an input free of
+/// intersections none was seen, and `self_intersections` tells.
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
 /// [`Error::Cancelled`].
 pub fn improve_with(
@@ -316,7 +321,7 @@ pub fn improve_with(
         if best.as_ref().is_none_or(|b| badness < b.0) {
             best = Some((badness, made, report));
         }
-        if places.intersecting == 0 && (attempt > 0 || report_is_clean(badness)) {
+        if places.intersecting == 0 && (attempt > 0 || badness.1 == 0) {
             break;
         }
         let radius = options.size * (FREEZE + attempt as f64);
@@ -330,11 +335,6 @@ pub fn improve_with(
         return Ok(report);
     }
     Err(Error::Failed("no operator sequence was run".into()))
-}
-
-/// Whether nothing is left to mend: no intersections, nothing inverted.
-fn report_is_clean(badness: (usize, usize)) -> bool {
-    badness == (0, 0)
 }
 
 /// Where a mesh is at fault.
