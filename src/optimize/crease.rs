@@ -9,11 +9,11 @@
 use glam::DVec3;
 
 use super::flips::flip_for_normals;
-use super::guard::{Moves, ask_all, may_move, relocate};
+use super::guard::{Moves, area_vector, ask_all, may_move, relocate};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::curvature::dihedral;
-use crate::mesh::{EditMesh, edit::NONE, edit::prev};
+use crate::mesh::{EditMesh, edit::NONE, edit::next, edit::prev};
 use crate::numeric::svd::Qef;
 use crate::run::Run;
 
@@ -39,6 +39,10 @@ const LOCATED: f64 = 1e-9;
 const CHORD: f64 = 0.15;
 /// ... and when it runs within 45 degrees of it (cosine): an edge across a crease is no part of it.
 const ALONG_CREASE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Corners closer to each other than this share of the reach are one.
+const SAME_CORNER: f64 = 1e-3;
+/// How often cuts that would turn a triangle over are tried again after the others.
+const CUT_ROUNDS: usize = 3;
 /// A node counts as on a crease when the crease passes within this share of the reach.
 const ON_CREASE: f64 = 0.05;
 
@@ -236,7 +240,9 @@ pub fn cut_creases(
             return None;
         }
         let nodes @ [a, b, c] = frozen.corners(t);
-        if !(turns(a, b) && turns(b, c) && turns(c, a)) || nodes.iter().any(|&v| on_crease[v as usize]) {
+        if !(turns(a, b) && turns(b, c) && turns(c, a))
+            || nodes.iter().any(|&v| on_crease[v as usize] || frozen.is_pinned(v))
+        {
             return None;
         }
         let center = frozen.centroid(t);
@@ -252,7 +258,7 @@ pub fn cut_creases(
     // Edges across a crease.
     let frozen = &*mesh;
     let found = ask_all(run, 3 * mesh.triangle_capacity(), |h| {
-        if !frozen.is_edge(h) || frozen.is_sharp(h) {
+        if !frozen.is_edge(h) || frozen.is_sharp(h) || frozen.is_pinned_edge(h) {
             return None;
         }
         let (a, b) = (frozen.origin(h), frozen.target(h));
@@ -292,7 +298,13 @@ pub fn cut_creases(
             };
             locate(oracle, start, &[side(fa.normal, -1.0), side(fb.normal, 1.0)], LOOK, reach)
         });
-        Some(point.map(|(point, _)| (a, b, point)))
+        // Around a corner only all cuts together make sense.
+        let triple = |h: u32| {
+            let [a, b, c] = frozen.corners(h / 3);
+            turns(a, b) && turns(b, c) && turns(c, a)
+        };
+        let free = triple(h) || (frozen.opposite(h) != NONE && triple(frozen.opposite(h)));
+        Some(point.map(|(point, _)| (a, b, point, free)))
     })?;
     let mut cuts = Vec::new();
     for found in found.into_iter().flatten() {
@@ -302,19 +314,31 @@ pub fn cut_creases(
         }
     }
 
-    for (t, point) in corners.into_iter().enumerate() {
-        if let Some(point) = point {
-            let v = mesh.split_triangle(t as u32, point);
-            mesh.set_pinned(v, true);
-            report.corners += 1;
+    report.corners = put_corners(mesh, corners, reach);
+    // A cut that turns a triangle over may be right once its neighbors are cut.
+    for _ in 0..CUT_ROUNDS {
+        run.check()?;
+        let before = cuts.len();
+        cuts.retain(|&(a, b, point, free)| {
+            let Some(h) = mesh.edge_between(a, b) else { return false };
+            if [h, mesh.opposite(h)].into_iter().any(|x| x != NONE && touches(mesh, x / 3, point, SAME_CORNER * reach))
+            {
+                return false;
+            }
+            let sides: Vec<u32> = [h, mesh.opposite(h)].into_iter().filter(|&x| x != NONE).collect();
+            let both: Vec<u32> = sides.iter().flat_map(|&x| [next(x), prev(x)]).collect();
+            let fair = free || keeps_facing(mesh, oracle, &both, point, reach);
+            if fair {
+                mesh.split_edge(h, point);
+                report.cuts += 1;
+            }
+            !fair
+        });
+        if cuts.is_empty() || cuts.len() == before {
+            break;
         }
     }
-    for (a, b, point) in cuts {
-        if let Some(h) = mesh.edge_between(a, b) {
-            mesh.split_edge(h, point);
-            report.cuts += 1;
-        }
-    }
+    report.missed += cuts.len();
     // Where an edge was left uncut beside a corner the other diagonal joins two crease nodes.
     report.flips = flip_for_normals(mesh, oracle, reach, angle, run)?;
     report.sharp = mark_sharp(mesh, oracle, reach, angle, run)?;
@@ -356,15 +380,67 @@ fn close_corners(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, an
         let sides = sides.map(|s| (s - start).normalize_or_zero());
         locate(oracle, start, &sides, LOOK_WIDE, reach).filter(|x| x.1 == 3).map(|x| x.0)
     })?;
-    let mut count = 0;
-    for (t, point) in corners.into_iter().enumerate() {
-        if let Some(point) = point {
-            let v = mesh.split_triangle(t as u32, point);
-            mesh.set_pinned(v, true);
-            count += 1;
-        }
+    Ok(put_corners(mesh, corners, reach))
+}
+
+/// Splits triangles at the corners found for them and pins the new nodes. Of several triangles that found the same corner
+/// the one nearest to it gets it, and none where a pinned node is already. Returns how many corners were put.
+fn put_corners(mesh: &mut EditMesh, corners: Vec<Option<DVec3>>, reach: f64) -> usize {
+    let same = SAME_CORNER * reach;
+    // Pinned nodes come with distance zero and no triangle, so they win.
+    let pinned = mesh.nodes().filter(|&v| mesh.is_pinned(v)).map(|v| (mesh.point(v), 0.0, NONE));
+    let found = corners.into_iter().enumerate();
+    let found = found.filter_map(|(t, p)| p.map(|p| (p, p.distance(mesh.centroid(t as u32)), t as u32)));
+    let mut all: Vec<(DVec3, f64, u32)> = pinned.chain(found).collect();
+    all.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.2.cmp(&b.2)));
+    let wins = |i: usize| {
+        let (p, d, t) = all[i];
+        let rival = |&&(q, e, u): &&(DVec3, f64, u32)| {
+            q.distance(p) <= same && (e < d || (e == d && u != t && (u == NONE || u < t)))
+        };
+        let below = all[..i].iter().rev().take_while(|x| p.x - x.0.x <= same);
+        let above = all[i + 1..].iter().take_while(|x| x.0.x - p.x <= same);
+        below.chain(above).find(rival).is_none()
+    };
+    let mut chosen: Vec<(u32, DVec3)> =
+        (0..all.len()).filter(|&i| all[i].2 != NONE && wins(i)).map(|i| (all[i].2, all[i].0)).collect();
+    chosen.sort_by_key(|x| x.0);
+    for &(t, point) in &chosen {
+        // Projection puts a node exactly on a corner when it comes from the corner's outer side.
+        let near = |v: u32| mesh.point(v).distance(point) <= same;
+        let there = mesh
+            .corners(t)
+            .into_iter()
+            .find_map(|v| if near(v) { Some(v) } else { mesh.neighbors(v).find(|&x| near(x)) });
+        let v = match there {
+            Some(v) => v,
+            None => mesh.split_triangle(t, point),
+        };
+        mesh.set_pinned(v, true);
     }
-    Ok(count)
+    chosen.len()
+}
+
+/// Whether a node of the triangle is at the point already.
+fn touches(mesh: &EditMesh, t: u32, point: DVec3, same: f64) -> bool {
+    mesh.corner_points(t).iter().any(|p| p.distance(point) <= same)
+}
+
+/// Whether the triangles between `point` and the half-edges `rim` have no more inverted ones among them than the
+/// triangles the half-edges belong to.
+fn keeps_facing(mesh: &EditMesh, oracle: &dyn SurfaceOracle, rim: &[u32], point: DVec3, reach: f64) -> bool {
+    let inverted = |t: [DVec3; 3]| {
+        let foot = oracle.project((t[0] + t[1] + t[2]) / 3.0, reach);
+        foot.is_none_or(|f| area_vector(t).dot(f.normal) <= 0.0)
+    };
+    let new =
+        rim.iter().filter(|&&h| inverted([mesh.point(mesh.origin(h)), mesh.point(mesh.target(h)), point])).count();
+    if new == 0 {
+        return true;
+    }
+    let mut old: Vec<u32> = rim.iter().map(|&h| h / 3).collect();
+    old.dedup();
+    new <= old.into_iter().filter(|&t| inverted(mesh.corner_points(t))).count()
 }
 
 /// Marks the edges at whose middle the surface's normal jumps by more than `angle` degrees from one triangle's side to the

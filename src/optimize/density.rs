@@ -77,7 +77,7 @@ pub fn densify(
     for _ in 0..ROUNDS {
         run.check()?;
         let mut list: Vec<(f64, u32)> = Vec::new();
-        for h in mesh.edges() {
+        for h in mesh.edges().filter(|&h| !mesh.is_pinned_edge(h)) {
             let wanted = field[mesh.origin(h) as usize].min(field[mesh.target(h) as usize]);
             let excess = mesh.edge_length(h) / (long * wanted);
             if excess > 1.0 {

@@ -13,6 +13,10 @@ const PASSES: usize = 8;
 /// A flip must improve its measure by this much, so that rounding cannot make two diagonals take turns for ever.
 const GAIN: f64 = 1e-9;
 
+/// Triangles further from the surface's normal than 30 degrees (cosine) span a crease that is not an edge yet; their
+/// shape is no matter for [`flip_for_angles`].
+const RESOLVED: f64 = 0.866;
+
 /// The two triangles at an edge before and after a flip, in the order [`EditMesh::flip`] writes them.
 fn pairs(mesh: &EditMesh, h: u32) -> ([[DVec3; 3]; 2], [[DVec3; 3]; 2]) {
     let o = mesh.opposite(h);
@@ -88,7 +92,11 @@ fn keeps_facing(mesh: &EditMesh, h: u32, old: [[DVec3; 3]; 2], new: [[DVec3; 3];
         return least(n, o) >= bend;
     }
     let own = o[0].dot(m[0]).min(o[1].dot(m[1]));
-    least(n, m) >= bend.min(own).max(0.0) || (own <= 0.0 && least(n, m) > own)
+    // Two faces meet here, marked or not, or the crease is not resolved: the diagonal is not free.
+    if m[0].dot(m[1]) < bend || own < RESOLVED {
+        return false;
+    }
+    least(n, m) >= bend.min(own).max(0.0)
 }
 
 /// Flips edges while that lowers the normal deviation of [LIS14] (4, 5) summed over the two triangles, the surface being

@@ -2,19 +2,21 @@
 
 use std::fmt;
 
+use glam::DVec3;
+
 use super::classify::{Classes, classify_by_curvature, classify_by_edges};
 use super::crease::{CreaseReport, cut_creases, settle_creases};
 use super::density::{DEGENERATE_ANGLE, Edits, LONG, SHORT, collapse_short, densify, relax_worst, remove_degenerate};
 use super::dual::snap_to_planes;
 use super::flips::{flip_for_angles, flip_for_normals};
-use super::guard::Moves;
+use super::guard::{Moves, ask_all};
 use super::normal::{DAMPING, align_normals};
 use super::size::Sizing;
 use super::smooth::{ALONG, smooth_all, smooth_edges, smooth_regular};
 use super::surface::{Deviation, forget, normal_deviation, project, survey};
 use crate::error::{Error, Result};
 use crate::geometry::SurfaceOracle;
-use crate::mesh::{EditMesh, TriMesh};
+use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 
 /// Edges shorter than this share of the size are what marching cubes leaves where the surface passes close to a corner
@@ -26,6 +28,8 @@ const BEND: f64 = 10.0;
 /// Nodes around triangles with a smaller angle than this (degrees) are relaxed one by one. Raising it moves more nodes and
 /// slows the stage down without helping the worst: 35 is reached nearly everywhere, 40 is not.
 const RELAX_ANGLE: f64 = 35.0;
+/// Around a place that came out wrong nodes stay as they were within this many sizes, one more at each retry.
+const FREEZE: f64 = 1.5;
 /// `N` is repeated until ε_n falls by less than this share, at most [`N_PASSES`] times.
 const N_FALL: f64 = 0.05;
 /// See [`N_FALL`].
@@ -49,6 +53,10 @@ pub struct Options {
     pub least_size: Option<f64>,
     /// The operators, in order.
     pub sequence: Vec<Operator>,
+    /// How often, at most, the sequence is run again when triangles of the result intersect or face the wrong way: each time
+    /// the surroundings of these places are left as the input has them, in growing circles. 0 for a look at the
+    /// operators themselves.
+    pub retries: usize,
 }
 
 impl Options {
@@ -61,6 +69,7 @@ impl Options {
             chord: None,
             least_size: None,
             sequence: default_sequence(),
+            retries: 4,
         }
     }
 
@@ -264,6 +273,12 @@ pub struct Report {
     pub after: Deviation,
     /// Edges marked sharp in the end.
     pub sharp_edges: usize,
+    /// Triangles of the result that intersect another one.
+    pub self_intersections: usize,
+    /// How often the sequence was run again, with places that had come out wrong left as they were.
+    pub retries: usize,
+    /// Nodes left where they were for that reason.
+    pub frozen: usize,
 }
 
 /// Improves a mesh by the operators of `options.sequence`. See [`improve_with`].
@@ -273,11 +288,16 @@ pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, options: &Options
 
 /// Improves a mesh and shows it to `observer`, with the operator's name, after every operator.
 ///
+/// When triangles of the result intersect, or face away from the surface, the sequence runs again from the input with the
+/// surroundings of these places left as they are, up to `options.retries` times; the best result is kept, and shown to
+/// `observer` under the name `retry` (the runs in between are not shown).
+///
 /// *Guarantees*: a closed, oriented manifold stays one, with the same Euler number; every move is guarded (see
 /// [`guard`](super::guard)); labels of the result are the oracle's faces under the triangles if the sequence ends with
 /// `survey`; the result is the same for any number of threads. On error `mesh` is as before.
-/// *Does not guarantee*: that no triangle is inverted where the mesh is too coarse for the surface (`after.inverted`
-/// tells), nor that triangles do not intersect where two sheets are closer than an edge length.
+/// *Does not guarantee*: that no triangle is inverted where the mesh is too coarse for the surface, such as in a wedge
+/// thinner than an edge (`after.inverted` tells), nor that no two triangles intersect: with an input free of
+/// intersections none was seen, and `self_intersections` tells.
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
 /// [`Error::Cancelled`].
 pub fn improve_with(
@@ -288,9 +308,77 @@ pub fn improve_with(
     observer: &mut dyn FnMut(&str, &TriMesh),
 ) -> Result<Report> {
     options.check()?;
+    let mut frozen: Vec<(DVec3, f64)> = Vec::new();
+    let mut best: Option<((usize, usize), TriMesh, Report)> = None;
+    for attempt in 0..=options.retries {
+        let mut unseen = |_: &str, _: &TriMesh| {};
+        let watch: &mut dyn FnMut(&str, &TriMesh) = if attempt == 0 { &mut *observer } else { &mut unseen };
+        let (made, mut report) = run_sequence(mesh, oracle, options, &frozen, run, watch)?;
+        let places = faults(&made, oracle, options.size, run)?;
+        report.retries = attempt;
+        report.self_intersections = places.intersecting;
+        let badness = (places.intersecting, report.after.inverted);
+        if best.as_ref().is_none_or(|b| badness < b.0) {
+            best = Some((badness, made, report));
+        }
+        if places.intersecting == 0 && (attempt > 0 || badness.1 == 0) {
+            break;
+        }
+        let radius = options.size * (FREEZE + attempt as f64);
+        frozen.extend(places.points.into_iter().map(|p| (p, radius)));
+    }
+    if let Some((_, made, report)) = best {
+        if report.retries > 0 {
+            observer("retry", &made);
+        }
+        *mesh = made;
+        return Ok(report);
+    }
+    Err(Error::Failed("no operator sequence was run".into()))
+}
+
+/// Where a mesh is at fault.
+struct Faults {
+    /// Triangles that intersect another one.
+    intersecting: usize,
+    /// Centroids of these and of inverted triangles.
+    points: Vec<DVec3>,
+}
+
+fn faults(mesh: &TriMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Faults> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    let intersecting = bad.len();
+    let inverted = ask_all(run, mesh.triangles.len(), |t| {
+        let t = t as usize;
+        let foot = oracle.project(mesh.centroid(t), reach)?;
+        (mesh.area_vector(t).dot(foot.normal) <= 0.0).then_some(t as u32)
+    })?;
+    bad.extend(inverted.into_iter().flatten());
+    Ok(Faults { intersecting, points: bad.into_iter().map(|t| mesh.centroid(t as usize)).collect() })
+}
+
+/// One run of the sequence over a copy of the mesh, nodes within the `frozen` balls pinned.
+fn run_sequence(
+    mesh: &TriMesh,
+    oracle: &dyn SurfaceOracle,
+    options: &Options,
+    frozen: &[(DVec3, f64)],
+    run: &Run,
+    observer: &mut dyn FnMut(&str, &TriMesh),
+) -> Result<(TriMesh, Report)> {
     let mut worker = Worker { mesh: EditMesh::new(mesh)?, oracle, options, run, classes: None, resolved: false };
-    let before = normal_deviation(&worker.mesh, oracle, options.size, run)?;
-    let mut report = Report { before, ..Report::default() };
+    let pinned = ask_all(run, mesh.nodes.len(), |v| {
+        let p = mesh.nodes[v as usize];
+        frozen.iter().any(|(c, r)| p.distance_squared(*c) <= r * r).then_some(v)
+    })?;
+    let mut report = Report::default();
+    for v in pinned.into_iter().flatten() {
+        worker.mesh.set_pinned(v, true);
+        report.frozen += 1;
+    }
+    report.before = normal_deviation(&worker.mesh, oracle, options.size, run)?;
     for (k, &operator) in options.sequence.iter().enumerate() {
         run.check()?;
         run.progress("optimize", k as f64 / options.sequence.len() as f64);
@@ -305,8 +393,7 @@ pub fn improve_with(
         _ => normal_deviation(&worker.mesh, oracle, options.size, run)?,
     };
     report.sharp_edges = worker.mesh.edges().filter(|&h| worker.mesh.is_sharp(h)).count();
-    *mesh = worker.mesh.to_mesh();
-    Ok(report)
+    Ok((worker.mesh.to_mesh(), report))
 }
 
 /// The mesh under way and what operators leave for each other.

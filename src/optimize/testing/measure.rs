@@ -24,12 +24,6 @@ pub struct Measure {
     pub node_error: f64,
 }
 
-/// Triangles whose normal points against the surface's at the projected centroid.
-pub fn inverted(mesh: &TriMesh, part: &Part, h: f64) -> usize {
-    let facing = |t: &usize| part.project(mesh.centroid(*t), h).map_or(0.0, |f| f.normal.dot(mesh.normal(*t)));
-    (0..mesh.triangles.len()).filter(|t| facing(t) <= 0.0).count()
-}
-
 fn segment_distance(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let d = b - a;
     let t = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);

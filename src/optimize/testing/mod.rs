@@ -5,5 +5,5 @@ mod measure;
 mod parts;
 
 pub use march::march;
-pub use measure::{Measure, inverted, measure};
+pub use measure::measure;
 pub use parts::Part;

@@ -83,6 +83,14 @@ impl Part {
         Self { leaves, half: 1.237 }
     }
 
+    /// Cube with a ball and an infinite cylinder taken away.
+    pub fn random_cube(at: DVec3, r: f64, axis: DVec3) -> Self {
+        let mut leaves = Self::cube(DMat3::IDENTITY);
+        leaves.push((Leaf::Sphere { at, r }, -1.0));
+        leaves.push((Leaf::Cylinder { axis, at: -at, r: 0.5 * r }, -1.0));
+        Self { leaves, half: 1.237 }
+    }
+
     pub fn generic_turn() -> DMat3 {
         DMat3::from_quat(DQuat::from_xyzw(0.298, -0.274, -0.891, 0.201).normalize())
     }

@@ -1,0 +1,104 @@
+//! The operators on extracted meshes of real R-function parts: what the default sequence must reach.
+
+use glam::{DMat3, DQuat};
+use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features};
+use rvachev::optimize::{Options, Report, improve, paper_sequence};
+use rvachev::quality::{Against, Check, FeatureRecovery, check, recovery};
+use rvachev::{DVec3, Run};
+
+/// Cells per side of a box of half side 1.237, the yardsticks' meshing region.
+fn cells(n: f64) -> f64 {
+    2.0 * 1.237 / n
+}
+
+fn cube() -> Solid {
+    Solid::cuboid(DVec3::splat(-1.0), DVec3::ONE)
+}
+
+fn cube_with_holes() -> Solid {
+    let hole = |axis| Solid::cylinder(0.4, axis, DVec3::ZERO, None);
+    cube() & !hole(DVec3::X) & !hole(DVec3::Z)
+}
+
+fn turned(solid: Solid) -> Solid {
+    let rotation = DMat3::from_quat(DQuat::from_xyzw(0.298, -0.274, -0.891, 0.201).normalize());
+    solid.placed(Placement { rotation, scale: 1.0, shift: DVec3::ZERO })
+}
+
+fn run_part(solid: &Solid, size: f64, change: impl FnOnce(&mut Options)) -> (Report, Check, FeatureRecovery) {
+    let run = Run::new();
+    let model = Implicit::new(solid, RSystem::default(), None).unwrap();
+    let extracted = extract(&model, &ExtractOptions::new(size), &run).unwrap();
+    let oracle = ImplicitOracle::new(&model, &extracted);
+    let mut mesh = extracted.mesh.clone();
+    let mut options = Options::new(size);
+    change(&mut options);
+    let report = improve(&mut mesh, &oracle, &options, &run).unwrap();
+    let truth = features(&model, size, &run).unwrap();
+    let against = Against { oracle: &oracle, features: Some(&truth) };
+    let found = recovery(&mesh, &truth, size, &run).unwrap();
+    (report, check(&mesh, Some(against), &run).unwrap(), found)
+}
+
+#[test]
+fn the_cube_with_holes_comes_out_with_its_creases_and_good_triangles() {
+    for solid in [cube_with_holes(), turned(cube_with_holes())] {
+        let (report, c, f) = run_part(&solid, cells(64.0), |_| {});
+        assert!(c.closed && c.manifold && c.oriented);
+        assert_eq!((c.euler, c.self_intersections, report.after.inverted, report.retries), (-4, 0, 0, 0));
+        assert!(report.after.normal <= 1e-4, "{}", report.after.normal);
+        assert!(f.recall >= 0.99 && f.precision >= 0.99, "{f:?}");
+        assert_eq!((f.corners_true, f.corners_found), (8, 8));
+        assert!(c.quality.min_angle > 20.0 && c.quality.p05_angle > 40.0, "{:?}", c.quality);
+        // 24 - 4 pi r^2 + twice the cylinders less what they share of each other, by Steinmetz.
+        let r = 0.4f64;
+        let area = 24.0 - 4.0 * std::f64::consts::PI * r * r + 8.0 * std::f64::consts::PI * r - 16.0 * r * r;
+        assert!((c.area - area).abs() < 1e-3 * area, "{} {area}", c.area);
+    }
+}
+
+#[test]
+fn a_notched_cube_keeps_convex_and_reflex_corners_at_several_sizes() {
+    let solid = cube() & !Solid::sphere(0.8, DVec3::ONE);
+    for n in [24.0, 40.0] {
+        let (report, c, f) = run_part(&solid, cells(n), |_| {});
+        assert_eq!((c.euler, c.self_intersections, report.after.inverted), (2, 0, 0), "{n}");
+        assert!(f.recall >= 0.98 && f.precision >= 0.95, "{n} {f:?}");
+        assert_eq!(f.corners_found, f.corners_true, "{n}");
+    }
+}
+
+#[test]
+fn a_wedge_thinner_than_an_edge_never_intersects_itself() {
+    let hole = |axis, at| Solid::cylinder(0.4, axis, at, None);
+    let solid = cube() & !hole(DVec3::X, DVec3::new(0.0, 0.8, 0.8)) & !hole(DVec3::Z, DVec3::new(0.2, 0.1, 0.0));
+    let (_, c, _) = run_part(&solid, cells(48.0), |_| {});
+    assert!(c.closed && c.manifold && c.oriented);
+    assert_eq!(c.self_intersections, 0);
+}
+
+#[test]
+fn curvature_asks_for_more_nodes_on_the_holes_only() {
+    let solid = cube_with_holes();
+    let (_, plain, _) = run_part(&solid, cells(24.0), |_| {});
+    let (report, fine, f) = run_part(&solid, cells(24.0), |o| o.nodes_per_radius = Some(8.0));
+    assert_eq!((fine.self_intersections, report.after.inverted, fine.euler), (0, 0, -4));
+    let count = |c: &Check, what: &str| {
+        c.groups.iter().filter(|g| g.name.starts_with(what)).map(|g| g.triangles).sum::<usize>()
+    };
+    // 0.4/8 is about half of the size: four times the triangles, and a transition on the flat faces.
+    assert!(count(&fine, "cylinder") > 3 * count(&plain, "cylinder"), "{:?} {:?}", plain.groups, fine.groups);
+    assert!(count(&fine, "box") < 3 * count(&plain, "box"));
+    assert!(f.recall >= 0.99, "{f:?}");
+}
+
+#[test]
+fn the_papers_own_sequence_finds_creases_too() {
+    let (report, c, f) = run_part(&cube_with_holes(), cells(48.0), |o| {
+        o.sequence = paper_sequence();
+        o.retries = 0;
+    });
+    assert!(c.closed && c.manifold && c.oriented && c.euler == -4);
+    assert!(report.after.normal < 0.5 * report.before.normal);
+    assert!(f.recall > 0.9, "{f:?}");
+}
