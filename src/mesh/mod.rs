@@ -1,11 +1,14 @@
 //! Triangle meshes: storage, connectivity and edits, curvature, defects.
 
+pub mod curvature;
 mod defects;
 #[cfg(test)]
 mod defects_tests;
+pub mod edit;
 mod intersect;
 mod trimesh;
 
 pub use defects::{Defects, Topology};
+pub use edit::EditMesh;
 pub use intersect::self_intersections;
 pub use trimesh::{Group, TriMesh};

@@ -1,9 +1,11 @@
-//! Numbers: intervals, dual numbers, root bracketing.
+//! Numbers: intervals, dual numbers, root bracketing, least squares of planes, clustering.
 
 mod dual;
 mod interval;
+pub mod kmeans;
 pub mod predicates;
 mod roots;
+pub mod svd;
 
 pub use dual::Dual;
 pub use interval::Interval;

@@ -1,0 +1,128 @@
+//! Smoothing: `R_all` (12, 13), `R_regular` (18) and `R_edge` (19, 20) of [LIS14], each followed by projection.
+
+use glam::DVec3;
+
+use super::classify::{Classes, Kind};
+use super::crease::settle;
+use super::guard::{Moves, ask_all, relocate};
+use crate::error::Result;
+use crate::geometry::SurfaceOracle;
+use crate::mesh::EditMesh;
+use crate::run::Run;
+
+/// The constant c of (19) the default sequences use. Jacobi steps with c = 1 make neighbors swap places for ever.
+pub const ALONG: f64 = 0.5;
+
+/// Laplacian displacement (13): mean of the neighbors minus the node.
+fn laplacian(mesh: &EditMesh, v: u32) -> DVec3 {
+    let (mut sum, mut n) = (DVec3::ZERO, 0u32);
+    for x in mesh.neighbors(v) {
+        sum += mesh.point(x);
+        n += 1;
+    }
+    sum / f64::from(n.max(1)) - mesh.point(v)
+}
+
+/// Area-weighted normal of the triangles around a node, taken from the surface where it is known.
+pub(super) fn node_normal(mesh: &EditMesh, v: u32) -> DVec3 {
+    let normal = |h: u32| {
+        let a = mesh.area_vector(h / 3);
+        let m = mesh.normal(h / 3);
+        if m == DVec3::ZERO { a } else { a.length() * m }
+    };
+    mesh.outgoing(v).map(normal).sum::<DVec3>().normalize_or_zero()
+}
+
+fn smooth_where(
+    mesh: &mut EditMesh,
+    oracle: &dyn SurfaceOracle,
+    reach: f64,
+    run: &Run,
+    wanted: impl Fn(&EditMesh, u32) -> bool + Sync,
+) -> Result<Moves> {
+    let frozen = &*mesh;
+    let targets = ask_all(run, mesh.node_capacity(), |v| {
+        if !frozen.is_node(v) || frozen.is_pinned(v) || frozen.is_boundary(v) || !wanted(frozen, v) {
+            return None;
+        }
+        let step = laplacian(frozen, v);
+        let n = node_normal(frozen, v);
+        Some(oracle.project(frozen.point(v) + step - step.dot(n) * n, reach).map(|f| f.point))
+    })?;
+    let mut moves = Moves::default();
+    for (v, target) in targets.into_iter().enumerate() {
+        match target {
+            Some(Some(p)) => {
+                relocate(mesh, v as u32, p, &mut moves, |_, p| oracle.project(p, reach).map(|f| f.point));
+            }
+            Some(None) => moves.missed += 1,
+            None => {}
+        }
+    }
+    Ok(moves)
+}
+
+/// One pass of `R_all`, [LIS14] (12, 13): every node goes by the tangential part of its Laplacian displacement, then back
+/// to the surface. Pinned and boundary nodes stay.
+///
+/// *Guarantees*: guarded (see [`guard`](super::guard)). *Does not guarantee*: features; nodes slide off creases, so use it
+/// to prepare a mesh before `N1`, not after.
+pub fn smooth_all(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Moves> {
+    smooth_where(mesh, oracle, reach, run, |_, _| true)
+}
+
+/// One pass of `R_regular`, [LIS14] (18): as [`smooth_all`], but only nodes that are neither on a crease nor a corner.
+pub fn smooth_regular(
+    mesh: &mut EditMesh,
+    oracle: &dyn SurfaceOracle,
+    classes: &Classes,
+    reach: f64,
+    run: &Run,
+) -> Result<Moves> {
+    smooth_where(mesh, oracle, reach, run, |_, v| classes.kind(v) == Kind::Regular)
+}
+
+/// One pass of `R_edge`, [LIS14] (19, 20): a node on a crease goes by `c (u·τ̂) τ̂` with u from the node to the middle of
+/// its two neighbors along the crease and τ̂ the unit vector between these (the paper's two cases are this one formula),
+/// then back onto the crease.
+///
+/// Corners, pinned and boundary nodes stay, and so does a node without two neighbors along its crease. Nodes whose
+/// edges are marked sharp are put back by locating the crease, others by projection.
+pub fn smooth_edges(
+    mesh: &mut EditMesh,
+    oracle: &dyn SurfaceOracle,
+    classes: &Classes,
+    c: f64,
+    reach: f64,
+    run: &Run,
+) -> Result<Moves> {
+    let back = |mesh: &EditMesh, v: u32, p: DVec3| {
+        if mesh.outgoing(v).any(|h| mesh.is_sharp(h)) {
+            settle(mesh, oracle, v, p, reach)
+        } else {
+            oracle.project(p, reach).map(|f| f.point)
+        }
+    };
+    let frozen = &*mesh;
+    let targets = ask_all(run, mesh.node_capacity(), |v| {
+        if !frozen.is_node(v) || frozen.is_pinned(v) || frozen.is_boundary(v) || classes.kind(v) != Kind::Crease {
+            return None;
+        }
+        let [i, j] = classes.along(v)?;
+        let (p, pi, pj) = (frozen.point(v), frozen.point(i), frozen.point(j));
+        let tau = (pi - pj).normalize_or_zero();
+        let u = 0.5 * (pi + pj) - p;
+        Some(back(frozen, v, p + c * u.dot(tau) * tau))
+    })?;
+    let mut moves = Moves::default();
+    for (v, target) in targets.into_iter().enumerate() {
+        match target {
+            Some(Some(p)) => {
+                relocate(mesh, v as u32, p, &mut moves, |m, p| back(m, v as u32, p));
+            }
+            Some(None) => moves.missed += 1,
+            None => {}
+        }
+    }
+    Ok(moves)
+}
