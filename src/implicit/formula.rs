@@ -131,11 +131,6 @@ impl Formula {
         Formula { ops: b.ops }
     }
 
-    /// How many operations one evaluation takes.
-    pub(crate) fn len(&self) -> usize {
-        self.ops.len()
-    }
-
     /// A number that is equal for equal formulas.
     pub(crate) fn fingerprint(&self) -> u64 {
         use std::hash::{BuildHasher, Hash, Hasher};
@@ -183,13 +178,6 @@ impl Formula {
             out[start..start + n].copy_from_slice(&r[last..last + n]);
             start += n;
         }
-    }
-
-    /// Value at one point.
-    pub(crate) fn value(&self, p: DVec3) -> f64 {
-        let mut out = [0.0];
-        self.eval(&[p.x], &[p.y], &[p.z], &mut out);
-        out[0]
     }
 
     /// Value and gradient at one point.

@@ -76,15 +76,6 @@ fn slack(i: Interval, magnitude: f64) -> Interval {
 }
 
 impl Leaf {
-    /// Operations per evaluation, for bounds on cost.
-    pub(crate) fn cost(&self) -> usize {
-        match self {
-            Leaf::Formula(f) => f.len(),
-            Leaf::Blend(b) => b.cost(),
-            _ => 8,
-        }
-    }
-
     /// Whether values may be NaN or infinite.
     pub(crate) fn is_user(&self) -> bool {
         matches!(self, Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_))

@@ -189,9 +189,14 @@ pub fn cut_creases(
 ) -> Result<CreaseReport> {
     let cosine = angle_cosine(angle);
     let mut report = CreaseReport::default();
-    let feet = ask_all(run, mesh.node_capacity(), |v| {
-        if mesh.is_node(v) { oracle.project(mesh.point(v), reach) } else { None }
-    })?;
+    let feet =
+        ask_all(
+            run,
+            mesh.node_capacity(),
+            |v| {
+                if mesh.is_node(v) { oracle.project(mesh.point(v), reach) } else { None }
+            },
+        )?;
     let turns = |a: u32, b: u32| match (&feet[a as usize], &feet[b as usize]) {
         (Some(x), Some(y)) => x.normal.dot(y.normal) <= cosine,
         _ => false,

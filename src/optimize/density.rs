@@ -180,9 +180,15 @@ fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, li
             let new = [p, x, y];
             let (n, old) = (area_vector(new).normalize_or_zero(), area_vector([v, x, y]).normalize_or_zero());
             let m = mesh.normal(t);
-            let faces = if m == DVec3::ZERO { n.dot(old) > FACING } else { n.dot(m) >= FACING.max(0.9 * old.dot(m)).min(0.999) || (old.dot(m) < FACING && n.dot(m) > old.dot(m)) };
+            let faces = if m == DVec3::ZERO {
+                n.dot(old) > FACING
+            } else {
+                n.dot(m) >= FACING.max(0.9 * old.dot(m)).min(0.999) || (old.dot(m) < FACING && n.dot(m) > old.dot(m))
+            };
             let long = p.distance(x).max(p.distance(y));
-            faces && sharpest_cosine(new) <= limit && (long <= limits.longest || long <= v.distance(x).max(v.distance(y)))
+            faces
+                && sharpest_cosine(new) <= limit
+                && (long <= limits.longest || long <= v.distance(x).max(v.distance(y)))
         });
         fair && mesh.collapse(half, p)
     })
@@ -290,7 +296,13 @@ fn flip_is_better(mesh: &EditMesh, h: u32) -> bool {
 /// Raises the smallest angles one node at a time: around every triangle with an angle below `angle` degrees each
 /// node tries small shifts within the surface (along its crease, if it is on one) and takes the one that raises the worst
 /// angle of its triangles most. Returns how many nodes moved.
-pub fn relax_worst(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, angle: f64, reach: f64, run: &Run) -> Result<usize> {
+pub fn relax_worst(
+    mesh: &mut EditMesh,
+    oracle: &dyn SurfaceOracle,
+    angle: f64,
+    reach: f64,
+    run: &Run,
+) -> Result<usize> {
     let bad = angle.to_radians().cos();
     // Shifts as shares of the mean length of the edges at the node.
     const SHIFTS: [f64; 3] = [0.3, 0.12, 0.04];
@@ -321,7 +333,8 @@ pub fn relax_worst(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, angle: f64, 
                 let along = (mesh.point(ends[0]) - mesh.point(ends[1])).normalize_or_zero();
                 vec![along, -along]
             } else {
-                let (x, y) = super::smooth::node_normal(mesh, v).try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
+                let (x, y) =
+                    super::smooth::node_normal(mesh, v).try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
                 (0..WAYS)
                     .map(|k| {
                         let (s, c) = (std::f64::consts::TAU * k as f64 / WAYS as f64).sin_cos();

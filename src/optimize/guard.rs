@@ -124,7 +124,11 @@ pub(super) fn relocate(
 }
 
 /// Asks `ask` for every id below `count` on the run's threads; answers are placed by id.
-pub(super) fn ask_all<T: Send>(run: &Run, count: usize, ask: impl Fn(u32) -> Option<T> + Sync) -> Result<Vec<Option<T>>> {
+pub(super) fn ask_all<T: Send>(
+    run: &Run,
+    count: usize,
+    ask: impl Fn(u32) -> Option<T> + Sync,
+) -> Result<Vec<Option<T>>> {
     // Small enough to notice a cancellation within milliseconds, large enough to hide the scheduling.
     const BLOCK: usize = 256;
     run.check()?;

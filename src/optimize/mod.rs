@@ -3,6 +3,8 @@ pub mod classify;
 pub mod crease;
 pub mod density;
 pub mod dual;
+#[cfg(test)]
+mod explore;
 pub mod flips;
 pub mod guard;
 pub mod normal;
@@ -12,6 +14,4 @@ pub mod smooth;
 pub mod surface;
 #[cfg(test)]
 mod testing;
-#[cfg(test)]
-mod explore;
 pub use sequence::*;

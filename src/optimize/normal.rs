@@ -16,7 +16,13 @@ pub const DAMPING: f64 = 0.5;
 ///
 /// *Guarantees*: guarded (see [`guard`](super::guard)); the answer does not depend on the number of threads.
 /// *Does not guarantee*: that ε_n falls in one pass; iterate and watch [`normal_deviation`](super::normal_deviation).
-pub fn align_normals(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, damping: f64, run: &Run) -> Result<Moves> {
+pub fn align_normals(
+    mesh: &mut EditMesh,
+    oracle: &dyn SurfaceOracle,
+    reach: f64,
+    damping: f64,
+    run: &Run,
+) -> Result<Moves> {
     let feet = centroid_feet(mesh, oracle, reach, run)?;
     let frozen = &*mesh;
     let targets = ask_all(run, mesh.node_capacity(), |v| {

@@ -169,7 +169,9 @@ impl<'a> Bound<'a> {
                     points.push([*x, *y])
                 }
                 _ => {
-                    return Err(it.error(a.range, format!("point {i} of the polygon must be two finite numbers (x, y)")));
+                    return Err(
+                        it.error(a.range, format!("point {i} of the polygon must be two finite numbers (x, y)"))
+                    );
                 }
             }
         }

@@ -442,7 +442,9 @@ fn declaration<'a>(
                 match &a.value {
                     Value::Str(s) => patterns.push(s.to_string()),
                     other => {
-                        return Err(it.error(a.range, format!("faces() takes names and patterns, not {}", other.kind())));
+                        return Err(
+                            it.error(a.range, format!("faces() takes names and patterns, not {}", other.kind()))
+                        );
                     }
                 }
             }

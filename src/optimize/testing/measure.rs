@@ -43,7 +43,10 @@ pub fn measure(mesh: &TriMesh, part: &Part, h: f64) -> Measure {
     let sharp: Vec<(DVec3, DVec3)> = edit
         .edges()
         .filter(|&e| edit.opposite(e) != NONE)
-        .filter(|&e| mesh.normal((e / 3) as usize).angle_between(mesh.normal((edit.opposite(e) / 3) as usize)).to_degrees() > 30.0)
+        .filter(|&e| {
+            mesh.normal((e / 3) as usize).angle_between(mesh.normal((edit.opposite(e) / 3) as usize)).to_degrees()
+                > 30.0
+        })
         .map(|e| (edit.point(edit.origin(e)), edit.point(edit.target(e))))
         .collect();
     let (mut good, mut all) = (0.0, 0.0);

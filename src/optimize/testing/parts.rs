@@ -26,7 +26,9 @@ impl Leaf {
     fn gradient(&self, p: DVec3) -> DVec3 {
         match *self {
             Leaf::Half { normal, .. } => -normal,
-            Leaf::Cylinder { axis, at, .. } => -(p - at).reject_from_normalized(axis).normalize_or(axis.any_orthonormal_vector()),
+            Leaf::Cylinder { axis, at, .. } => {
+                -(p - at).reject_from_normalized(axis).normalize_or(axis.any_orthonormal_vector())
+            }
             Leaf::Sphere { at, .. } => -(p - at).normalize_or(DVec3::Z),
         }
     }
@@ -179,7 +181,8 @@ impl Part {
 
 impl SurfaceOracle for Part {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
-        let near: Vec<usize> = (0..self.leaves.len()).filter(|&k| self.leaves[k].0.distance(p).abs() <= reach).collect();
+        let near: Vec<usize> =
+            (0..self.leaves.len()).filter(|&k| self.leaves[k].0.distance(p).abs() <= reach).collect();
         let mut best: Option<(f64, DVec3, usize)> = None;
         let mut offer = |set: &[usize]| {
             if let Some(q) = self.solve(p, set) {
