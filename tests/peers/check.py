@@ -49,7 +49,7 @@ def of_igl(nodes, triangles):
         "edge_manifold": bool(igl.is_edge_manifold(triangles)[0]),
         "vertex_manifold": bool(np.all(igl.is_vertex_manifold(triangles))),
         "euler": int(igl.euler_characteristic(triangles)),
-        "self_intersections": len(igl.predicates.find_self_intersections(nodes, triangles)[1]),
+        "intersecting_triangles": len(np.unique(igl.predicates.find_self_intersections(nodes, triangles)[1])),
         "components": int(igl.facet_components(triangles)[0]),
         "area": float(igl.doublearea(nodes, triangles).sum() / 2),
         "volume": float(volume),
