@@ -142,13 +142,19 @@ fn rvachev() -> Command {
     Command::new(env!("CARGO_BIN_EXE_rvachev"))
 }
 
+/// Runs the command to exit code 0 or 1. With 1 there is a result that falls short somewhere, which tests judge.
+fn good_enough(command: &mut Command) -> Output {
+    let out = command.output().unwrap();
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(matches!(out.status.code(), Some(0 | 1)), "{command:?}: {}: {said}", out.status);
+    out
+}
+
 /// Meshes a part file by the command.
 fn mesh_file(part: &Path, name: &str, size: &str) -> PathBuf {
     let mesh = scratch(&format!("{name}.off"));
     let _ = fs::remove_file(&mesh);
-    let out = rvachev().arg("mesh").arg(part).arg("-o").arg(&mesh).args(["--size", size, "-q"]).output().unwrap();
-    // 1: there is a mesh, and it falls short somewhere; whether that may be is for the test to judge.
-    assert!(matches!(out.status.code(), Some(0 | 1)), "{name}: {}", String::from_utf8_lossy(&out.stderr));
+    good_enough(rvachev().arg("mesh").arg(part).arg("-o").arg(&mesh).args(["--size", size, "-q"]));
     mesh
 }
 
@@ -177,7 +183,7 @@ fn number(v: &Value, path: &str) -> f64 {
 
 /// Asserts that our report, both peers and the truth agree on a mesh.
 fn agree(mesh: &Path, truth: &Truth) -> Value {
-    let out = done(rvachev().arg("check").arg(mesh).arg("--json")).unwrap_or_else(|e| panic!("{e}"));
+    let out = good_enough(rvachev().arg("check").arg(mesh).arg("--json"));
     let ours: Value = serde_json::from_slice(&out.stdout).unwrap();
     let theirs = peers().ask(&[mesh], None)[0].take();
     let same = |a: &str, b: &str, absolute: f64, relative: f64| {
@@ -359,13 +365,13 @@ fn curvature_of_a_sphere_is_one_over_its_radius() {
 #[test]
 fn curvatures_of_a_torus_are_those_of_its_circles() {
     let (major, minor) = (1.0, 0.4);
-    let mesh = mesh_text(&format!("part(torus({major}, {minor}))\n"), "torus", "0.06");
+    let mesh = mesh_text(&format!("part(torus({major}, {minor}))\n"), "torus", "0.04");
     let truth = Truth {
         clean: true,
         euler: 0,
         volume: 2.0 * PI * PI * major * minor * minor,
         area: Some(4.0 * PI * PI * major * minor),
-        within: 5e-3,
+        within: 3e-3,
     };
     let theirs = agree(&mesh, &truth);
     let share = |side: &str, i: usize| theirs["curvature"][side][i].as_f64().unwrap();

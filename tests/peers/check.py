@@ -95,6 +95,16 @@ def distance(a, b):
     }
 
 
+def plain(x):
+    """Numbers of numpy as those of Python; what is not a number (an angle of a triangle without area) as null."""
+    if isinstance(x, dict):
+        return {k: plain(v) for k, v in x.items()}
+    if isinstance(x, list):
+        return [plain(v) for v in x]
+    x = x.item() if isinstance(x, np.generic) else x
+    return None if isinstance(x, float) and not np.isfinite(x) else x
+
+
 def main(arguments):
     if arguments[:1] == ["--distance"]:
         a, b = map(read_off, arguments[1:])
@@ -104,8 +114,7 @@ def main(arguments):
         for path in arguments:
             mesh = read_off(path)
             answer.append({"igl": of_igl(*mesh), "pymeshlab": of_pymeshlab(*mesh), "curvature": curvature(*mesh)})
-    json.dump(answer, sys.stdout, default=lambda x: x.item())
-    print()
+    print(json.dumps(plain(answer), allow_nan=False))
 
 
 if __name__ == "__main__":
