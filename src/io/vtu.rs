@@ -40,7 +40,7 @@ impl Arrays<'_> {
                 write!(self.out, "{} ", text(value)).map_err(write_failed)?;
             }
         }
-        write!(self.out, "\n</DataArray>\n").map_err(write_failed)
+        self.line("\n</DataArray>")
     }
 
     fn line(&mut self, text: &str) -> Result<()> {
