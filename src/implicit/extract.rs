@@ -1,4 +1,4 @@
-//! Marching cubes with the topology of MC33 over the bricks of the octree ([LIS14] eq. 3).
+//! Marching cubes with the topology of MC33 over the bricks of the octree (\[LIS14\] eq. 3).
 //!
 //! Two passes over the bricks, both parallel. The first evaluates the sign of every corner and counts nodes and
 //! triangles; prefix sums then give every brick its place in the final arrays; the second writes them. A node belongs to
@@ -25,7 +25,7 @@ const SIDE: usize = BRICK + 1;
 pub struct ExtractOptions {
     /// Side length of the cells, in the part's unit.
     pub size: f64,
-    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of [LIS14] eq. 3).
+    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of \[LIS14\] eq. 3).
     pub root_tolerance: f64,
     /// The most bytes the mesh may take; a size that needs more is refused before the work.
     pub memory: u64,
