@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rvachev::implicit::part::SizeRequest;
 use rvachev::pipeline::Method;
+use rvachev::pipeline::SizeRequest;
 
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
