@@ -18,10 +18,6 @@ pub(crate) struct Blend {
 }
 
 impl Blend {
-    pub(crate) fn cost(&self) -> usize {
-        self.a.cost(&self.leaves) + self.b.cost(&self.leaves) + 8
-    }
-
     fn join(&self, a: f64, b: f64) -> f64 {
         let r = self.radius;
         (r + a).max(0.0).hypot((r + b).max(0.0)) + a.max(b).min(-r)

@@ -1,4 +1,4 @@
-//! Marching cubes with the topology of MC33 over the bricks of the octree ([LIS14] eq. 3).
+//! Marching cubes with the topology of MC33 over the bricks of the octree (\[LIS14\] eq. 3).
 //!
 //! Two passes over the bricks, both parallel. The first evaluates the sign of every corner and counts nodes and
 //! triangles; prefix sums then give every brick its place in the final arrays; the second writes them. A node belongs to
@@ -15,6 +15,7 @@ use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::numeric::Bracket;
 use crate::run::Run;
+use crate::spatial::Aabb;
 
 /// Corners along a brick's side.
 const SIDE: usize = BRICK + 1;
@@ -24,7 +25,7 @@ const SIDE: usize = BRICK + 1;
 pub struct ExtractOptions {
     /// Side length of the cells, in the part's unit.
     pub size: f64,
-    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of [LIS14] eq. 3).
+    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of \[LIS14\] eq. 3).
     pub root_tolerance: f64,
     /// The most bytes the mesh may take; a size that needs more is refused before the work.
     pub memory: u64,
@@ -143,7 +144,8 @@ fn edge(cell: [usize; 3], e: usize) -> (usize, [usize; 3]) {
 /// Extracts the surface.
 ///
 /// Guarantees: the mesh is closed, oriented and 2-manifold; nodes lie on a change of sign of the solid within the root
-/// tolerance; the same input gives the same bytes for any number of threads.
+/// tolerance, but for interior nodes of ambiguous cells whose trilinear topology the solid does not have; the same input
+/// gives the same bytes for any number of threads.
 ///
 /// Does not guarantee: that features smaller than a cell are there, good triangles, or sharp edges (see
 /// [`optimize`](crate::optimize)).
@@ -196,6 +198,7 @@ impl Extractor<'_> {
             groups: Vec::new(),
         };
         self.fill(&bricks, &counted, &first, &mut mesh)?;
+        self.place_interior_nodes(&bricks, &counted, &first, &mut mesh)?;
         self.label(&bricks, &counted, &mut mesh)?;
         Ok(Extracted { mesh, bricks, undecided })
     }
@@ -345,14 +348,14 @@ impl Extractor<'_> {
         let (cell, me) = (&bricks.cells[index], &counted[index]);
         // ranks of this brick and of those at its upper sides, made when first asked for
         let mut ranks: [Option<(u32, Ranks)>; 8] = [const { None }; 8];
-        let mut find = |which: usize| -> Option<(u32, Ranks)> {
+        let find = |which: usize| -> Option<(u32, Ranks)> {
             let at = std::array::from_fn(|k| cell.at[k] + (which >> k & 1) as u32);
             let i = bricks.find(at)?;
             Some((first[i], Ranks::new(&counted[i].rows)))
         };
         let own = Ranks::new(&me.rows);
         let edges = u32::from(own.edges);
-        self.place_nodes(bricks, cell, &own, me, target.nodes, scratch, batch)?;
+        self.place_nodes(bricks, cell, &own, target.nodes, scratch, batch)?;
         ranks[0] = Some((target.first_node, own));
         let mut number = |axis: usize, at: [usize; 3]| -> u32 {
             let which = (0..3).fold(0, |w, k| w | usize::from(at[k] == BRICK) << k);
@@ -393,13 +396,11 @@ impl Extractor<'_> {
     }
 
     /// Puts the brick's nodes where the sign changes along their edges.
-    #[allow(clippy::too_many_arguments)]
     fn place_nodes(
         &self,
         bricks: &Bricks,
         cell: &Cell,
         ranks: &Ranks,
-        counted: &Counted,
         out: &mut [DVec3],
         scratch: &mut Scratch,
         batch: &mut Batch,
@@ -419,22 +420,72 @@ impl Extractor<'_> {
                 }
             }
         }
-        for s in counted.special.iter().filter(|s| s.interior > 0) {
-            let id = s.cell as usize;
-            let at = [id % BRICK, id / BRICK % BRICK, id / (BRICK * BRICK)];
-            let center = 0.5 * (grid.node(global(cell.at, at)) + grid.node(global(cell.at, corner(at, 7))));
-            let inside = cell.tape.value(&self.model.leaves, center) > 0.0;
-            let bit = |c: usize| {
-                let q = corner(at, c);
-                (counted.rows[q[1] + SIDE * q[2]] >> q[0] & 1 == 1) != inside
-            };
-            let mut opposite = (0..8).filter(|c| bit(*c)).map(|c| grid.node(global(cell.at, corner(at, c))));
-            for _ in 0..s.interior {
-                let other = opposite.next().unwrap_or(center);
-                ends.push([center, other]);
+        out[ends.len()..].fill(DVec3::ZERO); // interior nodes wait for the crossings around them
+        self.find_roots(&cell.tape, &ends, out, scratch, batch)
+    }
+
+    /// Puts interior nodes where their cell's triangles want them, then onto the surface where it is met inside the cell on
+    /// the way along the R-function's gradient. Where it is not, the node stays: its cell has a topology the solid does
+    /// not have. There are few such cells, so this is sequential.
+    fn place_interior_nodes(
+        &self,
+        bricks: &Bricks,
+        counted: &[Counted],
+        first: &[u32],
+        mesh: &mut TriMesh,
+    ) -> Result<()> {
+        let h = self.options.size;
+        let (mut scratch, mut batch) = (Scratch::default(), Batch::default());
+        let mut triangle = 0;
+        for ((cell, c), first) in bricks.cells.iter().zip(counted).zip(first) {
+            if c.special.iter().all(|s| s.interior == 0) {
+                triangle += c.triangles as usize;
+                continue;
+            }
+            let mut special = c.special.iter().peekable();
+            let mut node = *first as usize + Ranks::new(&c.rows).edges as usize;
+            let mut moves: Vec<(usize, [DVec3; 2])> = Vec::new();
+            crossed_cells(&c.rows, |at, mask| {
+                let id = (at[0] + BRICK * (at[1] + BRICK * at[2])) as u16;
+                let s = special.next_if(|s| s.cell == id).copied();
+                let (faces, tunnel) = s.map_or((0, 0), |s| (s.faces, s.tunnel));
+                let local = mc33::case(mask, faces, tunnel).triangles;
+                let global_ids = &mesh.triangles[triangle..triangle + local.len()];
+                triangle += local.len();
+                let Some(s) = s.filter(|s| s.interior > 0) else { return };
+                let mut crossings = [DVec3::ZERO; 12];
+                for (l, g) in local.iter().zip(global_ids) {
+                    for k in 0..3 {
+                        if l[k] < mc33::INTERIOR_NODE {
+                            crossings[l[k] as usize] = mesh.nodes[g[k] as usize];
+                        }
+                    }
+                }
+                let lo = bricks.grid.node(global(cell.at, at));
+                for k in 0..s.interior {
+                    let p = mc33::interior_position(local, mc33::INTERIOR_NODE + k, &crossings);
+                    let d = cell.tape.r_gradient(&self.model.leaves, self.model.rsystem(), p);
+                    let way = if d.v > 0.0 { -d.g } else { d.g }.normalize_or_zero() * (0.5 * h);
+                    let room = Aabb::new(lo, lo + h);
+                    moves.push((node, [p, (p + way).clamp(room.lo, room.hi)]));
+                    node += 1;
+                }
+            });
+            let ends: Vec<[DVec3; 2]> = moves.iter().map(|m| m.1).collect();
+            let side = |p: DVec3| cell.tape.value(&self.model.leaves, p) > 0.0;
+            let (crossing, resting): (Vec<usize>, Vec<usize>) =
+                (0..ends.len()).partition(|i| side(ends[*i][0]) != side(ends[*i][1]));
+            let mut found = vec![DVec3::ZERO; crossing.len()];
+            let ends_of: Vec<[DVec3; 2]> = crossing.iter().map(|i| ends[*i]).collect();
+            self.find_roots(&cell.tape, &ends_of, &mut found, &mut scratch, &mut batch)?;
+            for (i, p) in crossing.iter().zip(found) {
+                mesh.nodes[moves[*i].0] = p;
+            }
+            for i in resting {
+                mesh.nodes[moves[i].0] = ends[i][0];
             }
         }
-        self.find_roots(&cell.tape, &ends, out, scratch, batch)
+        Ok(())
     }
 
     fn find_roots(

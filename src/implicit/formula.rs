@@ -29,6 +29,9 @@ pub(crate) struct Formula {
 /// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
 const BATCH_REGISTERS: usize = 1 << 15;
 
+/// Registers kept on the stack.
+const SMALL: usize = 64;
+
 #[derive(Default)]
 struct Builder {
     ops: Vec<Op>,
@@ -131,11 +134,6 @@ impl Formula {
         Formula { ops: b.ops }
     }
 
-    /// How many operations one evaluation takes.
-    pub(crate) fn len(&self) -> usize {
-        self.ops.len()
-    }
-
     /// A number that is equal for equal formulas.
     pub(crate) fn fingerprint(&self) -> u64 {
         use std::hash::{BuildHasher, Hash, Hasher};
@@ -155,8 +153,15 @@ impl Formula {
 
     /// Values at many points.
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
-        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4));
-        let mut r = vec![0.0; lanes * self.ops.len()];
+        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4)).min(out.len());
+        let mut small = [0.0; SMALL];
+        let mut large = Vec::new();
+        let r: &mut [f64] = if lanes * self.ops.len() <= SMALL {
+            &mut small
+        } else {
+            large.resize(lanes * self.ops.len(), 0.0);
+            &mut large
+        };
         let mut start = 0;
         while start < out.len() {
             let n = lanes.min(out.len() - start);
@@ -185,17 +190,18 @@ impl Formula {
         }
     }
 
-    /// Value at one point.
-    pub(crate) fn value(&self, p: DVec3) -> f64 {
-        let mut out = [0.0];
-        self.eval(&[p.x], &[p.y], &[p.z], &mut out);
-        out[0]
-    }
-
     /// Value and gradient at one point.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        let mut r: Vec<Dual> = Vec::with_capacity(self.ops.len());
-        for op in &self.ops {
+        // short formulas, which are nearly all, need no allocation
+        let mut small = [Dual::constant(0.0); SMALL];
+        let mut large = Vec::new();
+        let r: &mut [Dual] = if self.ops.len() <= SMALL {
+            &mut small[..self.ops.len()]
+        } else {
+            large.resize(self.ops.len(), Dual::constant(0.0));
+            &mut large
+        };
+        for (i, op) in self.ops.iter().enumerate() {
             let reg = |a: u32| r[a as usize];
             let d = match *op {
                 Op::Const(c) => Dual::constant(c),
@@ -254,7 +260,7 @@ impl Formula {
                     }
                 }
             };
-            r.push(d);
+            r[i] = d;
         }
         r[r.len() - 1]
     }

@@ -76,15 +76,6 @@ fn slack(i: Interval, magnitude: f64) -> Interval {
 }
 
 impl Leaf {
-    /// Operations per evaluation, for bounds on cost.
-    pub(crate) fn cost(&self) -> usize {
-        match self {
-            Leaf::Formula(f) => f.len(),
-            Leaf::Blend(b) => b.cost(),
-            _ => 8,
-        }
-    }
-
     /// Whether values may be NaN or infinite.
     pub(crate) fn is_user(&self) -> bool {
         matches!(self, Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_))
@@ -99,7 +90,6 @@ impl Leaf {
 
     /// Value and gradient.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        let v = self.value(p);
         let g = match self {
             Leaf::Plane { n, .. } => -*n,
             Leaf::Sphere { c, r } => -(p - c) / *r,
@@ -122,7 +112,7 @@ impl Leaf {
             Leaf::Field(f, place) => place.turn(f.gradient(unplace(place, p))),
             Leaf::Blend(b) => return b.gradient(p),
         };
-        Dual::new(v, g)
+        Dual::new(self.value(p), g)
     }
 
     /// The Hessian, by columns. Differences of the gradient where there is no closed form.

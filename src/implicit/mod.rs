@@ -16,6 +16,7 @@ mod model;
 mod newton;
 mod octree;
 mod oracle;
+pub mod part;
 mod polygon;
 mod rfunction;
 pub mod solid;

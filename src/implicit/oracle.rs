@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::extract::Extracted;
 use super::leaf::Leaf;
 use super::model::Implicit;
-use super::newton::{bounds_edge, bounds_solid, leaves_of, nearest};
+use super::newton::{bounds_corner, bounds_edge, bounds_solid, leaves_of, nearest};
 use super::octree::Bricks;
-use super::tape::{Op, Tape};
+use super::tape::{Active, Op, Tape};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::numeric::Bracket;
@@ -18,6 +18,10 @@ const LINE_STEPS: usize = 8;
 
 /// Where the crossing of a line is sought first: this share of the guessed distance to both sides of the guess.
 const GUESS_WIDTH: f64 = 0.02;
+
+/// The distance to a leaf is estimated by its value and gradient; curvature makes the estimate too large by less than this
+/// factor within the reaches in use.
+const NEARER: f64 = 1.5;
 
 /// The oracle of an R-function part. Normals, curvatures and projections come from the active leaf, never from the
 /// R-function's own gradient, which is not normalized away from the surface.
@@ -60,14 +64,14 @@ impl<'a> ImplicitOracle<'a> {
     /// The foot at a point known to lie on `leaf`.
     fn foot(&self, q: DVec3, leaf: u32) -> Option<Foot> {
         let tape = self.tape(q);
-        let inside = bounds_solid(tape, self.leaves(), leaf, q).or_else(|| {
-            // on an edge the other leaf's sign is that of rounding: ask for the pair
-            let other = leaves_of(tape).into_iter().filter(|j| *j != leaf);
-            other.filter_map(|j| bounds_edge(tape, self.leaves(), leaf, j, q)).map(|s| s.0).next()
-        })?;
+        // on an edge or corner the other leaves' signs are those of rounding: there the occurrence tells the side
+        let inside = match bounds_solid(tape, self.leaves(), leaf, q) {
+            Some(inside) => inside,
+            None => !occurrence(tape, leaf)?.negate,
+        };
         let g = self.leaves()[leaf as usize].gradient(q).g;
         let n = g.try_normalize()?;
-        Some(Foot { point: q, normal: if inside { -n } else { n }, face: face_of(tape, leaf)? })
+        Some(Foot { point: q, normal: if inside { -n } else { n }, face: occurrence(tape, leaf)?.face })
     }
 
     /// Tries the nearest point of the leaves `which`.
@@ -78,13 +82,58 @@ impl<'a> ImplicitOracle<'a> {
         let valid = match which {
             [i] => bounds_solid(tape, self.leaves(), *i, q).is_some(),
             [i, j] => bounds_edge(tape, self.leaves(), *i, *j, q).is_some(),
-            [i, j, k] => super::newton::bounds_corner(tape, self.leaves(), [*i, *j, *k], q),
+            [i, j, k] => bounds_corner(tape, self.leaves(), [*i, *j, *k], q),
             _ => false,
         };
         if valid {
             *best = Some(Best { q, leaf: which[0], distance: q.distance(p) });
         }
         valid
+    }
+
+    /// Looks for a surface point nearer than what there is: on the other leaves, then, if some leaf's nearest point is not on
+    /// the boundary, on the edges and corners they make.
+    fn look_around(&self, tape: &Tape, first: Option<u32>, sure: bool, p: DVec3, best: &mut Option<Best>, reach: f64) {
+        let limit = |best: &Option<Best>| NEARER * best.as_ref().map_or(reach, |b| b.distance);
+        let farthest = limit(best);
+        let mut near: Vec<(f64, u32)> = leaves_of(tape)
+            .into_iter()
+            .map(|i| {
+                let d = self.leaves()[i as usize].gradient(p);
+                let l = d.g.length();
+                (if l > 0.0 { d.v.abs() / l } else { 0.0 }, i)
+            })
+            .filter(|(d, _)| !(*d > farthest))
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut missed = !sure;
+        for (d, i) in &near {
+            if Some(*i) != first && *d <= limit(best) {
+                missed |= !self.offer(&[*i], p, best, reach);
+            }
+        }
+        if !missed {
+            return;
+        }
+        // an edge or corner is no nearer than any of its leaves
+        for (n, (d, j)) in near.iter().enumerate() {
+            if *d > limit(best) {
+                break;
+            }
+            for (_, i) in &near[..n] {
+                self.offer(&[*i, *j], p, best, reach);
+            }
+        }
+        for (n, (d, k)) in near.iter().enumerate() {
+            if *d > limit(best) {
+                break;
+            }
+            for (m, (_, j)) in near[..n].iter().enumerate() {
+                for (_, i) in &near[..m] {
+                    self.offer(&[*i, *j, *k], p, best, reach);
+                }
+            }
+        }
     }
 
     /// The tape that lists the leaves worth trying near a point: its cell's, else that of a neighboring cell.
@@ -111,9 +160,10 @@ impl<'a> ImplicitOracle<'a> {
     }
 }
 
-fn face_of(tape: &Tape, leaf: u32) -> Option<u32> {
-    tape.ops.iter().find_map(|op| match op {
-        Op::Leaf { leaf: l, face, .. } if *l == leaf => Some(*face),
+/// The first occurrence of a leaf in a tape.
+fn occurrence(tape: &Tape, leaf: u32) -> Option<Active> {
+    tape.ops.iter().find_map(|op| match *op {
+        Op::Leaf { leaf: l, face, negate } if l == leaf => Some(Active { leaf, face, negate, value: 0.0 }),
         _ => None,
     })
 }
@@ -126,37 +176,7 @@ impl SurfaceOracle for ImplicitOracle<'_> {
         let first = if active.leaf == u32::MAX { None } else { Some(active.leaf) };
         let sure = first.is_some_and(|leaf| self.offer(&[leaf], p, &mut best, reach));
         if !(sure && tape.only_face().is_some()) {
-            // leaves whose surface may come nearer than what there is
-            let close = |best: &Option<Best>| -> Vec<u32> {
-                let limit = best.as_ref().map_or(reach, |b: &Best| b.distance);
-                let near = |i: &u32| {
-                    let d = self.leaves()[*i as usize].gradient(p);
-                    let l = d.g.length();
-                    !(d.v.abs() > 2.0 * limit * l)
-                };
-                leaves_of(tape).into_iter().filter(near).collect()
-            };
-            let mut missed = !sure;
-            for i in close(&best) {
-                if Some(i) != first {
-                    missed |= !self.offer(&[i], p, &mut best, reach);
-                }
-            }
-            if missed {
-                let near = close(&best);
-                for (a, i) in near.iter().enumerate() {
-                    for j in &near[a + 1..] {
-                        self.offer(&[*i, *j], p, &mut best, reach);
-                    }
-                }
-                for (a, i) in near.iter().enumerate() {
-                    for (b, j) in near.iter().enumerate().skip(a + 1) {
-                        for k in &near[b + 1..] {
-                            self.offer(&[*i, *j, *k], p, &mut best, reach);
-                        }
-                    }
-                }
-            }
+            self.look_around(tape, first, sure, p, &mut best, reach);
         }
         let best = best?;
         self.foot(best.q, best.leaf)

@@ -83,10 +83,6 @@ const BATCH_REGISTERS: usize = 1 << 16;
 const EVERYTHING: f64 = f64::MAX;
 
 impl Tape {
-    pub(crate) fn cost(&self, leaves: &[Leaf]) -> usize {
-        self.ops.iter().map(|op| if let Op::Leaf { leaf, .. } = op { leaves[*leaf as usize].cost() } else { 1 }).sum()
-    }
-
     /// The single face of a tape that has only one leaf.
     pub(crate) fn only_face(&self) -> Option<u32> {
         match self.ops[..] {

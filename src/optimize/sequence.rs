@@ -221,7 +221,7 @@ pub fn default_sequence() -> Vec<Operator> {
     out
 }
 
-/// The sequence [LIS14] describes, corrected: projection, smoothing, `N`, `N1`, classes by curvature, smoothing by class,
+/// The sequence \[LIS14\] describes, corrected: projection, smoothing, `N`, `N1`, classes by curvature, smoothing by class,
 /// densification, `N1` again. No edge is flipped or cut, so chamfers stay; it is here to be compared with.
 pub fn paper_sequence() -> Vec<Operator> {
     use Operator::*;

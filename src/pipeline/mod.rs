@@ -1,1 +1,9 @@
-//! Room pipeline.
+//! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
+
+mod compare;
+mod mesh;
+mod report;
+
+pub use compare::{Comparison, Row, compare};
+pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
+pub use report::{Info, LeafInfo, Report, info};

@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use super::geometry::{self, Triangle};
-use super::{EDGES, FACE_CORNERS, ambiguous_faces};
+use super::geometry::{self, Patch, Triangle};
+use super::{EDGES, FACE_CORNERS, INTERIOR_NODE, ambiguous_faces};
 
 /// Triangulations of one pair of mask and face decisions.
 pub(super) struct Entry {
@@ -66,7 +66,7 @@ impl Table {
         (self.entries.len() - 1) as u16
     }
 
-    fn push(&mut self, (triangles, interior_nodes): (Vec<Triangle>, u8)) {
+    fn push(&mut self, Patch { triangles, interior_nodes }: Patch) {
         let start = self.triangles.len() as u32;
         self.triangles.extend(triangles);
         self.spans.push(Span { start, end: self.triangles.len() as u32, interior_nodes });
@@ -214,16 +214,21 @@ fn can_join(mask: u8, faces: u8, region: &[u8; 8], p: u8, q: u8) -> bool {
 }
 
 /// Triangulates all loops, the pair `tunnel` by an annulus and the others by disks.
-fn triangulate(loops: &[Vec<u8>], tunnel: Option<[usize; 2]>) -> (Vec<Triangle>, u8) {
-    let mut triangles = Vec::new();
-    let mut interior_nodes = 0;
-    if let Some([i, j]) = tunnel {
-        triangles.extend(geometry::annulus(&loops[i], &loops[j], &mut interior_nodes));
-    }
+fn triangulate(loops: &[Vec<u8>], tunnel: Option<[usize; 2]>) -> Patch {
+    let mut all = Patch::default();
+    let add = |all: &mut Patch, part: Patch| {
+        all.triangles.extend(part.triangles);
+        all.interior_nodes += part.interior_nodes;
+    };
     for (i, nodes) in loops.iter().enumerate() {
         if tunnel.is_none_or(|pair| !pair.contains(&i)) {
-            triangles.extend(geometry::disk(nodes, &mut interior_nodes));
+            let part = geometry::disk(nodes, INTERIOR_NODE + all.interior_nodes);
+            add(&mut all, part);
         }
     }
-    (triangles, interior_nodes)
+    if let Some([i, j]) = tunnel {
+        let part = geometry::annulus(&loops[i], &loops[j], &all.triangles, INTERIOR_NODE + all.interior_nodes);
+        add(&mut all, part);
+    }
+    all
 }

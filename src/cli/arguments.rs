@@ -1,0 +1,178 @@
+//! What may be written on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use rvachev::implicit::part::SizeRequest;
+use rvachev::pipeline::Method;
+
+/// Solids (R-functions) to triangle meshes one can compute on.
+#[derive(Debug, Parser)]
+#[command(name = "rvachev", version, about, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Mesh a part
+    Mesh(Mesh),
+    /// Measure every stage of every method on one part
+    Compare(Compare),
+    /// Measure a mesh, however it was made
+    Check(Check),
+    /// Tell what is in a part
+    Info(Info),
+    /// Draw a mesh
+    Render(Render),
+}
+
+/// What all commands that work have in common.
+#[derive(Debug, Args)]
+pub struct Common {
+    /// Threads to use (0: as many as there are); results never depend on it
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = threads)]
+    pub threads: usize,
+    /// No progress, no summary
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// A part file and its overrides.
+#[derive(Debug, Args)]
+pub struct PartFile {
+    /// Part file (.py)
+    #[arg(value_name = "PART")]
+    pub part: PathBuf,
+    /// Override a top-level number of the part file
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
+    pub define: Vec<(String, f64)>,
+}
+
+/// How to mesh.
+#[derive(Debug, Args)]
+pub struct How {
+    /// Cell size: a length, or a share of the diagonal such as 2%
+    #[arg(long, value_name = "H", value_parser = size)]
+    pub size: Option<SizeRequest>,
+    /// Place nodes within this share of the diagonal of the surface
+    #[arg(long, value_name = "EPS", default_value_t = 1e-12, value_parser = share)]
+    pub eps: f64,
+    /// Densify where fewer nodes than this fall on a radius of curvature
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub nodes_per_radius: Option<f64>,
+    /// Densify where the mesh is farther than this from the surface
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub chord: Option<f64>,
+    /// Refuse a size that needs more memory than this, in GiB
+    #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
+    pub memory: f64,
+}
+
+#[derive(Debug, Args)]
+pub struct Mesh {
+    #[command(flatten)]
+    pub part: PartFile,
+    /// Mesh file to write; the ending tells the format; may be given more than once
+    #[arg(short, long, required = true, value_name = "MESH")]
+    pub output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub how: How,
+    /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014)
+    #[arg(long, default_value = "operators", value_name = "METHOD", value_parser = method)]
+    pub method: Method,
+    /// Write the report here (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Write a picture here (PNG)
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Compare {
+    #[command(flatten)]
+    pub part: PartFile,
+    #[command(flatten)]
+    pub how: How,
+    /// Write the rows here (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write one picture of all stages here (PNG)
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Mesh file
+    pub mesh: PathBuf,
+    /// Part file the mesh should be of
+    #[arg(long, value_name = "PART")]
+    pub against: Option<PathBuf>,
+    /// Override a top-level number of the part file
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
+    pub define: Vec<(String, f64)>,
+    /// One JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Info {
+    #[command(flatten)]
+    pub part: PartFile,
+    /// One JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Render {
+    /// Mesh file
+    pub mesh: PathBuf,
+    /// Picture to write (PNG)
+    #[arg(short, long, value_name = "PNG")]
+    pub output: PathBuf,
+    /// Color triangles by their smallest angle instead of by face
+    #[arg(long)]
+    pub quality: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+fn number(s: &str) -> Result<f64, String> {
+    s.parse::<f64>().map_err(|_| format!("{s:?} is not a number"))
+}
+
+fn positive(s: &str) -> Result<f64, String> {
+    number(s).and_then(|v| if v > 0.0 && v.is_finite() { Ok(v) } else { Err(format!("must be positive, not {s}")) })
+}
+
+fn share(s: &str) -> Result<f64, String> {
+    positive(s).and_then(|v| if v < 1.0 { Ok(v) } else { Err(format!("must be below 1, not {s}")) })
+}
+
+fn threads(s: &str) -> Result<usize, String> {
+    s.parse::<usize>().ok().filter(|n| *n <= 1024).ok_or_else(|| format!("must be a whole number up to 1024, not {s}"))
+}
+
+fn size(s: &str) -> Result<SizeRequest, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn method(s: &str) -> Result<Method, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn definition(s: &str) -> Result<(String, f64), String> {
+    let (name, value) = s.split_once('=').ok_or_else(|| format!("{s:?} is not NAME=VALUE"))?;
+    Ok((name.trim().to_string(), number(value.trim())?))
+}

@@ -1,0 +1,136 @@
+//! The five commands. Each returns whether what was asked for was reached.
+
+use std::path::Path;
+
+use rvachev::io;
+use rvachev::mesh::TriMesh;
+use rvachev::pipeline::{self, MeshOptions, Method};
+use rvachev::quality;
+use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions};
+use rvachev::{Error, Result, Run};
+use serde::Serialize;
+
+use super::arguments::{Check, Compare, How, Info, Mesh, Render};
+use super::console::{note, run, say, writable};
+
+/// Pictures of a comparison stand in rows of this many.
+const SHEET_COLUMNS: usize = 4;
+
+/// Width and height of one picture of a comparison.
+const SHEET_CELL: (usize, usize) = (640, 520);
+
+fn options(how: &How, method: Method) -> MeshOptions {
+    MeshOptions {
+        size: how.size,
+        method,
+        root_tolerance: how.eps,
+        memory: (how.memory * (1u64 << 30) as f64) as u64,
+        nodes_per_radius: how.nodes_per_radius,
+        chord: how.chord,
+    }
+}
+
+fn to_json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    write_bytes(path, format!("{}\n", to_json(value)?).as_bytes())
+}
+
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    io::write_atomic(path, |out| out.write_all(bytes).map_err(|e| Error::io("write", path, e)))
+}
+
+fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
+    write_bytes(path, &picture.png_bytes()?)
+}
+
+fn paint(mesh: &TriMesh, run: &Run) -> Result<Picture> {
+    draw::render(mesh, &RenderOptions::default(), run)
+}
+
+pub fn mesh(a: &Mesh) -> Result<bool> {
+    for path in &a.output {
+        io::check_writable(path)?;
+    }
+    a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
+    let run = run(&a.common)?;
+    let part = pipeline::load_part(&a.part.part, &a.part.define)?;
+    let made = pipeline::mesh_part(&part, &options(&a.how, a.method), &run).map_err(|e| e.in_file(&a.part.part))?;
+    let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
+    for path in &a.output {
+        io::write(path, &made.mesh, &run)?;
+    }
+    if let (Some(path), Some(picture)) = (&a.png, &picture) {
+        write_picture(path, picture)?;
+    }
+    if let Some(path) = &a.report {
+        write_json(path, &made.report)?;
+    }
+    drop(run);
+    if !a.common.quiet {
+        if let Some(check) = &made.report.check {
+            say(&check.to_string());
+        }
+        note("warning", &made.report.warnings);
+    }
+    note("falls short", &made.report.shortfalls);
+    Ok(made.report.shortfalls.is_empty())
+}
+
+pub fn compare(a: &Compare) -> Result<bool> {
+    a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
+    let run = run(&a.common)?;
+    let part = pipeline::load_part(&a.part.part, &a.part.define)?;
+    let c = pipeline::compare(&part, &options(&a.how, Method::default()), &run).map_err(|e| e.in_file(&a.part.part))?;
+    if let Some(path) = &a.png {
+        let mut cells = Vec::new();
+        for row in &c.rows {
+            let (width, height) = SHEET_CELL;
+            let o = RenderOptions { width, height, legend: false, ..RenderOptions::default() };
+            cells.push((format!("{}: {}", row.method, row.stage), draw::render(&row.mesh, &o, &run)?));
+        }
+        write_picture(path, &draw::sheet(&cells, SHEET_COLUMNS))?;
+    }
+    if let Some(path) = &a.json {
+        write_json(path, &c)?;
+    }
+    drop(run);
+    if !a.common.quiet {
+        say(&c.to_string());
+    }
+    Ok(true)
+}
+
+pub fn check(a: &Check) -> Result<bool> {
+    let run = run(&a.common)?;
+    let mesh = io::read(&a.mesh, &run)?;
+    let check = match &a.against {
+        Some(path) => {
+            let part = pipeline::load_part(path, &a.define)?;
+            pipeline::against(&mesh, &part, &run).map_err(|e| e.in_file(path))?
+        }
+        None => quality::check(&mesh, None, &run).map_err(|e| e.in_file(&a.mesh))?,
+    };
+    drop(run);
+    say(&if a.json { to_json(&check)? } else { check.to_string() });
+    Ok(check.closed && check.manifold && check.oriented && check.self_intersections == 0)
+}
+
+pub fn info(a: &Info) -> Result<bool> {
+    let part = pipeline::load_part(&a.part.part, &a.part.define)?;
+    let info = pipeline::info(&part).map_err(|e| e.in_file(&a.part.part))?;
+    say(&if a.json { to_json(&info)? } else { info.to_string() });
+    Ok(true)
+}
+
+pub fn render(a: &Render) -> Result<bool> {
+    writable(&a.output)?;
+    let run = run(&a.common)?;
+    let mesh = io::read(&a.mesh, &run)?;
+    let color_by = if a.quality { ColorBy::Quality } else { ColorBy::Face };
+    let picture = draw::render(&mesh, &RenderOptions { color_by, ..RenderOptions::default() }, &run)?;
+    write_picture(&a.output, &picture)?;
+    Ok(true)
+}

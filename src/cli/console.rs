@@ -1,0 +1,115 @@
+//! What a person sees: progress on a terminal, errors with the place in the source.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report, Severity};
+use rvachev::run::{CancelToken, Progress};
+use rvachev::{Error, Place, Result, Run};
+
+use super::arguments::Common;
+
+/// A bar that shows the stage and the share of it that is done.
+struct Bar {
+    bar: ProgressBar,
+    stage: Mutex<String>,
+}
+
+impl Progress for Bar {
+    fn report(&self, stage: &str, done: f64) {
+        let Ok(mut current) = self.stage.lock() else { return };
+        if *current != stage {
+            *current = stage.to_string();
+            self.bar.set_position(0);
+            self.bar.set_message(stage.to_string());
+        }
+        self.bar.set_position(self.bar.position().max((done * 100.0) as u64));
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// The run of a command: Ctrl-C cancels it, and a terminal gets a progress bar.
+pub fn run(common: &Common) -> Result<Run> {
+    let token = CancelToken::new();
+    let handler = token.clone();
+    // a second Ctrl-C while the first is being answered is nothing new
+    ctrlc::set_handler(move || handler.cancel()).map_err(|e| Error::Failed(format!("cannot watch for Ctrl-C: {e}")))?;
+    let mut run = Run::new().with_cancel(token).with_threads(common.threads)?;
+    if !common.quiet && std::io::stderr().is_terminal() {
+        let bar = ProgressBar::new(100);
+        if let Ok(style) = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos:>3}%") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        run = run.with_progress(Arc::new(Bar { bar, stage: Mutex::new(String::new()) }));
+    }
+    Ok(run)
+}
+
+/// Prints an error to standard error, with the source line where it has one.
+pub fn explain(e: &Error) {
+    let Error::Input { file, place, message, help } = e else {
+        eprintln!("error: {e}");
+        return;
+    };
+    let source = match (file, place) {
+        (Some(f), Place::Text { .. }) => std::fs::read_to_string(f).ok().map(|text| (f, text)),
+        _ => None,
+    };
+    let Some((file, text)) = source else {
+        eprintln!("error: {e}");
+        if let Some(h) = help {
+            eprintln!("  help: {h}");
+        }
+        return;
+    };
+    let Place::Text { line, column, offset, len } = place else { return };
+    let mut d = MietteDiagnostic::new(message.clone()).with_severity(Severity::Error);
+    if let Some(h) = help {
+        d = d.with_help(h.clone());
+    }
+    d = d.with_label(LabeledSpan::new(
+        Some("here".into()),
+        *offset,
+        (*len).max(1).min(text.len().saturating_sub(*offset)),
+    ));
+    let name = file.display().to_string();
+    let report = Report::new(d).with_source_code(NamedSource::new(&name, text));
+    let theme =
+        if std::io::stderr().is_terminal() { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let mut out = String::new();
+    // the plain line first: what an editor or a script looks for
+    eprintln!("error: {name}: line {line}, column {column}: {message}");
+    if GraphicalReportHandler::new_themed(theme).with_links(false).render_report(&mut out, report.as_ref()).is_ok() {
+        eprint!("{out}");
+    }
+}
+
+/// Prints to standard output; a closed pipe is not an error.
+pub fn say(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Warnings and shortfalls, to standard error.
+pub fn note(kind: &str, lines: &[String]) {
+    for l in lines {
+        eprintln!("{kind}: {l}");
+    }
+}
+
+/// Refuses outputs that could not be written before any work is done.
+pub fn writable(path: &Path) -> Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if folder.is_dir() {
+        Ok(())
+    } else {
+        Err(Error::Usage(format!("cannot write {}: there is no folder {}", path.display(), folder.display())))
+    }
+}

@@ -1,0 +1,39 @@
+//! Command line: arguments, exit codes, messages.
+
+mod arguments;
+mod commands;
+mod console;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use rvachev::Error;
+
+use arguments::{Cli, Command};
+
+/// Runs the command. Exit codes: 0 good, 1 the mesh falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // help and version are not failures
+            let code = if e.use_stderr() { 2 } else { 0 };
+            let _ = e.print();
+            return ExitCode::from(code);
+        }
+    };
+    let result = match &cli.command {
+        Command::Mesh(a) => commands::mesh(a),
+        Command::Compare(a) => commands::compare(a),
+        Command::Check(a) => commands::check(a),
+        Command::Info(a) => commands::info(a),
+        Command::Render(a) => commands::render(a),
+    };
+    match result {
+        Ok(good) => ExitCode::from(u8::from(!good)),
+        Err(e) => {
+            console::explain(&e);
+            ExitCode::from(Error::exit_code(&e))
+        }
+    }
+}

@@ -1,0 +1,526 @@
+//! Functions and constants every part file knows.
+
+use std::rc::Rc;
+
+use glam::DVec3;
+use ruff_text_size::TextRange;
+
+use super::super::expr::{Binary, Expr, Unary};
+use super::super::polygon::polygon_tree;
+use super::super::rfunction::RSystem;
+use super::super::solid::{Primitive, Solid, Tpms};
+use super::arguments::{Argument, Bound};
+use super::interpreter::{Declared, Interpreter};
+use super::operators;
+use super::value::{Value, condition_solid};
+use super::{PartGroup, SizeRequest};
+use crate::error::Result;
+use crate::spatial::Aabb;
+
+/// All names, for suggestions.
+pub(super) const NAMES: [&str; 53] = [
+    "x",
+    "y",
+    "z",
+    "pi",
+    "sqrt",
+    "exp",
+    "log",
+    "sin",
+    "cos",
+    "tan",
+    "atan2",
+    "abs",
+    "min",
+    "max",
+    "hypot",
+    "box",
+    "sphere",
+    "ellipsoid",
+    "cylinder",
+    "cone",
+    "torus",
+    "half_space",
+    "gyroid",
+    "schwarz_p",
+    "diamond",
+    "polygon",
+    "extrude",
+    "revolve",
+    "solid",
+    "union",
+    "intersection",
+    "blend",
+    "units",
+    "part",
+    "group",
+    "faces",
+    "mesh",
+    "range",
+    "len",
+    "sum",
+    "enumerate",
+    "zip",
+    "int",
+    "float",
+    "round",
+    "str",
+    "list",
+    "tuple",
+    "pow",
+    "degrees",
+    "radians",
+    "floor",
+    "ceil",
+];
+
+/// Units of length a part may be in.
+const UNITS: [&str; 7] = ["m", "dm", "cm", "mm", "um", "in", "ft"];
+
+/// The value of a name that is not the user's.
+pub(super) fn constant<'a>(name: &str) -> Option<Value<'a>> {
+    match name {
+        "x" => Some(Value::Formula(Expr::x())),
+        "y" => Some(Value::Formula(Expr::y())),
+        "z" => Some(Value::Formula(Expr::z())),
+        "pi" => Some(Value::Float(std::f64::consts::PI)),
+        _ => NAMES.iter().find(|n| **n == name).map(|n| Value::Builtin(n)),
+    }
+}
+
+type It<'a> = Interpreter<'a>;
+
+pub(super) fn call<'a>(
+    it: &mut It<'a>,
+    range: TextRange,
+    name: &'static str,
+    arguments: Vec<Argument<'a>>,
+) -> Result<Value<'a>> {
+    match name {
+        "sqrt" | "exp" | "log" | "sin" | "cos" | "tan" | "abs" | "atan2" | "hypot" | "pow" | "min" | "max" => {
+            function(it, range, name, arguments)
+        }
+        "units" | "part" | "group" | "faces" | "mesh" => declaration(it, range, name, arguments),
+        "range" | "len" | "sum" | "enumerate" | "zip" | "int" | "float" | "round" | "str" | "list" | "tuple"
+        | "degrees" | "radians" | "floor" | "ceil" => plain(it, range, name, arguments),
+        _ => shape(it, range, name, arguments),
+    }
+}
+
+/// Functions of numbers and formulas.
+fn function<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<Argument<'a>>) -> Result<Value<'a>> {
+    if let Some(k) = arguments.iter().find(|a| a.keyword.is_some()) {
+        return Err(it.error(k.range, format!("{name}() takes no keywords")));
+    }
+    let mut formulas = Vec::new();
+    let mut ints = Vec::new();
+    let mut add = |v: &Value<'a>, r: TextRange| -> Result<()> {
+        if let Value::Int(i) = v {
+            ints.push(*i);
+        }
+        formulas.push(
+            v.formula().ok_or_else(|| it.error(r, format!("{name}() takes numbers and formulas, not {}", v.kind())))?,
+        );
+        Ok(())
+    };
+    for a in &arguments {
+        match a.value.items() {
+            Some(items) if matches!(name, "min" | "max") => items.iter().try_for_each(|v| add(v, a.range))?,
+            _ => add(&a.value, a.range)?,
+        }
+    }
+    it.grow(range, formulas.len())?;
+    let count = formulas.len();
+    let unary = match name {
+        "sqrt" => Some(Unary::Sqrt),
+        "exp" => Some(Unary::Exp),
+        "log" => Some(Unary::Log),
+        "sin" => Some(Unary::Sin),
+        "cos" => Some(Unary::Cos),
+        "tan" => Some(Unary::Tan),
+        "abs" => Some(Unary::Abs),
+        _ => None,
+    };
+    let binary = match name {
+        "atan2" => Binary::Atan2,
+        "hypot" => Binary::Hypot,
+        "pow" => Binary::Pow,
+        "min" => Binary::Min,
+        _ => Binary::Max,
+    };
+    let all_ints = ints.len() == count;
+    let made = match (unary, binary) {
+        (Some(op), _) if count == 1 => formulas.into_iter().next().map(|f| Expr::unary(op, f)),
+        (None, Binary::Min | Binary::Max) => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
+        (None, _) if count == 2 => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
+        _ => None,
+    };
+    let Some(made) = made else {
+        let wants = if unary.is_some() {
+            "1 argument"
+        } else if matches!(name, "min" | "max") {
+            "at least 1"
+        } else {
+            "2 arguments"
+        };
+        return Err(it.error(range, format!("{name}() takes {wants}, not {count}")));
+    };
+    match made.as_constant() {
+        Some(c) if !c.is_finite() => Err(it.error(range, format!("{name}() is not a finite number here"))),
+        Some(c) if all_ints && matches!(name, "min" | "max" | "abs") => Ok(Value::Int(c as i64)),
+        _ => Ok(Value::from_formula(made)),
+    }
+}
+
+/// Solids.
+fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<Argument<'a>>) -> Result<Value<'a>> {
+    it.grow(range, 8)?;
+    let bind = |names| Bound::new(it, name, names, arguments.clone(), range);
+    let primitive = match name {
+        "box" => {
+            let b = bind(&["size", "at", "lo", "hi"])?;
+            if b.get("size").is_some() {
+                if b.get("lo").is_some() || b.get("hi").is_some() {
+                    return Err(it.error(range, "box() takes size (and at), or lo and hi, not both"));
+                }
+                let (size, at) = (b.vector(it, "size")?, b.point(it, "at")?);
+                if size.min_element() <= 0.0 {
+                    return Err(it.error(
+                        b.need(it, "size")?.range,
+                        format!("the three sizes of a box must be positive, not {size}"),
+                    ));
+                }
+                Primitive::Box { lo: at - 0.5 * size, hi: at + 0.5 * size }
+            } else {
+                let (lo, hi) = (b.vector(it, "lo")?, b.vector(it, "hi")?);
+                if !lo.cmplt(hi).all() {
+                    return Err(
+                        it.error(range, format!("a box needs lo < hi in all three coordinates, not {lo} and {hi}"))
+                    );
+                }
+                Primitive::Box { lo, hi }
+            }
+        }
+        "sphere" => {
+            let b = bind(&["r", "at"])?;
+            Primitive::Sphere { r: b.positive(it, "r")?, at: b.point(it, "at")? }
+        }
+        "ellipsoid" => {
+            let b = bind(&["radii", "at"])?;
+            let radii = b.vector(it, "radii")?;
+            if radii.min_element() <= 0.0 {
+                return Err(it.error(
+                    b.need(it, "radii")?.range,
+                    format!("the radii of an ellipsoid must be positive, not {radii}"),
+                ));
+            }
+            Primitive::Ellipsoid { radii, at: b.point(it, "at")? }
+        }
+        "cylinder" => {
+            let b = bind(&["r", "axis", "at", "height"])?;
+            let height = if b.get("height").is_some() { Some(b.positive(it, "height")?) } else { None };
+            Primitive::Cylinder { r: b.positive(it, "r")?, axis: b.axis(it, "axis")?, at: b.point(it, "at")?, height }
+        }
+        "cone" => {
+            let b = bind(&["r0", "r1", "height", "axis", "at"])?;
+            let (r0, r1) = (b.not_negative(it, "r0")?, b.not_negative(it, "r1")?);
+            if r0 == 0.0 && r1 == 0.0 {
+                return Err(it.error(range, "a cone needs one radius that is not zero"));
+            }
+            Primitive::Cone {
+                r0,
+                r1,
+                height: b.positive(it, "height")?,
+                axis: b.axis(it, "axis")?,
+                at: b.point(it, "at")?,
+            }
+        }
+        "torus" => {
+            let b = bind(&["R", "r", "axis", "at"])?;
+            Primitive::Torus {
+                major: b.positive(it, "R")?,
+                minor: b.positive(it, "r")?,
+                axis: b.axis(it, "axis")?,
+                at: b.point(it, "at")?,
+            }
+        }
+        "half_space" => {
+            let b = bind(&["normal", "at"])?;
+            b.need(it, "normal")?;
+            Primitive::HalfSpace { normal: b.axis(it, "normal")?, at: b.point(it, "at")? }
+        }
+        "gyroid" | "schwarz_p" | "diamond" => {
+            let b = bind(&["period", "thickness", "at"])?;
+            let kind = match name {
+                "gyroid" => Tpms::Gyroid,
+                "schwarz_p" => Tpms::SchwarzP,
+                _ => Tpms::Diamond,
+            };
+            Primitive::Tpms {
+                kind,
+                period: b.positive(it, "period")?,
+                thickness: b.positive(it, "thickness")?,
+                at: b.point(it, "at")?,
+            }
+        }
+        "polygon" => {
+            let b = bind(&["points"])?;
+            let points = b.polygon(it, "points")?;
+            it.at(b.need(it, "points")?.range, polygon_tree(&points))?;
+            return Ok(Value::Polygon(Rc::new(points)));
+        }
+        "extrude" => {
+            let b = bind(&["polygon", "height", "at"])?;
+            let polygon = b.polygon(it, "polygon")?;
+            it.at(b.need(it, "polygon")?.range, polygon_tree(&polygon))?;
+            it.grow(range, polygon.len())?;
+            Primitive::Extrude { polygon, height: b.positive(it, "height")?, at: b.point(it, "at")? }
+        }
+        "revolve" => {
+            let b = bind(&["polygon"])?;
+            let polygon = b.polygon(it, "polygon")?;
+            let at = b.need(it, "polygon")?.range;
+            it.at(at, polygon_tree(&polygon))?;
+            if let Some(i) = polygon.iter().position(|p| p[0] < 0.0) {
+                return Err(it.error(at, format!("point {i} of the turned polygon has a negative radius")));
+            }
+            it.grow(range, polygon.len())?;
+            Primitive::Revolve { polygon }
+        }
+        "solid" => {
+            let b = bind(&["condition"])?;
+            let a = b.need(it, "condition")?;
+            return match &a.value {
+                Value::Condition(all) => Ok(Value::Solid(condition_solid(all))),
+                Value::Solid(s) => Ok(Value::Solid(s.clone())),
+                Value::Bool(_) => Err(it.error(a.range, "the condition does not depend on x, y, z")),
+                other => Err(it
+                    .error(a.range, format!("solid() takes a comparison of formulas, not {}", other.kind()))
+                    .with_help("solid(f >= 0) is where f is not negative")),
+            };
+        }
+        "union" | "intersection" => {
+            let mut all = Vec::new();
+            for a in &arguments {
+                let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
+                for v in items {
+                    all.push(
+                        v.solid()
+                            .ok_or_else(|| it.error(a.range, format!("{name}() takes solids, not {}", v.kind())))?,
+                    );
+                }
+            }
+            if all.is_empty() {
+                return Err(it.error(range, format!("{name}() needs at least one solid")));
+            }
+            return Ok(Value::Solid(if name == "union" { Solid::union(all) } else { Solid::intersection(all) }));
+        }
+        "blend" => {
+            let b = bind(&["a", "b", "radius"])?;
+            return Ok(Value::Solid(b.solid(it, "a")?.blend(b.solid(it, "b")?, b.positive(it, "radius")?)));
+        }
+        other => return Err(it.error(range, format!("{other:?} cannot be called"))),
+    };
+    Ok(Value::Solid(primitive.into()))
+}
+
+/// Plain Python.
+fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<Argument<'a>>) -> Result<Value<'a>> {
+    if let Some(k) = arguments.iter().find(|a| a.keyword.is_some()) {
+        return Err(it.error(k.range, format!("{name}() takes no keywords here")));
+    }
+    let values: Vec<&Value<'a>> = arguments.iter().map(|a| &a.value).collect();
+    let ints: Vec<i64> = values.iter().filter_map(|v| if let Value::Int(i) = v { Some(*i) } else { None }).collect();
+    let list = |v: Vec<Value<'a>>| it.fits(range, v.len()).map(|()| Value::List(Rc::new(v)));
+    match (name, &values[..]) {
+        ("range", v) if (1..=3).contains(&v.len()) && ints.len() == v.len() => {
+            let (start, stop, step) = match ints[..] {
+                [stop] => (0, stop, 1),
+                [start, stop] => (start, stop, 1),
+                _ => (ints[0], ints[1], ints[2]),
+            };
+            if step == 0 {
+                return Err(it.error(range, "the step of a range must not be zero"));
+            }
+            let span =
+                if step > 0 { i128::from(stop) - i128::from(start) } else { i128::from(start) - i128::from(stop) };
+            let width = i128::from(step).abs();
+            let count = if span <= 0 { 0 } else { (span + width - 1) / width };
+            it.fits(range, usize::try_from(count).unwrap_or(usize::MAX))?;
+            list((0..count as i64).map(|i| Value::Int(start + i * step)).collect())
+        }
+        ("range", _) => Err(it.error(range, "range() takes one to three whole numbers")),
+        ("len", [v]) => match v {
+            Value::Str(s) => Ok(Value::Int(s.chars().count() as i64)),
+            v => match v.items() {
+                Some(items) => Ok(Value::Int(items.len() as i64)),
+                None => Err(it.error(range, format!("{} has no length", v.kind()))),
+            },
+        },
+        ("sum", [v]) => {
+            let Some(items) = v.items() else {
+                return Err(it.error(range, format!("sum() takes a list, not {}", v.kind())));
+            };
+            items.iter().try_fold(Value::Int(0), |s, v| {
+                operators::binary(it, range, ruff_python_ast::Operator::Add, s, v.clone())
+            })
+        }
+        ("enumerate", [v]) => match v.items() {
+            Some(items) => list(
+                items
+                    .iter()
+                    .enumerate()
+                    .map(|(i, v)| Value::Tuple(Rc::new(vec![Value::Int(i as i64), v.clone()])))
+                    .collect(),
+            ),
+            None => Err(it.error(range, format!("enumerate() takes a list, not {}", v.kind()))),
+        },
+        ("zip", v) if !v.is_empty() => {
+            let lists: Option<Vec<&[Value<'a>]>> = v.iter().map(|v| v.items()).collect();
+            let Some(lists) = lists else { return Err(it.error(range, "zip() takes lists")) };
+            let n = lists.iter().map(|l| l.len()).min().unwrap_or(0);
+            list((0..n).map(|i| Value::Tuple(Rc::new(lists.iter().map(|l| l[i].clone()).collect()))).collect())
+        }
+        ("list" | "tuple", [v]) => match v.items() {
+            Some(items) if name == "list" => list(items.to_vec()),
+            Some(items) => Ok(Value::Tuple(Rc::new(items.to_vec()))),
+            None => Err(it.error(range, format!("{name}() takes a list, not {}", v.kind()))),
+        },
+        ("str", [v]) => it.display(range, v).and_then(|s| it.string(range, s)),
+        ("float", [v]) if v.number().is_some() => Ok(Value::Float(v.number().unwrap_or(0.0))),
+        ("int" | "round" | "floor" | "ceil", [v]) if v.number().is_some() => {
+            let f = v.number().unwrap_or(0.0);
+            let f = match name {
+                "int" => f.trunc(),
+                "round" => f.round_ties_even(),
+                "floor" => f.floor(),
+                _ => f.ceil(),
+            };
+            if f.abs() < 9e18 {
+                Ok(Value::Int(f as i64))
+            } else {
+                Err(it.error(range, format!("{f} is too large for a whole number")))
+            }
+        }
+        ("round", [v, Value::Int(digits)]) if v.number().is_some() && (0..=15).contains(digits) => {
+            let k = 10f64.powi(*digits as i32);
+            Ok(Value::Float((v.number().unwrap_or(0.0) * k).round_ties_even() / k))
+        }
+        ("degrees", [v]) if v.number().is_some() => Ok(Value::Float(v.number().unwrap_or(0.0).to_degrees())),
+        ("radians", [v]) if v.number().is_some() => Ok(Value::Float(v.number().unwrap_or(0.0).to_radians())),
+        (_, v) => {
+            let kinds: Vec<&str> = v.iter().map(|v| v.kind()).collect();
+            Err(it.error(range, format!("{name}() cannot be used on ({})", kinds.join(", "))))
+        }
+    }
+}
+
+/// What is said about the part, not part of any expression.
+fn declaration<'a>(
+    it: &mut It<'a>,
+    range: TextRange,
+    name: &'static str,
+    arguments: Vec<Argument<'a>>,
+) -> Result<Value<'a>> {
+    match name {
+        "units" => {
+            let b = Bound::new(it, name, &["unit"], arguments, range)?;
+            let unit = b.text(it, "unit")?;
+            if !UNITS.contains(&unit.as_str()) {
+                return Err(it
+                    .error(range, format!("unknown unit {unit:?}"))
+                    .with_help(format!("known: {}", UNITS.join(", "))));
+            }
+            if it.units.is_some() {
+                return Err(it.error(range, "units() is said twice"));
+            }
+            it.units = Some(unit);
+        }
+        "faces" => {
+            let mut patterns = Vec::new();
+            for a in &arguments {
+                match &a.value {
+                    Value::Str(s) => patterns.push(s.to_string()),
+                    other => {
+                        return Err(
+                            it.error(a.range, format!("faces() takes names and patterns, not {}", other.kind()))
+                        );
+                    }
+                }
+            }
+            return Ok(Value::Faces(Rc::new(patterns)));
+        }
+        "group" => {
+            let b = Bound::new(it, name, &["name", "faces"], arguments, range)?;
+            let group = b.text(it, "name")?;
+            let a = b.need(it, "faces")?;
+            let patterns = match &a.value {
+                Value::Faces(f) => f.to_vec(),
+                Value::Str(s) => vec![s.to_string()],
+                other => return Err(it.error(a.range, format!("a group is made of faces(...), not {}", other.kind()))),
+            };
+            if it.groups.iter().any(|g| g.name == group) {
+                return Err(it.error(range, format!("there is a group {group:?} already")));
+            }
+            it.groups.push(PartGroup { name: group, patterns, place: it.place(range) });
+        }
+        "mesh" => {
+            let b = Bound::new(it, name, &["size"], arguments, range)?;
+            if let Some(a) = b.get("size") {
+                it.mesh.size = Some(match &a.value {
+                    Value::Str(s) => it.at(a.range, s.parse())?,
+                    _ => SizeRequest::Length(b.positive(it, "size")?),
+                });
+            }
+        }
+        _ => {
+            let b = Bound::new(it, name, &["solid", "rsystem", "domain"], arguments, range)?;
+            if it.declared.is_some() {
+                return Err(it.error(range, "part() is said twice: a file describes one part"));
+            }
+            let solid = b.solid(it, "solid")?;
+            let rsystem = match b.get("rsystem") {
+                None => RSystem::default(),
+                Some(a) => it.at(a.range, rsystem(it, a).and_then(RSystem::checked))?,
+            };
+            let domain = match b.get("domain") {
+                None => None,
+                Some(a) => Some(domain(it, a)?),
+            };
+            it.declared = Some(Declared { solid, rsystem, domain });
+        }
+    }
+    Ok(Value::None)
+}
+
+fn rsystem<'a>(it: &It<'a>, a: &Argument<'a>) -> Result<RSystem> {
+    let wrong = || it.error(a.range, "rsystem is \"R0\", \"minmax\", (\"Ralpha\", a) or (\"R0m\", m)");
+    match &a.value {
+        Value::Str(s) if &**s == "R0" => Ok(RSystem::R0),
+        Value::Str(s) if &**s == "minmax" => Ok(RSystem::MinMax),
+        Value::Tuple(t) => match &t[..] {
+            [Value::Str(s), v] if &**s == "Ralpha" => v.number().map(RSystem::RAlpha).ok_or_else(wrong),
+            [Value::Str(s), Value::Int(m)] if &**s == "R0m" => Ok(RSystem::R0m(u32::try_from(*m).unwrap_or(u32::MAX))),
+            _ => Err(wrong()),
+        },
+        _ => Err(wrong()),
+    }
+}
+
+fn domain<'a>(it: &It<'a>, a: &Argument<'a>) -> Result<Aabb> {
+    let point = |v: &Value<'a>| -> Option<DVec3> {
+        let n: Vec<f64> = v.items()?.iter().filter_map(Value::number).filter(|v| v.is_finite()).collect();
+        (n.len() == 3 && v.items()?.len() == 3).then(|| DVec3::new(n[0], n[1], n[2]))
+    };
+    let ends = match a.value.items() {
+        Some([lo, hi]) => point(lo).zip(point(hi)),
+        _ => None,
+    };
+    match ends {
+        Some((lo, hi)) if lo.cmplt(hi).all() => Ok(Aabb::new(lo, hi)),
+        Some((lo, hi)) => {
+            Err(it.error(a.range, format!("a domain needs lo < hi in all three coordinates, not {lo} and {hi}")))
+        }
+        None => Err(it.error(a.range, "a domain is two points: ((x0, y0, z0), (x1, y1, z1))")),
+    }
+}

@@ -1,0 +1,556 @@
+//! Walks the syntax tree. Only what is listed here is allowed.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use ruff_python_ast::{self as ast, Expr, FStringPart, InterpolatedStringElement, Number, Stmt};
+use ruff_text_size::{Ranged, TextRange};
+use rustc_hash::FxHashMap;
+
+use super::arguments::Argument;
+use super::builtins;
+use super::methods;
+use super::operators;
+use super::value::Value;
+use super::{MeshDefaults, Part, PartGroup, limits, place};
+use crate::error::{Error, Place, Result};
+use crate::implicit::RSystem;
+use crate::implicit::solid::Solid;
+use crate::spatial::Aabb;
+
+/// What `part(...)` said.
+pub(super) struct Declared {
+    pub(super) solid: Solid,
+    pub(super) rsystem: RSystem,
+    pub(super) domain: Option<Aabb>,
+}
+
+/// The state of one evaluation.
+pub(super) struct Interpreter<'a> {
+    source: &'a str,
+    globals: FxHashMap<String, Value<'a>>,
+    /// Names of functions' parameters and comprehensions' variables, innermost last.
+    locals: Vec<(String, Value<'a>)>,
+    /// Where the names visible in the running function begin.
+    frame: usize,
+    calls: usize,
+    steps: Cell<usize>,
+    nodes: Cell<usize>,
+    pub(super) declared: Option<Declared>,
+    pub(super) units: Option<String>,
+    pub(super) groups: Vec<PartGroup>,
+    pub(super) mesh: MeshDefaults,
+}
+
+/// Parses and evaluates a part file.
+pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
+    let parsed = ruff_python_parser::parse_module(source).map_err(|e| {
+        let (start, end) = (e.location.start().to_usize(), e.location.end().to_usize());
+        Error::input(place(source, start, end), format!("syntax error: {}", e.error))
+    })?;
+    if let Some(e) = parsed.unsupported_syntax_errors().first() {
+        return Err(Error::input(
+            place(source, e.range.start().to_usize(), e.range.end().to_usize()),
+            format!("syntax error: {e}"),
+        ));
+    }
+    let mut it = Interpreter {
+        source,
+        globals: FxHashMap::default(),
+        locals: Vec::new(),
+        frame: 0,
+        calls: 0,
+        steps: Cell::new(0),
+        nodes: Cell::new(0),
+        declared: None,
+        units: None,
+        groups: Vec::new(),
+        mesh: MeshDefaults::default(),
+    };
+    let mut numbers = Vec::new();
+    for s in &parsed.syntax().body {
+        it.statement(s, overrides, &mut numbers)?;
+    }
+    if let Some((name, _)) = overrides.iter().find(|(n, _)| !numbers.contains(n)) {
+        let known = if numbers.is_empty() {
+            "there are none".to_string()
+        } else {
+            format!("there are: {}", numbers.join(", "))
+        };
+        return Err(Error::Usage(format!(
+            "-D {name}: no number is assigned to {name:?} at the top level of the part file; {known}"
+        )));
+    }
+    let Some(d) = it.declared.take() else {
+        return Err(Error::input(place(source, source.len(), source.len()), "the file declares no part")
+            .with_help("end it with part(solid)"));
+    };
+    Ok(Part { solid: d.solid, rsystem: d.rsystem, domain: d.domain, units: it.units, groups: it.groups, mesh: it.mesh })
+}
+
+fn refused(s: &Stmt) -> (&'static str, &'static str) {
+    match s {
+        Stmt::For(_) | Stmt::While(_) => ("loops", "use a comprehension: [f(i) for i in range(n)]"),
+        Stmt::Import(_) | Stmt::ImportFrom(_) => ("imports", "everything there is has a name already"),
+        Stmt::If(_) => ("if statements", "use a conditional expression: a if condition else b"),
+        Stmt::AugAssign(_) => ("augmented assignments", "write a = a + b"),
+        Stmt::AnnAssign(_) => ("annotations", "write name = value"),
+        Stmt::ClassDef(_) => ("classes", "use functions"),
+        Stmt::Return(_) => ("return outside of a function", "remove it"),
+        _ => ("this statement", "a part file holds assignments, functions of one return, and calls"),
+    }
+}
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn place(&self, range: TextRange) -> Place {
+        place(self.source, range.start().to_usize(), range.end().to_usize())
+    }
+
+    pub(super) fn error(&self, range: TextRange, message: impl Into<String>) -> Error {
+        Error::input(self.place(range), message)
+    }
+
+    /// Gives an error without place the place of an expression.
+    pub(super) fn at<T>(&self, range: TextRange, r: Result<T>) -> Result<T> {
+        r.map_err(|e| match e {
+            Error::Input { place: Place::Unknown, message, help, file } => {
+                Error::Input { file, place: self.place(range), message, help }
+            }
+            Error::Usage(message) => self.error(range, message),
+            other => other,
+        })
+    }
+
+    /// Counts nodes of formulas and solids.
+    pub(super) fn grow(&self, range: TextRange, nodes: usize) -> Result<()> {
+        self.nodes.set(self.nodes.get() + nodes);
+        if self.nodes.get() > limits::NODES {
+            return Err(self.error(range, format!("the part has too many nodes: the limit is {}", limits::NODES)));
+        }
+        Ok(())
+    }
+
+    fn step(&self, range: TextRange) -> Result<()> {
+        self.steps.set(self.steps.get() + 1);
+        if self.steps.get() > limits::STEPS {
+            return Err(
+                self.error(range, format!("the part file takes too long: the limit is {} evaluations", limits::STEPS))
+            );
+        }
+        Ok(())
+    }
+
+    fn statement(&mut self, s: &'a Stmt, overrides: &[(String, f64)], numbers: &mut Vec<String>) -> Result<()> {
+        match s {
+            Stmt::Assign(a) => {
+                let mut value = self.eval(&a.value)?;
+                for target in &a.targets {
+                    if let (Expr::Name(n), Value::Int(_) | Value::Float(_)) = (target, &value) {
+                        numbers.push(n.id.to_string());
+                        if let Some((_, v)) = overrides.iter().find(|(name, _)| *name == n.id.as_str()) {
+                            value = if v.fract() == 0.0 && v.abs() < 1e15 {
+                                Value::Int(*v as i64)
+                            } else {
+                                Value::Float(*v)
+                            };
+                        }
+                    }
+                    let mut names = Vec::new();
+                    self.unpack(target, value.clone(), &mut names)?;
+                    self.globals.extend(names);
+                }
+                Ok(())
+            }
+            Stmt::FunctionDef(f) => {
+                self.check_function(f)?;
+                self.globals.insert(f.name.to_string(), Value::Function(f));
+                Ok(())
+            }
+            Stmt::Expr(e) => {
+                // a string on its own is a comment
+                if !matches!(&*e.value, Expr::StringLiteral(_)) {
+                    self.eval(&e.value)?;
+                }
+                Ok(())
+            }
+            Stmt::Pass(_) => Ok(()),
+            other => {
+                let (what, help) = refused(other);
+                Err(self.error(other.range(), format!("{what} are not part of the part language")).with_help(help))
+            }
+        }
+    }
+
+    fn check_function(&self, f: &'a ast::StmtFunctionDef) -> Result<()> {
+        let p = &f.parameters;
+        let plain = !f.is_async && f.decorator_list.is_empty() && f.type_params.is_none();
+        if !plain || p.vararg.is_some() || p.kwarg.is_some() {
+            return Err(self.error(f.range, "a function is plain: def name(a, b=1): return expression"));
+        }
+        let mut body = f.body.iter().peekable();
+        body.next_if(|s| matches!(s, Stmt::Expr(e) if matches!(&*e.value, Expr::StringLiteral(_))));
+        match (body.next(), body.next()) {
+            (Some(Stmt::Return(r)), None) if r.value.is_some() => Ok(()),
+            (Some(other), _) if !matches!(other, Stmt::Return(_)) => Err(self
+                .error(other.range(), "a function holds one return and nothing else")
+                .with_help("def name(a): return expression")),
+            (_, Some(extra)) => Err(self.error(extra.range(), "a function holds one return and nothing else")),
+            _ => Err(self.error(f.range, "a function must return something")),
+        }
+    }
+
+    /// Assigns a value to a name, or its items to several.
+    fn unpack(&self, target: &Expr, value: Value<'a>, out: &mut Vec<(String, Value<'a>)>) -> Result<()> {
+        let targets = match target {
+            Expr::Name(n) => {
+                out.push((n.id.to_string(), value));
+                return Ok(());
+            }
+            Expr::Tuple(t) => &t.elts,
+            Expr::List(l) => &l.elts,
+            other => return Err(self.error(other.range(), "only names can be assigned to")),
+        };
+        match value.items() {
+            Some(items) if items.len() == targets.len() => {
+                targets.iter().zip(items).try_for_each(|(t, v)| self.unpack(t, v.clone(), out))
+            }
+            Some(items) => Err(self
+                .error(target.range(), format!("{} values cannot be given to {} names", items.len(), targets.len()))),
+            None => Err(self.error(target.range(), format!("{} cannot be given to several names", value.kind()))),
+        }
+    }
+
+    fn lookup(&self, name: &str, range: TextRange) -> Result<Value<'a>> {
+        if let Some((_, v)) = self.locals[self.frame..].iter().rev().find(|(n, _)| n == name) {
+            return Ok(v.clone());
+        }
+        if let Some(v) = self.globals.get(name) {
+            return Ok(v.clone());
+        }
+        if let Some(v) = builtins::constant(name) {
+            return Ok(v);
+        }
+        let e = self.error(range, format!("nothing is called {name:?}"));
+        let known = self.globals.keys().map(String::as_str).chain(builtins::NAMES.iter().copied());
+        let mut near: Vec<(usize, &str)> = known.map(|k| (edit_distance(k, name), k)).collect();
+        near.sort_unstable();
+        Err(match near.first() {
+            Some((d, k)) if *d <= 2 && *d < name.chars().count() => e.with_help(format!("did you mean {k:?}?")),
+            _ => e,
+        })
+    }
+
+    /// Evaluates an expression.
+    pub(super) fn eval(&mut self, e: &'a Expr) -> Result<Value<'a>> {
+        let range = e.range();
+        self.step(range)?;
+        match e {
+            Expr::NumberLiteral(n) => match &n.value {
+                Number::Int(i) => {
+                    let text = i.to_string();
+                    match text.parse::<i64>() {
+                        Ok(i) => Ok(Value::Int(i)),
+                        Err(_) => {
+                            text.parse().map(Value::Float).map_err(|_| self.error(range, "this number is too large"))
+                        }
+                    }
+                }
+                Number::Float(f) => Ok(Value::Float(*f)),
+                Number::Complex { .. } => Err(self.error(range, "complex numbers are not part of the part language")),
+            },
+            Expr::StringLiteral(s) => self.string(range, s.value.to_str().to_string()),
+            Expr::BooleanLiteral(b) => Ok(Value::Bool(b.value)),
+            Expr::NoneLiteral(_) => Ok(Value::None),
+            Expr::Name(n) => self.lookup(n.id.as_str(), range),
+            Expr::Tuple(t) => Ok(Value::Tuple(Rc::new(self.all(&t.elts)?))),
+            Expr::List(l) => Ok(Value::List(Rc::new(self.all(&l.elts)?))),
+            Expr::BinOp(b) => {
+                let (l, r) = (self.eval(&b.left)?, self.eval(&b.right)?);
+                operators::binary(self, range, b.op, l, r)
+            }
+            Expr::UnaryOp(u) => {
+                let v = self.eval(&u.operand)?;
+                operators::unary(self, range, u.op, v)
+            }
+            Expr::BoolOp(b) => {
+                let stop = b.op == ast::BoolOp::Or;
+                let mut last = Value::Bool(!stop);
+                for e in &b.values {
+                    last = self.eval(e)?;
+                    if self.truth(e.range(), &last)? == stop {
+                        break;
+                    }
+                }
+                Ok(last)
+            }
+            Expr::Compare(c) => {
+                let mut values = vec![self.eval(&c.left)?];
+                values.extend(self.all(&c.comparators)?);
+                operators::compare(self, range, &c.ops, &values)
+            }
+            Expr::If(i) => {
+                let test = self.eval(&i.test)?;
+                if let Value::Condition(all) = &test {
+                    let (a, b) = (self.eval(&i.body)?, self.eval(&i.orelse)?);
+                    return operators::select(self, range, all, &a, &b);
+                }
+                if self.truth(i.test.range(), &test)? { self.eval(&i.body) } else { self.eval(&i.orelse) }
+            }
+            Expr::ListComp(c) => self.comprehension(range, &c.elt, &c.generators),
+            Expr::Generator(c) => self.comprehension(range, &c.elt, &c.generators),
+            Expr::FString(f) => {
+                let mut text = String::new();
+                for part in f.value.iter() {
+                    match part {
+                        FStringPart::Literal(l) => text.push_str(l.as_str()),
+                        FStringPart::FString(f) => {
+                            for e in &f.elements {
+                                self.format_element(e, &mut text)?;
+                            }
+                        }
+                    }
+                }
+                self.string(range, text)
+            }
+            Expr::Subscript(s) => {
+                let v = self.eval(&s.value)?;
+                if let Expr::Slice(slice) = &*s.slice {
+                    let mut bound = |e: &'a Option<Box<Expr>>| e.as_ref().map(|e| self.eval(e)).transpose();
+                    let bounds = [bound(&slice.lower)?, bound(&slice.upper)?, bound(&slice.step)?];
+                    return operators::slice(self, range, &v, &bounds);
+                }
+                let i = self.eval(&s.slice)?;
+                operators::index(self, range, &v, &i)
+            }
+            Expr::Call(c) => self.call(c),
+            Expr::Attribute(a) => Err(self
+                .error(a.attr.range, format!("{:?} can only be called: .{}(...)", a.attr.as_str(), a.attr.as_str()))
+                .with_help(format!("methods: {}", methods::NAMES.join(", ")))),
+            other => {
+                let what = match other {
+                    Expr::Lambda(_) => "lambda functions",
+                    Expr::Dict(_) | Expr::DictComp(_) => "dictionaries",
+                    Expr::Set(_) | Expr::SetComp(_) => "sets",
+                    Expr::Named(_) => "assignments inside expressions",
+                    Expr::Starred(_) => "starred expressions",
+                    Expr::BytesLiteral(_) => "byte strings",
+                    _ => "these expressions",
+                };
+                Err(self.error(range, format!("{what} are not part of the part language")))
+            }
+        }
+    }
+
+    fn format_element(&mut self, e: &'a InterpolatedStringElement, text: &mut String) -> Result<()> {
+        match e {
+            InterpolatedStringElement::Literal(l) => text.push_str(&l.value),
+            InterpolatedStringElement::Interpolation(i) => {
+                if i.format_spec.is_some() || i.debug_text.is_some() {
+                    return Err(self.error(i.range, "formats inside braces are not part of the part language"));
+                }
+                let v = self.eval(&i.expression)?;
+                text.push_str(&self.display(i.range, &v)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// A number or string as text.
+    pub(super) fn display(&self, range: TextRange, v: &Value<'a>) -> Result<String> {
+        match v {
+            Value::Str(s) => Ok(s.to_string()),
+            Value::Int(i) => Ok(i.to_string()),
+            Value::Float(f) => Ok(format!("{f:?}")),
+            Value::Bool(b) => Ok(if *b { "True" } else { "False" }.into()),
+            other => Err(self.error(range, format!("{} has no text", other.kind()))),
+        }
+    }
+
+    pub(super) fn string(&self, range: TextRange, text: String) -> Result<Value<'a>> {
+        if text.len() > limits::TEXT {
+            return Err(self.error(range, format!("the string is too long: the limit is {} characters", limits::TEXT)));
+        }
+        Ok(Value::Str(text.into()))
+    }
+
+    fn all(&mut self, list: &'a [Expr]) -> Result<Vec<Value<'a>>> {
+        list.iter().map(|e| self.eval(e)).collect()
+    }
+
+    /// The truth of a value that has one.
+    pub(super) fn truth(&self, range: TextRange, v: &Value<'a>) -> Result<bool> {
+        match v {
+            Value::Bool(b) => Ok(*b),
+            Value::Int(i) => Ok(*i != 0),
+            Value::Float(f) => Ok(*f != 0.0),
+            other => Err(self.error(range, format!("a truth value is needed here, not {}", other.kind()))),
+        }
+    }
+
+    fn comprehension(
+        &mut self,
+        range: TextRange,
+        elt: &'a Expr,
+        generators: &'a [ast::Comprehension],
+    ) -> Result<Value<'a>> {
+        let mut out = Vec::new();
+        let depth = self.locals.len();
+        let r = self.generate(range, elt, generators, &mut out);
+        self.locals.truncate(depth);
+        r.map(|()| Value::List(Rc::new(out)))
+    }
+
+    fn generate(
+        &mut self,
+        range: TextRange,
+        elt: &'a Expr,
+        generators: &'a [ast::Comprehension],
+        out: &mut Vec<Value<'a>>,
+    ) -> Result<()> {
+        let Some((g, rest)) = generators.split_first() else {
+            let v = self.eval(elt)?;
+            out.push(v);
+            return self.fits(range, out.len());
+        };
+        if g.is_async {
+            return Err(self.error(g.range, "asynchronous comprehensions are not part of the part language"));
+        }
+        let iter = self.eval(&g.iter)?;
+        let Some(items) = iter.items() else {
+            return Err(self.error(g.iter.range(), format!("a list is needed here, not {}", iter.kind())));
+        };
+        for item in items {
+            let depth = self.locals.len();
+            let mut names = Vec::new();
+            self.unpack(&g.target, item.clone(), &mut names)?;
+            self.locals.extend(names);
+            let mut keep = true;
+            for test in &g.ifs {
+                let v = self.eval(test)?;
+                keep &= self.truth(test.range(), &v)?;
+            }
+            if keep {
+                self.generate(range, elt, rest, out)?;
+            }
+            self.locals.truncate(depth);
+        }
+        Ok(())
+    }
+
+    /// Refuses lists that grow too long.
+    pub(super) fn fits(&self, range: TextRange, items: usize) -> Result<()> {
+        if items > limits::ITEMS {
+            return Err(self.error(range, format!("the list is too long: the limit is {} items", limits::ITEMS)));
+        }
+        Ok(())
+    }
+
+    fn call(&mut self, c: &'a ast::ExprCall) -> Result<Value<'a>> {
+        let range = c.range();
+        if let Expr::Attribute(a) = &*c.func {
+            let object = self.eval(&a.value)?;
+            let arguments = self.arguments(c)?;
+            return methods::call(self, range, object, a.attr.as_str(), a.attr.range, arguments);
+        }
+        let f = self.eval(&c.func)?;
+        let arguments = self.arguments(c)?;
+        match f {
+            Value::Builtin(name) => builtins::call(self, range, name, arguments),
+            Value::Function(f) => self.call_function(range, f, arguments),
+            other => Err(self.error(c.func.range(), format!("{} cannot be called", other.kind()))),
+        }
+    }
+
+    fn arguments(&mut self, c: &'a ast::ExprCall) -> Result<Vec<Argument<'a>>> {
+        let mut out = Vec::new();
+        for e in &c.arguments.args {
+            if let Expr::Starred(s) = e {
+                let v = self.eval(&s.value)?;
+                let Some(items) = v.items() else {
+                    return Err(self.error(s.range, format!("a list is needed behind *, not {}", v.kind())));
+                };
+                out.extend(items.iter().map(|v| Argument { keyword: None, value: v.clone(), range: s.range }));
+                continue;
+            }
+            let value = self.eval(e)?;
+            out.push(Argument { keyword: None, value, range: e.range() });
+        }
+        for k in &c.arguments.keywords {
+            let Some(name) = &k.arg else {
+                return Err(self.error(k.range, "** arguments are not part of the part language"));
+            };
+            let value = self.eval(&k.value)?;
+            out.push(Argument { keyword: Some(name.to_string()), value, range: k.value.range() });
+        }
+        Ok(out)
+    }
+
+    fn call_function(
+        &mut self,
+        range: TextRange,
+        f: &'a ast::StmtFunctionDef,
+        arguments: Vec<Argument<'a>>,
+    ) -> Result<Value<'a>> {
+        if self.calls >= limits::CALLS {
+            return Err(self.error(range, format!("calls are nested too deeply: the limit is {}", limits::CALLS)));
+        }
+        let name = f.name.as_str();
+        let p = &f.parameters;
+        let parameters: Vec<_> = p.posonlyargs.iter().chain(&p.args).chain(&p.kwonlyargs).collect();
+        let positional = p.posonlyargs.len() + p.args.len();
+        let mut found: Vec<Option<Value<'a>>> = vec![None; parameters.len()];
+        for (i, a) in arguments.into_iter().enumerate() {
+            let slot = match &a.keyword {
+                None if i < positional => i,
+                None => return Err(self.error(a.range, format!("{name}() takes {positional} arguments"))),
+                Some(k) => parameters
+                    .iter()
+                    .position(|p| p.parameter.name.as_str() == k)
+                    .ok_or_else(|| self.error(a.range, format!("{name}() has no parameter {k:?}")))?,
+            };
+            if found[slot].replace(a.value).is_some() {
+                return Err(self.error(
+                    a.range,
+                    format!("{name}() is given {:?} twice", parameters[slot].parameter.name.as_str()),
+                ));
+            }
+        }
+        let mut bound = Vec::with_capacity(parameters.len());
+        for (p, v) in parameters.iter().zip(found) {
+            let n = p.parameter.name.to_string();
+            let v = match (v, &p.default) {
+                (Some(v), _) => v,
+                (None, Some(d)) => self.eval(d)?,
+                (None, None) => return Err(self.error(range, format!("{name}() needs {n:?}"))),
+            };
+            bound.push((n, v));
+        }
+        let body = f.body.iter().find_map(|s| if let Stmt::Return(r) = s { r.value.as_deref() } else { None });
+        let Some(body) = body else { return Ok(Value::None) };
+        let (frame, depth) = (self.frame, self.locals.len());
+        self.frame = depth;
+        self.locals.extend(bound);
+        self.calls += 1;
+        let r = self.eval(body);
+        self.calls -= 1;
+        self.locals.truncate(depth);
+        self.frame = frame;
+        r
+    }
+}
+
+/// Insertions, deletions and exchanges from one word to the other.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().take(64).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, c) in a.chars().take(64).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for j in 0..b.len() {
+            let next = (diagonal + usize::from(c != b[j])).min(row[j] + 1).min(row[j + 1] + 1);
+            diagonal = row[j + 1];
+            row[j + 1] = next;
+        }
+    }
+    row[b.len()]
+}

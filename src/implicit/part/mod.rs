@@ -1,0 +1,171 @@
+//! The part file: a declarative subset of Python that describes a solid.
+//!
+//! Parsed by `ruff_python_parser`, interpreted by us: assignments, arithmetic, comparisons, conditional expressions,
+//! tuples, lists, comprehensions, calls, methods, and functions of one `return`. Everything else is refused with its
+//! place. Evaluation is bounded by [`limits`].
+
+mod arguments;
+mod builtins;
+mod guard;
+mod interpreter;
+mod methods;
+mod operators;
+#[cfg(test)]
+mod tests;
+mod value;
+
+use std::str::FromStr;
+
+use super::rfunction::RSystem;
+use super::solid::Solid;
+use crate::error::{Error, Place, Result};
+use crate::spatial::Aabb;
+
+/// Bounds on what a part file may ask for. Errors name the bound that was met.
+pub mod limits {
+    /// Bytes of a part file.
+    pub const SOURCE_BYTES: usize = 4 << 20;
+    /// Brackets inside brackets.
+    pub const NESTING: usize = 100;
+    /// Operators in one expression outside of brackets.
+    pub const CHAIN: usize = 2_000;
+    /// Function calls inside function calls.
+    pub const CALLS: usize = 64;
+    /// Expressions evaluated.
+    pub const STEPS: usize = 20_000_000;
+    /// Items of a list, a tuple or a range.
+    pub const ITEMS: usize = 1_000_000;
+    /// Nodes of formulas and solids made.
+    pub const NODES: usize = 2_000_000;
+    /// Characters of a string.
+    pub const TEXT: usize = 10_000;
+}
+
+/// Stack of the thread that parses and evaluates: enough for the deepest tree the limits let through.
+const STACK: usize = 768 << 20;
+
+/// A mesh size as a user asks for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SizeRequest {
+    /// A length in the part's unit.
+    Length(f64),
+    /// A share of the bounding box's diagonal; `0.02` is 2 %.
+    Share(f64),
+}
+
+impl FromStr for SizeRequest {
+    type Err = Error;
+
+    fn from_str(s: &str) -> Result<Self> {
+        let bad = || Error::Usage(format!("a size is a positive length or a share such as 2%, not {s:?}"));
+        let (number, share) = match s.trim().strip_suffix('%') {
+            Some(n) => (n, true),
+            None => (s, false),
+        };
+        let v: f64 = number.trim().parse().map_err(|_| bad())?;
+        if !(v > 0.0 && v.is_finite()) {
+            return Err(bad());
+        }
+        Ok(if share { SizeRequest::Share(v / 100.0) } else { SizeRequest::Length(v) })
+    }
+}
+
+/// What the part file says about meshing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeshDefaults {
+    /// The cell size.
+    pub size: Option<SizeRequest>,
+}
+
+/// A named set of faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartGroup {
+    /// The group's name.
+    pub name: String,
+    /// Patterns of face names, see [`glob`].
+    pub patterns: Vec<String>,
+    /// Where the part file says so.
+    pub place: Place,
+}
+
+/// A part: a solid with everything needed to mesh it.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The solid.
+    pub solid: Solid,
+    /// The system of R-functions.
+    pub rsystem: RSystem,
+    /// Where to cut the solid off.
+    pub domain: Option<Aabb>,
+    /// The unit of length.
+    pub units: Option<String>,
+    /// Named sets of faces.
+    pub groups: Vec<PartGroup>,
+    /// Wishes for the mesh.
+    pub mesh: MeshDefaults,
+}
+
+impl Part {
+    /// A part with nothing said but the solid.
+    pub fn from_solid(solid: Solid) -> Self {
+        Part {
+            solid,
+            rsystem: RSystem::default(),
+            domain: None,
+            units: None,
+            groups: Vec::new(),
+            mesh: MeshDefaults::default(),
+        }
+    }
+}
+
+/// Reads a part file's text. `overrides` replace the values of numbers assigned at top level.
+///
+/// Errors: [`Error::Input`] with line and column for anything wrong in the text; [`Error::Usage`] for an override of a
+/// name that is not a top-level number.
+pub fn parse(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
+    guard::check(source)?;
+    // deep but legal expressions recurse in the parser and when its tree is dropped
+    std::thread::scope(|scope| {
+        let worker =
+            std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || interpreter::run(source, overrides));
+        match worker.map(|w| w.join()) {
+            Ok(Ok(result)) => result,
+            Ok(Err(_)) => Err(Error::input(Place::Unknown, "the part file could not be read: the reader failed")),
+            Err(e) => Err(Error::Failed(format!("cannot start a thread to read the part file: {e}"))),
+        }
+    })
+}
+
+/// Whether a face name fits a pattern: `*` stands for any characters, `?` for one.
+pub fn glob(pattern: &str, name: &str) -> bool {
+    let (p, n): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+    let (mut i, mut j) = (0, 0);
+    let mut star: Option<(usize, usize)> = None;
+    while j < n.len() {
+        if i < p.len() && p[i] == '*' {
+            star = Some((i, j));
+            i += 1;
+        } else if i < p.len() && (p[i] == '?' || p[i] == n[j]) {
+            i += 1;
+            j += 1;
+        } else if let Some((si, sj)) = star {
+            star = Some((si, sj + 1));
+            i = si + 1;
+            j = sj + 1;
+        } else {
+            return false;
+        }
+    }
+    p[i..].iter().all(|c| *c == '*')
+}
+
+/// The place of a byte range of a text.
+fn place(source: &str, start: usize, end: usize) -> Place {
+    let start = start.min(source.len());
+    let before = &source.as_bytes()[..start];
+    let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+    let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+    let column = 1 + String::from_utf8_lossy(&before[line_start..]).chars().count();
+    Place::Text { line, column, offset: start, len: end.saturating_sub(start) }
+}

@@ -1,0 +1,113 @@
+//! Every stage of every method on one part, measured alike.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::mesh::{MeshOptions, Ready, finish_names};
+use super::report::Report;
+use crate::error::Result;
+use crate::implicit::ImplicitOracle;
+use crate::implicit::part::Part;
+use crate::mesh::TriMesh;
+use crate::optimize::{Options, improve_with, paper_sequence};
+use crate::quality::Check;
+use crate::run::Run;
+
+/// One stage of one method.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// `mc`, `paper` (the sequence of \[LIS14\]) or `operators` (the default).
+    pub method: &'static str,
+    /// The stage just finished.
+    pub stage: String,
+    /// The mesh after it, measured.
+    pub check: Check,
+    /// The mesh itself.
+    #[serde(skip)]
+    pub mesh: TriMesh,
+}
+
+/// The rows of a comparison, in order.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// Cell size, in the part's unit.
+    pub size: f64,
+    /// One row a stage.
+    pub rows: Vec<Row>,
+}
+
+/// Runs every method on a part and measures the mesh after each stage.
+pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparison> {
+    let ready = Ready::new(part, options.size)?;
+    let extracted = ready.extract(options, run)?;
+    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let mut stages: Vec<(&'static str, String, TriMesh)> = vec![("mc", "MC33".into(), extracted.mesh.clone())];
+    let default = ready.operator_options(options);
+    let paper = Options { sequence: paper_sequence(), ..default.clone() };
+    for (method, options) in [("paper", paper), ("operators", default)] {
+        let mut mesh = extracted.mesh.clone();
+        improve_with(&mut mesh, &oracle, &options, run, &mut |stage, mesh| {
+            stages.push((method, stage.to_string(), mesh.clone()));
+        })?;
+    }
+    let mut rows = Vec::with_capacity(stages.len());
+    for (method, stage, mut mesh) in stages {
+        let mut unused = Report::new(options.method, ready.size, None);
+        finish_names(part, &mut mesh, &mut unused);
+        rows.push(Row { method, stage, check: ready.check(&mesh, &oracle, run)?, mesh });
+    }
+    Ok(Comparison { size: ready.size, rows })
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{:<10} {:<22} {:>8} {:>6} {:>6} {:>5} {:>7} {:>6} {:>6} {:>9} {:>9} {:>6} {:>6} {:>8}",
+            "method",
+            "stage",
+            "tri",
+            "closed",
+            "euler",
+            "SI",
+            "min",
+            "p05",
+            "2r/R",
+            "rms/h",
+            "eps_n",
+            "recall",
+            "prec",
+            "corners"
+        )?;
+        for r in &self.rows {
+            let c = &r.check;
+            let q = &c.quality;
+            write!(
+                f,
+                "{:<10} {:<22} {:>8} {:>6} {:>6} {:>5} {:>7.3} {:>6.2} {:>6.3}",
+                r.method,
+                r.stage,
+                c.triangles,
+                if c.closed && c.manifold && c.oriented { "yes" } else { "NO" },
+                c.euler,
+                c.self_intersections,
+                q.min_angle,
+                q.p05_angle,
+                q.mean_radius_ratio
+            )?;
+            if let Some(d) = &c.deviation {
+                write!(f, " {:>9.2e} {:>9.2e}", d.rms / self.size, d.normal)?;
+            }
+            if let Some(t) = &c.features {
+                write!(f, " {:>6.3} {:>6.3} {:>3} / {:<3}", t.recall, t.precision, t.corners_found, t.corners_true)?;
+            }
+            writeln!(f)?;
+        }
+        write!(
+            f,
+            "lengths as shares of the cell size {:.6}; angles in degrees; SI: triangles that intersect others",
+            self.size
+        )
+    }
+}

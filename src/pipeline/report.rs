@@ -1,0 +1,112 @@
+//! What a run tells about its result, and what is known of a part before it is meshed.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::mesh::Method;
+use crate::error::Result;
+use crate::implicit::Implicit;
+use crate::implicit::part::Part;
+use crate::quality::Check;
+
+/// The report of one mesh.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// The method's name.
+    pub method: &'static str,
+    /// Cell size, in the part's unit.
+    pub size: f64,
+    /// The part's unit, where it names one.
+    pub units: Option<String>,
+    /// Things worth knowing.
+    pub warnings: Vec<String>,
+    /// Where the mesh falls short of what was asked; a command exits with 1 if there are any.
+    pub shortfalls: Vec<String>,
+    /// The measured mesh.
+    pub check: Option<Check>,
+}
+
+impl Report {
+    pub(super) fn new(method: Method, size: f64, units: Option<String>) -> Self {
+        Report { method: method.name(), size, units, warnings: Vec::new(), shortfalls: Vec::new(), check: None }
+    }
+
+    /// Records what was measured, and as shortfalls what no mesh should have.
+    pub(super) fn judge(&mut self, check: Check) {
+        for (good, what) in
+            [(check.closed, "closed"), (check.manifold, "a manifold"), (check.oriented, "consistently oriented")]
+        {
+            if !good {
+                self.shortfalls.push(format!("the mesh is not {what}"));
+            }
+        }
+        if check.self_intersections > 0 {
+            self.shortfalls.push(format!("{} triangles intersect others", check.self_intersections));
+        }
+        self.check = Some(check);
+    }
+}
+
+/// One face a part may have.
+#[derive(Debug, Clone, Serialize)]
+pub struct LeafInfo {
+    /// The face's name.
+    pub name: String,
+    /// The mesh size asked for on it.
+    pub size: Option<f64>,
+}
+
+/// What is known of a part before meshing.
+#[derive(Debug, Clone, Serialize)]
+pub struct Info {
+    /// How many different surfaces the tree is made of.
+    pub leaves: usize,
+    /// Leaves and R-operations.
+    pub tree_size: usize,
+    /// The R-system.
+    pub rsystem: String,
+    /// The part's unit.
+    pub units: Option<String>,
+    /// Smallest coordinates of a box around the part.
+    pub lo: [f64; 3],
+    /// Largest coordinates.
+    pub hi: [f64; 3],
+    /// The faces' names.
+    pub faces: Vec<LeafInfo>,
+    /// Names of groups.
+    pub groups: Vec<String>,
+}
+
+/// Looks at a part without meshing it.
+pub fn info(part: &Part) -> Result<Info> {
+    let model = Implicit::new(&part.solid, part.rsystem, part.domain)?;
+    let b = model.bounds();
+    Ok(Info {
+        leaves: model.leaf_count(),
+        tree_size: model.tree_size(),
+        rsystem: format!("{:?}", model.rsystem()),
+        units: part.units.clone(),
+        lo: b.lo.to_array(),
+        hi: b.hi.to_array(),
+        faces: model.faces().iter().map(|f| LeafInfo { name: f.name.clone(), size: f.size }).collect(),
+        groups: part.groups.iter().map(|g| g.name.clone()).collect(),
+    })
+}
+
+impl fmt::Display for Info {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = self.units.as_deref().unwrap_or("units");
+        writeln!(f, "{} surfaces in a tree of {}, R-system {}", self.leaves, self.tree_size, self.rsystem)?;
+        writeln!(f, "box from {:?} to {:?} {unit}", self.lo, self.hi)?;
+        writeln!(f, "{} faces:", self.faces.len())?;
+        for face in &self.faces {
+            write!(f, "  {}", face.name)?;
+            match face.size {
+                Some(h) => writeln!(f, "  size {h}")?,
+                None => writeln!(f)?,
+            }
+        }
+        write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
+    }
+}
