@@ -17,7 +17,7 @@ use super::console::{note, run, say, writable};
 const SHEET_COLUMNS: usize = 4;
 
 /// Width and height of one picture of a comparison.
-const SHEET_CELL: (u32, u32) = (640, 520);
+const SHEET_CELL: (usize, usize) = (640, 520);
 
 fn options(how: &How, method: Method) -> MeshOptions {
     MeshOptions {

@@ -1,0 +1,119 @@
+//! The picture: pixels, text on them, PNG, contact sheets.
+
+use crate::error::{Error, Result};
+
+use super::font;
+use super::palette::{BACKGROUND, INK, Rgb};
+
+/// Pixels per dot of the font.
+pub(super) const TEXT_SCALE: usize = 2;
+/// Pixels between the cells of a sheet and around their captions.
+const GAP: usize = 12;
+
+/// An image of 8-bit sRGB colors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Red, green and blue of each pixel, row by row from the top left: `3 * width * height` bytes.
+    pub rgb: Vec<u8>,
+}
+
+impl Picture {
+    pub(super) fn new(width: usize, height: usize, color: Rgb) -> Self {
+        Self { width, height, rgb: bytes_of(color).repeat(width * height) }
+    }
+
+    /// The picture as a PNG file.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when `rgb` does not hold `3 * width * height` bytes or a side is 0.
+    pub fn png_bytes(&self) -> Result<Vec<u8>> {
+        let failed = |e: png::EncodingError| Error::Failed(format!("cannot encode the picture as PNG: {e}"));
+        let side = |n: usize| u32::try_from(n).map_err(|_| Error::Failed(format!("{n} pixels are too many for PNG")));
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, side(self.width)?, side(self.height)?);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(&self.rgb).map_err(failed)?;
+        writer.finish().map_err(failed)?;
+        Ok(bytes)
+    }
+
+    /// Fills the rectangle, as far as it lies inside.
+    pub(super) fn fill(&mut self, x: usize, y: usize, width: usize, height: usize, color: Rgb) {
+        let color = bytes_of(color);
+        for row in y..(y + height).min(self.height) {
+            for column in x..(x + width).min(self.width) {
+                let at = 3 * (row * self.width + column);
+                self.rgb[at..at + 3].copy_from_slice(&color);
+            }
+        }
+    }
+
+    /// Writes a line of text with its top left corner at `(x, y)`; what the font lacks becomes `?`.
+    pub(super) fn text(&mut self, x: usize, y: usize, text: &str, color: Rgb) {
+        for (i, c) in text.chars().enumerate() {
+            let left = x + i * font::ADVANCE * TEXT_SCALE;
+            for (column, row) in font::dots(c) {
+                self.fill(left + column * TEXT_SCALE, y + row * TEXT_SCALE, TEXT_SCALE, TEXT_SCALE, color);
+            }
+        }
+    }
+
+    fn paste(&mut self, other: &Picture, x: usize, y: usize) {
+        for row in 0..other.height.min(self.height.saturating_sub(y)) {
+            let n = 3 * other.width.min(self.width.saturating_sub(x));
+            let (to, from) = (3 * ((y + row) * self.width + x), 3 * row * other.width);
+            self.rgb[to..to + n].copy_from_slice(&other.rgb[from..from + n]);
+        }
+    }
+}
+
+/// Width of a text in pixels.
+pub(super) fn text_width(text: &str) -> usize {
+    text.chars().count() * font::ADVANCE * TEXT_SCALE
+}
+
+/// The text shortened to at most `chars` characters, with two dots at the end where some are missing.
+pub(super) fn shortened(text: &str, chars: usize) -> String {
+    if text.chars().count() <= chars {
+        return text.to_owned();
+    }
+    text.chars().take(chars.saturating_sub(2)).chain("..".chars()).collect()
+}
+
+/// Height of a line of text in pixels, descenders included.
+pub(super) const TEXT_HEIGHT: usize = font::HEIGHT * TEXT_SCALE;
+
+fn bytes_of(color: Rgb) -> [u8; 3] {
+    color.map(|c| (c * 255.0).round().clamp(0.0, 255.0) as u8)
+}
+
+/// A contact sheet: the pictures in rows of `columns` (at least one), each with its caption below.
+///
+/// Cells are as large as the largest picture; captions too long for a cell are shortened. No cells give an image of one
+/// pixel.
+pub fn sheet(cells: &[(String, Picture)], columns: usize) -> Picture {
+    let columns = columns.clamp(1, cells.len().max(1));
+    let rows = cells.len().div_ceil(columns);
+    let width = cells.iter().map(|c| c.1.width).max().unwrap_or(0);
+    let height = cells.iter().map(|c| c.1.height).max().unwrap_or(0);
+    if rows == 0 {
+        return Picture::new(1, 1, BACKGROUND);
+    }
+    let (step_x, step_y) = (width + GAP, height + GAP + TEXT_HEIGHT + GAP);
+    let mut picture = Picture::new(columns * step_x + GAP, rows * step_y + GAP, [1.0; 3]);
+    for (i, (caption, cell)) in cells.iter().enumerate() {
+        let (x, y) = (GAP + i % columns * step_x, GAP + i / columns * step_y);
+        picture.fill(x, y, width, height, BACKGROUND);
+        picture.paste(cell, x + (width - cell.width) / 2, y + (height - cell.height) / 2);
+        let caption = shortened(caption, width / (font::ADVANCE * TEXT_SCALE));
+        let indent = width.saturating_sub(text_width(&caption)) / 2;
+        picture.text(x + indent, y + height + GAP / 2, &caption, INK);
+    }
+    picture
+}

@@ -1,0 +1,263 @@
+//! The rasterizer: bands of pixel rows, each with its own depth samples, drawn in parallel.
+
+use glam::{DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use crate::run::Run;
+use crate::spatial::Aabb;
+
+use super::RenderOptions;
+use super::edges::{self, Line};
+use super::palette::{ALARM, BACKGROUND, INK, INSIDE, Look, Rgb, mix};
+use super::picture::Picture;
+
+/// Pixel rows of a band: few enough that its samples stay in the cache, many enough that few triangles lie in two.
+const BAND: usize = 16;
+/// Marks a sample no triangle covers.
+const NOTHING: u32 = u32::MAX;
+/// How bright a triangle is that the light grazes; the rest up to 1 goes with the cosine.
+const AMBIENT: f32 = 0.42;
+/// How far, of a triangle edge's darkness, the edges of large triangles are mixed with ink.
+const WIRE_STRENGTH: f32 = 0.30;
+/// Mean triangle edges, in pixels, from which on edges begin to show by themselves, and are fully drawn.
+const WIRE_FROM: f32 = 5.0;
+const WIRE_FULL: f32 = 14.0;
+
+/// Half the width in pixels and the color of a line, and how much it covers.
+fn style(line: Line) -> (f32, Rgb, f32) {
+    match line {
+        Line::Alarm => (1.5, ALARM, 1.0),
+        Line::Sharp => (1.0, INK, 0.95),
+        Line::Border => (0.6, INK, 0.6),
+    }
+}
+
+/// A line on the picture, ends in pixels and depth.
+struct Segment {
+    ends: [Vec3; 2],
+    line: Line,
+}
+
+/// A mesh projected to pixels (x right, y down, depth towards the camera), with everything sorted into bands.
+pub(super) struct Scene<'a> {
+    mesh: &'a TriMesh,
+    samples: usize,
+    room: usize,
+    points: Vec<Vec3>,
+    colors: Vec<Rgb>,
+    segments: Vec<Segment>,
+    wire: f32,
+    triangles_of_band: Vec<Vec<u32>>,
+    segments_of_band: Vec<Vec<u32>>,
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(
+        mesh: &'a TriMesh,
+        options: &RenderOptions,
+        axes: &[DVec3; 3],
+        room: usize,
+        look: &Look,
+        run: &Run,
+    ) -> Result<Self> {
+        let points = project(mesh, options, axes, room);
+        run.check()?;
+        // From above the camera's left shoulder, so that the three sides of a box differ.
+        let light = (axes[2] + 0.45 * axes[1] - 0.35 * axes[0]).normalize();
+        let colors = (0..mesh.triangles.len()).into_par_iter().map(|t| shade(mesh, t, look, light, axes[2])).collect();
+        run.check()?;
+        let lines = options.sharp_angle.map_or_else(Vec::new, |angle| edges::lines(mesh, angle));
+        run.check()?;
+        let place = |v: u32| points[v as usize];
+        let segments: Vec<_> =
+            lines.into_iter().map(|(a, b, line)| Segment { ends: [place(a), place(b)], line }).collect();
+
+        let bands = options.height.div_ceil(BAND);
+        let mut triangles_of_band = vec![Vec::new(); bands];
+        let mut edge_length = 0.0;
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            let p = corners.map(place);
+            edge_length += (0..3).map(|i| f64::from((p[i] - p[(i + 1) % 3]).truncate().length())).sum::<f64>();
+            let (lo, hi) = (p[0].y.min(p[1].y).min(p[2].y), p[0].y.max(p[1].y).max(p[2].y));
+            bands_between(lo, hi, bands).for_each(|b| triangles_of_band[b].push(t as u32));
+        }
+        let mut segments_of_band = vec![Vec::new(); bands];
+        for (i, Segment { ends: [a, b], line }) in segments.iter().enumerate() {
+            let reach = style(*line).0;
+            bands_between(a.y.min(b.y) - reach, a.y.max(b.y) + reach, bands)
+                .for_each(|b| segments_of_band[b].push(i as u32));
+        }
+        let mean = (edge_length / (3 * mesh.triangles.len()) as f64) as f32;
+        let wire = match options.wireframe {
+            Some(true) => WIRE_STRENGTH,
+            Some(false) => 0.0,
+            None => WIRE_STRENGTH * ((mean - WIRE_FROM) / (WIRE_FULL - WIRE_FROM)).clamp(0.0, 1.0),
+        };
+        let samples = options.samples;
+        Ok(Self { mesh, samples, room, points, colors, segments, wire, triangles_of_band, segments_of_band })
+    }
+
+    /// Draws the scene into the left part of the picture.
+    pub(super) fn draw(&self, picture: &mut Picture, run: &Run) -> Result<()> {
+        let row = 3 * picture.width;
+        let bands = picture.rgb.par_chunks_mut(row * BAND).enumerate();
+        bands.try_for_each(|(band, pixels)| {
+            run.check()?;
+            self.draw_band(band, pixels, row);
+            Ok(())
+        })
+    }
+
+    fn draw_band(&self, band: usize, pixels: &mut [u8], row: usize) {
+        let n = self.samples;
+        let (columns, rows) = (self.room * n, pixels.len() / row * n);
+        let top = band * BAND * n;
+        let mut depth = vec![f32::NEG_INFINITY; columns * rows];
+        let mut owner = vec![NOTHING; columns * rows];
+        for &t in &self.triangles_of_band[band] {
+            self.cover(t, top, columns, rows, &mut depth, &mut owner);
+        }
+        let mut color: Vec<Rgb> = owner
+            .iter()
+            .enumerate()
+            .map(|(i, t)| match *t {
+                NOTHING => BACKGROUND,
+                t => mix(self.colors[t as usize], INK, self.wire_at(t, self.sample(i % columns, top + i / columns))),
+            })
+            .collect();
+        // Alarms come last: nothing may cover them.
+        for alarms in [false, true] {
+            for segment in self.segments_of_band[band].iter().map(|i| &self.segments[*i as usize]) {
+                if (segment.line == Line::Alarm) == alarms {
+                    self.cover_line(segment, top, columns, rows, &depth, &mut color);
+                }
+            }
+        }
+        let share = 255.0 / (n * n) as f32;
+        for (y, line) in pixels.chunks_mut(row).enumerate() {
+            for (x, pixel) in line.chunks_mut(3).take(self.room).enumerate() {
+                let mut sum = [0.0; 3];
+                for sy in 0..n {
+                    let start = (y * n + sy) * columns + x * n;
+                    for c in &color[start..start + n] {
+                        (0..3).for_each(|k| sum[k] += c[k]);
+                    }
+                }
+                (0..3).for_each(|k| pixel[k] = (sum[k] * share).round().clamp(0.0, 255.0) as u8);
+            }
+        }
+    }
+
+    /// Where a sample lies, in pixels.
+    fn sample(&self, column: usize, row: usize) -> Vec2 {
+        Vec2::new(column as f32 + 0.5, row as f32 + 0.5) / self.samples as f32
+    }
+
+    /// The samples from `lo` to `hi` (pixels) of `count` that begin at sample `first`.
+    fn range(&self, lo: f32, hi: f32, first: usize, count: usize) -> std::ops::Range<usize> {
+        let n = self.samples as f32;
+        let from = (lo * n - 0.5 - first as f32).ceil().max(0.0) as usize;
+        let to = ((hi * n - 0.5 - first as f32).floor() + 1.0).max(0.0) as usize;
+        from.min(count)..to.min(count)
+    }
+
+    fn cover(&self, t: u32, top: usize, columns: usize, rows: usize, depth: &mut [f32], owner: &mut [u32]) {
+        let [a, b, c] = self.mesh.triangles[t as usize].map(|v| self.points[v as usize]);
+        let (p, q, r) = (a.truncate(), b.truncate(), c.truncate());
+        let area = (q - p).perp_dot(r - p);
+        if area == 0.0 {
+            return;
+        }
+        let (lo, hi) = (p.min(q).min(r), p.max(q).max(r));
+        let across = self.range(lo.x, hi.x, 0, columns);
+        for row in self.range(lo.y, hi.y, top, rows) {
+            for column in across.clone() {
+                let s = self.sample(column, top + row);
+                let u = (r - q).perp_dot(s - q) / area;
+                let v = (p - r).perp_dot(s - r) / area;
+                let w = (q - p).perp_dot(s - p) / area;
+                if u >= 0.0 && v >= 0.0 && w >= 0.0 {
+                    let z = u * a.z + v * b.z + w * c.z;
+                    let i = row * columns + column;
+                    if z > depth[i] {
+                        depth[i] = z;
+                        owner[i] = t;
+                    }
+                }
+            }
+        }
+    }
+
+    /// How much ink the edges of the triangle put on a sample inside it.
+    fn wire_at(&self, t: u32, s: Vec2) -> f32 {
+        /// Half the width of an edge in pixels; each of its two triangles draws one half.
+        const HALF: f32 = 0.45;
+        if self.wire == 0.0 {
+            return 0.0;
+        }
+        let p = self.mesh.triangles[t as usize].map(|v| self.points[v as usize].truncate());
+        let near = (0..3).any(|i| {
+            let (a, d) = (p[i], p[(i + 1) % 3] - p[i]);
+            d.perp_dot(s - a).abs() < HALF * d.length()
+        });
+        if near { self.wire } else { 0.0 }
+    }
+
+    fn cover_line(&self, segment: &Segment, top: usize, columns: usize, rows: usize, depth: &[f32], color: &mut [Rgb]) {
+        let (half, ink, strength) = style(segment.line);
+        let [a, b] = segment.ends;
+        let (p, d) = (a.truncate(), b.truncate() - a.truncate());
+        let squared = d.length_squared();
+        let (lo, hi) = (p.min(p + d) - half, p.max(p + d) + half);
+        let across = self.range(lo.x, hi.x, 0, columns);
+        // Depth is in pixels too: a surface may rise by so much over the line's own width before it hides the line.
+        let bias = 2.5 * half;
+        for row in self.range(lo.y, hi.y, top, rows) {
+            for column in across.clone() {
+                let s = self.sample(column, top + row);
+                let along = if squared > 0.0 { ((s - p).dot(d) / squared).clamp(0.0, 1.0) } else { 0.0 };
+                if (p + along * d).distance_squared(s) > half * half {
+                    continue;
+                }
+                let i = row * columns + column;
+                if a.z + along * (b.z - a.z) + bias >= depth[i] {
+                    color[i] = mix(color[i], ink, strength);
+                }
+            }
+        }
+    }
+}
+
+/// Nodes in pixels, fitted into the room with the margin, y downwards, depth in pixels as well.
+fn project(mesh: &TriMesh, options: &RenderOptions, axes: &[DVec3; 3], room: usize) -> Vec<Vec3> {
+    // Coordinates are first brought to the order of 1, so that no difference of huge ones overflows.
+    let scale = mesh.nodes.iter().fold(f64::MIN_POSITIVE, |m, p| m.max(p.abs().max_element()));
+    let turned = |p: DVec3| DVec3::new(axes[0].dot(p / scale), -axes[1].dot(p / scale), axes[2].dot(p / scale));
+    let used = mesh.triangles.iter().flatten().map(|v| turned(mesh.nodes[*v as usize]));
+    let bounds = Aabb::around(used);
+    let (width, height) = (room as f64, options.height as f64);
+    let free = 1.0 - 2.0 * options.view.margin;
+    let size = bounds.size();
+    let fit = (free * width / size.x).min(free * height / size.y);
+    // A single point has no size to fit.
+    let fit = if fit.is_finite() { fit } else { 1.0 };
+    let middle = DVec3::new(0.5 * width, 0.5 * height, 0.0);
+    mesh.nodes.par_iter().map(|p| ((turned(*p) - bounds.center()) * fit + middle).as_vec3()).collect()
+}
+
+fn shade(mesh: &TriMesh, t: usize, look: &Look, light: DVec3, towards: DVec3) -> Rgb {
+    let n = mesh.normal(t);
+    let (base, n) = if n.dot(towards) < 0.0 { (INSIDE, -n) } else { (look.color(mesh, t), n) };
+    let bright = AMBIENT + (1.0 - AMBIENT) * n.dot(light).max(0.0) as f32;
+    // A touch above 1 lets sides that face the light keep the clean color of the legend.
+    base.map(|c| (c * bright * 1.06).min(1.0))
+}
+
+/// The bands that the rows from `lo` to `hi` touch.
+fn bands_between(lo: f32, hi: f32, bands: usize) -> std::ops::Range<usize> {
+    let from = (lo / BAND as f32).floor().max(0.0) as usize;
+    let to = ((hi / BAND as f32).floor() + 1.0).max(0.0) as usize;
+    from.min(bands)..to.min(bands)
+}
