@@ -47,7 +47,7 @@ fn make_peers() -> Result<Peers, String> {
     lock.lock().map_err(|e| e.to_string())?;
     if !ready.exists() {
         let _ = fs::remove_dir_all(&folder);
-        done(Command::new(&system).args(["-m", "venv"]).arg(&folder)).map_err(|e| {
+        done(Command::new(system).args(["-m", "venv"]).arg(&folder)).map_err(|e| {
             format!("{version} cannot make a virtual environment (Debian: apt install python3-venv)\n{e}")
         })?;
         done(Command::new(&python).args(["-m", "pip", "install", "--quiet", "-r"]).arg(&requirements))
