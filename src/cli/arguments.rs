@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rvachev::implicit::part::SizeRequest;
 use rvachev::pipeline::Method;
+use rvachev::pipeline::SizeRequest;
 
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
@@ -79,7 +79,7 @@ pub struct Mesh {
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub how: How,
-    /// mc: marching cubes alone; operators: followed by the operators of [LIS14]
+    /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014)
     #[arg(long, default_value = "operators", value_name = "METHOD", value_parser = method)]
     pub method: Method,
     /// Write the report here (JSON)

@@ -27,7 +27,6 @@ fn options(how: &How, method: Method) -> MeshOptions {
         memory: (how.memory * (1u64 << 30) as f64) as u64,
         nodes_per_radius: how.nodes_per_radius,
         chord: how.chord,
-        ..MeshOptions::default()
     }
 }
 

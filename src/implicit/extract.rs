@@ -1,4 +1,4 @@
-//! Marching cubes with the topology of MC33 over the bricks of the octree ([LIS14] eq. 3).
+//! Marching cubes with the topology of MC33 over the bricks of the octree (\[LIS14\] eq. 3).
 //!
 //! Two passes over the bricks, both parallel. The first evaluates the sign of every corner and counts nodes and
 //! triangles; prefix sums then give every brick its place in the final arrays; the second writes them. A node belongs to
@@ -7,25 +7,22 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::batch::{Batch, SIDE, find_roots};
 use super::mc33;
 use super::model::Implicit;
-use super::octree::{BRICK, Bricks, Cell, Grid};
+use super::octree::{BRICK, Bricks, Cell};
 use super::tape::{Scratch, Tape};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
-use crate::numeric::Bracket;
 use crate::run::Run;
 use crate::spatial::Aabb;
-
-/// Corners along a brick's side.
-const SIDE: usize = BRICK + 1;
 
 /// How to extract.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtractOptions {
     /// Side length of the cells, in the part's unit.
     pub size: f64,
-    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of [LIS14] eq. 3).
+    /// Nodes lie within this share of the part's diagonal of F = 0, measured along their grid edge (`eps_v` of \[LIS14\] eq. 3).
     pub root_tolerance: f64,
     /// The most bytes the mesh may take; a size that needs more is refused before the work.
     pub memory: u64,
@@ -173,6 +170,11 @@ struct Target<'m> {
 }
 
 impl Extractor<'_> {
+    /// The root tolerance as a share of a grid edge.
+    fn tolerance(&self) -> f64 {
+        self.options.root_tolerance.max(f64::EPSILON) * self.model.bounds().diagonal() / self.options.size
+    }
+
     fn extract(&self) -> Result<Extracted> {
         let mut bricks = Bricks::build(self.model, self.options.size, self.options.memory, self.run)?;
         let counted = self.count(&bricks)?;
@@ -421,7 +423,7 @@ impl Extractor<'_> {
             }
         }
         out[ends.len()..].fill(DVec3::ZERO); // interior nodes wait for the crossings around them
-        self.find_roots(&cell.tape, &ends, out, scratch, batch)
+        find_roots(self.model, self.tolerance(), &cell.tape, &ends, out, scratch, batch)
     }
 
     /// Puts interior nodes where their cell's triangles want them, then onto the surface where it is met inside the cell on
@@ -477,64 +479,12 @@ impl Extractor<'_> {
                 (0..ends.len()).partition(|i| side(ends[*i][0]) != side(ends[*i][1]));
             let mut found = vec![DVec3::ZERO; crossing.len()];
             let ends_of: Vec<[DVec3; 2]> = crossing.iter().map(|i| ends[*i]).collect();
-            self.find_roots(&cell.tape, &ends_of, &mut found, &mut scratch, &mut batch)?;
+            find_roots(self.model, self.tolerance(), &cell.tape, &ends_of, &mut found, &mut scratch, &mut batch)?;
             for (i, p) in crossing.iter().zip(found) {
                 mesh.nodes[moves[*i].0] = p;
             }
             for i in resting {
                 mesh.nodes[moves[i].0] = ends[i][0];
-            }
-        }
-        Ok(())
-    }
-
-    fn find_roots(
-        &self,
-        tape: &Tape,
-        ends: &[[DVec3; 2]],
-        out: &mut [DVec3],
-        scratch: &mut Scratch,
-        batch: &mut Batch,
-    ) -> Result<()> {
-        let tolerance =
-            self.options.root_tolerance.max(f64::EPSILON) * self.model.bounds().diagonal() / self.options.size;
-        batch.clear();
-        ends.iter().for_each(|e| batch.push(e[0]));
-        ends.iter().for_each(|e| batch.push(e[1]));
-        batch.eval(tape, self.model, scratch)?;
-        let n = ends.len();
-        let mut brackets: Vec<(usize, f64, Bracket)> = Vec::with_capacity(n);
-        for i in 0..n {
-            let (f0, f1) = (batch.values[i], batch.values[n + i]);
-            let b = Bracket::new(f0, f1, tolerance);
-            brackets.push((i, f0.abs().max(f1.abs()), b));
-        }
-        while !brackets.is_empty() {
-            batch.clear();
-            let probes: Vec<f64> = brackets.iter().map(|(_, _, b)| b.probe()).collect();
-            for ((i, _, _), t) in brackets.iter().zip(&probes) {
-                batch.push(ends[*i][0].lerp(ends[*i][1], *t));
-            }
-            batch.eval(tape, self.model, scratch)?;
-            for (((_, _, b), t), v) in brackets.iter_mut().zip(&probes).zip(&batch.values) {
-                b.update(*t, *v);
-            }
-            let mut pole = None;
-            brackets.retain(|(i, before, b)| {
-                if !b.done() {
-                    return true;
-                }
-                out[*i] = ends[*i][0].lerp(ends[*i][1], b.root());
-                if b.residual() > 1e3 * before {
-                    pole = Some(out[*i]);
-                }
-                false
-            });
-            if let Some(p) = pole {
-                return Err(Error::input(
-                    Place::Point(p),
-                    "a formula has a pole (division by zero) where it changes sign",
-                ));
             }
         }
         Ok(())
@@ -576,65 +526,6 @@ impl Extractor<'_> {
 
 fn global(brick: [u32; 3], local: [usize; 3]) -> [usize; 3] {
     std::array::from_fn(|k| brick[k] as usize * BRICK + local[k])
-}
-
-/// Points and values of one evaluation.
-#[derive(Default)]
-struct Batch {
-    x: Vec<f64>,
-    y: Vec<f64>,
-    z: Vec<f64>,
-    values: Vec<f64>,
-}
-
-impl Batch {
-    fn clear(&mut self) {
-        self.x.clear();
-        self.y.clear();
-        self.z.clear();
-    }
-
-    fn push(&mut self, p: DVec3) {
-        self.x.push(p.x);
-        self.y.push(p.y);
-        self.z.push(p.z);
-    }
-
-    /// All corners of a brick, x fastest.
-    fn corners(&mut self, grid: &Grid, at: [u32; 3]) {
-        self.clear();
-        let axis =
-            |k: usize| -> [f64; SIDE] { std::array::from_fn(|i| grid.coordinate(k, at[k] as usize * BRICK + i)) };
-        let (x, y, z) = (axis(0), axis(1), axis(2));
-        for z in z {
-            for y in y {
-                self.x.extend_from_slice(&x);
-                self.y.extend_from_slice(&[y; SIDE]);
-                self.z.extend_from_slice(&[z; SIDE]);
-            }
-        }
-    }
-
-    fn eval(&mut self, tape: &Tape, model: &Implicit, scratch: &mut Scratch) -> Result<()> {
-        self.values.resize(self.x.len(), 0.0);
-        scratch.not_finite = false;
-        tape.eval(&model.leaves, &self.x, &self.y, &self.z, &mut self.values, scratch);
-        if !scratch.not_finite {
-            return Ok(());
-        }
-        for i in 0..self.x.len() {
-            let p = DVec3::new(self.x[i], self.y[i], self.z[i]);
-            scratch.not_finite = false;
-            tape.eval(&model.leaves, &[p.x], &[p.y], &[p.z], &mut [0.0], scratch);
-            if scratch.not_finite {
-                return Err(Error::input(
-                    Place::Point(p),
-                    "a formula is not a finite number here (NaN, or a division by zero)",
-                ));
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Extracted {

@@ -42,15 +42,14 @@ pub(crate) fn nearest(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scal
 
 /// The projection of `p` onto the intersection of the leaves' tangent planes at `q`.
 fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3) -> Option<DVec3> {
-    let d = which.iter().map(|i| leaves[*i as usize].gradient(q));
+    let mut d = which.iter().map(|i| leaves[*i as usize].gradient(q));
     match which.len() {
         1 => {
-            let d = d.last()?;
+            let d = d.next()?;
             let g2 = d.g.length_squared();
             (g2 > 0.0).then(|| p - d.g * ((d.v + d.g.dot(p - q)) / g2))
         }
         2 => {
-            let mut d = d;
             let (a, b) = (d.next()?, d.next()?);
             let (la, lb) = (a.g.length(), b.g.length());
             if !(la > 0.0 && lb > 0.0) {

@@ -1,4 +1,4 @@
-//! Rvachev's functions: one formula out of a Boolean of formulas ([LIS14]; Rvachev, Theory of R-functions, 1982).
+//! Rvachev's functions: one formula out of a Boolean of formulas (\[LIS14\]; Rvachev, Theory of R-functions, 1982).
 //!
 //! With `s = a + b`, inside positive, and the complement `-a`:
 //!

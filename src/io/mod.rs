@@ -102,7 +102,7 @@ impl Format {
 /// How numbers are stored, in the formats that allow both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Encoding {
-    /// What [`write`] uses: binary for PLY and VTU, text for MSH.
+    /// What [`write()`] uses: binary for PLY and VTU, text for MSH.
     #[default]
     Usual,
     /// Decimal text: the shortest digits, at most 17, that read back as the same `f64`.
@@ -164,12 +164,12 @@ pub fn write(path: &Path, mesh: &TriMesh, run: &Run) -> Result<()> {
     write_atomic(path, |out| encode(out, mesh, format, Encoding::Usual, run))
 }
 
-/// Writes a mesh as `format` to any stream; [`write`] with a choice of encoding.
+/// Writes a mesh as `format` to any stream; [`write()`] with a choice of encoding.
 ///
 /// STL, OBJ and OFF have one encoding each and ignore `encoding`.
 ///
 /// # Errors
-/// As [`write`], without those about the path.
+/// As [`write()`], without those about the path.
 pub fn encode(out: &mut dyn Write, mesh: &TriMesh, format: Format, encoding: Encoding, run: &Run) -> Result<()> {
     build::check_mesh(mesh)?;
     match format {
@@ -183,7 +183,7 @@ pub fn encode(out: &mut dyn Write, mesh: &TriMesh, format: Format, encoding: Enc
     }
 }
 
-/// Whether [`write`] could work on this path, so that a command can refuse before the computation.
+/// Whether [`write()`] could work on this path, so that a command can refuse before the computation.
 ///
 /// # Errors
 /// [`Error::Usage`] for an unknown extension, a missing folder or a path that is a folder; each names it.

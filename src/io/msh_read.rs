@@ -339,8 +339,13 @@ fn read_old_nodes(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
     Ok(())
 }
 
-/// Version 2.2 has no entities with several physicals: the physical tag itself is the face, else the elementary one.
+/// In version 2.2 an element has one physical tag; gmsh repeats elements that have several, under new numbers.
+///
+/// Elements alike in physical and elementary tag stand for one entity. An element whose corners came before with the same
+/// elementary but another physical tag is such a repetition, and gives that tag to the entity of the first.
 fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
+    let mut entities: FxHashMap<(i32, i32), i32> = FxHashMap::default();
+    let mut first: FxHashMap<(i32, [u64; 4]), (i32, i32)> = FxHashMap::default();
     for i in 0..s.items(6, "elements")? {
         if i % CHECK_EVERY == 0 {
             run.check()?;
@@ -357,10 +362,19 @@ fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
         }
         let physical = tags.first().copied().unwrap_or(0);
         let elementary = tags.get(1).copied().unwrap_or(0);
-        // Entities of physical faces and unnamed ones must not meet: the latter count downwards.
-        let entity = if physical != 0 { physical } else { -1 - elementary.saturating_abs() };
-        raw.surfaces.entry(entity).or_insert_with(|| if physical != 0 { vec![physical] } else { Vec::new() });
-        raw.polygon(tag, entity, &corners);
+        let mut key = [0; 4];
+        key[..nodes].copy_from_slice(&corners);
+        let (home, home_physical) = *first.entry((elementary, key)).or_insert_with(|| {
+            let fresh = entities.len() as i32 + 1;
+            (*entities.entry((physical, elementary)).or_insert(fresh), physical)
+        });
+        let list = raw.surfaces.entry(home).or_default();
+        if physical != 0 && !list.contains(&physical) {
+            list.push(physical);
+        }
+        if physical == home_physical {
+            raw.polygon(tag, home, &corners);
+        }
     }
     Ok(())
 }

@@ -236,8 +236,13 @@ fn foreign_spellings() {
         10 0 0 0\n20 1 0 0\n30 1 1 0\n40 0 1 0\n$EndNodes\n$Elements\n3\n1 15 2 0 1 10\n2 2 2 7 1 10 20 30\n\
         3 2 2 0 2 10 30 40\n$EndElements\n";
     let mesh = read_bytes(old.as_bytes(), Format::Msh, Path::new("x")).unwrap();
-    assert_eq!((mesh.area(), &mesh.labels[..]), (1.0, &[1, 0][..]));
-    assert_eq!(mesh.faces[1], "top");
+    assert_eq!((mesh.area(), &mesh.labels[..]), (1.0, &[0, 1][..]));
+    assert_eq!(mesh.faces, ["top", "surface 2"].map(String::from));
+    // The first triangle again, as a member of a second physical surface.
+    let again = old.replace("$Elements\n3\n", "$Elements\n4\n").replace("$EndE", "9 2 2 8 1 10 20 30\n$EndE");
+    let mesh = read_bytes(again.as_bytes(), Format::Msh, Path::new("x")).unwrap();
+    assert_eq!((mesh.area(), mesh.triangles.len(), &mesh.faces[0][..]), (1.0, 2, "top"));
+    assert_eq!(mesh.groups, [Group { name: "physical 8".into(), faces: vec![0] }]);
 }
 
 #[test]

@@ -28,7 +28,7 @@ impl Arrays<'_> {
     ) -> Result<()> {
         self.run.check()?;
         let format = if self.binary { "binary" } else { "ascii" };
-        write!(self.out, "<DataArray {attributes} format=\"{format}\">\n").map_err(write_failed)?;
+        writeln!(self.out, "<DataArray {attributes} format=\"{format}\">").map_err(write_failed)?;
         if self.binary {
             let mut data = vec![0; 8];
             values.for_each(|v| data.extend(bytes(v)));
@@ -40,7 +40,7 @@ impl Arrays<'_> {
                 write!(self.out, "{} ", text(value)).map_err(write_failed)?;
             }
         }
-        write!(self.out, "\n</DataArray>\n").map_err(write_failed)
+        self.line("\n</DataArray>")
     }
 
     fn line(&mut self, text: &str) -> Result<()> {

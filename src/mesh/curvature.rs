@@ -1,4 +1,4 @@
-//! Curvature of a triangle mesh at its nodes: the sets C and G of [LIS14] (14, 15), and dihedral angles.
+//! Curvature of a triangle mesh at its nodes: the sets C and G of \[LIS14\] (14, 15), and dihedral angles.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,7 +9,7 @@ use super::edit::{EditMesh, NONE};
 /// What the triangles around a node say about the surface's curvature there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NodeCurvature {
-    /// `(|k1|, |k2|)` with |k1| ≥ |k2|, 1 over length, [LIS14] (14). Magnitudes, so that reflex creases show as convex
+    /// `(|k1|, |k2|)` with |k1| ≥ |k2|, 1 over length, \[LIS14\] (14). Magnitudes, so that reflex creases show as convex
     /// ones do.
     pub principal: [f64; 2],
     /// |2π − Σθ|, or |π − Σθ| on a boundary, radians: the curvature of (15) without its 1/h², which would make corners

@@ -144,7 +144,7 @@ fn intersections_of_pairs() {
         let nodes = t.iter().chain(&extra).map(|a| DVec3::from_array(*a)).collect();
         hits(&TriMesh::new(nodes, vec![[0, 1, 2], second])) == 1
     };
-    assert!(shared([[3.0, 3.0, 1.0], [0.0; 3]], [0, 1, 3]) == false, "hinge");
+    assert!(!shared([[3.0, 3.0, 1.0], [0.0; 3]], [0, 1, 3]), "hinge");
     assert!(shared([[1.0, 1.0, 0.0], [0.0; 3]], [0, 1, 3]), "folded onto its neighbor");
     assert!(!shared([[1.0, -1.0, 0.0], [0.0; 3]], [1, 0, 3]), "flat neighbor");
     assert!(shared([[3.0, 3.0, -1.0], [1.0, 1.0, 1.0]], [0, 3, 4]), "through from a shared node");

@@ -197,9 +197,7 @@ impl Interval {
             let e = f64::from(n + 2) * f64::EPSILON;
             Self::new(lo - lo.abs() * e, hi + hi.abs() * e)
         };
-        if n % 2 == 1 {
-            widen(a, b)
-        } else if self.lo >= 0.0 {
+        if n % 2 == 1 || self.lo >= 0.0 {
             widen(a, b)
         } else if self.hi <= 0.0 {
             widen(b, a)

@@ -1,4 +1,4 @@
-//! Two-means clustering of small vectors, as [LIS14] (16) and (17) use it to find corners and creases.
+//! Two-means clustering of small vectors, as \[LIS14\] (16) and (17) use it to find corners and creases.
 //!
 //! *Guarantees*: terminates (each round lowers the summed squared distance, and rounds are bounded); ties belong to the
 //! low cluster, so nobody is left out; an empty cluster keeps its center. *Does not guarantee*: that two clusters mean

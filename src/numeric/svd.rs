@@ -1,6 +1,6 @@
 //! Least-squares points of tangent planes: 3x3 symmetric systems solved by truncated singular value decomposition.
 //!
-//! The system of [LIS14] (9, 10) has rank 1 where the surface is flat and rank 2 along a straight edge, so it cannot be
+//! The system of \[LIS14\] (9, 10) has rank 1 where the surface is flat and rank 2 along a straight edge, so it cannot be
 //! solved as it stands. Directions the planes say nothing about (small singular values) are left unmoved instead.
 //!
 //! *Guarantees*: the same input gives the same bits; NaN or infinite input gives rank 0 and a zero step.
@@ -52,7 +52,7 @@ pub fn symmetric_eigen(m: [f64; 6]) -> ([f64; 3], [DVec3; 3]) {
     (order.map(|i| a[i][i]), order.map(|i| DVec3::new(v[0][i], v[1][i], v[2][i])))
 }
 
-/// A sum of squared distances to planes, [LIS14] (9): collected plane by plane around an origin, then minimized.
+/// A sum of squared distances to planes, \[LIS14\] (9): collected plane by plane around an origin, then minimized.
 #[derive(Debug, Clone, Copy)]
 pub struct Qef {
     origin: DVec3,

@@ -1,4 +1,4 @@
-//! Node classes: corner, crease, regular. By curvature alone as [LIS14] (14–17) has it, or by the edges marked sharp.
+//! Node classes: corner, crease, regular. By curvature alone as \[LIS14\] (14–17) has it, or by the edges marked sharp.
 
 use super::crease::feature_neighbors;
 use super::guard::ask_all;
@@ -76,7 +76,7 @@ pub fn classify_by_edges(mesh: &EditMesh) -> Classes {
     out
 }
 
-/// Classes by curvature, [LIS14] (14–17), corrected: corners by two-means of the angle defects, then creases by
+/// Classes by curvature, \[LIS14\] (14–17), corrected: corners by two-means of the angle defects, then creases by
 /// two-means of `(|k1|, |k2|)` over the other nodes; regular is what is neither. A split is accepted only when its
 /// centers differ by more than [`CONTRAST`], and a node only when an edge at it bends by more than `feature_angle`
 /// degrees (three such edges, or none of two along one line, for a corner). Bands of crease nodes are thinned: the

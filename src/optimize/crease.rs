@@ -222,14 +222,21 @@ pub fn cut_creases(
     let mut on_crease: Vec<bool> = (0..mesh.node_capacity() as u32).map(|v| has_sharp(mesh, v)).collect();
     for (v, found) in beside.iter().enumerate() {
         let Some(found) = found else { continue };
-        on_crease[v] = true;
-        match found {
-            Some(p) if mesh.is_pinned(v as u32) || p.distance(mesh.point(v as u32)) == 0.0 => {}
-            Some(p) if p.distance(mesh.point(v as u32)) <= 4.0 * ON_CREASE * reach && may_move(mesh, v as u32, *p) => {
-                mesh.set_point(v as u32, *p);
-                report.snapped += 1;
-            }
-            _ => report.missed += 1,
+        let v = v as u32;
+        let away = found.map_or(f64::INFINITY, |p| p.distance(mesh.point(v)));
+        if away <= LOOK_LEAST * reach {
+            on_crease[v as usize] = true;
+        } else if let Some(p) = found
+            && away <= 4.0 * ON_CREASE * reach
+            && !mesh.is_pinned(v)
+            && may_move(mesh, v, *p)
+        {
+            mesh.set_point(v, *p);
+            on_crease[v as usize] = true;
+            report.snapped += 1;
+        } else {
+            // Its edges are cut as if it lay on the one face its foot is on; the short ones are collapsed later.
+            report.missed += 1;
         }
     }
 

@@ -1,4 +1,4 @@
-//! The dual mesh of [LIS14] and the operator `N1` (8–11): nodes move to where the tangent planes around them meet, which
+//! The dual mesh of \[LIS14\] and the operator `N1` (8–11): nodes move to where the tangent planes around them meet, which
 //! on a crease or corner is the crease or corner itself.
 
 use super::guard::{Moves, ask_all, relocate};
@@ -12,7 +12,7 @@ use crate::run::Run;
 /// its normals on (tan²(θ/2) > 0.1); lower values make nodes on curved faces run along the surface after rounding.
 pub const CUTOFF: f64 = 0.1;
 
-/// The nodes of the dual mesh, D of [LIS14]: for each triangle the crossing of the line through its centroid along its
+/// The nodes of the dual mesh, D of \[LIS14\]: for each triangle the crossing of the line through its centroid along its
 /// normal with the surface, `None` where there is none within `reach`, where the triangle is degenerate or dead.
 pub fn dual_nodes(mesh: &EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Vec<Option<Foot>>> {
     ask_all(run, mesh.triangle_capacity(), |t| {
@@ -23,7 +23,7 @@ pub fn dual_nodes(mesh: &EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: 
     })
 }
 
-/// One pass of `N1`, [LIS14] (8–11): every node whose mean squared distance (9) to the tangent planes at the dual nodes
+/// One pass of `N1`, \[LIS14\] (8–11): every node whose mean squared distance (9) to the tangent planes at the dual nodes
 /// around it exceeds `threshold` goes to the minimizer of that distance, singular values below [`CUTOFF`] dropped, no
 /// further than `reach`, then back to the surface. Pinned nodes stay.
 ///

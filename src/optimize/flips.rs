@@ -99,7 +99,7 @@ fn keeps_facing(mesh: &EditMesh, h: u32, old: [[DVec3; 3]; 2], new: [[DVec3; 3];
     least(n, m) >= bend.min(own).max(0.0)
 }
 
-/// Flips edges while that lowers the normal deviation of [LIS14] (4, 5) summed over the two triangles, the surface being
+/// Flips edges while that lowers the normal deviation of \[LIS14\] (4, 5) summed over the two triangles, the surface being
 /// asked anew at the centroids of the new pair. Only edges whose triangles bend by more than `bend` degrees, from each
 /// other or from the recorded normals, are looked at. Returns the number of flips.
 pub fn flip_for_normals(

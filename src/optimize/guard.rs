@@ -136,7 +136,7 @@ pub(super) fn ask_all<T: Send>(
         (0..count as u32)
             .into_par_iter()
             .with_min_len(BLOCK)
-            .map(|i| if i as usize % BLOCK == 0 && run.is_cancelled() { None } else { ask(i) })
+            .map(|i| if (i as usize).is_multiple_of(BLOCK) && run.is_cancelled() { None } else { ask(i) })
             .collect()
     });
     run.check()?;

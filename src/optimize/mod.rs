@@ -1,10 +1,10 @@
-//! Mesh improvement: the operators of [LIS14] and what they need to leave a mesh an engineer can compute on.
+//! Mesh improvement: the operators of \[LIS14\] and what they need to leave a mesh an engineer can compute on.
 //!
 //! Every operator is a function over an [`EditMesh`](crate::mesh::EditMesh) and a
 //! [`SurfaceOracle`](crate::geometry::SurfaceOracle), the only thing known of the surface, so what serves an R-function
 //! part serves a B-rep or a scan. [`improve`] runs a sequence of them.
 //!
-//! | [LIS14] | here |
+//! | \[LIS14\] | here |
 //! |---|---|
 //! | ε_n (4, 5) | [`normal_deviation`], [`survey`] |
 //! | N (6, 7) | [`align_normals`] |

@@ -1,4 +1,4 @@
-//! The operator `N` of [LIS14] (4–7): nodes move so that triangles' normals agree with the surface's.
+//! The operator `N` of \[LIS14\] (4–7): nodes move so that triangles' normals agree with the surface's.
 
 use super::guard::{Moves, ask_all, relocate};
 use super::surface::centroid_feet;
@@ -10,7 +10,7 @@ use crate::run::Run;
 /// The damping λ the default sequences use: undamped Jacobi steps overshoot where neighbors move the same way.
 pub const DAMPING: f64 = 0.5;
 
-/// One pass of `N`, [LIS14] (6, 7): `p ← p + λ Σ A(t) ((c−p)·m) m / Σ A(t)` over the triangles around p, then back to
+/// One pass of `N`, \[LIS14\] (6, 7): `p ← p + λ Σ A(t) ((c−p)·m) m / Σ A(t)` over the triangles around p, then back to
 /// the surface. m is the surface's normal at the *projected* centroid (the centroid itself lies below a curved surface).
 /// Pinned nodes stay.
 ///

@@ -28,7 +28,7 @@ const BEND: f64 = 10.0;
 /// Nodes around triangles with a smaller angle than this (degrees) are relaxed one by one. Raising it moves more nodes and
 /// slows the stage down without helping the worst: 35 is reached nearly everywhere, 40 is not.
 const RELAX_ANGLE: f64 = 35.0;
-/// Around a place that came out wrong nodes stay as they were within this many sizes, one more at each retry.
+/// Around a place that came out wrong nodes stay as they were within this many sizes, twice as far at each
 const FREEZE: f64 = 1.5;
 /// `N` is repeated until ε_n falls by less than this share, at most [`N_PASSES`] times.
 const N_FALL: f64 = 0.05;
@@ -221,7 +221,7 @@ pub fn default_sequence() -> Vec<Operator> {
     out
 }
 
-/// The sequence [LIS14] describes, corrected: projection, smoothing, `N`, `N1`, classes by curvature, smoothing by class,
+/// The sequence \[LIS14\] describes, corrected: projection, smoothing, `N`, `N1`, classes by curvature, smoothing by class,
 /// densification, `N1` again. No edge is flipped or cut, so chamfers stay; it is here to be compared with.
 pub fn paper_sequence() -> Vec<Operator> {
     use Operator::*;
@@ -324,7 +324,7 @@ pub fn improve_with(
         if places.intersecting == 0 && (attempt > 0 || badness.1 == 0) {
             break;
         }
-        let radius = options.size * (FREEZE + attempt as f64);
+        let radius = options.size * FREEZE * 2f64.powi(attempt as i32);
         frozen.extend(places.points.into_iter().map(|p| (p, radius)));
     }
     if let Some((_, made, report)) = best {

@@ -1,4 +1,4 @@
-//! Smoothing: `R_all` (12, 13), `R_regular` (18) and `R_edge` (19, 20) of [LIS14], each followed by projection.
+//! Smoothing: `R_all` (12, 13), `R_regular` (18) and `R_edge` (19, 20) of \[LIS14\], each followed by projection.
 
 use glam::DVec3;
 
@@ -62,7 +62,7 @@ fn smooth_where(
     Ok(moves)
 }
 
-/// One pass of `R_all`, [LIS14] (12, 13): every node goes by the tangential part of its Laplacian displacement, then back
+/// One pass of `R_all`, \[LIS14\] (12, 13): every node goes by the tangential part of its Laplacian displacement, then back
 /// to the surface. Pinned and boundary nodes stay.
 ///
 /// *Guarantees*: guarded (see [`guard`](super::guard)). *Does not guarantee*: features; nodes slide off creases, so use it
@@ -71,7 +71,7 @@ pub fn smooth_all(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, r
     smooth_where(mesh, oracle, reach, run, |_, _| true)
 }
 
-/// One pass of `R_regular`, [LIS14] (18): as [`smooth_all`], but only nodes that are neither on a crease nor a corner.
+/// One pass of `R_regular`, \[LIS14\] (18): as [`smooth_all`], but only nodes that are neither on a crease nor a corner.
 pub fn smooth_regular(
     mesh: &mut EditMesh,
     oracle: &dyn SurfaceOracle,
@@ -82,7 +82,7 @@ pub fn smooth_regular(
     smooth_where(mesh, oracle, reach, run, |_, v| classes.kind(v) == Kind::Regular)
 }
 
-/// One pass of `R_edge`, [LIS14] (19, 20): a node on a crease goes by `c (u·τ̂) τ̂` with u from the node to the middle of
+/// One pass of `R_edge`, \[LIS14\] (19, 20): a node on a crease goes by `c (u·τ̂) τ̂` with u from the node to the middle of
 /// its two neighbors along the crease and τ̂ the unit vector between these (the paper's two cases are this one formula),
 /// then back onto the crease.
 ///

@@ -11,7 +11,7 @@ use crate::run::Run;
 /// How far the triangles' normals are from the surface's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
-    /// ε_n, [LIS14] (5): area-weighted mean of 1 − (n·m)², m at the projected centroid.
+    /// ε_n, \[LIS14\] (5): area-weighted mean of 1 − (n·m)², m at the projected centroid.
     pub normal: f64,
     /// Triangles with n·m ≤ 0, which the square in (4) would hide.
     pub inverted: usize,
@@ -51,7 +51,7 @@ fn deviation(mesh: &EditMesh, feet: &[Option<Foot>]) -> Deviation {
     out
 }
 
-/// The normal deviation ε_n of [LIS14] (4, 5), with ∇F taken at the *projected* centroid, and the count of inverted
+/// The normal deviation ε_n of \[LIS14\] (4, 5), with ∇F taken at the *projected* centroid, and the count of inverted
 /// triangles. Looks for feet at most `reach` away. Changes nothing.
 pub fn normal_deviation(mesh: &EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Deviation> {
     Ok(deviation(mesh, &centroid_feet(mesh, oracle, reach, run)?))

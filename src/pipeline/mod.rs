@@ -4,6 +4,7 @@ mod compare;
 mod mesh;
 mod report;
 
+pub use crate::implicit::part::{Part, SizeRequest};
 pub use compare::{Comparison, Row, compare};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
 pub use report::{Info, LeafInfo, Report, info};

@@ -25,7 +25,7 @@ pub struct Deviation {
     pub max: f64,
     /// Root mean square distance over the area.
     pub rms: f64,
-    /// `eps_n` of [LIS14] eq. 5: area-weighted mean of `1 - (n . m)^2`, `m` the surface's normal at the foot of the centroid.
+    /// `eps_n` of \[LIS14\] eq. 5: area-weighted mean of `1 - (n . m)^2`, `m` the surface's normal at the foot of the centroid.
     pub normal: f64,
     /// Samples without surface within four mean edge lengths.
     pub unprojected: usize,

@@ -85,7 +85,8 @@ impl Look {
                 marks.iter().map(|a| (quality_color(*a), format!("{a} deg"))).collect()
             }
         };
-        let fits = lines.len() <= LEGEND_FACES && lines.len() * LINE + 2 * PAD <= height;
+        // A single face explains itself.
+        let fits = lines.len() > 1 && lines.len() <= LEGEND_FACES && lines.len() * LINE + 2 * PAD <= height;
         let text = lines.iter().map(|l| text_width(&l.1)).max()?;
         fits.then(|| Legend { width: text + TEXT_HEIGHT + 3 * PAD, lines })
     }

@@ -18,8 +18,10 @@ const BAND: usize = 16;
 /// Marks a sample no triangle covers.
 const NOTHING: u32 = u32::MAX;
 /// How bright a triangle is that the light grazes; the rest up to 1 goes with the cosine.
-const AMBIENT: f32 = 0.42;
-/// How far, of a triangle edge's darkness, the edges of large triangles are mixed with ink.
+const AMBIENT: f32 = 0.5;
+/// Lets sides that face the camera rather than the light keep the clean color of the legend.
+const EXPOSURE: f32 = 1.1;
+/// The share of ink on the edges of large triangles.
 const WIRE_STRENGTH: f32 = 0.30;
 /// Mean triangle edges, in pixels, from which on edges begin to show by themselves, and are fully drawn.
 const WIRE_FROM: f32 = 5.0;
@@ -251,8 +253,7 @@ fn shade(mesh: &TriMesh, t: usize, look: &Look, light: DVec3, towards: DVec3) ->
     let n = mesh.normal(t);
     let (base, n) = if n.dot(towards) < 0.0 { (INSIDE, -n) } else { (look.color(mesh, t), n) };
     let bright = AMBIENT + (1.0 - AMBIENT) * n.dot(light).max(0.0) as f32;
-    // A touch above 1 lets sides that face the light keep the clean color of the legend.
-    base.map(|c| (c * bright * 1.06).min(1.0))
+    base.map(|c| (c * bright * EXPOSURE).min(1.0))
 }
 
 /// The bands that the rows from `lo` to `hi` touch.

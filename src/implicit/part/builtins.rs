@@ -302,7 +302,7 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
         "union" | "intersection" => {
             let mut all = Vec::new();
             for a in &arguments {
-                let items = a.value.items().map_or_else(|| std::slice::from_ref(&a.value), |v| v);
+                let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
                 for v in items {
                     all.push(
                         v.solid()

@@ -54,10 +54,8 @@ pub(super) fn check(source: &str) -> Result<()> {
                     return Err(too_much(source, i, "brackets are nested too deeply", limits::NESTING));
                 }
             }
-            b')' | b']' | b'}' => {
-                if counts.len() > 1 {
-                    counts.pop();
-                }
+            b')' | b']' | b'}' if counts.len() > 1 => {
+                counts.pop();
             }
             b',' | b';' => reset(&mut counts),
             b'\n' if counts.len() == 1 && !(i > 0 && b[i - 1] == b'\\') => reset(&mut counts),

@@ -135,10 +135,10 @@ impl Part {
         let mut best = f64::INFINITY;
         for i in 0..n {
             for j in 0..i {
-                if let Some(q) = self.solve(p, &[i, j]) {
-                    if self.outward(q, i).angle_between(self.outward(q, j)).to_degrees() > angle {
-                        best = best.min(q.distance(p));
-                    }
+                if let Some(q) = self.solve(p, &[i, j])
+                    && self.outward(q, i).angle_between(self.outward(q, j)).to_degrees() > angle
+                {
+                    best = best.min(q.distance(p));
                 }
             }
         }
