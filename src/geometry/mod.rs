@@ -2,6 +2,8 @@
 
 mod features;
 mod oracle;
+mod pieces;
 
 pub use features::{FeatureSample, Features};
 pub use oracle::{Foot, SurfaceOracle};
+pub use pieces::Pieces;

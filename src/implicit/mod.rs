@@ -17,6 +17,7 @@ mod model;
 mod newton;
 mod octree;
 mod oracle;
+mod pieces;
 pub mod part;
 mod polygon;
 mod rfunction;

@@ -53,12 +53,16 @@ impl<'a> ImplicitOracle<'a> {
         Ok(Self { model, bricks, scale: model.bounds().diagonal() })
     }
 
-    fn tape(&self, p: DVec3) -> &Tape {
+    pub(super) fn tape(&self, p: DVec3) -> &Tape {
         self.bricks.tape_at(&self.model.tape, p)
     }
 
-    fn leaves(&self) -> &[Leaf] {
+    pub(super) fn leaves(&self) -> &[Leaf] {
         &self.model.leaves
+    }
+
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// The foot at a point known to lie on `leaf`.

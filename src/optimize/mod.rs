@@ -26,6 +26,7 @@ pub mod classify;
 pub mod crease;
 pub mod density;
 pub mod dual;
+pub mod exact;
 pub mod flips;
 pub mod guard;
 pub mod normal;

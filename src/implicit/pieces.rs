@@ -1,0 +1,48 @@
+//! The leaves of a part as the pieces of its surface.
+
+use glam::DVec3;
+
+use super::newton::{bounds_corner, bounds_edge, bounds_solid, nearest};
+use super::oracle::ImplicitOracle;
+use super::tape::Op;
+use crate::geometry::Pieces;
+
+impl Pieces for ImplicitOracle<'_> {
+    fn piece_at(&self, p: DVec3) -> Option<u32> {
+        let leaf = self.tape(p).active(self.leaves(), p).leaf;
+        (leaf != u32::MAX).then_some(leaf)
+    }
+
+    fn meet(&self, pieces: &[u32], p: DVec3, reach: f64) -> Option<DVec3> {
+        nearest(self.leaves(), pieces, p, reach, self.scale())
+    }
+
+    fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {
+        self.leaves()[piece as usize].gradient(p).g.try_normalize()
+    }
+
+    fn bounds(&self, pieces: &[u32], p: DVec3) -> bool {
+        let (tape, leaves) = (self.tape(p), self.leaves());
+        match *pieces {
+            [i] => bounds_solid(tape, leaves, i, p).is_some(),
+            [i, j] => bounds_edge(tape, leaves, i, j, p).is_some(),
+            [i, j, k] => bounds_corner(tape, leaves, [i, j, k], p),
+            _ => false,
+        }
+    }
+
+    fn face_at(&self, piece: u32, p: DVec3) -> Option<u32> {
+        let tape = self.tape(p);
+        let mut faces = tape.ops.iter().filter_map(|op| match *op {
+            Op::Leaf { leaf, face, .. } if leaf == piece => Some(face),
+            _ => None,
+        });
+        let first = faces.next()?;
+        if faces.next().is_none() {
+            return Some(first);
+        }
+        // the same surface under several names: the tree decides
+        let active = tape.active(self.leaves(), p);
+        Some(if active.leaf == piece { active.face } else { first })
+    }
+}

@@ -1,0 +1,253 @@
+//! Cutting a mesh along the borders of the surface's pieces.
+//!
+//! Every node of the input lies on one piece. An edge between nodes on different pieces runs across a border: it gets a
+//! node where the two pieces meet. A triangle with nodes on three pieces holds a corner: it gets a node where the three
+//! meet. Then every triangle lies on one piece and every border is a chain of edges, whatever the geometry: the cut is
+//! combinatorial and cannot fail. Geometry enters before, where edges whose pieces do not meet near them (a third piece
+//! lies between) are split until they do, and after, when the nodes are put exactly where they belong.
+
+use glam::DVec3;
+
+use super::patchwork::{Patch, Patchwork, PieceSet};
+use crate::error::Result;
+use crate::geometry::Pieces;
+use crate::mesh::{EditMesh, TriMesh, edit::NONE};
+use crate::optimize::guard::ask_all;
+use crate::run::Run;
+
+/// Rounds of splitting edges that run over a third piece: each halves them.
+const ROUNDS: usize = 6;
+/// An edge is not split further below this share of the cell.
+const SHORTEST: f64 = 0.02;
+/// Pieces are looked for this many edge lengths around the point an edge crosses their border.
+const REACH: f64 = 2.0;
+
+/// Where an edge crosses the border of the pieces of its ends, or why that is not known.
+#[derive(Debug, Clone, Copy)]
+enum Crossing {
+    At(DVec3),
+    /// The pieces do not meet here, or what meets here is not on the boundary.
+    Nowhere,
+}
+
+/// What cutting met.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CutReport {
+    /// Edges that got a node on a border.
+    pub crossings: usize,
+    /// Triangles that got a corner.
+    pub corners: usize,
+    /// Edges split because a third piece lay between their ends.
+    pub splits: usize,
+    /// Places where pieces border on each other in the mesh but no exact meeting point was found.
+    pub unresolved: Vec<DVec3>,
+}
+
+struct Cutter<'a> {
+    mesh: EditMesh,
+    piece: Vec<u32>,
+    surface: &'a dyn Pieces,
+    cell: f64,
+    report: CutReport,
+}
+
+/// Cuts `mesh`, whose nodes lie on the surface at about `cell` from each other, along all borders of pieces.
+pub fn cut_pieces(
+    mesh: &TriMesh,
+    surface: &dyn Pieces,
+    cell: f64,
+    run: &Run,
+) -> Result<(Patchwork, CutReport)> {
+    let edit = EditMesh::new(mesh)?;
+    let pieces = ask_all(run, edit.node_capacity(), |v| surface.piece_at(edit.point(v)))?;
+    let piece: Vec<u32> = pieces.into_iter().map(|p| p.unwrap_or(NONE)).collect();
+    let mut cutter = Cutter { mesh: edit, piece, surface, cell, report: CutReport::default() };
+    cutter.resolve(run)?;
+    cutter.cut(run)
+}
+
+impl Cutter<'_> {
+    fn differs(&self, a: u32, b: u32) -> bool {
+        self.piece[a as usize] != self.piece[b as usize]
+    }
+
+    /// Distance of `p` from a piece, to first order.
+    fn away(&self, piece: u32, p: DVec3) -> f64 {
+        self.surface.meet(&[piece], p, REACH * self.cell).map_or(self.cell, |q| q.distance(p))
+    }
+
+    fn crossing(&self, h: u32) -> Crossing {
+        let (a, b) = (self.mesh.origin(h), self.mesh.target(h));
+        let (i, j) = (self.piece[a as usize], self.piece[b as usize]);
+        if i == NONE || j == NONE {
+            return Crossing::Nowhere;
+        }
+        let (p, q) = (self.mesh.point(a), self.mesh.point(b));
+        let (da, db) = (self.away(j, p), self.away(i, q));
+        let t = if da + db > 0.0 { da / (da + db) } else { 0.5 };
+        let start = p.lerp(q, t);
+        match self.surface.meet(&[i, j], start, REACH * p.distance(q).max(SHORTEST * self.cell)) {
+            Some(x) if self.surface.bounds(&[i, j], x) => Crossing::At(x),
+            _ => Crossing::Nowhere,
+        }
+    }
+
+    fn corner(&self, t: u32) -> Crossing {
+        let nodes = self.mesh.corners(t);
+        let pieces = nodes.map(|v| self.piece[v as usize]);
+        if pieces.contains(&NONE) {
+            return Crossing::Nowhere;
+        }
+        match self.surface.meet(&pieces, self.mesh.centroid(t), REACH * self.longest(t)) {
+            Some(x) if self.surface.bounds(&pieces, x) => Crossing::At(x),
+            _ => Crossing::Nowhere,
+        }
+    }
+
+    fn longest(&self, t: u32) -> f64 {
+        (3 * t..3 * t + 3).map(|h| self.mesh.edge_length(h)).fold(SHORTEST * self.cell, f64::max)
+    }
+
+    fn has_three(&self, t: u32) -> bool {
+        let [a, b, c] = self.mesh.corners(t);
+        self.differs(a, b) && self.differs(b, c) && self.differs(c, a)
+    }
+
+    /// Splits edges and triangles whose pieces do not meet there.
+    fn resolve(&mut self, run: &Run) -> Result<()> {
+        for _ in 0..ROUNDS {
+            run.check()?;
+            let this = &*self;
+            let bad_edges = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
+                let crosses = this.mesh.is_edge(h) && this.differs(this.mesh.origin(h), this.mesh.target(h));
+                if !crosses || this.mesh.edge_length(h) < SHORTEST * this.cell {
+                    return None;
+                }
+                matches!(this.crossing(h), Crossing::Nowhere).then_some(h)
+            })?;
+            let bad_triangles = ask_all(run, this.mesh.triangle_capacity(), |t| {
+                if !this.mesh.is_triangle(t) || !this.has_three(t) {
+                    return None;
+                }
+                let longest = (3 * t..3 * t + 3).max_by(|a, b| this.mesh.edge_length(*a).total_cmp(&this.mesh.edge_length(*b)))?;
+                if this.mesh.edge_length(longest) < SHORTEST * this.cell || matches!(this.corner(t), Crossing::At(_)) {
+                    return None;
+                }
+                Some(longest)
+            })?;
+            let mut ends: Vec<(u32, u32)> = bad_edges
+                .into_iter()
+                .chain(bad_triangles)
+                .flatten()
+                .map(|h| (self.mesh.origin(h), self.mesh.target(h)))
+                .map(|(a, b)| (a.min(b), a.max(b)))
+                .collect();
+            ends.sort_unstable();
+            ends.dedup();
+            if ends.is_empty() {
+                break;
+            }
+            for (a, b) in ends {
+                let Some(h) = self.mesh.edge_between(a, b) else { continue };
+                let (p, q) = (self.mesh.point(a), self.mesh.point(b));
+                let Some(foot) = self.surface.project(0.5 * (p + q), p.distance(q)) else { continue };
+                let piece = self.surface.piece_at(foot.point).unwrap_or(NONE);
+                if foot.point.distance(p).min(foot.point.distance(q)) < 1e-3 * p.distance(q) {
+                    continue;
+                }
+                self.mesh.split_edge(h, foot.point);
+                self.piece.push(piece);
+                self.report.splits += 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn cut(mut self, run: &Run) -> Result<(Patchwork, CutReport)> {
+        let this = &self;
+        let crossings = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
+            let crosses = this.mesh.is_edge(h) && this.differs(this.mesh.origin(h), this.mesh.target(h));
+            crosses.then(|| (this.mesh.origin(h), this.mesh.target(h), this.crossing(h)))
+        })?;
+        let corners = ask_all(run, this.mesh.triangle_capacity(), |t| {
+            (this.mesh.is_triangle(t) && this.has_three(t)).then(|| (t, this.corner(t)))
+        })?;
+        let mut sets: Vec<PieceSet> = self.piece.iter().map(|&p| PieceSet::one(p)).collect();
+        for (t, found) in corners.into_iter().flatten() {
+            let set = PieceSet::of(&self.mesh.corners(t).map(|v| self.piece[v as usize]));
+            let p = match found {
+                Crossing::At(p) => p,
+                Crossing::Nowhere => {
+                    let p = self.mesh.centroid(t);
+                    self.report.unresolved.push(p);
+                    p
+                }
+            };
+            self.mesh.split_triangle(t, p);
+            sets.push(set);
+            self.report.corners += 1;
+        }
+        for (a, b, found) in crossings.into_iter().flatten() {
+            let Some(h) = self.mesh.edge_between(a, b) else { continue };
+            let p = match found {
+                Crossing::At(p) => p,
+                Crossing::Nowhere => {
+                    let p = 0.5 * (self.mesh.point(a) + self.mesh.point(b));
+                    self.report.unresolved.push(p);
+                    p
+                }
+            };
+            self.mesh.split_edge(h, p);
+            sets.push(PieceSet::of(&[self.piece[a as usize], self.piece[b as usize]]));
+            self.report.crossings += 1;
+        }
+        // A triangle lies on the piece of those of its nodes that lie on one.
+        let mut of_triangle = vec![NONE; self.mesh.triangle_capacity()];
+        for t in 0..of_triangle.len() as u32 {
+            let own = self.mesh.corners(t).into_iter().map(|v| sets[v as usize]).find(|s| s.len() == 1);
+            of_triangle[t as usize] = own.map_or(NONE, |s| s.as_slice()[0]);
+        }
+        let patches = patches(&mut self.mesh, &of_triangle, self.surface);
+        Ok((Patchwork { mesh: self.mesh, sets, patches }, self.report))
+    }
+}
+
+/// Connected regions of triangles on one piece; labels of the triangles become their numbers, and edges between regions
+/// are marked sharp.
+fn patches(mesh: &mut EditMesh, of_triangle: &[u32], surface: &dyn Pieces) -> Vec<Patch> {
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        if mesh.is_edge(h) {
+            let o = mesh.opposite(h);
+            let border = o == NONE || of_triangle[(h / 3) as usize] != of_triangle[(o / 3) as usize];
+            mesh.set_sharp(h, border);
+        }
+    }
+    let mut number = vec![NONE; mesh.triangle_capacity()];
+    let mut patches = Vec::new();
+    let mut stack = Vec::new();
+    for first in 0..number.len() as u32 {
+        if number[first as usize] != NONE {
+            continue;
+        }
+        let id = patches.len() as u32;
+        let piece = of_triangle[first as usize];
+        let mut facing = 0.0;
+        number[first as usize] = id;
+        stack.push(first);
+        while let Some(t) = stack.pop() {
+            if let Some(n) = surface.direction(piece, mesh.centroid(t)) {
+                facing += mesh.area_vector(t).dot(n);
+            }
+            mesh.set_surface(t, id, DVec3::ZERO);
+            for h in 3 * t..3 * t + 3 {
+                let o = mesh.opposite(h);
+                if o != NONE && !mesh.is_sharp(h) && number[(o / 3) as usize] == NONE {
+                    number[(o / 3) as usize] = id;
+                    stack.push(o / 3);
+                }
+            }
+        }
+        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 } });
+    }
+    patches
+}

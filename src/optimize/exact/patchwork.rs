@@ -1,0 +1,128 @@
+//! A mesh that knows for every node which pieces of the surface it lies on, and for every triangle which one.
+
+use glam::DVec3;
+
+use crate::geometry::Pieces;
+use crate::mesh::EditMesh;
+
+/// The pieces a node lies on, ascending. More than three at a corner are cut to the first four.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PieceSet {
+    items: [u32; 4],
+    count: u8,
+}
+
+impl PieceSet {
+    /// A node inside a face.
+    pub fn one(piece: u32) -> Self {
+        Self { items: [piece, 0, 0, 0], count: 1 }
+    }
+
+    /// The different ones of some pieces.
+    pub fn of(pieces: &[u32]) -> Self {
+        let mut set = Self::default();
+        pieces.iter().for_each(|p| set.add(*p));
+        set
+    }
+
+    fn add(&mut self, piece: u32) {
+        let n = self.count as usize;
+        if n < self.items.len() && !self.items[..n].contains(&piece) {
+            self.items[n] = piece;
+            self.count += 1;
+            self.items[..=n].sort_unstable();
+        }
+    }
+
+    /// All pieces of both.
+    pub fn union(&self, other: &Self) -> Self {
+        let mut set = *self;
+        other.as_slice().iter().for_each(|p| set.add(*p));
+        set
+    }
+
+    /// Whether `other` has all pieces of this one.
+    pub fn within(&self, other: &Self) -> bool {
+        self.as_slice().iter().all(|p| other.as_slice().contains(p))
+    }
+
+    /// The pieces.
+    pub fn as_slice(&self) -> &[u32] {
+        &self.items[..self.count as usize]
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.count as usize
+    }
+
+    /// Whether the node lies on no piece that is known.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+}
+
+/// A connected part of the surface on one piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patch {
+    /// The piece.
+    pub piece: u32,
+    /// 1 where the piece's own direction points out of the solid, -1 where it points in.
+    pub outward: f64,
+}
+
+/// A mesh cut along the borders of pieces. Triangle labels are indices into `patches`; edges between patches are sharp.
+#[derive(Debug, Clone)]
+pub struct Patchwork {
+    /// The mesh.
+    pub mesh: EditMesh,
+    /// The pieces each node lies on.
+    pub sets: Vec<PieceSet>,
+    /// What triangle labels stand for.
+    pub patches: Vec<Patch>,
+}
+
+/// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
+/// negative for one turned over.
+pub(super) fn shape([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
+    let (u, v, w) = (b - a, c - a, c - b);
+    let squares = u.length_squared() + v.length_squared() + w.length_squared();
+    if squares > 0.0 { 2.0 * 3f64.sqrt() * u.cross(v).dot(normal) / squares } else { 0.0 }
+}
+
+impl Patchwork {
+    /// Outward unit normal of a patch's piece at a point on it.
+    pub(super) fn normal(&self, surface: &dyn Pieces, patch: u32, p: DVec3) -> DVec3 {
+        let patch = self.patches[patch as usize];
+        surface.direction(patch.piece, p).map_or(DVec3::ZERO, |n| n * patch.outward)
+    }
+
+    /// [`shape`] of a triangle at the given corners, on the given patch.
+    pub(super) fn shape_at(&self, surface: &dyn Pieces, patch: u32, t: [DVec3; 3]) -> f64 {
+        shape(t, self.normal(surface, patch, (t[0] + t[1] + t[2]) / 3.0))
+    }
+
+    /// [`shape`] of a triangle as it is.
+    pub(super) fn shape(&self, surface: &dyn Pieces, t: u32) -> f64 {
+        self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t))
+    }
+
+    /// The worst [`shape`] around a node, were it at `p`.
+    pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
+        let m = &self.mesh;
+        m.outgoing(v)
+            .map(|h| self.shape_at(surface, m.label(h / 3), [p, m.point(m.target(h)), m.point(m.apex(h))]))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Puts a point where a node with the given pieces may be; corners have one place only.
+    pub(super) fn settle(&self, surface: &dyn Pieces, set: &PieceSet, p: DVec3, reach: f64) -> Option<DVec3> {
+        if set.len() <= 2 { surface.meet(set.as_slice(), p, reach) } else { None }
+    }
+
+    /// The neighbors of a node along borders.
+    pub(super) fn along(&self, v: u32) -> Vec<u32> {
+        let m = &self.mesh;
+        m.outgoing(v).filter(|&h| m.is_sharp(h)).map(|h| m.target(h)).collect()
+    }
+}

@@ -1,0 +1,494 @@
+//! The remesher: split, collapse, flip and relocate on a [`Patchwork`], every node staying on its pieces.
+//!
+//! The loop is that of M. Botsch and L. Kobbelt, "A remeshing approach to multiresolution modeling" (2004), with every
+//! operation guarded by the [`shape`] of the triangles it makes, seen along the surface's own normals: a triangle that
+//! faces the wrong way has a negative shape, so the same guard untangles what cutting has folded.
+
+use glam::DVec3;
+
+use super::patchwork::{Patchwork, PieceSet, shape};
+use crate::error::Result;
+use crate::geometry::Pieces;
+use crate::mesh::edit::{NONE, next, prev};
+use crate::run::Run;
+
+/// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
+const LONG: f64 = 4.0 / 3.0;
+/// Edges shorter than this many wanted lengths are collapsed, for the same reason.
+const SHORT: f64 = 4.0 / 5.0;
+/// A collapse or split that makes things worse must still leave shapes of at least this.
+const FAIR: f64 = 0.35;
+/// The same for moves, once shapes are better than that.
+const GOOD: f64 = 0.6;
+/// Halvings of a move that is refused.
+const BACKTRACKS: usize = 3;
+
+/// What a node is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Rank {
+    Face,
+    Curve,
+    Corner,
+}
+
+/// A patchwork under work.
+pub(super) struct Remesher<'a> {
+    pub(super) work: Patchwork,
+    pub(super) surface: &'a dyn Pieces,
+    /// Wanted edge length at each node.
+    pub(super) want: Vec<f64>,
+    pub(super) rank: Vec<Rank>,
+    run: &'a Run,
+}
+
+impl<'a> Remesher<'a> {
+    pub(super) fn new(work: Patchwork, surface: &'a dyn Pieces, size: f64, run: &'a Run) -> Self {
+        let count = work.mesh.node_capacity();
+        let mut this = Self { work, surface, want: vec![size; count], rank: Vec::new(), run };
+        this.rank = (0..count as u32).map(|v| this.rank_of(v)).collect();
+        this
+    }
+
+    fn rank_of(&self, v: u32) -> Rank {
+        if !self.work.mesh.is_node(v) {
+            return Rank::Face;
+        }
+        match self.work.mesh.outgoing(v).filter(|&h| self.work.mesh.is_sharp(h)).count() {
+            0 => Rank::Face,
+            2 if self.work.sets[v as usize].len() == 2 => Rank::Curve,
+            _ => Rank::Corner,
+        }
+    }
+
+    fn point(&self, v: u32) -> DVec3 {
+        self.work.mesh.point(v)
+    }
+
+    fn wanted(&self, h: u32) -> f64 {
+        let m = &self.work.mesh;
+        self.want[m.origin(h) as usize].min(self.want[m.target(h) as usize])
+    }
+
+    /// The pieces a new node on an edge lies on.
+    fn edge_set(&self, h: u32) -> PieceSet {
+        let m = &self.work.mesh;
+        let own = PieceSet::one(self.work.patches[m.label(h / 3) as usize].piece);
+        let o = m.opposite(h);
+        if m.is_sharp(h) && o != NONE {
+            own.union(&PieceSet::one(self.work.patches[m.label(o / 3) as usize].piece))
+        } else {
+            own
+        }
+    }
+
+    /// Splits edges that are too long, longest first.
+    pub(super) fn split_long(&mut self) -> Result<usize> {
+        let mut list: Vec<(f64, u32, u32)> = Vec::new();
+        let m = &self.work.mesh;
+        for h in m.edges() {
+            let excess = m.edge_length(h) / (LONG * self.wanted(h));
+            if excess > 1.0 {
+                list.push((excess, m.origin(h), m.target(h)));
+            }
+        }
+        list.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
+        let mut count = 0;
+        for (k, (_, a, b)) in list.into_iter().enumerate() {
+            if k % 256 == 0 {
+                self.run.check()?;
+            }
+            if let Some(h) = self.work.mesh.edge_between(a, b) {
+                count += usize::from(self.split(h));
+            }
+        }
+        Ok(count)
+    }
+
+    /// Puts a node into the middle of an edge, if the surface and the shapes allow.
+    pub(super) fn split(&mut self, h: u32) -> bool {
+        let set = self.edge_set(h);
+        let m = &self.work.mesh;
+        let (a, b) = (m.origin(h), m.target(h));
+        let (p, q) = (self.point(a), self.point(b));
+        let Some(x) = self.work.settle(self.surface, &set, 0.5 * (p + q), 0.5 * p.distance(q)) else { return false };
+        let (mut before, mut after) = (f64::INFINITY, f64::INFINITY);
+        for side in [h, m.opposite(h)] {
+            if side == NONE {
+                continue;
+            }
+            let (label, c) = (m.label(side / 3), self.point(m.apex(side)));
+            let (s, e) = (self.point(m.origin(side)), self.point(m.target(side)));
+            before = before.min(self.work.shape_at(self.surface, label, [s, e, c]));
+            after = after.min(self.work.shape_at(self.surface, label, [s, x, c]));
+            after = after.min(self.work.shape_at(self.surface, label, [x, e, c]));
+        }
+        if after < before.min(0.5 * FAIR) {
+            return false;
+        }
+        let sharp = m.is_sharp(h);
+        let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);
+        self.work.mesh.split_edge(h, x);
+        self.work.sets.push(set);
+        self.want.push(want);
+        self.rank.push(if sharp { Rank::Curve } else { Rank::Face });
+        true
+    }
+
+    /// Collapses edges shorter than `short` wanted lengths, shortest first.
+    pub(super) fn collapse_short(&mut self, short: f64) -> Result<usize> {
+        let mut count = 0;
+        loop {
+            let m = &self.work.mesh;
+            let mut list: Vec<(f64, u32, u32)> = Vec::new();
+            for h in m.edges() {
+                let share = m.edge_length(h) / (short * self.wanted(h));
+                if share < 1.0 {
+                    list.push((share, m.origin(h), m.target(h)));
+                }
+            }
+            list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
+            let before = count;
+            for (k, (_, a, b)) in list.into_iter().enumerate() {
+                if k % 256 == 0 {
+                    self.run.check()?;
+                }
+                if !(self.work.mesh.is_node(a) && self.work.mesh.is_node(b)) {
+                    continue;
+                }
+                let Some(h) = self.work.mesh.edge_between(a, b) else { continue };
+                if self.work.mesh.edge_length(h) < short * self.wanted(h) {
+                    count += usize::from(self.collapse(h, LONG));
+                }
+            }
+            if count == before {
+                return Ok(count);
+            }
+        }
+    }
+
+    /// Collapses an edge in the direction the nodes' ranks allow, unless shapes suffer or an edge becomes longer than
+    /// `longest` wanted lengths.
+    pub(super) fn collapse(&mut self, h: u32, longest: f64) -> bool {
+        let m = &self.work.mesh;
+        let (a, b) = (m.origin(h), m.target(h));
+        let (ra, rb) = (self.rank[a as usize], self.rank[b as usize]);
+        let o = m.opposite(h);
+        if o == NONE {
+            return false;
+        }
+        let middle = |set: &PieceSet| {
+            let (p, q) = (self.point(a), self.point(b));
+            self.work.settle(self.surface, set, 0.5 * (p + q), p.distance(q))
+        };
+        let sharp = m.is_sharp(h);
+        let mut tries: Vec<(u32, DVec3)> = Vec::with_capacity(3);
+        if ra == rb && ra != Rank::Corner && (ra == Rank::Face || sharp) {
+            let set = self.work.sets[a as usize];
+            if set == self.work.sets[b as usize] {
+                tries.extend(middle(&set).map(|p| (h, p)));
+            }
+        }
+        let may = |from: Rank, to: Rank| match from {
+            Rank::Face => true,
+            Rank::Curve => sharp,
+            Rank::Corner => sharp && to == Rank::Corner && self.same_corner(a, b),
+        };
+        if ra <= rb && may(ra, rb) {
+            tries.push((h, self.point(b)));
+        }
+        if rb <= ra && may(rb, ra) {
+            tries.push((o, self.point(a)));
+        }
+        for (side, p) in tries {
+            if self.work.mesh.can_collapse(side) && self.collapse_is_fair(side, p, longest) {
+                let (from, to) = (self.work.mesh.origin(side), self.work.mesh.target(side));
+                if self.work.mesh.collapse(side, p) {
+                    if self.rank[to as usize] == Rank::Corner && self.rank[from as usize] == Rank::Corner {
+                        self.work.sets[to as usize] =
+                            self.work.sets[to as usize].union(&self.work.sets[from as usize]);
+                    }
+                    self.rank[to as usize] = self.rank[to as usize].max(self.rank_of(to));
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Whether two corners are one that was found twice.
+    fn same_corner(&self, a: u32, b: u32) -> bool {
+        self.point(a).distance(self.point(b)) < 1e-6 * self.want[a as usize]
+    }
+
+    fn collapse_is_fair(&self, h: u32, p: DVec3, longest: f64) -> bool {
+        let m = &self.work.mesh;
+        let (a, b) = (m.origin(h), m.target(h));
+        let dying = [h / 3, m.opposite(h) / 3];
+        let (mut before, mut after) = (f64::INFINITY, f64::INFINITY);
+        let long = |v: u32, x: u32| {
+            let want = self.want[v as usize].min(self.want[x as usize]);
+            p.distance(self.point(x)) > longest * want
+        };
+        for v in [a, b] {
+            for e in m.outgoing(v) {
+                let t = e / 3;
+                let (x, y) = (m.target(e), m.apex(e));
+                let corners = [self.point(v), self.point(x), self.point(y)];
+                before = before.min(self.work.shape_at(self.surface, m.label(t), corners));
+                if !dying.contains(&t) {
+                    if p == self.point(v) {
+                        after = after.min(self.work.shape_at(self.surface, m.label(t), corners));
+                        continue;
+                    }
+                    after = after.min(self.work.shape_at(self.surface, m.label(t), [p, corners[1], corners[2]]));
+                    if long(b, x) && p.distance(self.point(x)) > self.point(v).distance(self.point(x)) {
+                        return false;
+                    }
+                }
+            }
+        }
+        after > before || after >= FAIR
+    }
+
+    /// Flips edges where that raises the smaller shape, until nothing changes. With `valence` also where it evens out
+    /// valences and shapes stay good.
+    pub(super) fn flip(&mut self, valence: bool) -> Result<usize> {
+        let mut count = 0;
+        for _ in 0..4 {
+            self.run.check()?;
+            let before = count;
+            for h in 0..3 * self.work.mesh.triangle_capacity() as u32 {
+                if self.work.mesh.is_triangle(h / 3) && self.work.mesh.is_edge(h) {
+                    count += usize::from(self.flip_one(h, valence));
+                }
+            }
+            if count == before {
+                break;
+            }
+        }
+        Ok(count)
+    }
+
+    pub(super) fn flip_one(&mut self, h: u32, valence: bool) -> bool {
+        let m = &self.work.mesh;
+        let o = m.opposite(h);
+        if o == NONE || m.is_sharp(h) {
+            return false;
+        }
+        let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
+        let [p, q, r, s] = [a, b, c, d].map(|v| self.point(v));
+        let label = m.label(h / 3);
+        let normal = self.work.normal(self.surface, label, 0.25 * (p + q + r + s));
+        let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
+        let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
+        let better = if valence && then > GOOD {
+            let ideal = |v: u32| if self.rank[v as usize] == Rank::Face { 6i64 } else { 0 };
+            let off = |v: u32, change: i64| {
+                let i = ideal(v);
+                if i == 0 { 0 } else { (m.valence(v) as i64 + change - i).pow(2) }
+            };
+            let change: i64 = [(a, -1), (b, -1), (c, 1), (d, 1)].into_iter().map(|(v, k)| off(v, k) - off(v, 0)).sum();
+            change < 0 || (change == 0 && then > now + 1e-9)
+        } else {
+            then > now + 1e-9
+        };
+        // A node of a border keeps at least one edge into each of its patches by the link condition alone.
+        better && self.work.mesh.flip(h)
+    }
+
+    /// Moves every free node towards the centroid of its surroundings: over faces weighted by area, along curves to the
+    /// middle of the neighbors.
+    pub(super) fn relax(&mut self) -> Result<usize> {
+        let mut moved = 0;
+        for v in 0..self.work.mesh.node_capacity() as u32 {
+            if v % 256 == 0 {
+                self.run.check()?;
+            }
+            if !self.work.mesh.is_node(v) || self.rank[v as usize] == Rank::Corner {
+                continue;
+            }
+            let old = self.point(v);
+            let target = if self.rank[v as usize] == Rank::Curve {
+                match self.work.along(v)[..] {
+                    [a, b] => 0.5 * (self.point(a) + self.point(b)),
+                    _ => continue,
+                }
+            } else {
+                let m = &self.work.mesh;
+                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+                for h in m.outgoing(v) {
+                    let w = m.area_vector(h / 3).length();
+                    sum += w * m.centroid(h / 3);
+                    weight += w;
+                }
+                if !(weight > 0.0) {
+                    continue;
+                }
+                sum / weight
+            };
+            moved += usize::from(self.move_towards(v, old, target));
+        }
+        Ok(moved)
+    }
+
+    fn move_towards(&mut self, v: u32, old: DVec3, target: DVec3) -> bool {
+        let set = self.work.sets[v as usize];
+        let reach = self.want[v as usize];
+        let before = self.work.worst_around(self.surface, v, old);
+        let mut step = target - old;
+        for _ in 0..=BACKTRACKS {
+            if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
+                let after = self.work.worst_around(self.surface, v, p);
+                if after > before || after >= GOOD {
+                    self.work.mesh.set_point(v, p);
+                    return true;
+                }
+            }
+            step *= 0.5;
+        }
+        false
+    }
+
+    /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
+    /// collapse. Only what raises the worst shape around is done.
+    pub(super) fn mend_worst(&mut self, limit: f64) -> Result<usize> {
+        let mut list: Vec<(f64, u32)> = self
+            .work
+            .mesh
+            .triangles()
+            .map(|t| (self.work.shape(self.surface, t), t))
+            .filter(|x| x.0 < limit)
+            .collect();
+        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        let mut mended = 0;
+        for (k, (_, t)) in list.into_iter().enumerate() {
+            if k % 64 == 0 {
+                self.run.check()?;
+            }
+            if !self.work.mesh.is_triangle(t) || self.work.shape(self.surface, t) >= limit {
+                continue;
+            }
+            mended += usize::from(self.mend(t));
+        }
+        Ok(mended)
+    }
+
+    fn mend(&mut self, t: u32) -> bool {
+        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, false)) {
+            return true;
+        }
+        let mut any = false;
+        for v in self.work.mesh.corners(t) {
+            any |= self.climb(v);
+        }
+        if any {
+            return true;
+        }
+        let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
+        edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
+        // The shortest edge away, or the longest halved: whatever leaves the place better than it was.
+        self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1])
+    }
+
+    fn collapse_if_better(&mut self, h: u32) -> bool {
+        let m = &self.work.mesh;
+        let ends = [m.origin(h), m.target(h)];
+        let before = ends.map(|v| self.work.worst_around(self.surface, v, self.point(v)));
+        if before[0].min(before[1]) > FAIR {
+            return false;
+        }
+        self.collapse(h, 1.2 * LONG)
+    }
+
+    /// Moves a node where the worst shape around it is best, by looking in six directions and halving the step.
+    fn climb(&mut self, v: u32) -> bool {
+        let set = self.work.sets[v as usize];
+        let rank = self.rank[v as usize];
+        if rank == Rank::Corner {
+            return false;
+        }
+        let mut best = self.work.worst_around(self.surface, v, self.point(v));
+        let (mut p, start) = (self.point(v), self.point(v));
+        let reach = self.want[v as usize];
+        let directions: Vec<DVec3> = if rank == Rank::Curve {
+            match self.work.along(v)[..] {
+                [a, b] => {
+                    let d = (self.point(b) - self.point(a)).normalize_or_zero();
+                    vec![d, -d]
+                }
+                _ => return false,
+            }
+        } else {
+            let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
+            let Some((u, w)) = self.work.normal(self.surface, patch, p).try_normalize().map(DVec3::any_orthonormal_pair)
+            else {
+                return false;
+            };
+            (0..6)
+                .map(|k| {
+                    let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
+                    c * u + s * w
+                })
+                .collect()
+        };
+        let mut step = 0.25 * reach;
+        for _ in 0..5 {
+            let mut improved = false;
+            for d in &directions {
+                let Some(x) = self.work.settle(self.surface, &set, p + step * *d, reach) else { continue };
+                let s = self.work.worst_around(self.surface, v, x);
+                if s > best + 1e-4 {
+                    (best, p, improved) = (s, x, true);
+                }
+            }
+            if !improved {
+                step *= 0.5;
+            }
+        }
+        if p != start {
+            self.work.mesh.set_point(v, p);
+        }
+        p != start
+    }
+
+    /// Whether `h` and its neighbors around the same node border nothing: kept for readers of the loop.
+    pub(super) fn counts(&self) -> (usize, f64) {
+        let m = &self.work.mesh;
+        let worst = m.triangles().map(|t| self.work.shape(self.surface, t)).fold(f64::INFINITY, f64::min);
+        let _ = (next(0), prev(0));
+        (m.triangle_count(), worst)
+    }
+
+    /// The whole sequence.
+    pub(super) fn run(&mut self, trace: &mut dyn FnMut(&str, &Self)) -> Result<()> {
+        trace("cut", self);
+        self.collapse_short(0.3)?;
+        trace("collapse tiny", self);
+        for _ in 0..2 {
+            self.flip(false)?;
+            self.mend_worst(0.2)?;
+        }
+        trace("untangle", self);
+        for round in 0..5 {
+            self.run.progress("remesh", f64::from(round) / 8.0);
+            self.split_long()?;
+            self.collapse_short(SHORT)?;
+            self.flip(true)?;
+            self.relax()?;
+            self.relax()?;
+            trace("round", self);
+        }
+        for _ in 0..4 {
+            self.flip(false)?;
+            self.relax()?;
+        }
+        trace("relaxed", self);
+        for _ in 0..4 {
+            if self.mend_worst(0.8)? == 0 {
+                break;
+            }
+        }
+        trace("mended", self);
+        Ok(())
+    }
+}
