@@ -452,6 +452,12 @@ impl EditMesh {
 
     /// Whether [`collapse`](Self::collapse) would succeed: the link condition, and no feature would be torn or doubled.
     pub fn can_collapse(&self, h: u32) -> bool {
+        let torn = |side: u32| side != NONE && self.sharp[next(side) as usize] && self.sharp[prev(side) as usize];
+        !torn(h) && !torn(self.opposite[h as usize]) && self.can_merge(h)
+    }
+
+    /// Whether [`merge`](Self::merge) would succeed: the link condition alone.
+    pub fn can_merge(&self, h: u32) -> bool {
         let o = self.opposite[h as usize];
         let (a, b) = (self.origin(h), self.target(h));
         if self.pinned[a as usize] {
@@ -467,7 +473,7 @@ impl EditMesh {
                 continue;
             }
             let (e, f) = (self.opposite[next(side) as usize], self.opposite[prev(side) as usize]);
-            if (e == NONE && f == NONE) || (self.sharp[next(side) as usize] && self.sharp[prev(side) as usize]) {
+            if e == NONE && f == NONE {
                 return false;
             }
             if !self.is_boundary(apex) && self.valence(apex) <= 3 {
@@ -481,7 +487,12 @@ impl EditMesh {
     /// Merges the half-edge's origin into its target, which moves to `p`; the edge's two triangles die, and the rim edges
     /// that fall together stay sharp if one of them was. Refused when [`can_collapse`](Self::can_collapse) says no.
     pub fn collapse(&mut self, h: u32, p: DVec3) -> bool {
-        if !self.can_collapse(h) {
+        self.can_collapse(h) && self.merge(h, p)
+    }
+
+    /// Like [`collapse`](Self::collapse), but two features may fall together: for edges of no length.
+    pub fn merge(&mut self, h: u32, p: DVec3) -> bool {
+        if !self.can_merge(h) {
             return false;
         }
         let o = self.opposite[h as usize];

@@ -15,17 +15,28 @@ use crate::mesh::{EditMesh, TriMesh, edit::NONE};
 use crate::optimize::guard::ask_all;
 use crate::run::Run;
 
-/// Rounds of splitting edges that run over a third piece: each halves them.
-const ROUNDS: usize = 6;
+/// Rounds of mending edges without a crossing.
+const ROUNDS: usize = 8;
+/// The first of them split such edges, to find the piece between: each halves them.
+const SPLITS: usize = 4;
 /// An edge is not split further below this share of the cell.
-const SHORTEST: f64 = 0.02;
+const SHORTEST: f64 = 0.05;
 /// Pieces are looked for this many edge lengths around the point an edge crosses their border.
 const REACH: f64 = 2.0;
+
+/// A node this close to a piece, as a share of the cell, counts as on it.
+const ON_BORDER: f64 = 1e-6;
+/// The same when splitting has not helped: pieces that run this close to each other are told apart no more.
+const NEAR_BORDER: f64 = 0.02;
+/// An edge passes a corner that is this share of its length away from where it would cross the border.
+const PASSES: f64 = 0.5;
 
 /// Where an edge crosses the border of the pieces of its ends, or why that is not known.
 #[derive(Debug, Clone, Copy)]
 enum Crossing {
     At(DVec3),
+    /// Right at a corner, where a third piece passes.
+    Corner(DVec3, PieceSet),
     /// The pieces do not meet here, or what meets here is not on the boundary.
     Nowhere,
 }
@@ -52,12 +63,7 @@ struct Cutter<'a> {
 }
 
 /// Cuts `mesh`, whose nodes lie on the surface at about `cell` from each other, along all borders of pieces.
-pub fn cut_pieces(
-    mesh: &TriMesh,
-    surface: &dyn Pieces,
-    cell: f64,
-    run: &Run,
-) -> Result<(Patchwork, CutReport)> {
+pub fn cut_pieces(mesh: &TriMesh, surface: &dyn Pieces, cell: f64, run: &Run) -> Result<(Patchwork, CutReport)> {
     let edit = EditMesh::new(mesh)?;
     let pieces = ask_all(run, edit.node_capacity(), |v| surface.piece_at(edit.point(v)))?;
     let piece: Vec<u32> = pieces.into_iter().map(|p| p.unwrap_or(NONE)).collect();
@@ -88,8 +94,24 @@ impl Cutter<'_> {
         let start = p.lerp(q, t);
         match self.surface.meet(&[i, j], start, REACH * p.distance(q).max(SHORTEST * self.cell)) {
             Some(x) if self.surface.bounds(&[i, j], x) => Crossing::At(x),
+            Some(x) => self.at_corner(h, [i, j], x),
             _ => Crossing::Nowhere,
         }
+    }
+
+    /// A corner of the two pieces and one of a node nearby that the edge passes.
+    fn at_corner(&self, h: u32, [i, j]: [u32; 2], x: DVec3) -> Crossing {
+        let ends = [self.mesh.origin(h), self.mesh.target(h)];
+        let reach = PASSES * self.mesh.edge_length(h);
+        let mut others: Vec<u32> =
+            ends.iter().flat_map(|&v| self.mesh.neighbors(v)).map(|v| self.piece[v as usize]).collect();
+        others.sort_unstable();
+        others.dedup();
+        let found = others.into_iter().filter(|&k| k != i && k != j && k != NONE).find_map(|k| {
+            let c = self.surface.meet(&[i, j, k], x, reach)?;
+            self.surface.bounds(&[i, j, k], c).then(|| (c, PieceSet::of(&[i, j, k])))
+        });
+        found.map_or(Crossing::Nowhere, |(c, set)| Crossing::Corner(c, set))
     }
 
     fn corner(&self, t: u32) -> Crossing {
@@ -115,7 +137,7 @@ impl Cutter<'_> {
 
     /// Splits edges and triangles whose pieces do not meet there.
     fn resolve(&mut self, run: &Run) -> Result<()> {
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             run.check()?;
             let this = &*self;
             let bad_edges = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
@@ -129,7 +151,8 @@ impl Cutter<'_> {
                 if !this.mesh.is_triangle(t) || !this.has_three(t) {
                     return None;
                 }
-                let longest = (3 * t..3 * t + 3).max_by(|a, b| this.mesh.edge_length(*a).total_cmp(&this.mesh.edge_length(*b)))?;
+                let longest = (3 * t..3 * t + 3)
+                    .max_by(|a, b| this.mesh.edge_length(*a).total_cmp(&this.mesh.edge_length(*b)))?;
                 if this.mesh.edge_length(longest) < SHORTEST * this.cell || matches!(this.corner(t), Crossing::At(_)) {
                     return None;
                 }
@@ -147,6 +170,9 @@ impl Cutter<'_> {
             if ends.is_empty() {
                 break;
             }
+            if self.relabel(&ends, if round < SPLITS { ON_BORDER } else { NEAR_BORDER }) > 0 || round >= SPLITS {
+                continue;
+            }
             for (a, b) in ends {
                 let Some(h) = self.mesh.edge_between(a, b) else { continue };
                 let (p, q) = (self.mesh.point(a), self.mesh.point(b));
@@ -163,6 +189,42 @@ impl Cutter<'_> {
         Ok(())
     }
 
+    /// Nodes that lie on a border may count as on either piece; those at the ends of edges without a crossing are given to
+    /// the piece with which fewer of their edges are so. Returns how many changed.
+    fn relabel(&mut self, ends: &[(u32, u32)], near: f64) -> usize {
+        let mut nodes: Vec<u32> = ends.iter().flat_map(|&(a, b)| [a, b]).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut changed = 0;
+        for v in nodes {
+            let p = self.mesh.point(v);
+            let own = self.piece[v as usize];
+            let mut others: Vec<u32> = self.mesh.neighbors(v).map(|x| self.piece[x as usize]).collect();
+            others.sort_unstable();
+            others.dedup();
+            others.retain(|&k| {
+                let on = |q: DVec3| q.distance(p) <= near * self.cell;
+                k != own && k != NONE && self.surface.meet(&[k], p, self.cell).is_some_and(on)
+            });
+            let mut best = (self.without_crossing(v), own);
+            for k in others {
+                self.piece[v as usize] = k;
+                best = best.min((self.without_crossing(v), k));
+            }
+            changed += usize::from(best.1 != own);
+            self.piece[v as usize] = best.1;
+        }
+        changed
+    }
+
+    /// How many edges of a node run to other pieces without crossing a border.
+    fn without_crossing(&self, v: u32) -> usize {
+        self.mesh
+            .outgoing(v)
+            .filter(|&h| self.differs(v, self.mesh.target(h)) && matches!(self.crossing(h), Crossing::Nowhere))
+            .count()
+    }
+
     fn cut(mut self, run: &Run) -> Result<(Patchwork, CutReport)> {
         let this = &self;
         let crossings = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
@@ -176,7 +238,7 @@ impl Cutter<'_> {
         for (t, found) in corners.into_iter().flatten() {
             let set = PieceSet::of(&self.mesh.corners(t).map(|v| self.piece[v as usize]));
             let p = match found {
-                Crossing::At(p) => p,
+                Crossing::At(p) | Crossing::Corner(p, _) => p,
                 Crossing::Nowhere => {
                     let p = self.mesh.centroid(t);
                     self.report.unresolved.push(p);
@@ -189,8 +251,13 @@ impl Cutter<'_> {
         }
         for (a, b, found) in crossings.into_iter().flatten() {
             let Some(h) = self.mesh.edge_between(a, b) else { continue };
+            let mut set = PieceSet::of(&[self.piece[a as usize], self.piece[b as usize]]);
             let p = match found {
                 Crossing::At(p) => p,
+                Crossing::Corner(p, all) => {
+                    set = all;
+                    p
+                }
                 Crossing::Nowhere => {
                     let p = 0.5 * (self.mesh.point(a) + self.mesh.point(b));
                     self.report.unresolved.push(p);
@@ -198,7 +265,7 @@ impl Cutter<'_> {
                 }
             };
             self.mesh.split_edge(h, p);
-            sets.push(PieceSet::of(&[self.piece[a as usize], self.piece[b as usize]]));
+            sets.push(set);
             self.report.crossings += 1;
         }
         // A triangle lies on the piece of those of its nodes that lie on one.

@@ -188,25 +188,21 @@ impl<'a> Remesher<'a> {
                 tries.extend(middle(&set).map(|p| (h, p)));
             }
         }
-        let may = |from: Rank, to: Rank| match from {
+        let may = |from: Rank| match from {
             Rank::Face => true,
             Rank::Curve => sharp,
-            Rank::Corner => sharp && to == Rank::Corner && self.same_corner(a, b),
+            Rank::Corner => false,
         };
-        if ra <= rb && may(ra, rb) {
+        if ra <= rb && may(ra) {
             tries.push((h, self.point(b)));
         }
-        if rb <= ra && may(rb, ra) {
+        if rb <= ra && may(rb) {
             tries.push((o, self.point(a)));
         }
         for (side, p) in tries {
             if self.work.mesh.can_collapse(side) && self.collapse_is_fair(side, p, longest) {
-                let (from, to) = (self.work.mesh.origin(side), self.work.mesh.target(side));
+                let to = self.work.mesh.target(side);
                 if self.work.mesh.collapse(side, p) {
-                    if self.rank[to as usize] == Rank::Corner && self.rank[from as usize] == Rank::Corner {
-                        self.work.sets[to as usize] =
-                            self.work.sets[to as usize].union(&self.work.sets[from as usize]);
-                    }
                     self.rank[to as usize] = self.rank[to as usize].max(self.rank_of(to));
                     return true;
                 }
@@ -215,8 +211,53 @@ impl<'a> Remesher<'a> {
         false
     }
 
-    /// Whether two corners are one that was found twice.
-    fn same_corner(&self, a: u32, b: u32) -> bool {
+    /// Merges nodes that lie at one place: corners and crossings that were found more than once.
+    pub(super) fn merge_doubles(&mut self) -> usize {
+        let mut count = 0;
+        loop {
+            let before = count;
+            for h in 0..3 * self.work.mesh.triangle_capacity() as u32 {
+                let m = &self.work.mesh;
+                if !m.is_triangle(h / 3) || !m.is_edge(h) || m.opposite(h) == NONE {
+                    continue;
+                }
+                let (a, b) = (m.origin(h), m.target(h));
+                if !self.same_place(a, b) {
+                    continue;
+                }
+                let side = if self.rank[a as usize] <= self.rank[b as usize] { h } else { m.opposite(h) };
+                let (from, to) = (m.origin(side), m.target(side));
+                let p = self.point(to);
+                if self.work.mesh.merge(side, p) {
+                    self.work.sets[to as usize] = self.work.sets[to as usize].union(&self.work.sets[from as usize]);
+                    self.mark_around(to);
+                    count += 1;
+                }
+            }
+            if count == before {
+                return count;
+            }
+        }
+    }
+
+    /// Marks borders and ranks anew around a node.
+    fn mark_around(&mut self, v: u32) {
+        let ring: Vec<u32> = self.work.mesh.outgoing(v).collect();
+        for &h in &ring {
+            let m = &self.work.mesh;
+            let o = m.opposite(h);
+            let sharp = o == NONE || m.label(h / 3) != m.label(o / 3);
+            self.work.mesh.set_sharp(h, sharp);
+        }
+        self.rank[v as usize] = self.rank_of(v);
+        for h in ring {
+            let x = self.work.mesh.target(h);
+            self.rank[x as usize] = self.rank_of(x);
+        }
+    }
+
+    /// Whether two nodes are one that was found twice.
+    fn same_place(&self, a: u32, b: u32) -> bool {
         self.point(a).distance(self.point(b)) < 1e-6 * self.want[a as usize]
     }
 
@@ -352,13 +393,8 @@ impl<'a> Remesher<'a> {
     /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
     /// collapse. Only what raises the worst shape around is done.
     pub(super) fn mend_worst(&mut self, limit: f64) -> Result<usize> {
-        let mut list: Vec<(f64, u32)> = self
-            .work
-            .mesh
-            .triangles()
-            .map(|t| (self.work.shape(self.surface, t), t))
-            .filter(|x| x.0 < limit)
-            .collect();
+        let mut list: Vec<(f64, u32)> =
+            self.work.mesh.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         let mut mended = 0;
         for (k, (_, t)) in list.into_iter().enumerate() {
@@ -420,7 +456,8 @@ impl<'a> Remesher<'a> {
             }
         } else {
             let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
-            let Some((u, w)) = self.work.normal(self.surface, patch, p).try_normalize().map(DVec3::any_orthonormal_pair)
+            let Some((u, w)) =
+                self.work.normal(self.surface, patch, p).try_normalize().map(DVec3::any_orthonormal_pair)
             else {
                 return false;
             };
@@ -462,6 +499,8 @@ impl<'a> Remesher<'a> {
     /// The whole sequence.
     pub(super) fn run(&mut self, trace: &mut dyn FnMut(&str, &Self)) -> Result<()> {
         trace("cut", self);
+        self.merge_doubles();
+        trace("merged", self);
         self.collapse_short(0.3)?;
         trace("collapse tiny", self);
         for _ in 0..2 {
