@@ -142,8 +142,10 @@ impl Lowerer {
         if self.blend_depth >= BLEND_DEPTH {
             return Err(Error::input(Place::Unknown, format!("blends are nested more than {BLEND_DEPTH} deep")));
         }
-        let mut inner = Lowerer { blend_depth: self.blend_depth + 1, ..Lowerer::default() };
+        let (blend_depth, visited) = (self.blend_depth + 1, self.visited);
+        let mut inner = Lowerer { blend_depth, visited, ..Lowerer::default() };
         let (pa, pb) = (inner.tree(a, c.place)?, inner.tree(b, c.place)?);
+        self.visited = inner.visited;
         let (ta, tb) = (extract_tape(&inner.ops, pa.op), extract_tape(&inner.ops, pb.op));
         let radius = radius * c.place.scale;
         // the fillet lies within r of both solids, and the box around both holds it when they meet at any angle
