@@ -88,6 +88,9 @@ pub(super) fn constant<'a>(name: &str) -> Option<Value<'a>> {
     }
 }
 
+/// Steps a tuple in a list counts for: as many as it takes to write one.
+const PAIR: usize = 4;
+
 type It<'a> = Interpreter<'a>;
 
 pub(super) fn call<'a>(
@@ -369,13 +372,15 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             })
         }
         ("enumerate", [v]) => match v.items() {
-            Some(items) => list(
-                items
-                    .iter()
-                    .enumerate()
-                    .map(|(i, v)| Value::Tuple(Rc::new(vec![Value::Int(i as i64), v.clone()])))
-                    .collect(),
-            ),
+            Some(items) => it.charge(range, PAIR * items.len()).and_then(|()| {
+                list(
+                    items
+                        .iter()
+                        .enumerate()
+                        .map(|(i, v)| Value::Tuple(Rc::new(vec![Value::Int(i as i64), v.clone()])))
+                        .collect(),
+                )
+            }),
             None => Err(it.error(range, format!("enumerate() takes a list, not {}", v.kind()))),
         },
         ("zip", v) if !v.is_empty() => {
@@ -383,6 +388,7 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             let Some(lists) = lists else { return Err(it.error(range, "zip() takes lists")) };
             let n = lists.iter().map(|l| l.len()).min().unwrap_or(0);
             it.fits(range, n.saturating_mul(lists.len()))?;
+            it.charge(range, PAIR * n)?;
             list((0..n).map(|i| Value::Tuple(Rc::new(lists.iter().map(|l| l[i].clone()).collect()))).collect())
         }
         ("list" | "tuple", [v]) => match v.items() {

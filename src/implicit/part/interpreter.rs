@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use ruff_python_ast::{self as ast, Expr, FStringPart, InterpolatedStringElement, Number, Stmt};
+use ruff_python_parser::{Mode, ParseOptions};
 use ruff_text_size::{Ranged, TextRange};
 use rustc_hash::FxHashMap;
 
@@ -46,7 +47,9 @@ pub(super) struct Interpreter<'a> {
 
 /// Parses and evaluates a part file.
 pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
-    let parsed = ruff_python_parser::parse_module(source).map_err(|e| {
+    // the newest syntax, so that what is refused is refused by us and not by a version of Python
+    let options = ParseOptions::from(Mode::Module).with_target_version(ast::PythonVersion::latest());
+    let parsed = ruff_python_parser::parse(source, options).map_err(|e| {
         let (start, end) = (e.location.start().to_usize(), e.location.end().to_usize());
         Error::input(place(source, start, end), format!("syntax error: {}", e.error))
     })?;
@@ -56,6 +59,9 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
             format!("syntax error: {e}"),
         ));
     }
+    let Some(parsed) = parsed.try_into_module() else {
+        return Err(Error::Failed("the parser read no module".into()));
+    };
     let mut it = Interpreter {
         source,
         globals: FxHashMap::default(),

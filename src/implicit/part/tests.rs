@@ -28,20 +28,29 @@ fn inside(model: &Implicit, p: [f64; 3]) -> bool {
     model.inside(p)
 }
 
-/// Parses a text with [`MARK`] in it and expects an error there that says `says`.
-fn fails(marked: &str, says: &str) {
-    let source = marked.replace(MARK, "");
-    let before = &marked[..marked.find(MARK).unwrap_or_else(|| panic!("no mark in {marked}"))];
-    let wanted = (1 + before.matches('\n').count(), 1 + before.rsplit('\n').next().unwrap_or_default().chars().count());
-    match parse(&source, &[]) {
-        Err(e @ Error::Input { place: Place::Text { line, column, offset, len }, .. }) => {
+/// Parses texts with [`MARK`] in them and expects errors there that say what stands beside them.
+fn fail<S: AsRef<str>>(cases: &[(S, S)]) {
+    let wrong: Vec<String> = cases.iter().filter_map(|(m, s)| fails(m.as_ref(), s.as_ref()).err()).collect();
+    assert!(wrong.is_empty(), "{} of {}:\n\n{}", wrong.len(), cases.len(), wrong.join("\n\n"));
+}
+
+fn fails(marked: &str, says: &str) -> std::result::Result<(), String> {
+    let head: String = marked.chars().take(200).collect();
+    let (before, after) = marked.split_once(MARK).ok_or_else(|| format!("{head}\nhas no mark"))?;
+    let wanted = (
+        1 + before.matches('\n').count(),
+        1 + before.rsplit('\n').next().unwrap_or_default().chars().count(),
+        before.len(),
+    );
+    match parse(&format!("{before}{after}"), &[]) {
+        Err(e @ Error::Input { place: Place::Text { line, column, offset, .. }, .. }) => {
             let text = message(&e);
-            assert_eq!((line, column), wanted, "{marked}\n{text}");
-            assert_eq!(offset, before.len(), "{marked}\n{text}");
-            assert!(offset + len <= source.len() + 1, "{marked}\n{text}");
-            assert!(text.contains(says), "{marked}\n{text}\nsays nothing of {says}");
+            if (line, column, offset) != wanted {
+                return Err(format!("{head}\nat {line}:{column} ({offset}), not {wanted:?}: {text}"));
+            }
+            if text.contains(says) { Ok(()) } else { Err(format!("{head}\nsays {text:?}, not {says:?}")) }
         }
-        other => panic!("{marked}\n{other:?}"),
+        other => Err(format!("{head}\ngives {:?}", other.map(|_| ()))),
     }
 }
 

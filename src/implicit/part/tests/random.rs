@@ -156,9 +156,10 @@ fn formula() -> impl Strategy<Value = String> {
 }
 
 fn primitive() -> impl Strategy<Value = String> {
-    let axis = prop_oneof![prop::sample::select(vec!["'x'", "'y'", "'z'"]).prop_map(String::from), vector()];
+    let axis = prop_oneof![prop::sample::select(vec!["'x'", "'y'", "'z'"]).prop_map(String::from), vector()].boxed();
     let points = prop::collection::vec((number(), number()), 3..7)
-        .prop_map(|p| p.iter().map(|(a, b)| format!("({a}, {b}), ")).collect::<String>());
+        .prop_map(|p| p.iter().map(|(a, b)| format!("({a}, {b}), ")).collect::<String>())
+        .boxed();
     prop_oneof![
         vector().prop_map(|v| format!("box({v})")),
         (vector(), vector()).prop_map(|(a, b)| format!("box(lo={a}, hi={b})")),
