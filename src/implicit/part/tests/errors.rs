@@ -336,16 +336,13 @@ fn recursion_through_deep_expressions_ends_with_an_error() {
 fn large_trees_are_lowered_or_refused() {
     // a comb, whose formula is as deep as it has teeth, and a long sum
     let comb = "p = [(i, i % 2 * 5) for i in range(3998)] + [(3997, -1), (0, -1)]\npart(extrude(p, 1))";
-    let t = std::time::Instant::now();
     model(&part(comb)).unwrap();
-    eprintln!("TIME comb {:?}", t.elapsed());
-    model(&part("part(solid(sum([abs(x) + i for i in range(100000)]) <= 5e9 + 1e5) & sphere(2))")).unwrap();
-    eprintln!("TIME sum {:?}", t.elapsed());
+    let e = model(&part("part(solid(sum([abs(x) + i for i in range(100000)]) <= -1) & sphere(2))")).unwrap_err();
+    assert!(e.to_string().contains("empty"), "{e}");
     let doubled = |join: &str| format!("s = sphere(1)\n{}part(s)", format!("s = {join}\n").repeat(31));
     for join in ["(s | s.move((1, 0, 0)))", "blend(s, s.move((1, 0, 0)), 0.1)"] {
         let e = model(&part(&doubled(join))).unwrap_err();
         assert!(e.to_string().contains("more than 4000000 nodes"), "{e}");
-        eprintln!("TIME doubled {:?}", t.elapsed());
     }
     let e = model(&part(&format!("s = sphere(1)\n{}part(s)", "s = blend(s, sphere(1), 1)\n".repeat(40)))).unwrap_err();
     assert!(e.to_string().contains("nested more than 32 deep"), "{e}");
