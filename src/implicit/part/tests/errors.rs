@@ -347,3 +347,13 @@ fn large_trees_are_lowered_or_refused() {
     let e = model(&part(&format!("s = sphere(1)\n{}part(s)", "s = blend(s, sphere(1), 1)\n".repeat(40)))).unwrap_err();
     assert!(e.to_string().contains("nested more than 32 deep"), "{e}");
 }
+
+#[test]
+fn numbers_near_the_largest_one_are_no_panic() {
+    for text in
+        ["box((1, 1, 1)).move((0, 1e308, 0))", "sphere(1e308).scale(1e308)", "torus(1e308, 1e308, at=(1e308, 0, 0))"]
+    {
+        let e = model(&part(&format!("part(cylinder(0.1, 'x', height=1).move((0, 1e308, 0)) | {text})"))).err();
+        assert!(e.is_none_or(|e| matches!(e, Error::Input { .. })), "{text}");
+    }
+}
