@@ -142,8 +142,10 @@ impl Lowerer {
         if self.blend_depth >= BLEND_DEPTH {
             return Err(Error::input(Place::Unknown, format!("blends are nested more than {BLEND_DEPTH} deep")));
         }
-        let mut inner = Lowerer { blend_depth: self.blend_depth + 1, ..Lowerer::default() };
+        let (blend_depth, visited) = (self.blend_depth + 1, self.visited);
+        let mut inner = Lowerer { blend_depth, visited, ..Lowerer::default() };
         let (pa, pb) = (inner.tree(a, c.place)?, inner.tree(b, c.place)?);
+        self.visited = inner.visited;
         let (ta, tb) = (extract_tape(&inner.ops, pa.op), extract_tape(&inner.ops, pb.op));
         let radius = radius * c.place.scale;
         // the fillet lies within r of both solids, and the box around both holds it when they meet at any angle
@@ -207,7 +209,7 @@ impl Lowerer {
         let size = numbers.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let mixed: f64 = numbers.iter().enumerate().map(|(i, v)| v * (1.0 + 0.37 * i as f64)).sum();
         let bucket = if size > 0.0 { (mixed / size * 1e9).round() as i64 } else { 0 };
-        for near in [bucket, bucket - 1, bucket + 1] {
+        for near in [bucket, bucket.saturating_sub(1), bucket.saturating_add(1)] {
             for &i in self.leaf_index.get(&(kind, near)).into_iter().flatten() {
                 if self.leaves[i as usize].same(&leaf, SAME_LEAF) {
                     return self.op(Op::Leaf { leaf: i, face, negate });

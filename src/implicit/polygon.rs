@@ -6,6 +6,9 @@
 
 use crate::error::{Error, Place, Result};
 
+/// Corners of a polygon: all pairs of edges are looked at, and the formula may be as deep as there are corners.
+pub(crate) const MOST_CORNERS: usize = 4_000;
+
 /// A formula over the polygon's edges; edge `i` goes from corner `i` to corner `i + 1`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum EdgeTree {
@@ -21,9 +24,12 @@ fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 
 /// The corners counter-clockwise, with repeated points dropped, and the formula of the inside.
 ///
-/// Errors: fewer than three distinct corners, a corner that is not finite, edges that touch or cross.
+/// Errors: fewer than three distinct corners or more than [`MOST_CORNERS`], a corner that is not finite, edges that touch or cross.
 pub(crate) fn polygon_tree(corners: &[[f64; 2]]) -> Result<(Vec<[f64; 2]>, EdgeTree)> {
     let bad = |text: String| Err(Error::input(Place::Unknown, text));
+    if corners.len() > MOST_CORNERS {
+        return bad(format!("the polygon has {} corners: the limit is {MOST_CORNERS}", corners.len()));
+    }
     let mut p: Vec<[f64; 2]> = corners.to_vec();
     if let Some(i) = p.iter().position(|c| !c[0].is_finite() || !c[1].is_finite()) {
         return bad(format!("corner {i} of the polygon is not finite"));
@@ -81,6 +87,9 @@ fn chain(p: &[[f64; 2]], from: usize, to: usize) -> EdgeTree {
 fn touch(p: &[[f64; 2]], i: usize, j: usize) -> bool {
     let n = p.len();
     let (a, b, c, d) = (p[i], p[(i + 1) % n], p[j], p[(j + 1) % n]);
+    if (0..2).any(|k| a[k].max(b[k]) < c[k].min(d[k]) || c[k].max(d[k]) < a[k].min(b[k])) {
+        return false;
+    }
     let within =
         |a: [f64; 2], b: [f64; 2], q: [f64; 2]| (0..2).all(|k| q[k] >= a[k].min(b[k]) && q[k] <= a[k].max(b[k]));
     let neighbors = j == i + 1 || (i == 0 && j == n - 1);

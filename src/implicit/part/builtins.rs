@@ -88,6 +88,9 @@ pub(super) fn constant<'a>(name: &str) -> Option<Value<'a>> {
     }
 }
 
+/// Steps a tuple in a list counts for: as many as it takes to write one.
+const PAIR: usize = 4;
+
 type It<'a> = Interpreter<'a>;
 
 pub(super) fn call<'a>(
@@ -267,6 +270,7 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             let b = bind(&["points"])?;
             let points = b.polygon(it, "points")?;
             it.at(b.need(it, "points")?.range, polygon_tree(&points))?;
+            it.grow(range, points.len())?;
             return Ok(Value::Polygon(Rc::new(points)));
         }
         "extrude" => {
@@ -313,6 +317,7 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             if all.is_empty() {
                 return Err(it.error(range, format!("{name}() needs at least one solid")));
             }
+            it.grow(range, all.len())?;
             return Ok(Value::Solid(if name == "union" { Solid::union(all) } else { Solid::intersection(all) }));
         }
         "blend" => {
@@ -361,29 +366,34 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             let Some(items) = v.items() else {
                 return Err(it.error(range, format!("sum() takes a list, not {}", v.kind())));
             };
+            it.charge(range, items.len())?;
             items.iter().try_fold(Value::Int(0), |s, v| {
                 operators::binary(it, range, ruff_python_ast::Operator::Add, s, v.clone())
             })
         }
         ("enumerate", [v]) => match v.items() {
-            Some(items) => list(
-                items
-                    .iter()
-                    .enumerate()
-                    .map(|(i, v)| Value::Tuple(Rc::new(vec![Value::Int(i as i64), v.clone()])))
-                    .collect(),
-            ),
+            Some(items) => it.charge(range, PAIR * items.len()).and_then(|()| {
+                list(
+                    items
+                        .iter()
+                        .enumerate()
+                        .map(|(i, v)| Value::Tuple(Rc::new(vec![Value::Int(i as i64), v.clone()])))
+                        .collect(),
+                )
+            }),
             None => Err(it.error(range, format!("enumerate() takes a list, not {}", v.kind()))),
         },
         ("zip", v) if !v.is_empty() => {
             let lists: Option<Vec<&[Value<'a>]>> = v.iter().map(|v| v.items()).collect();
             let Some(lists) = lists else { return Err(it.error(range, "zip() takes lists")) };
             let n = lists.iter().map(|l| l.len()).min().unwrap_or(0);
+            it.fits(range, n.saturating_mul(lists.len()))?;
+            it.charge(range, PAIR * n)?;
             list((0..n).map(|i| Value::Tuple(Rc::new(lists.iter().map(|l| l[i].clone()).collect()))).collect())
         }
         ("list" | "tuple", [v]) => match v.items() {
             Some(items) if name == "list" => list(items.to_vec()),
-            Some(items) => Ok(Value::Tuple(Rc::new(items.to_vec()))),
+            Some(items) => it.fits(range, items.len()).map(|()| Value::Tuple(Rc::new(items.to_vec()))),
             None => Err(it.error(range, format!("{name}() takes a list, not {}", v.kind()))),
         },
         ("str", [v]) => it.display(range, v).and_then(|s| it.string(range, s)),
@@ -404,12 +414,12 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
         }
         ("round", [v, Value::Int(digits)]) if v.number().is_some() && (0..=15).contains(digits) => {
             let k = 10f64.powi(*digits as i32);
-            Ok(Value::Float((v.number().unwrap_or(0.0) * k).round_ties_even() / k))
+            it.finite(range, (v.number().unwrap_or(0.0) * k).round_ties_even() / k)
         }
-        ("degrees", [v]) if v.number().is_some() => Ok(Value::Float(v.number().unwrap_or(0.0).to_degrees())),
+        ("degrees", [v]) if v.number().is_some() => it.finite(range, v.number().unwrap_or(0.0).to_degrees()),
         ("radians", [v]) if v.number().is_some() => Ok(Value::Float(v.number().unwrap_or(0.0).to_radians())),
         (_, v) => {
-            let kinds: Vec<&str> = v.iter().map(|v| v.kind()).collect();
+            let kinds: Vec<&str> = v.iter().take(5).map(|v| v.kind()).collect();
             Err(it.error(range, format!("{name}() cannot be used on ({})", kinds.join(", "))))
         }
     }
@@ -459,6 +469,7 @@ fn declaration<'a>(
                 Value::Str(s) => vec![s.to_string()],
                 other => return Err(it.error(a.range, format!("a group is made of faces(...), not {}", other.kind()))),
             };
+            it.charge(range, it.groups.len())?;
             if it.groups.iter().any(|g| g.name == group) {
                 return Err(it.error(range, format!("there is a group {group:?} already")));
             }

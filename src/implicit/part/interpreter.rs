@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use ruff_python_ast::{self as ast, Expr, FStringPart, InterpolatedStringElement, Number, Stmt};
+use ruff_python_parser::{Mode, ParseOptions};
 use ruff_text_size::{Ranged, TextRange};
 use rustc_hash::FxHashMap;
 
@@ -11,7 +12,8 @@ use super::arguments::Argument;
 use super::builtins;
 use super::methods;
 use super::operators;
-use super::value::Value;
+use super::refused;
+use super::value::{Function, Value};
 use super::{MeshDefaults, Part, PartGroup, limits, place};
 use crate::error::{Error, Place, Result};
 use crate::implicit::RSystem;
@@ -34,6 +36,7 @@ pub(super) struct Interpreter<'a> {
     /// Where the names visible in the running function begin.
     frame: usize,
     calls: usize,
+    depth: usize,
     steps: Cell<usize>,
     nodes: Cell<usize>,
     pub(super) declared: Option<Declared>,
@@ -44,7 +47,9 @@ pub(super) struct Interpreter<'a> {
 
 /// Parses and evaluates a part file.
 pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
-    let parsed = ruff_python_parser::parse_module(source).map_err(|e| {
+    // the newest syntax, so that what is refused is refused by us and not by a version of Python
+    let options = ParseOptions::from(Mode::Module).with_target_version(ast::PythonVersion::latest());
+    let parsed = ruff_python_parser::parse(source, options).map_err(|e| {
         let (start, end) = (e.location.start().to_usize(), e.location.end().to_usize());
         Error::input(place(source, start, end), format!("syntax error: {}", e.error))
     })?;
@@ -54,12 +59,16 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
             format!("syntax error: {e}"),
         ));
     }
+    let Some(parsed) = parsed.try_into_module() else {
+        return Err(Error::Failed("the parser read no module".into()));
+    };
     let mut it = Interpreter {
         source,
         globals: FxHashMap::default(),
         locals: Vec::new(),
         frame: 0,
         calls: 0,
+        depth: 0,
         steps: Cell::new(0),
         nodes: Cell::new(0),
         declared: None,
@@ -86,19 +95,6 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
             .with_help("end it with part(solid)"));
     };
     Ok(Part { solid: d.solid, rsystem: d.rsystem, domain: d.domain, units: it.units, groups: it.groups, mesh: it.mesh })
-}
-
-fn refused(s: &Stmt) -> (&'static str, &'static str) {
-    match s {
-        Stmt::For(_) | Stmt::While(_) => ("loops", "use a comprehension: [f(i) for i in range(n)]"),
-        Stmt::Import(_) | Stmt::ImportFrom(_) => ("imports", "everything there is has a name already"),
-        Stmt::If(_) => ("if statements", "use a conditional expression: a if condition else b"),
-        Stmt::AugAssign(_) => ("augmented assignments", "write a = a + b"),
-        Stmt::AnnAssign(_) => ("annotations", "write name = value"),
-        Stmt::ClassDef(_) => ("classes", "use functions"),
-        Stmt::Return(_) => ("return outside of a function", "remove it"),
-        _ => ("this statement", "a part file holds assignments, functions of one return, and calls"),
-    }
 }
 
 impl<'a> Interpreter<'a> {
@@ -130,8 +126,9 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    fn step(&self, range: TextRange) -> Result<()> {
-        self.steps.set(self.steps.get() + 1);
+    /// Counts work: a step is about an expression evaluated or an item made.
+    pub(super) fn charge(&self, range: TextRange, steps: usize) -> Result<()> {
+        self.steps.set(self.steps.get().saturating_add(steps));
         if self.steps.get() > limits::STEPS {
             return Err(
                 self.error(range, format!("the part file takes too long: the limit is {} evaluations", limits::STEPS))
@@ -143,11 +140,14 @@ impl<'a> Interpreter<'a> {
     fn statement(&mut self, s: &'a Stmt, overrides: &[(String, f64)], numbers: &mut Vec<String>) -> Result<()> {
         match s {
             Stmt::Assign(a) => {
-                let mut value = self.eval(&a.value)?;
+                let assigned = self.eval(&a.value)?;
                 for target in &a.targets {
+                    let mut value = assigned.clone();
                     if let (Expr::Name(n), Value::Int(_) | Value::Float(_)) = (target, &value) {
-                        numbers.push(n.id.to_string());
-                        if let Some((_, v)) = overrides.iter().find(|(name, _)| *name == n.id.as_str()) {
+                        if !numbers.iter().any(|known| *known == n.id.as_str()) {
+                            numbers.push(n.id.to_string());
+                        }
+                        if let Some((_, v)) = overrides.iter().rev().find(|(name, _)| *name == n.id.as_str()) {
                             value = if v.fract() == 0.0 && v.abs() < 1e15 {
                                 Value::Int(*v as i64)
                             } else {
@@ -156,14 +156,17 @@ impl<'a> Interpreter<'a> {
                         }
                     }
                     let mut names = Vec::new();
-                    self.unpack(target, value.clone(), &mut names)?;
+                    self.unpack(target, value, &mut names)?;
                     self.globals.extend(names);
                 }
                 Ok(())
             }
             Stmt::FunctionDef(f) => {
                 self.check_function(f)?;
-                self.globals.insert(f.name.to_string(), Value::Function(f));
+                let all = f.parameters.posonlyargs.iter().chain(&f.parameters.args).chain(&f.parameters.kwonlyargs);
+                let defaults = all.map(|p| p.default.as_deref().map(|d| self.eval(d)).transpose());
+                let defaults = defaults.collect::<Result<_>>()?;
+                self.globals.insert(f.name.to_string(), Value::Function(Rc::new(Function { definition: f, defaults })));
                 Ok(())
             }
             Stmt::Expr(e) => {
@@ -175,7 +178,7 @@ impl<'a> Interpreter<'a> {
             }
             Stmt::Pass(_) => Ok(()),
             other => {
-                let (what, help) = refused(other);
+                let (what, help) = refused::statement(other);
                 Err(self.error(other.range(), format!("{what} are not part of the part language")).with_help(help))
             }
         }
@@ -232,7 +235,7 @@ impl<'a> Interpreter<'a> {
         }
         let e = self.error(range, format!("nothing is called {name:?}"));
         let known = self.globals.keys().map(String::as_str).chain(builtins::NAMES.iter().copied());
-        let mut near: Vec<(usize, &str)> = known.map(|k| (edit_distance(k, name), k)).collect();
+        let mut near: Vec<(usize, &str)> = known.map(|k| (refused::edit_distance(k, name), k)).collect();
         near.sort_unstable();
         Err(match near.first() {
             Some((d, k)) if *d <= 2 && *d < name.chars().count() => e.with_help(format!("did you mean {k:?}?")),
@@ -243,19 +246,27 @@ impl<'a> Interpreter<'a> {
     /// Evaluates an expression.
     pub(super) fn eval(&mut self, e: &'a Expr) -> Result<Value<'a>> {
         let range = e.range();
-        self.step(range)?;
+        self.charge(range, 1)?;
+        self.depth += 1;
+        if self.depth > limits::DEPTH {
+            return Err(self.error(range, format!("expressions are nested too deeply: the limit is {}", limits::DEPTH)));
+        }
+        let r = self.evaluate(e, range);
+        self.depth -= 1;
+        r
+    }
+
+    fn evaluate(&mut self, e: &'a Expr, range: TextRange) -> Result<Value<'a>> {
         match e {
             Expr::NumberLiteral(n) => match &n.value {
                 Number::Int(i) => {
                     let text = i.to_string();
                     match text.parse::<i64>() {
                         Ok(i) => Ok(Value::Int(i)),
-                        Err(_) => {
-                            text.parse().map(Value::Float).map_err(|_| self.error(range, "this number is too large"))
-                        }
+                        Err(_) => self.finite(range, text.parse().unwrap_or(f64::INFINITY)),
                     }
                 }
-                Number::Float(f) => Ok(Value::Float(*f)),
+                Number::Float(f) => self.finite(range, *f),
                 Number::Complex { .. } => Err(self.error(range, "complex numbers are not part of the part language")),
             },
             Expr::StringLiteral(s) => self.string(range, s.value.to_str().to_string()),
@@ -306,8 +317,14 @@ impl<'a> Interpreter<'a> {
                         FStringPart::FString(f) => {
                             for e in &f.elements {
                                 self.format_element(e, &mut text)?;
+                                if text.len() > limits::TEXT {
+                                    break;
+                                }
                             }
                         }
+                    }
+                    if text.len() > limits::TEXT {
+                        break;
                     }
                 }
                 self.string(range, text)
@@ -323,19 +340,17 @@ impl<'a> Interpreter<'a> {
                 operators::index(self, range, &v, &i)
             }
             Expr::Call(c) => self.call(c),
-            Expr::Attribute(a) => Err(self
-                .error(a.attr.range, format!("{:?} can only be called: .{}(...)", a.attr.as_str(), a.attr.as_str()))
-                .with_help(format!("methods: {}", methods::NAMES.join(", ")))),
-            other => {
-                let what = match other {
-                    Expr::Lambda(_) => "lambda functions",
-                    Expr::Dict(_) | Expr::DictComp(_) => "dictionaries",
-                    Expr::Set(_) | Expr::SetComp(_) => "sets",
-                    Expr::Named(_) => "assignments inside expressions",
-                    Expr::Starred(_) => "starred expressions",
-                    Expr::BytesLiteral(_) => "byte strings",
-                    _ => "these expressions",
+            Expr::Attribute(a) => {
+                let name = a.attr.as_str();
+                let e = if methods::NAMES.contains(&name) {
+                    self.error(a.attr.range, format!("{name:?} can only be called: .{name}(...)"))
+                } else {
+                    self.error(a.attr.range, format!("there is no method {name:?}"))
                 };
+                Err(e.with_help(format!("methods of solids: {}", methods::NAMES.join(", "))))
+            }
+            other => {
+                let what = refused::expression(other);
                 Err(self.error(range, format!("{what} are not part of the part language")))
             }
         }
@@ -370,6 +385,7 @@ impl<'a> Interpreter<'a> {
         if text.len() > limits::TEXT {
             return Err(self.error(range, format!("the string is too long: the limit is {} characters", limits::TEXT)));
         }
+        self.charge(range, text.len() / 8)?;
         Ok(Value::Str(text.into()))
     }
 
@@ -410,7 +426,7 @@ impl<'a> Interpreter<'a> {
         let Some((g, rest)) = generators.split_first() else {
             let v = self.eval(elt)?;
             out.push(v);
-            return self.fits(range, out.len());
+            return if out.len() > limits::ITEMS { self.fits(range, out.len()) } else { Ok(()) };
         };
         if g.is_async {
             return Err(self.error(g.range, "asynchronous comprehensions are not part of the part language"));
@@ -437,12 +453,17 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Refuses lists that grow too long.
+    /// A number, unless it is too large to be one.
+    pub(super) fn finite(&self, range: TextRange, v: f64) -> Result<Value<'a>> {
+        if v.is_finite() { Ok(Value::Float(v)) } else { Err(self.error(range, "this number is too large")) }
+    }
+
+    /// Counts the items of a list that is to be made, and refuses one that is too long.
     pub(super) fn fits(&self, range: TextRange, items: usize) -> Result<()> {
         if items > limits::ITEMS {
             return Err(self.error(range, format!("the list is too long: the limit is {} items", limits::ITEMS)));
         }
-        Ok(())
+        self.charge(range, items)
     }
 
     fn call(&mut self, c: &'a ast::ExprCall) -> Result<Value<'a>> {
@@ -456,7 +477,7 @@ impl<'a> Interpreter<'a> {
         let arguments = self.arguments(c)?;
         match f {
             Value::Builtin(name) => builtins::call(self, range, name, arguments),
-            Value::Function(f) => self.call_function(range, f, arguments),
+            Value::Function(f) => self.call_function(range, &f, arguments),
             other => Err(self.error(c.func.range(), format!("{} cannot be called", other.kind()))),
         }
     }
@@ -469,6 +490,7 @@ impl<'a> Interpreter<'a> {
                 let Some(items) = v.items() else {
                     return Err(self.error(s.range, format!("a list is needed behind *, not {}", v.kind())));
                 };
+                self.fits(s.range, out.len() + items.len())?;
                 out.extend(items.iter().map(|v| Argument { keyword: None, value: v.clone(), range: s.range }));
                 continue;
             }
@@ -488,9 +510,10 @@ impl<'a> Interpreter<'a> {
     fn call_function(
         &mut self,
         range: TextRange,
-        f: &'a ast::StmtFunctionDef,
+        function: &Function<'a>,
         arguments: Vec<Argument<'a>>,
     ) -> Result<Value<'a>> {
+        let f = function.definition;
         if self.calls >= limits::CALLS {
             return Err(self.error(range, format!("calls are nested too deeply: the limit is {}", limits::CALLS)));
         }
@@ -516,12 +539,10 @@ impl<'a> Interpreter<'a> {
             }
         }
         let mut bound = Vec::with_capacity(parameters.len());
-        for (p, v) in parameters.iter().zip(found) {
+        for ((p, v), default) in parameters.iter().zip(found).zip(&function.defaults) {
             let n = p.parameter.name.to_string();
-            let v = match (v, &p.default) {
-                (Some(v), _) => v,
-                (None, Some(d)) => self.eval(d)?,
-                (None, None) => return Err(self.error(range, format!("{name}() needs {n:?}"))),
+            let Some(v) = v.or_else(|| default.clone()) else {
+                return Err(self.error(range, format!("{name}() needs {n:?}")));
             };
             bound.push((n, v));
         }
@@ -537,20 +558,4 @@ impl<'a> Interpreter<'a> {
         self.frame = frame;
         r
     }
-}
-
-/// Insertions, deletions and exchanges from one word to the other.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().take(64).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, c) in a.chars().take(64).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for j in 0..b.len() {
-            let next = (diagonal + usize::from(c != b[j])).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = row[j + 1];
-            row[j + 1] = next;
-        }
-    }
-    row[b.len()]
 }

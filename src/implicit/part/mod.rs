@@ -10,6 +10,7 @@ mod guard;
 mod interpreter;
 mod methods;
 mod operators;
+mod refused;
 #[cfg(test)]
 mod tests;
 mod value;
@@ -29,9 +30,11 @@ pub mod limits {
     pub const NESTING: usize = 100;
     /// Operators in one expression outside of brackets.
     pub const CHAIN: usize = 2_000;
+    /// Expressions inside expressions, through all calls.
+    pub const DEPTH: usize = 250_000;
     /// Function calls inside function calls.
     pub const CALLS: usize = 64;
-    /// Expressions evaluated.
+    /// Expressions evaluated and items made.
     pub const STEPS: usize = 20_000_000;
     /// Items of a list, a tuple or a range.
     pub const ITEMS: usize = 1_000_000;
@@ -122,8 +125,11 @@ impl Part {
 /// Reads a part file's text. `overrides` replace the values of numbers assigned at top level.
 ///
 /// Errors: [`Error::Input`] with line and column for anything wrong in the text; [`Error::Usage`] for an override of a
-/// name that is not a top-level number.
+/// name that is not a top-level number, or by a number that is not finite. The last override of a name wins.
 pub fn parse(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
+    if let Some((name, v)) = overrides.iter().find(|(_, v)| !v.is_finite()) {
+        return Err(Error::Usage(format!("-D {name}: the number must be finite, not {v}")));
+    }
     guard::check(source)?;
     // deep but legal expressions recurse in the parser and when its tree is dropped
     std::thread::scope(|scope| {

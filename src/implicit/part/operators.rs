@@ -237,5 +237,6 @@ pub(super) fn slice<'a>(
         out.push(items[i as usize].clone());
         i = i.saturating_add(step);
     }
+    it.fits(range, out.len())?;
     Ok(if matches!(v, Value::Tuple(_)) { Value::Tuple(Rc::new(out)) } else { Value::List(Rc::new(out)) })
 }

@@ -25,8 +25,15 @@ pub(super) enum Value<'a> {
     Polygon(Rc<Vec<[f64; 2]>>),
     /// Patterns of face names.
     Faces(Rc<Vec<String>>),
-    Function(&'a StmtFunctionDef),
+    Function(Rc<Function<'a>>),
     Builtin(&'static str),
+}
+
+/// A function of the part file.
+pub(super) struct Function<'a> {
+    pub(super) definition: &'a StmtFunctionDef,
+    /// What parameters that are left out are, one for each parameter.
+    pub(super) defaults: Vec<Option<Value<'a>>>,
 }
 
 impl Value<'_> {

@@ -1,0 +1,65 @@
+//! Names of what a part file may not hold, and the way from a wrong word to the right one.
+
+use ruff_python_ast::{Expr, Stmt};
+
+/// What to call a statement that is refused, and what to write instead.
+pub(super) fn statement(s: &Stmt) -> (&'static str, &'static str) {
+    match s {
+        Stmt::For(_) | Stmt::While(_) => ("loops", "use a comprehension: [f(i) for i in range(n)]"),
+        Stmt::Import(_) | Stmt::ImportFrom(_) => ("imports", "everything there is has a name already"),
+        Stmt::If(_) => ("if statements", "use a conditional expression: a if condition else b"),
+        Stmt::AugAssign(_) => ("augmented assignments", "write a = a + b"),
+        Stmt::AnnAssign(_) => ("annotations", "write name = value"),
+        Stmt::ClassDef(_) => ("classes", "use functions"),
+        Stmt::Return(_) => ("returns outside of functions", "remove it"),
+        other => {
+            let what = match other {
+                Stmt::With(_) => "with statements",
+                Stmt::Try(_) => "try statements",
+                Stmt::Raise(_) => "raise statements",
+                Stmt::Assert(_) => "assertions",
+                Stmt::Delete(_) => "del statements",
+                Stmt::Global(_) => "global statements",
+                Stmt::Nonlocal(_) => "nonlocal statements",
+                Stmt::Match(_) => "match statements",
+                Stmt::TypeAlias(_) => "type aliases",
+                Stmt::Break(_) | Stmt::Continue(_) => "loops",
+                _ => "such statements",
+            };
+            (what, "a part file holds assignments, functions of one return, and calls")
+        }
+    }
+}
+
+/// What to call an expression that is refused.
+pub(super) fn expression(e: &Expr) -> &'static str {
+    match e {
+        Expr::Lambda(_) => "lambda functions",
+        Expr::Dict(_) | Expr::DictComp(_) => "dictionaries",
+        Expr::Set(_) | Expr::SetComp(_) => "sets",
+        Expr::Named(_) => "assignments inside expressions",
+        Expr::Starred(_) => "starred expressions",
+        Expr::BytesLiteral(_) => "byte strings",
+        Expr::TString(_) => "template strings",
+        Expr::Yield(_) | Expr::YieldFrom(_) => "yield expressions",
+        Expr::Await(_) => "await expressions",
+        Expr::EllipsisLiteral(_) => "ellipses",
+        _ => "such expressions",
+    }
+}
+
+/// Insertions, deletions and exchanges from one word to the other.
+pub(super) fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().take(64).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, c) in a.chars().take(64).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for j in 0..b.len() {
+            let next = (diagonal + usize::from(c != b[j])).min(row[j] + 1).min(row[j + 1] + 1);
+            diagonal = row[j + 1];
+            row[j + 1] = next;
+        }
+    }
+    row[b.len()]
+}
