@@ -34,6 +34,8 @@ const FREEZE: f64 = 1.5;
 const N_FALL: f64 = 0.05;
 /// See [`N_FALL`].
 const N_PASSES: usize = 10;
+/// See [`Options::new`].
+const NODES_PER_RADIUS: f64 = 9.0;
 /// Without a smallest size asked for, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 16.0;
 
@@ -60,14 +62,15 @@ pub struct Options {
 }
 
 impl Options {
-    /// The default sequence for edges of length `size`: creases from 20 degrees, no refinement by curvature.
+    /// The default sequence for edges of length `size`: creases from 20 degrees; on curved parts nine nodes to the radius,
+    /// which keeps the normals there within 2.4 degrees, but no edges shorter than half of `size` for that.
     pub fn new(size: f64) -> Self {
         Self {
             size,
             feature_angle: 20.0,
-            nodes_per_radius: None,
+            nodes_per_radius: Some(NODES_PER_RADIUS),
             chord: None,
-            least_size: None,
+            least_size: Some(0.5 * size),
             sequence: default_sequence(),
             retries: 4,
         }

@@ -60,7 +60,8 @@ pub struct MeshOptions {
     pub root_tolerance: f64,
     /// See [`ExtractOptions::memory`].
     pub memory: u64,
-    /// Densify where fewer than this many nodes fall on a radius of curvature.
+    /// Densify where fewer than this many nodes fall on a radius of curvature. With neither this nor `chord`, the method's
+    /// own default holds.
     pub nodes_per_radius: Option<f64>,
     /// Densify where the mesh is farther than this from the surface, in the part's unit.
     pub chord: Option<f64>,
@@ -128,7 +129,11 @@ impl Ready {
     }
 
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
-        Options { nodes_per_radius: options.nodes_per_radius, chord: options.chord, ..Options::new(self.size) }
+        let default = Options::new(self.size);
+        if options.nodes_per_radius.is_none() && options.chord.is_none() {
+            return default;
+        }
+        Options { nodes_per_radius: options.nodes_per_radius, chord: options.chord, least_size: None, ..default }
     }
 
     /// Measures a mesh against the part, with features sampled finely enough for its edges.
