@@ -6,7 +6,7 @@ use rvachev::io;
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{self, MeshOptions, Method};
 use rvachev::quality;
-use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions};
+use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Result, Run};
 use serde::Serialize;
 
@@ -14,10 +14,13 @@ use super::arguments::{Check, Compare, How, Info, Mesh, Render};
 use super::console::{note, run, say, writable};
 
 /// Pictures of a comparison stand in rows of this many.
-const SHEET_COLUMNS: usize = 4;
+const SHEET_COLUMNS: usize = 6;
 
 /// Width and height of one picture of a comparison.
-const SHEET_CELL: (usize, usize) = (640, 520);
+const SHEET_CELL: (usize, usize) = (420, 360);
+
+/// The radius of what a picture of a comparison shows, in cells: near enough to see single triangles.
+const SHEET_FOCUS: f64 = 9.0;
 
 fn options(how: &How, method: Method) -> MeshOptions {
     MeshOptions {
@@ -86,9 +89,11 @@ pub fn compare(a: &Compare) -> Result<bool> {
     let c = pipeline::compare(&part, &options(&a.how, Method::default()), &run).map_err(|e| e.in_file(&a.part.part))?;
     if let Some(path) = &a.png {
         let mut cells = Vec::new();
+        let (width, height) = SHEET_CELL;
+        let view = View { focus: c.focus.map(|p| (p, SHEET_FOCUS * c.size)), margin: 0.0, ..View::default() };
         for row in &c.rows {
-            let (width, height) = SHEET_CELL;
-            let o = RenderOptions { width, height, legend: false, ..RenderOptions::default() };
+            let color_by = ColorBy::Quality;
+            let o = RenderOptions { width, height, view, color_by, legend: false, ..RenderOptions::default() };
             cells.push((format!("{}: {}", row.method, row.stage), draw::render(&row.mesh, &o, &run)?));
         }
         write_picture(path, &draw::sheet(&cells, SHEET_COLUMNS))?;

@@ -2,17 +2,22 @@
 
 use std::fmt;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::mesh::{MeshOptions, Ready, finish_names};
 use super::report::Report;
 use crate::error::Result;
-use crate::implicit::ImplicitOracle;
+use crate::implicit::{ImplicitOracle, features};
 use crate::implicit::part::Part;
 use crate::mesh::TriMesh;
 use crate::optimize::{Options, improve_with, paper_sequence};
 use crate::quality::Check;
+use crate::render::View;
 use crate::run::Run;
+
+/// Edges with a smaller angle between their faces, degrees, are no place to look at.
+const SHARP: f64 = 40.0;
 
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
@@ -33,6 +38,10 @@ pub struct Row {
 pub struct Comparison {
     /// Cell size, in the part's unit.
     pub size: f64,
+    /// A place that shows what the stages do: the sharp corner, else the point of a sharp edge, that is foremost in the
+    /// default view; `None` on a part without sharp edges.
+    #[serde(skip)]
+    pub focus: Option<DVec3>,
     /// One row a stage.
     pub rows: Vec<Row>,
 }
@@ -57,7 +66,12 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
         finish_names(part, &mut mesh, &mut unused);
         rows.push(Row { method, stage, check: ready.check(&mesh, &oracle, run)?, mesh });
     }
-    Ok(Comparison { size: ready.size, rows })
+    let truth = features(&ready.model, 0.5 * ready.size, run)?;
+    let edges = truth.samples.iter().filter(|s| s.angle > SHARP).map(|s| s.point);
+    let places = if truth.corners.is_empty() { edges.collect() } else { truth.corners.clone() };
+    let towards = View::default().towards;
+    let focus = places.into_iter().max_by(|a, b| a.dot(towards).total_cmp(&b.dot(towards)));
+    Ok(Comparison { size: ready.size, focus, rows })
 }
 
 impl fmt::Display for Comparison {

@@ -29,7 +29,7 @@ pub use picture::{Picture, sheet};
 /// The largest width and height, in pixels: four bytes per pixel stay below 1 GiB.
 const MAX_SIDE: usize = 16_384;
 
-/// Where the mesh is seen from; always orthographic and fitted to the mesh's bounds.
+/// Where the mesh is seen from; always orthographic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// From the mesh towards the camera; any length but 0.
@@ -39,12 +39,14 @@ pub struct View {
     pub up: DVec3,
     /// The share of the picture kept free on every side, in 0..0.5.
     pub margin: f64,
+    /// The ball (center and radius) that fills the picture; `None`: the whole mesh does.
+    pub focus: Option<(DVec3, f64)>,
 }
 
 impl Default for View {
     /// Three quarters from the front right and above, z up.
     fn default() -> Self {
-        Self { towards: DVec3::new(1.0, -1.3, 0.8), up: DVec3::Z, margin: 0.05 }
+        Self { towards: DVec3::new(1.0, -1.3, 0.8), up: DVec3::Z, margin: 0.05, focus: None }
     }
 }
 
@@ -119,6 +121,9 @@ pub fn render(mesh: &TriMesh, options: &RenderOptions, run: &Run) -> Result<Pict
     }
     if !(1..=8).contains(&options.samples) || !(0.0..0.5).contains(&options.view.margin) {
         return Err(Error::Usage("samples per axis are 1 to 8, the margin is at least 0 and below 0.5".into()));
+    }
+    if options.view.focus.is_some_and(|(c, r)| !(c.is_finite() && r > 0.0 && r.is_finite())) {
+        return Err(Error::Usage("the ball in focus needs a finite center and a positive radius".into()));
     }
     let axes = options.view.axes().ok_or_else(|| Error::Usage("the view direction must be finite and not 0".into()))?;
     check(mesh)?;

@@ -238,7 +238,13 @@ fn project(mesh: &TriMesh, options: &RenderOptions, axes: &[DVec3; 3], room: usi
     let scale = mesh.nodes.iter().fold(f64::MIN_POSITIVE, |m, p| m.max(p.abs().max_element()));
     let turned = |p: DVec3| DVec3::new(axes[0].dot(p / scale), -axes[1].dot(p / scale), axes[2].dot(p / scale));
     let used = mesh.triangles.iter().flatten().map(|v| turned(mesh.nodes[*v as usize]));
-    let bounds = Aabb::around(used);
+    let bounds = match options.view.focus {
+        Some((center, radius)) => {
+            let (c, r) = (turned(center), DVec3::splat(radius / scale));
+            Aabb::new(c - r, c + r)
+        }
+        None => Aabb::around(used),
+    };
     let (width, height) = (room as f64, options.height as f64);
     let free = 1.0 - 2.0 * options.view.margin;
     let size = bounds.size();

@@ -24,7 +24,7 @@ fn plain(size: usize, towards: DVec3) -> RenderOptions {
     RenderOptions {
         width: size,
         height: size,
-        view: View { towards, up: DVec3::Z, margin: 0.1 },
+        view: View { towards, up: DVec3::Z, margin: 0.1, focus: None },
         wireframe: Some(false),
         sharp_angle: None,
         legend: false,
