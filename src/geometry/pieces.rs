@@ -12,6 +12,9 @@ pub trait Pieces: SurfaceOracle {
     /// The piece a point of the surface lies on: on an edge or corner one of those that meet there.
     fn piece_at(&self, p: DVec3) -> Option<u32>;
 
+    /// The pieces that may pass near a point, ascending: all that do within the source's own resolution, perhaps more.
+    fn near(&self, p: DVec3) -> Vec<u32>;
+
     /// A point near `p` at which all of `pieces` (one to three) meet, to rounding: for one piece the foot of `p` on it, for
     /// two the nearest point of their curve. `None` when Newton's method finds none within `reach`.
     ///

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::newton::{bounds_corner, bounds_edge, bounds_solid, nearest};
+use super::newton::{bounds_corner, bounds_edge, bounds_solid, leaves_of, nearest};
 use super::oracle::ImplicitOracle;
 use super::tape::Op;
 use crate::geometry::Pieces;
@@ -11,6 +11,10 @@ impl Pieces for ImplicitOracle<'_> {
     fn piece_at(&self, p: DVec3) -> Option<u32> {
         let leaf = self.tape(p).active(self.leaves(), p).leaf;
         (leaf != u32::MAX).then_some(leaf)
+    }
+
+    fn near(&self, p: DVec3) -> Vec<u32> {
+        leaves_of(self.tape(p))
     }
 
     fn meet(&self, pieces: &[u32], p: DVec3, reach: f64) -> Option<DVec3> {

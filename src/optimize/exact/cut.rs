@@ -99,15 +99,10 @@ impl Cutter<'_> {
         }
     }
 
-    /// A corner of the two pieces and one of a node nearby that the edge passes.
+    /// A corner of the two pieces and a third that the edge passes.
     fn at_corner(&self, h: u32, [i, j]: [u32; 2], x: DVec3) -> Crossing {
-        let ends = [self.mesh.origin(h), self.mesh.target(h)];
         let reach = PASSES * self.mesh.edge_length(h);
-        let mut others: Vec<u32> =
-            ends.iter().flat_map(|&v| self.mesh.neighbors(v)).map(|v| self.piece[v as usize]).collect();
-        others.sort_unstable();
-        others.dedup();
-        let found = others.into_iter().filter(|&k| k != i && k != j && k != NONE).find_map(|k| {
+        let found = self.surface.near(x).into_iter().filter(|&k| k != i && k != j).find_map(|k| {
             let c = self.surface.meet(&[i, j, k], x, reach)?;
             self.surface.bounds(&[i, j, k], c).then(|| (c, PieceSet::of(&[i, j, k])))
         });
