@@ -24,6 +24,9 @@ pub trait Pieces: SurfaceOracle {
     /// Unit normal of a piece at a point on it, to the side where the piece's own function grows. `None` at an apex.
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3>;
 
+    /// The larger magnitude of the principal curvatures of a piece at a point on it. `None` where it has none.
+    fn curvature(&self, piece: u32, p: DVec3) -> Option<f64>;
+
     /// Whether every one of `pieces` bounds the solid at `p`, a point where they meet.
     fn bounds(&self, pieces: &[u32], p: DVec3) -> bool;
 

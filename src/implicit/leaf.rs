@@ -90,7 +90,16 @@ impl Leaf {
 
     /// Value and gradient.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        let g = match self {
+        match self {
+            Leaf::Formula(f) => f.gradient(p),
+            Leaf::Blend(b) => b.gradient(p),
+            _ => Dual::new(self.value(p), self.slope(p)),
+        }
+    }
+
+    /// The gradient alone.
+    pub(crate) fn slope(&self, p: DVec3) -> DVec3 {
+        match self {
             Leaf::Plane { n, .. } => -*n,
             Leaf::Sphere { c, r } => -(p - c) / *r,
             Leaf::Cylinder { c, frame, r } => {
@@ -108,11 +117,10 @@ impl Leaf {
                 let rho = radial.length();
                 -(radial.normalize_or_zero() * (rho - major) + frame.a * frame.a.dot(q)) / *minor
             }
-            Leaf::Formula(f) => return f.gradient(p),
+            Leaf::Formula(f) => f.gradient(p).g,
             Leaf::Field(f, place) => place.turn(f.gradient(unplace(place, p))),
-            Leaf::Blend(b) => return b.gradient(p),
-        };
-        Dual::new(self.value(p), g)
+            Leaf::Blend(b) => b.gradient(p).g,
+        }
     }
 
     /// The Hessian, by columns. Differences of the gradient where there is no closed form.

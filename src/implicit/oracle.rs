@@ -78,6 +78,27 @@ impl<'a> ImplicitOracle<'a> {
         Some(Foot { point: q, normal: if inside { -n } else { n }, face: occurrence(tape, leaf)?.face })
     }
 
+    /// Principal curvatures of a leaf at a point on it, as seen from the side of `outward`.
+    pub(super) fn leaf_curvatures(&self, leaf: u32, q: DVec3, outward: DVec3) -> Option<[f64; 2]> {
+        let leaf = &self.leaves()[leaf as usize];
+        let d = leaf.gradient(q);
+        let length = d.g.length();
+        if !(length > 0.0) {
+            return None;
+        }
+        // curvature of the surface seen from the side the foot's normal points to
+        let side = if d.g.dot(outward) < 0.0 { 1.0 } else { -1.0 };
+        let h = leaf.hessian(q, self.scale);
+        let apply = |v: DVec3| h[0] * v.x + h[1] * v.y + h[2] * v.z;
+        let (u, v) = outward.any_orthonormal_pair();
+        let k = -side / length;
+        let (a, b, c) = (k * u.dot(apply(u)), k * 0.5 * (u.dot(apply(v)) + v.dot(apply(u))), k * v.dot(apply(v)));
+        let (mean, half) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
+        let (x, y) = (mean + half, mean - half);
+        let both = if x.abs() >= y.abs() { [x, y] } else { [y, x] };
+        both.iter().all(|k| k.is_finite()).then_some(both)
+    }
+
     /// Tries the nearest point of the leaves `which`.
     fn offer(&self, which: &[u32], p: DVec3, best: &mut Option<Best>, reach: f64) -> bool {
         let limit = best.as_ref().map_or(reach, |b| b.distance.min(reach));
@@ -248,23 +269,7 @@ impl SurfaceOracle for ImplicitOracle<'_> {
                 let f = |i: &u32| self.leaves()[*i as usize].value(q).abs();
                 f(a).total_cmp(&f(b))
             })?;
-        let leaf = &self.leaves()[leaf as usize];
-        let d = leaf.gradient(q);
-        let length = d.g.length();
-        if !(length > 0.0) {
-            return None;
-        }
-        // curvature of the surface seen from the side the foot's normal points to
-        let side = if d.g.dot(foot.normal) < 0.0 { 1.0 } else { -1.0 };
-        let h = leaf.hessian(q, self.scale);
-        let apply = |v: DVec3| h[0] * v.x + h[1] * v.y + h[2] * v.z;
-        let (u, v) = foot.normal.any_orthonormal_pair();
-        let k = -side / length;
-        let (a, b, c) = (k * u.dot(apply(u)), k * 0.5 * (u.dot(apply(v)) + v.dot(apply(u))), k * v.dot(apply(v)));
-        let (mean, half) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
-        let (x, y) = (mean + half, mean - half);
-        let both = if x.abs() >= y.abs() { [x, y] } else { [y, x] };
-        both.iter().all(|k| k.is_finite()).then_some(both)
+        self.leaf_curvatures(leaf, q, foot.normal)
     }
 }
 

@@ -22,7 +22,12 @@ impl Pieces for ImplicitOracle<'_> {
     }
 
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {
-        self.leaves()[piece as usize].gradient(p).g.try_normalize()
+        self.leaves()[piece as usize].slope(p).try_normalize()
+    }
+
+    fn curvature(&self, piece: u32, p: DVec3) -> Option<f64> {
+        let outward = self.direction(piece, p)?;
+        self.leaf_curvatures(piece, p, outward).map(|k| k[0].abs())
     }
 
     fn bounds(&self, pieces: &[u32], p: DVec3) -> bool {

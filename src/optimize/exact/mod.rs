@@ -2,50 +2,167 @@
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
 mod cut;
+mod field;
+mod moves;
 mod patchwork;
 mod remesh;
 
 pub use cut::{CutReport, cut_pieces};
 pub use patchwork::{Patch, Patchwork, PieceSet};
 
-use crate::error::Result;
+use super::size::Sizing;
+use crate::error::{Error, Result};
 use crate::geometry::Pieces;
-use crate::mesh::TriMesh;
+use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
-use remesh::Remesher;
+use remesh::{Remesher, SHORT};
+
+/// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
+const TINY: f64 = 0.3;
+/// Rounds of split, collapse, flip and relaxation: edges have the wanted lengths after three, five even the angles out.
+const ROUNDS: usize = 5;
+/// Rounds of flips and relaxation after that.
+const POLISH: usize = 4;
+/// Shapes below this are mended one by one: 35 degrees.
+const MEND: f64 = 0.8;
+/// How often the surroundings of triangles that intersect are refined.
+const REPAIRS: usize = 4;
+/// Refinement of such places stops at this share of the size.
+const LEAST: f64 = 1.0 / 16.0;
 
 /// What [`remesh_pieces`] aims at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactOptions {
-    /// Wanted edge length.
-    pub size: f64,
+    /// Wanted edge lengths.
+    pub sizing: Sizing,
+    /// Wanted edge lengths on single faces, by index of the face.
+    pub face_sizes: Vec<Option<f64>>,
+    /// How fast edge lengths may grow per length.
+    pub grading: f64,
     /// Spacing of the nodes of the mesh that is cut.
     pub cell: f64,
 }
 
-/// Cuts `mesh` along the borders of pieces and remeshes it.
+/// What [`remesh_pieces`] met.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ExactReport {
+    /// What cutting met.
+    pub cut: CutReport,
+    /// Triangles that intersect others.
+    pub self_intersections: usize,
+    /// Triangles that face away from their piece.
+    pub inverted: usize,
+    /// How often surroundings of intersecting triangles were refined.
+    pub repairs: usize,
+}
+
+impl ExactReport {
+    /// Whether every border is exact and every triangle sound.
+    pub fn is_clean(&self) -> bool {
+        self.cut.unresolved.is_empty() && self.self_intersections == 0 && self.inverted == 0
+    }
+}
+
+/// Cuts `mesh` along the borders of pieces and remeshes it to the sizes asked for; `observer` sees the mesh after each stage.
+///
+/// *Guarantees*: a closed, oriented manifold stays one; every node lies on all pieces it belongs to, to rounding, except at
+/// the places the report lists as unresolved; labels are faces.
+/// *Does not guarantee*: that borders between pieces closer to each other than `cell` are found, nor that no two
+/// triangles intersect: the report tells.
+/// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
+/// [`Error::Cancelled`].
 pub fn remesh_pieces(
     mesh: &TriMesh,
     surface: &dyn Pieces,
     options: &ExactOptions,
     run: &Run,
-) -> Result<(TriMesh, CutReport)> {
-    let (work, report) = cut_pieces(mesh, surface, options.cell, run)?;
-    let mut remesher = Remesher::new(work, surface, options.size, run);
-    let start = std::time::Instant::now();
-    remesher.run(&mut |name, r| {
-        let (n, worst) = r.counts();
-        eprintln!("{name:20} {n:7} {worst:8.4} {:.3}", start.elapsed().as_secs_f64());
-    })?;
-    let mut out = remesher.work.mesh.to_mesh();
-    let patches = &remesher.work.patches;
+    observer: &mut dyn FnMut(&str, &TriMesh),
+) -> Result<(TriMesh, ExactReport)> {
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
+        return Err(Error::Usage("size, grading and cell must be positive".into()));
+    }
+    let (work, cut) = cut_pieces(mesh, surface, options.cell, run)?;
+    let mut report = ExactReport { cut, ..ExactReport::default() };
+    let mut r = Remesher::new(work, surface, options, run)?;
+    r.merge_doubles();
+    r.ask_sizes()?;
+    let mut show = |name: &str, r: &Remesher<'_>| observer(name, &finish(mesh, r));
+    show("cut", &r);
+    r.collapse_short(TINY)?;
+    for _ in 0..2 {
+        r.flip(false)?;
+        r.mend_worst(0.2)?;
+    }
+    show("untangle", &r);
+    for round in 0..ROUNDS {
+        run.progress("remesh", round as f64 / (ROUNDS + 2) as f64);
+        r.split_long()?;
+        r.collapse_short(SHORT)?;
+        r.ask_sizes()?;
+        r.flip(true)?;
+        r.relax()?;
+        r.relax()?;
+        show("remesh", &r);
+    }
+    polish(&mut r)?;
+    let mut out = finish(mesh, &r);
+    let mut bad = intersecting(&out, run)?;
+    while !bad.is_empty() && report.repairs < REPAIRS {
+        let nodes: Vec<u32> = r.work.mesh.nodes().collect();
+        let mut around: Vec<u32> =
+            bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
+        around.sort_unstable();
+        around.dedup();
+        if !r.refine(&around, LEAST * options.sizing.size)? {
+            break;
+        }
+        r.split_long()?;
+        r.flip(false)?;
+        r.relax()?;
+        polish(&mut r)?;
+        report.repairs += 1;
+        out = finish(mesh, &r);
+        bad = intersecting(&out, run)?;
+    }
+    show("mend", &r);
+    report.self_intersections = bad.len();
+    report.inverted = r.work.mesh.triangles().filter(|&t| r.work.shape(surface, t) <= 0.0).count();
+    Ok((out, report))
+}
+
+fn polish(r: &mut Remesher<'_>) -> Result<()> {
+    for _ in 0..POLISH {
+        r.flip(false)?;
+        r.relax()?;
+    }
+    for _ in 0..POLISH {
+        if r.mend_worst(MEND)? == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Triangles that intersect others, ascending.
+fn intersecting(mesh: &TriMesh, run: &Run) -> Result<Vec<u32>> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    Ok(bad)
+}
+
+/// The mesh with faces as labels.
+fn finish(input: &TriMesh, r: &Remesher<'_>) -> TriMesh {
+    let work: &EditMesh = &r.work.mesh;
+    let mut out = work.to_mesh();
     out.labels = (0..out.triangles.len())
         .map(|t| {
-            let piece = patches[out.labels[t] as usize].piece;
-            surface.face_at(piece, out.centroid(t)).unwrap_or(0)
+            let piece = r.work.patches[out.labels[t] as usize].piece;
+            r.surface.face_at(piece, out.centroid(t)).unwrap_or(0)
         })
         .collect();
-    out.faces = mesh.faces.clone();
-    out.groups = mesh.groups.clone();
-    Ok((out, report))
+    out.faces = input.faces.clone();
+    out.groups = input.groups.clone();
+    out
 }

@@ -6,22 +6,21 @@
 
 use glam::DVec3;
 
+use super::ExactOptions;
 use super::patchwork::{Patchwork, PieceSet, shape};
 use crate::error::Result;
 use crate::geometry::Pieces;
-use crate::mesh::edit::{NONE, next, prev};
+use crate::mesh::edit::NONE;
 use crate::run::Run;
 
 /// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
-const LONG: f64 = 4.0 / 3.0;
+pub(super) const LONG: f64 = 4.0 / 3.0;
 /// Edges shorter than this many wanted lengths are collapsed, for the same reason.
-const SHORT: f64 = 4.0 / 5.0;
+pub(super) const SHORT: f64 = 4.0 / 5.0;
 /// A collapse or split that makes things worse must still leave shapes of at least this.
-const FAIR: f64 = 0.35;
-/// The same for moves, once shapes are better than that.
-const GOOD: f64 = 0.6;
-/// Halvings of a move that is refused.
-const BACKTRACKS: usize = 3;
+pub(super) const FAIR: f64 = 0.35;
+/// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
+pub(super) const GOOD: f64 = 0.6;
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,21 +34,30 @@ pub(super) enum Rank {
 pub(super) struct Remesher<'a> {
     pub(super) work: Patchwork,
     pub(super) surface: &'a dyn Pieces,
-    /// Wanted edge length at each node.
+    /// Edge length each node wants for itself.
+    pub(super) own: Vec<f64>,
+    /// The same after gradation: what counts.
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
-    run: &'a Run,
+    pub(super) options: &'a ExactOptions,
+    pub(super) run: &'a Run,
 }
 
 impl<'a> Remesher<'a> {
-    pub(super) fn new(work: Patchwork, surface: &'a dyn Pieces, size: f64, run: &'a Run) -> Self {
+    pub(super) fn new(
+        work: Patchwork,
+        surface: &'a dyn Pieces,
+        options: &'a ExactOptions,
+        run: &'a Run,
+    ) -> Result<Self> {
         let count = work.mesh.node_capacity();
-        let mut this = Self { work, surface, want: vec![size; count], rank: Vec::new(), run };
+        let (own, want) = (vec![options.sizing.size; count], vec![options.sizing.size; count]);
+        let mut this = Self { work, surface, own, want, rank: Vec::new(), options, run };
         this.rank = (0..count as u32).map(|v| this.rank_of(v)).collect();
-        this
+        Ok(this)
     }
 
-    fn rank_of(&self, v: u32) -> Rank {
+    pub(super) fn rank_of(&self, v: u32) -> Rank {
         if !self.work.mesh.is_node(v) {
             return Rank::Face;
         }
@@ -60,7 +68,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    fn point(&self, v: u32) -> DVec3 {
+    pub(super) fn point(&self, v: u32) -> DVec3 {
         self.work.mesh.point(v)
     }
 
@@ -129,6 +137,7 @@ impl<'a> Remesher<'a> {
         let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);
         self.work.mesh.split_edge(h, x);
         self.work.sets.push(set);
+        self.own.push(want);
         self.want.push(want);
         self.rank.push(if sharp { Rank::Curve } else { Rank::Face });
         true
@@ -335,199 +344,5 @@ impl<'a> Remesher<'a> {
         };
         // A node of a border keeps at least one edge into each of its patches by the link condition alone.
         better && self.work.mesh.flip(h)
-    }
-
-    /// Moves every free node towards the centroid of its surroundings: over faces weighted by area, along curves to the
-    /// middle of the neighbors.
-    pub(super) fn relax(&mut self) -> Result<usize> {
-        let mut moved = 0;
-        for v in 0..self.work.mesh.node_capacity() as u32 {
-            if v % 256 == 0 {
-                self.run.check()?;
-            }
-            if !self.work.mesh.is_node(v) || self.rank[v as usize] == Rank::Corner {
-                continue;
-            }
-            let old = self.point(v);
-            let target = if self.rank[v as usize] == Rank::Curve {
-                match self.work.along(v)[..] {
-                    [a, b] => 0.5 * (self.point(a) + self.point(b)),
-                    _ => continue,
-                }
-            } else {
-                let m = &self.work.mesh;
-                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-                for h in m.outgoing(v) {
-                    let w = m.area_vector(h / 3).length();
-                    sum += w * m.centroid(h / 3);
-                    weight += w;
-                }
-                if !(weight > 0.0) {
-                    continue;
-                }
-                sum / weight
-            };
-            moved += usize::from(self.move_towards(v, old, target));
-        }
-        Ok(moved)
-    }
-
-    fn move_towards(&mut self, v: u32, old: DVec3, target: DVec3) -> bool {
-        let set = self.work.sets[v as usize];
-        let reach = self.want[v as usize];
-        let before = self.work.worst_around(self.surface, v, old);
-        let mut step = target - old;
-        for _ in 0..=BACKTRACKS {
-            if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
-                let after = self.work.worst_around(self.surface, v, p);
-                if after > before || after >= GOOD {
-                    self.work.mesh.set_point(v, p);
-                    return true;
-                }
-            }
-            step *= 0.5;
-        }
-        false
-    }
-
-    /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
-    /// collapse. Only what raises the worst shape around is done.
-    pub(super) fn mend_worst(&mut self, limit: f64) -> Result<usize> {
-        let mut list: Vec<(f64, u32)> =
-            self.work.mesh.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
-        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        let mut mended = 0;
-        for (k, (_, t)) in list.into_iter().enumerate() {
-            if k % 64 == 0 {
-                self.run.check()?;
-            }
-            if !self.work.mesh.is_triangle(t) || self.work.shape(self.surface, t) >= limit {
-                continue;
-            }
-            mended += usize::from(self.mend(t));
-        }
-        Ok(mended)
-    }
-
-    fn mend(&mut self, t: u32) -> bool {
-        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, false)) {
-            return true;
-        }
-        let mut any = false;
-        for v in self.work.mesh.corners(t) {
-            any |= self.climb(v);
-        }
-        if any {
-            return true;
-        }
-        let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
-        edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
-        // The shortest edge away, or the longest halved: whatever leaves the place better than it was.
-        self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1])
-    }
-
-    fn collapse_if_better(&mut self, h: u32) -> bool {
-        let m = &self.work.mesh;
-        let ends = [m.origin(h), m.target(h)];
-        let before = ends.map(|v| self.work.worst_around(self.surface, v, self.point(v)));
-        if before[0].min(before[1]) > FAIR {
-            return false;
-        }
-        self.collapse(h, 1.2 * LONG)
-    }
-
-    /// Moves a node where the worst shape around it is best, by looking in six directions and halving the step.
-    fn climb(&mut self, v: u32) -> bool {
-        let set = self.work.sets[v as usize];
-        let rank = self.rank[v as usize];
-        if rank == Rank::Corner {
-            return false;
-        }
-        let mut best = self.work.worst_around(self.surface, v, self.point(v));
-        let (mut p, start) = (self.point(v), self.point(v));
-        let reach = self.want[v as usize];
-        let directions: Vec<DVec3> = if rank == Rank::Curve {
-            match self.work.along(v)[..] {
-                [a, b] => {
-                    let d = (self.point(b) - self.point(a)).normalize_or_zero();
-                    vec![d, -d]
-                }
-                _ => return false,
-            }
-        } else {
-            let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
-            let Some((u, w)) =
-                self.work.normal(self.surface, patch, p).try_normalize().map(DVec3::any_orthonormal_pair)
-            else {
-                return false;
-            };
-            (0..6)
-                .map(|k| {
-                    let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
-                    c * u + s * w
-                })
-                .collect()
-        };
-        let mut step = 0.25 * reach;
-        for _ in 0..5 {
-            let mut improved = false;
-            for d in &directions {
-                let Some(x) = self.work.settle(self.surface, &set, p + step * *d, reach) else { continue };
-                let s = self.work.worst_around(self.surface, v, x);
-                if s > best + 1e-4 {
-                    (best, p, improved) = (s, x, true);
-                }
-            }
-            if !improved {
-                step *= 0.5;
-            }
-        }
-        if p != start {
-            self.work.mesh.set_point(v, p);
-        }
-        p != start
-    }
-
-    /// Whether `h` and its neighbors around the same node border nothing: kept for readers of the loop.
-    pub(super) fn counts(&self) -> (usize, f64) {
-        let m = &self.work.mesh;
-        let worst = m.triangles().map(|t| self.work.shape(self.surface, t)).fold(f64::INFINITY, f64::min);
-        let _ = (next(0), prev(0));
-        (m.triangle_count(), worst)
-    }
-
-    /// The whole sequence.
-    pub(super) fn run(&mut self, trace: &mut dyn FnMut(&str, &Self)) -> Result<()> {
-        trace("cut", self);
-        self.merge_doubles();
-        trace("merged", self);
-        self.collapse_short(0.3)?;
-        trace("collapse tiny", self);
-        for _ in 0..2 {
-            self.flip(false)?;
-            self.mend_worst(0.2)?;
-        }
-        trace("untangle", self);
-        for round in 0..5 {
-            self.run.progress("remesh", f64::from(round) / 8.0);
-            self.split_long()?;
-            self.collapse_short(SHORT)?;
-            self.flip(true)?;
-            self.relax()?;
-            self.relax()?;
-            trace("round", self);
-        }
-        for _ in 0..4 {
-            self.flip(false)?;
-            self.relax()?;
-        }
-        trace("relaxed", self);
-        for _ in 0..4 {
-            if self.mend_worst(0.8)? == 0 {
-                break;
-            }
-        }
-        trace("mended", self);
-        Ok(())
     }
 }

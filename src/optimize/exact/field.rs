@@ -1,0 +1,93 @@
+//! The size field: what edge length each node wants.
+
+use super::remesh::{Rank, Remesher};
+use crate::error::Result;
+use crate::mesh::edit::NONE;
+use crate::optimize::guard::ask_all;
+
+impl Remesher<'_> {
+    /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for.
+    pub(super) fn ask_sizes(&mut self) -> Result<()> {
+        let this = &*self;
+        let own =
+            ask_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;
+        self.own = own.into_iter().map(|s| s.unwrap_or(self.options.sizing.size)).collect();
+        self.grade()
+    }
+
+    fn size_at(&self, v: u32) -> f64 {
+        let sizing = &self.options.sizing;
+        let (m, p) = (&self.work.mesh, self.point(v));
+        let mut size = sizing.size;
+        let mut last = NONE;
+        for h in m.outgoing(v) {
+            let patch = m.label(h / 3);
+            if patch == last {
+                continue;
+            }
+            last = patch;
+            let piece = self.work.patches[patch as usize].piece;
+            if piece == NONE {
+                continue;
+            }
+            if sizing.varies()
+                && let Some(k) = self.surface.curvature(piece, p)
+            {
+                size = size.min(sizing.at(k));
+            }
+            if !self.options.face_sizes.is_empty()
+                && let Some(face) = self.surface.face_at(piece, m.centroid(h / 3))
+                && let Some(Some(s)) = self.options.face_sizes.get(face as usize)
+            {
+                size = size.min(*s);
+            }
+        }
+        size
+    }
+
+    /// Limits the growth of sizes along edges: the largest field below what nodes want with the slope asked for. It is a
+    /// minimum, so the order does not matter.
+    pub(super) fn grade(&mut self) -> Result<()> {
+        let m = &self.work.mesh;
+        let mut want = self.own.clone();
+        let mut front: Vec<u32> = m.nodes().collect();
+        if want.iter().all(|w| *w == self.options.sizing.size) {
+            front.clear();
+        }
+        let mut queued = vec![false; want.len()];
+        while !front.is_empty() {
+            self.run.check()?;
+            let mut next = Vec::new();
+            for &v in &front {
+                queued[v as usize] = false;
+                for h in m.outgoing(v) {
+                    let x = m.target(h);
+                    let limit = want[v as usize] + self.options.grading * m.edge_length(h);
+                    if limit < want[x as usize] {
+                        want[x as usize] = limit;
+                        if !queued[x as usize] {
+                            queued[x as usize] = true;
+                            next.push(x);
+                        }
+                    }
+                }
+            }
+            front = next;
+        }
+        self.want = want;
+        Ok(())
+    }
+
+    /// Halves the sizes around some places, down to `least`. Returns whether any could be halved.
+    pub(super) fn refine(&mut self, nodes: &[u32], least: f64) -> Result<bool> {
+        let mut any = false;
+        for &v in nodes {
+            if self.rank[v as usize] != Rank::Corner || self.own[v as usize] > least {
+                any |= self.own[v as usize] > least;
+                self.own[v as usize] = (0.5 * self.want[v as usize]).max(least);
+            }
+        }
+        self.grade()?;
+        Ok(any)
+    }
+}

@@ -1,0 +1,162 @@
+//! Moving nodes: relaxation of all, and mending of the worst triangles one by one.
+
+use glam::DVec3;
+
+use super::remesh::{FAIR, GOOD, LONG, Rank, Remesher};
+use crate::error::Result;
+
+/// Halvings of a move that is refused.
+const BACKTRACKS: usize = 3;
+
+impl Remesher<'_> {
+    /// Moves every free node towards the centroid of its surroundings: over faces weighted by area, along curves to the
+    /// middle of the neighbors.
+    pub(super) fn relax(&mut self) -> Result<usize> {
+        let mut moved = 0;
+        for v in 0..self.work.mesh.node_capacity() as u32 {
+            if v % 256 == 0 {
+                self.run.check()?;
+            }
+            if !self.work.mesh.is_node(v) || self.rank[v as usize] == Rank::Corner {
+                continue;
+            }
+            let old = self.point(v);
+            let target = if self.rank[v as usize] == Rank::Curve {
+                match self.work.along(v)[..] {
+                    [a, b] => 0.5 * (self.point(a) + self.point(b)),
+                    _ => continue,
+                }
+            } else {
+                let m = &self.work.mesh;
+                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+                for h in m.outgoing(v) {
+                    let w = m.area_vector(h / 3).length();
+                    sum += w * m.centroid(h / 3);
+                    weight += w;
+                }
+                if !(weight > 0.0) {
+                    continue;
+                }
+                sum / weight
+            };
+            moved += usize::from(self.move_towards(v, old, target));
+        }
+        Ok(moved)
+    }
+
+    fn move_towards(&mut self, v: u32, old: DVec3, target: DVec3) -> bool {
+        let set = self.work.sets[v as usize];
+        let reach = self.want[v as usize];
+        let before = self.work.worst_around(self.surface, v, old);
+        let mut step = target - old;
+        for _ in 0..=BACKTRACKS {
+            if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
+                let after = self.work.worst_around(self.surface, v, p);
+                if after > before || after >= GOOD {
+                    self.work.mesh.set_point(v, p);
+                    return true;
+                }
+            }
+            step *= 0.5;
+        }
+        false
+    }
+
+    /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
+    /// collapse. Only what raises the worst shape around is done.
+    pub(super) fn mend_worst(&mut self, limit: f64) -> Result<usize> {
+        let mut list: Vec<(f64, u32)> =
+            self.work.mesh.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
+        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        let mut mended = 0;
+        for (k, (_, t)) in list.into_iter().enumerate() {
+            if k % 64 == 0 {
+                self.run.check()?;
+            }
+            if !self.work.mesh.is_triangle(t) || self.work.shape(self.surface, t) >= limit {
+                continue;
+            }
+            mended += usize::from(self.mend(t));
+        }
+        Ok(mended)
+    }
+
+    fn mend(&mut self, t: u32) -> bool {
+        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, false)) {
+            return true;
+        }
+        let mut any = false;
+        for v in self.work.mesh.corners(t) {
+            any |= self.climb(v);
+        }
+        if any {
+            return true;
+        }
+        let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
+        edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
+        // The shortest edge away, or the longest halved: whatever leaves the place better than it was.
+        self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1])
+    }
+
+    fn collapse_if_better(&mut self, h: u32) -> bool {
+        let m = &self.work.mesh;
+        let ends = [m.origin(h), m.target(h)];
+        let before = ends.map(|v| self.work.worst_around(self.surface, v, self.point(v)));
+        if before[0].min(before[1]) > FAIR {
+            return false;
+        }
+        self.collapse(h, 1.2 * LONG)
+    }
+
+    /// Moves a node where the worst shape around it is best, by looking in six directions and halving the step.
+    fn climb(&mut self, v: u32) -> bool {
+        let set = self.work.sets[v as usize];
+        let rank = self.rank[v as usize];
+        if rank == Rank::Corner {
+            return false;
+        }
+        let mut best = self.work.worst_around(self.surface, v, self.point(v));
+        let (mut p, start) = (self.point(v), self.point(v));
+        let reach = self.want[v as usize];
+        let directions: Vec<DVec3> = if rank == Rank::Curve {
+            match self.work.along(v)[..] {
+                [a, b] => {
+                    let d = (self.point(b) - self.point(a)).normalize_or_zero();
+                    vec![d, -d]
+                }
+                _ => return false,
+            }
+        } else {
+            let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
+            let Some((u, w)) =
+                self.work.normal(self.surface, patch, p).try_normalize().map(DVec3::any_orthonormal_pair)
+            else {
+                return false;
+            };
+            (0..6)
+                .map(|k| {
+                    let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
+                    c * u + s * w
+                })
+                .collect()
+        };
+        let mut step = 0.25 * reach;
+        for _ in 0..5 {
+            let mut improved = false;
+            for d in &directions {
+                let Some(x) = self.work.settle(self.surface, &set, p + step * *d, reach) else { continue };
+                let s = self.work.worst_around(self.surface, v, x);
+                if s > best + 1e-4 {
+                    (best, p, improved) = (s, x, true);
+                }
+            }
+            if !improved {
+                step *= 0.5;
+            }
+        }
+        if p != start {
+            self.work.mesh.set_point(v, p);
+        }
+        p != start
+    }
+}
