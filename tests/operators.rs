@@ -35,8 +35,8 @@ fn run_part(solid: &Solid, size: f64, change: impl FnOnce(&mut Options)) -> (Rep
     change(&mut options);
     let report = improve(&mut mesh, &oracle, &options, &run).unwrap();
     let truth = features(&model, size, &run).unwrap();
-    let against = Against { oracle: &oracle, features: Some(&truth) };
-    let found = recovery(&mesh, &truth, size, &run).unwrap();
+    let against = Against { features: Some(&truth), pieces: Some(&oracle), ..Against::new(&oracle) };
+    let found = recovery(&mesh, &truth, Some(&oracle), size, &run).unwrap();
     (report, check(&mesh, Some(against), &run).unwrap(), found)
 }
 

@@ -59,12 +59,18 @@ pub struct How {
     /// Place nodes within this share of the diagonal of the surface
     #[arg(long, value_name = "EPS", default_value_t = 1e-12, value_parser = share)]
     pub eps: f64,
-    /// Densify where fewer nodes than this fall on a radius of curvature
-    #[arg(long, value_name = "N", value_parser = positive)]
-    pub nodes_per_radius: Option<f64>,
-    /// Densify where the mesh is farther than this from the surface
+    /// On curved parts neighboring edges turn by at most this many degrees
+    #[arg(long, value_name = "DEGREES", value_parser = positive)]
+    pub angle: Option<f64>,
+    /// No edge farther than this from the surface
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
-    pub chord: Option<f64>,
+    pub tol: Option<f64>,
+    /// How fast edge lengths may grow per length (leaf)
+    #[arg(long, value_name = "SLOPE", default_value_t = 0.3, value_parser = positive)]
+    pub grading: f64,
+    /// Curvature makes no edges shorter than this
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub size_min: Option<f64>,
     /// Refuse a size that needs more memory than this, in GiB
     #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
     pub memory: f64,
@@ -79,9 +85,12 @@ pub struct Mesh {
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub how: How,
-    /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014)
-    #[arg(long, default_value = "operators", value_name = "METHOD", value_parser = method)]
+    /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014); leaf: exact edges from the tree
+    #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
     pub method: Method,
+    /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
+    #[arg(long)]
+    pub force: bool,
     /// Write the report here (JSON)
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,

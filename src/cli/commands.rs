@@ -22,14 +22,17 @@ const SHEET_CELL: (usize, usize) = (420, 360);
 /// The radius of what a picture of a comparison shows, in cells: near enough to see single triangles.
 const SHEET_FOCUS: f64 = 9.0;
 
-fn options(how: &How, method: Method) -> MeshOptions {
+fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
     MeshOptions {
         size: how.size,
         method,
         root_tolerance: how.eps,
         memory: (how.memory * (1u64 << 30) as f64) as u64,
-        nodes_per_radius: how.nodes_per_radius,
-        chord: how.chord,
+        angle: how.angle,
+        tolerance: how.tol,
+        grading: how.grading,
+        least: how.size_min,
+        measure,
     }
 }
 
@@ -60,7 +63,21 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     let part = pipeline::load_part(&a.part.part, &a.part.define)?;
-    let made = pipeline::mesh_part(&part, &options(&a.how, a.method), &run).map_err(|e| e.in_file(&a.part.part))?;
+    let measure = a.report.is_some() || !a.common.quiet;
+    let how = options(&a.how, a.method, measure);
+    let made = pipeline::mesh_part(&part, &how, &run).map_err(|e| e.in_file(&a.part.part))?;
+    if !a.force
+        && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
+        && !c.is_sound()
+    {
+        if let Some(path) = &a.report {
+            write_json(path, &made.report)?;
+        }
+        drop(run);
+        note("falls short", &made.report.shortfalls);
+        let why = c.faults.join("; ");
+        return Err(Error::Failed(format!("the mesh is not sound and is not written ({why}); --force writes it")));
+    }
     let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
     for path in &a.output {
         io::write(path, &made.mesh, &run)?;
@@ -86,7 +103,8 @@ pub fn compare(a: &Compare) -> Result<bool> {
     a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     let part = pipeline::load_part(&a.part.part, &a.part.define)?;
-    let c = pipeline::compare(&part, &options(&a.how, Method::default()), &run).map_err(|e| e.in_file(&a.part.part))?;
+    let c = pipeline::compare(&part, &options(&a.how, Method::default(), true), &run)
+        .map_err(|e| e.in_file(&a.part.part))?;
     if let Some(path) = &a.png {
         let mut cells = Vec::new();
         let (width, height) = SHEET_CELL;

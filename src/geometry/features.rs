@@ -13,6 +13,8 @@ pub struct FeatureSample {
     pub length: f64,
     /// Angle between the outward normals of the two faces, degrees (0 where they are tangent).
     pub angle: f64,
+    /// The two pieces of the surface that meet there, see [`Pieces`](super::Pieces).
+    pub pieces: [u32; 2],
 }
 
 /// The true sharp edges and corners of a solid.

@@ -168,7 +168,7 @@ fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mu
             let (a, b) = (normal(i, inside_i), normal(j, inside_j));
             let Some(tangent) = tangent_at(m) else { continue };
             let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
-            found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle });
+            found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
         }
     }
     for (a, &i) in which.iter().enumerate() {

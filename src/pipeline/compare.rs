@@ -5,6 +5,7 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
+use super::leaf::by_leaf;
 use super::mesh::{MeshOptions, Ready, finish_names};
 use super::report::Report;
 use crate::error::Result;
@@ -22,7 +23,7 @@ const SHARP: f64 = 40.0;
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// `mc`, `paper` (the sequence of \[LIS14\]) or `operators` (the default).
+    /// `mc`, `paper` (the sequence of \[LIS14\]), `operators` or `leaf` (the default; all its attempts).
     pub method: &'static str,
     /// The stage just finished.
     pub stage: String,
@@ -49,7 +50,7 @@ pub struct Comparison {
 /// Runs every method on a part and measures the mesh after each stage.
 pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparison> {
     let ready = Ready::new(part, options.size)?;
-    let extracted = ready.extract(options, run)?;
+    let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut stages: Vec<(&'static str, String, TriMesh)> = vec![("mc", "MC33".into(), extracted.mesh.clone())];
     let default = ready.operator_options(options);
@@ -60,11 +61,12 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
             stages.push((method, stage.to_string(), mesh.clone()));
         })?;
     }
+    by_leaf(&ready, options, run, &mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone())))?;
     let mut rows = Vec::with_capacity(stages.len());
     for (method, stage, mut mesh) in stages {
         let mut unused = Report::new(options.method, ready.size, None);
         finish_names(part, &mut mesh, &mut unused);
-        rows.push(Row { method, stage, check: ready.check(&mesh, &oracle, run)?, mesh });
+        rows.push(Row { method, stage, check: ready.check(&mesh, &oracle, &extracted.mesh.nodes, run)?, mesh });
     }
     let truth = features(&ready.model, 0.5 * ready.size, run)?;
     let edges = truth.samples.iter().filter(|s| s.angle > SHARP).map(|s| s.point);

@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use glam::DVec3;
+
+use super::leaf::{ByLeaf, by_leaf};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
@@ -21,19 +24,23 @@ pub enum Method {
     /// Marching cubes with the topology of MC33, nothing else.
     MarchingCubes,
     /// Marching cubes, then the operators of \[LIS14\] in the order [`optimize`](crate::optimize) explains.
-    #[default]
     Operators,
+    /// Edges and corners exactly where the tree's leaves meet, and a remesher that keeps them:
+    /// [`optimize::exact`](crate::optimize::exact).
+    #[default]
+    Leaf,
 }
 
 impl Method {
     /// All methods, in the order they are compared in.
-    pub const ALL: [Method; 2] = [Method::MarchingCubes, Method::Operators];
+    pub const ALL: [Method; 3] = [Method::MarchingCubes, Method::Operators, Method::Leaf];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Method::MarchingCubes => "mc",
             Method::Operators => "operators",
+            Method::Leaf => "leaf",
         }
     }
 }
@@ -60,11 +67,17 @@ pub struct MeshOptions {
     pub root_tolerance: f64,
     /// See [`ExtractOptions::memory`].
     pub memory: u64,
-    /// Densify where fewer than this many nodes fall on a radius of curvature. With neither this nor `chord`, the method's
+    /// On curved parts neighboring edges turn by at most this many degrees. With neither this nor `tolerance`, the method's
     /// own default holds.
-    pub nodes_per_radius: Option<f64>,
-    /// Densify where the mesh is farther than this from the surface, in the part's unit.
-    pub chord: Option<f64>,
+    pub angle: Option<f64>,
+    /// No edge is farther than this from the surface, in the part's unit.
+    pub tolerance: Option<f64>,
+    /// How fast edge lengths may grow per length (leaf method).
+    pub grading: f64,
+    /// Curvature makes no edges shorter than this, in the part's unit.
+    pub least: Option<f64>,
+    /// Whether to measure distances and features too, not only what makes a mesh sound.
+    pub measure: bool,
 }
 
 impl Default for MeshOptions {
@@ -75,8 +88,11 @@ impl Default for MeshOptions {
             method: Method::default(),
             root_tolerance: extract.root_tolerance,
             memory: extract.memory,
-            nodes_per_radius: None,
-            chord: None,
+            angle: None,
+            tolerance: None,
+            grading: 0.3,
+            least: None,
+            measure: true,
         }
     }
 }
@@ -115,12 +131,13 @@ impl Ready {
         Ok(Ready { model, size })
     }
 
-    pub(super) fn extract(&self, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        let e = ExtractOptions { size: self.size, root_tolerance: options.root_tolerance, memory: options.memory };
+    /// The surface by marching cubes with the given cells.
+    pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
+        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory };
         let extracted = extract(&self.model, &e, run)?;
         if extracted.mesh.triangles.is_empty() {
-            let (place, what) = match thin_places(&self.model, &extracted, self.size, run)?.first() {
-                Some(t) => (Place::Point(t.at), format!("the part is thinner than the cells of size {:.6}", self.size)),
+            let (place, what) = match thin_places(&self.model, &extracted, size, run)?.first() {
+                Some(t) => (Place::Point(t.at), format!("the part is thinner than the cells of size {size:.6}")),
                 None => (Place::Unknown, "the solid is empty: nothing is inside anywhere".to_string()),
             };
             return Err(Error::input(place, what).with_help("ask for a smaller --size"));
@@ -130,16 +147,23 @@ impl Ready {
 
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
         let default = Options::new(self.size);
-        if options.nodes_per_radius.is_none() && options.chord.is_none() {
+        if options.angle.is_none() && options.tolerance.is_none() {
             return default;
         }
-        Options { nodes_per_radius: options.nodes_per_radius, chord: options.chord, least_size: None, ..default }
+        let nodes_per_radius = options.angle.map(|a| 1.0 / a.to_radians());
+        Options { nodes_per_radius, chord: options.tolerance, least_size: options.least, ..default }
     }
 
-    /// Measures a mesh against the part, with features sampled finely enough for its edges.
-    pub(super) fn check(&self, mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Result<Check> {
+    /// Measures a mesh against the part, with features sampled finely enough for its edges; `points` lie on the surface.
+    pub(super) fn check(
+        &self,
+        mesh: &TriMesh,
+        oracle: &ImplicitOracle<'_>,
+        points: &[DVec3],
+        run: &Run,
+    ) -> Result<Check> {
         let features = features(&self.model, 0.5 * self.size, run)?;
-        check(mesh, Some(Against { oracle, features: Some(&features) }), run)
+        check(mesh, Some(Against { oracle, features: Some(&features), pieces: Some(oracle), points }), run)
     }
 }
 
@@ -151,21 +175,32 @@ impl Ready {
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere.
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let ready = Ready::new(part, options.size)?;
-    let mut extracted = ready.extract(options, run)?;
-    let oracle = ImplicitOracle::new(&ready.model, &extracted);
-    let thin = thin_places(&ready.model, &extracted, ready.size, run)?;
-    let mut mesh = std::mem::take(&mut extracted.mesh);
-    if options.method == Method::Operators {
-        improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
-    }
-    run.progress("check", 0.0);
-    let mut report = Report::new(options.method, ready.size, part.units.clone());
-    finish_names(part, &mut mesh, &mut report);
-    let check = ready.check(&mesh, &oracle, run)?;
-    for t in &thin {
+    let made = if options.method == Method::Leaf {
+        by_leaf(&ready, options, run, &mut |_, _| {})?
+    } else {
+        let extracted = ready.extract(ready.size, options, run)?;
+        let mut mesh = extracted.mesh.clone();
+        if options.method == Method::Operators {
+            let oracle = ImplicitOracle::new(&ready.model, &extracted);
+            improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
+        }
+        ByLeaf { mesh, extracted, cell: ready.size, method: options.method, shortfalls: Vec::new() }
+    };
+    let ByLeaf { mut mesh, extracted, cell, method, shortfalls } = made;
+    let mut report = Report::new(method, ready.size, part.units.clone());
+    report.shortfalls = shortfalls;
+    for t in thin_places(&ready.model, &extracted, cell, run)? {
         report.shortfalls.push(t.to_string());
     }
-    report.judge(check);
+    finish_names(part, &mut mesh, &mut report);
+    run.progress("check", 0.0);
+    let measured = if options.measure {
+        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        ready.check(&mesh, &oracle, &extracted.mesh.nodes, run)?
+    } else {
+        check(&mesh, None, run)?
+    };
+    report.judge(measured);
     Ok(Meshed { mesh, report })
 }
 
@@ -177,7 +212,8 @@ pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
     let diagonal = ready.model.bounds().diagonal();
     let ready = Ready { size: ready.size.clamp(diagonal / 1024.0, diagonal / 32.0), ..ready };
     let oracle = ImplicitOracle::with_cells(&ready.model, ready.size, run)?;
-    ready.check(mesh, &oracle, run)
+    let points = ready.extract(ready.size, &MeshOptions::default(), run)?.mesh.nodes;
+    ready.check(mesh, &oracle, &points, run)
 }
 
 /// Drops faces without triangles, makes the part's groups, and warns of names nothing answers to.

@@ -34,16 +34,7 @@ impl Report {
 
     /// Records what was measured, and as shortfalls what no mesh should have.
     pub(super) fn judge(&mut self, check: Check) {
-        for (good, what) in
-            [(check.closed, "closed"), (check.manifold, "a manifold"), (check.oriented, "consistently oriented")]
-        {
-            if !good {
-                self.shortfalls.push(format!("the mesh is not {what}"));
-            }
-        }
-        if check.self_intersections > 0 {
-            self.shortfalls.push(format!("{} triangles intersect others", check.self_intersections));
-        }
+        self.shortfalls.extend(check.certificate.faults.iter().cloned());
         self.check = Some(check);
     }
 }

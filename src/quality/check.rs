@@ -2,13 +2,15 @@
 
 use std::fmt;
 
+use glam::DVec3;
 use serde::Serialize;
 
+use super::certificate::{Certificate, angles};
 use super::deviation::{Deviation, deviation};
 use super::features::{FeatureRecovery, recovery};
 use super::metrics::{Quality, quality};
 use crate::error::Result;
-use crate::geometry::{Features, SurfaceOracle};
+use crate::geometry::{Features, Pieces, SurfaceOracle};
 use crate::mesh::{TriMesh, self_intersections};
 use crate::run::Run;
 
@@ -19,6 +21,17 @@ pub struct Against<'a> {
     pub oracle: &'a dyn SurfaceOracle,
     /// Its true sharp edges and corners, where they are known.
     pub features: Option<&'a Features>,
+    /// Its pieces, where they are known: nodes on edges are then measured exactly.
+    pub pieces: Option<&'a dyn Pieces>,
+    /// Points of the true surface, to measure the distance from it to the mesh.
+    pub points: &'a [DVec3],
+}
+
+impl<'a> Against<'a> {
+    /// The surface alone.
+    pub fn new(oracle: &'a dyn SurfaceOracle) -> Self {
+        Self { oracle, features: None, pieces: None, points: &[] }
+    }
 }
 
 /// One face or group.
@@ -64,6 +77,8 @@ pub struct Check {
     /// Distance and angle to the true surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation: Option<Deviation>,
+    /// What the mesh is certified for.
+    pub certificate: Certificate,
     /// Recovery of sharp edges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub features: Option<FeatureRecovery>,
@@ -96,12 +111,12 @@ pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<
     }
     let (mut far, mut features) = (None, None);
     if let Some(a) = against {
-        far = Some(deviation(mesh, a.oracle, run)?);
+        far = Some(deviation(mesh, a.oracle, a.points, run)?);
         if let Some(f) = a.features {
-            features = Some(recovery(mesh, f, mesh.mean_edge_length(), run)?);
+            features = Some(recovery(mesh, f, a.pieces, mesh.mean_edge_length(), run)?);
         }
     }
-    Ok(Check {
+    let mut check = Check {
         nodes: mesh.nodes.len() - defects.unused_nodes.len(),
         triangles: mesh.triangles.len(),
         closed: defects.is_closed() && !mesh.triangles.is_empty(),
@@ -116,8 +131,11 @@ pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<
         quality: quality(mesh),
         groups,
         deviation: far,
+        certificate: Certificate::default(),
         features,
-    })
+    };
+    check.certificate = Certificate::of(&check, angles(mesh));
+    Ok(check)
 }
 
 impl fmt::Display for Check {
@@ -148,7 +166,11 @@ impl fmt::Display for Check {
             100.0 * q.below_20
         )?;
         if let Some(d) = &self.deviation {
-            writeln!(f, "distance: largest {:.3e}, rms {:.3e}; normal deviation {:.3e}", d.max, d.rms, d.normal)?;
+            write!(f, "distance: largest {:.3e}, rms {:.3e}", d.max, d.rms)?;
+            if let Some(back) = d.from_surface {
+                write!(f, ", from the surface {back:.3e}")?;
+            }
+            writeln!(f, "; normal deviation {:.3e}", d.normal)?;
             if d.unprojected + d.inverted > 0 {
                 writeln!(f, "  {} samples far from the surface, {} inverted triangles", d.unprojected, d.inverted)?;
             }
@@ -160,6 +182,13 @@ impl fmt::Display for Check {
                 t.length_true, t.length_mesh, t.recall, t.precision, t.corners_found, t.corners_true
             )?;
         }
+        let c = &self.certificate;
+        let verdict = if c.faults.is_empty() { "sound".to_string() } else { c.faults.join("; ") };
+        writeln!(
+            f,
+            "certificate: {verdict}; {} angles below 30 degrees, {} of them the part's own",
+            c.below_30, c.excused
+        )?;
         let width = self.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0);
         for (i, g) in self.groups.iter().enumerate() {
             let end = if i + 1 < self.groups.len() { "\n" } else { "" };

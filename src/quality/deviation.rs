@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::TriMesh;
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
 /// Points the distance is measured at, spread evenly over the area.
 const SAMPLES: usize = 40_000;
@@ -27,6 +28,9 @@ pub struct Deviation {
     pub rms: f64,
     /// `eps_n` of \[LIS14\] eq. 5: area-weighted mean of `1 - (n . m)^2`, `m` the surface's normal at the foot of the centroid.
     pub normal: f64,
+    /// Largest distance of points of the surface from the mesh, where such points were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_surface: Option<f64>,
     /// Samples without surface within four mean edge lengths.
     pub unprojected: usize,
     /// Triangles whose normal opposes the surface's (`n . m <= 0`), which eq. 5 cannot see.
@@ -45,7 +49,7 @@ fn radical_inverse(mut i: usize, b: usize) -> f64 {
 }
 
 /// Measures a mesh against the surface. Deterministic: the samples follow a low-discrepancy sequence.
-pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Deviation> {
+pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], run: &Run) -> Result<Deviation> {
     let reach = REACH * mesh.mean_edge_length();
     let areas: Vec<f64> = (0..mesh.triangles.len()).map(|t| 0.5 * mesh.area_vector(t).length()).collect();
     let mut sums = Vec::with_capacity(areas.len());
@@ -55,7 +59,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Resul
         sums.push(total);
     }
     if !(total > 0.0) {
-        return Ok(Deviation { max: 0.0, rms: 0.0, normal: 0.0, unprojected: 0, inverted: 0 });
+        return Ok(Deviation { max: 0.0, rms: 0.0, normal: 0.0, from_surface: None, unprojected: 0, inverted: 0 });
     }
     let sample = |i: usize| -> DVec3 {
         let at = (i as f64 + 0.5) / SAMPLES as f64 * total;
@@ -108,10 +112,34 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Resul
     });
     let normals = normals?;
     Ok(Deviation {
+        from_surface: from_surface(mesh, points, run)?,
         max: hits.iter().chain(at_nodes.iter().flatten()).copied().fold(0.0, f64::max),
         rms: if hits.is_empty() { 0.0 } else { (square / hits.len() as f64).sqrt() },
         normal: normals.iter().map(|n| n.0).sum::<f64>() / total,
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
         inverted: normals.iter().map(|n| n.1).sum(),
     })
+}
+
+/// The largest distance of `points` from the mesh.
+fn from_surface(mesh: &TriMesh, points: &[DVec3], run: &Run) -> Result<Option<f64>> {
+    if points.is_empty() {
+        return Ok(None);
+    }
+    run.progress("distance", 0.75);
+    let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+    let far: Result<Vec<f64>> = run.install(|| {
+        points
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                run.check()?;
+                let nearest = |p: &DVec3| {
+                    let d = |t: u32| triangle_distance_squared(*p, mesh.corners(t as usize));
+                    tree.nearest(*p, f64::INFINITY, d).map_or(0.0, |n| n.1)
+                };
+                Ok(chunk.iter().map(nearest).fold(0.0, f64::max))
+            })
+            .collect()
+    });
+    Ok(Some(far?.into_iter().fold(0.0, f64::max).sqrt()))
 }

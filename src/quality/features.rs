@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::error::Result;
-use crate::geometry::Features;
+use crate::geometry::{Features, Pieces};
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -36,7 +36,8 @@ pub struct FeatureRecovery {
     pub corners_true: usize,
     /// True corners with a node within 5 % of the length scale.
     pub corners_found: usize,
-    /// Largest distance from a true edge of the nodes of recovering mesh edges.
+    /// Largest distance of the nodes of recovering mesh edges from the curve in which the pieces of the surface meet; from
+    /// the tangents of the true edge where pieces are not known, which is exact to second order in the samples' length.
     pub node_residual_max: f64,
 }
 
@@ -48,7 +49,13 @@ fn segment_distance_squared(p: DVec3, a: DVec3, b: DVec3) -> f64 {
 }
 
 /// Measures the recovery; `h` is the length scale, by custom the mean edge length.
-pub fn recovery(mesh: &TriMesh, truth: &Features, h: f64, run: &Run) -> Result<FeatureRecovery> {
+pub fn recovery(
+    mesh: &TriMesh,
+    truth: &Features,
+    pieces: Option<&dyn Pieces>,
+    h: f64,
+    run: &Run,
+) -> Result<FeatureRecovery> {
     run.progress("features", 0.0);
     let sharp: Vec<[u32; 2]> = mesh.sharp_edges(SHARP_MESH);
     let ends: Vec<[DVec3; 2]> = sharp.iter().map(|e| e.map(|v| mesh.nodes[v as usize])).collect();
@@ -65,16 +72,21 @@ pub fn recovery(mesh: &TriMesh, truth: &Features, h: f64, run: &Run) -> Result<F
         }
     }
     run.check()?;
-    let pieces: Vec<[DVec3; 2]> = truth
+    let tangents: Vec<[DVec3; 2]> = truth
         .samples
         .iter()
         // a little longer than the piece itself: neighboring tangents of a curve leave gaps
         .map(|s| [s.point - s.tangent * (0.6 * s.length), s.point + s.tangent * (0.6 * s.length)])
         .collect();
-    let true_edges = Bvh::new(pieces.iter().map(|e| Aabb::around(*e)).collect());
+    let true_edges = Bvh::new(tangents.iter().map(|e| Aabb::around(*e)).collect());
     let to_truth = |p: DVec3| {
-        let d = |i: u32| segment_distance_squared(p, pieces[i as usize][0], pieces[i as usize][1]);
-        true_edges.nearest(p, near, d).map(|n| n.1.sqrt())
+        let d = |i: u32| segment_distance_squared(p, tangents[i as usize][0], tangents[i as usize][1]);
+        true_edges.nearest(p, near, d)
+    };
+    let off = |p: DVec3| {
+        let (i, d) = to_truth(p)?;
+        let exact = pieces.and_then(|s| s.meet(&truth.samples[i as usize].pieces, p, near));
+        Some(exact.map_or(d.sqrt(), |q| q.distance(p)))
     };
     let (mut length_mesh, mut right, mut residual) = (0.0, 0.0, 0.0f64);
     for [a, b] in &ends {
@@ -84,7 +96,7 @@ pub fn recovery(mesh: &TriMesh, truth: &Features, h: f64, run: &Run) -> Result<F
         let hits = (0..n).filter(|i| to_truth(a.lerp(*b, (*i as f64 + 0.5) / n as f64)).is_some()).count();
         right += length * hits as f64 / n as f64;
         if hits == n {
-            residual = [a, b].iter().filter_map(|p| to_truth(**p)).fold(residual, f64::max);
+            residual = [a, b].iter().filter_map(|p| off(**p)).fold(residual, f64::max);
         }
     }
     run.check()?;

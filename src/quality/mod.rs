@@ -1,5 +1,6 @@
 //! Measuring a mesh: shape of its triangles, distance and angle from the true surface, recovery of sharp edges.
 
+mod certificate;
 mod check;
 mod deviation;
 mod features;
@@ -7,6 +8,7 @@ mod metrics;
 #[cfg(test)]
 mod tests;
 
+pub use certificate::{Certificate, SMALLEST_ANGLE};
 pub use check::{Against, Check, GroupSummary, check};
 pub use deviation::{Deviation, deviation};
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};

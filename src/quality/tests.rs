@@ -70,7 +70,8 @@ fn shapes_of_known_triangles() {
 #[test]
 fn a_sphere_of_chords_is_as_far_as_chords_are() {
     let m = ball(5);
-    let c = check(&m, Some(Against { oracle: &Ball, features: Some(&Features::default()) }), &Run::new()).unwrap();
+    let c =
+        check(&m, Some(Against { features: Some(&Features::default()), ..Against::new(&Ball) }), &Run::new()).unwrap();
     assert!(c.closed && c.manifold && c.oriented && c.self_intersections == 0);
     assert_eq!((c.euler, c.genus, c.components), (2, Some(0), 1));
     assert!((c.area - 4.0 * PI).abs() < 0.01 && (c.volume - 4.0 / 3.0 * PI).abs() < 0.01);
@@ -106,18 +107,19 @@ fn recovery_of_a_cube() {
                     tangent: DVec3::AXES[axis],
                     length: 0.1,
                     angle: 90.0,
+                    pieces: [0, 1],
                 });
             }
         }
     }
     truth.corners = m.nodes.clone();
-    let r = recovery(&m, &truth, 0.5, &Run::new()).unwrap();
+    let r = recovery(&m, &truth, None, 0.5, &Run::new()).unwrap();
     assert!((r.length_true - 12.0).abs() < 1e-12 && (r.length_mesh - 12.0).abs() < 1e-12);
     assert_eq!((r.recall, r.precision, r.corners_found, r.node_residual_max), (1.0, 1.0, 8, 0.0));
     // half of the truth moved away
     truth.samples.iter_mut().step_by(2).for_each(|s| s.point += DVec3::splat(0.1));
     truth.corners[0].x -= 0.03;
-    let r = recovery(&m, &truth, 0.5, &Run::new()).unwrap();
+    let r = recovery(&m, &truth, None, 0.5, &Run::new()).unwrap();
     assert!((r.recall - 0.5).abs() < 1e-12 && r.corners_found == 7, "{r:?}");
     assert!(r.precision < 0.9, "{r:?}");
 }

@@ -2,6 +2,8 @@
 
 mod aabb;
 mod bvh;
+mod triangle;
 
 pub use aabb::Aabb;
 pub use bvh::Bvh;
+pub use triangle::triangle_distance_squared;

@@ -1,0 +1,114 @@
+//! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
+
+use super::mesh::{MeshOptions, Method, Ready};
+use crate::error::{Error, Result};
+use crate::implicit::{Extracted, ImplicitOracle};
+use crate::mesh::TriMesh;
+use crate::optimize::exact::{ExactOptions, ExactReport, remesh_pieces};
+use crate::optimize::{Sizing, improve};
+use crate::run::Run;
+
+/// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones.
+const CELLS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
+const ANGLE: f64 = 20.0;
+/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
+const LEAST_SHARE: f64 = 4.0;
+/// How many unresolved places a report names.
+const NAMED: usize = 5;
+
+/// A mesh by the leaf method, or by the best that could be had instead.
+pub(super) struct ByLeaf {
+    pub(super) mesh: TriMesh,
+    /// The extraction the mesh was made from: its nodes lie on the surface, its cells prune the tree.
+    pub(super) extracted: Extracted,
+    pub(super) cell: f64,
+    pub(super) method: Method,
+    pub(super) shortfalls: Vec<String>,
+}
+
+/// What the remesher aims at.
+pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> ExactOptions {
+    let angle = options.angle.unwrap_or(ANGLE).to_radians();
+    let least = options.least.unwrap_or(ready.size / LEAST_SHARE);
+    ExactOptions {
+        sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord: options.tolerance, least },
+        face_sizes: ready.model.faces().iter().map(|f| f.size).collect(),
+        grading: options.grading,
+        cell,
+    }
+}
+
+/// Runs the leaf method on ever smaller cells until it comes out clean, and falls back to the operators, at last to
+/// marching cubes, where no attempt comes out without faults.
+pub(super) fn by_leaf(
+    ready: &Ready,
+    options: &MeshOptions,
+    run: &Run,
+    observer: &mut dyn FnMut(&str, &TriMesh),
+) -> Result<ByLeaf> {
+    let mut best: Option<(usize, TriMesh, ExactReport, Extracted, f64)> = None;
+    let mut first_error = None;
+    for (k, share) in CELLS.into_iter().enumerate() {
+        let cell = share * ready.size;
+        let extracted = match ready.extract(cell, options, run) {
+            Ok(e) => e,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // Nothing was found with these cells, or there is no memory for smaller ones: the first error tells the user.
+            Err(e) => {
+                first_error.get_or_insert(e);
+                continue;
+            }
+        };
+        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let exact = exact_options(ready, options, cell);
+        let (mesh, report) = remesh_pieces(&extracted.mesh, &oracle, &exact, run, observer)?;
+        let faults = report.self_intersections + report.inverted;
+        let clean = report.is_clean();
+        let better =
+            best.as_ref().is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.2.cut.unresolved.len()));
+        if better {
+            best = Some((faults, mesh, report, extracted, cell));
+        }
+        // Once sound, one more attempt for the sake of borders; edges that run out like knives are never found whole.
+        if clean || (k > 0 && best.as_ref().is_some_and(|b| b.0 == 0)) {
+            break;
+        }
+    }
+    let Some((faults, mesh, report, extracted, cell)) = best else {
+        return Err(first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())));
+    };
+    let mut shortfalls: Vec<String> = report
+        .cut
+        .unresolved
+        .iter()
+        .take(NAMED)
+        .map(|p| {
+            format!("no exact edge found near ({:.6}, {:.6}, {:.6}): two faces come too close there", p.x, p.y, p.z)
+        })
+        .collect();
+    if report.cut.unresolved.len() > NAMED {
+        shortfalls.push(format!("and at {} more places", report.cut.unresolved.len() - NAMED));
+    }
+    if faults == 0 {
+        return Ok(ByLeaf { mesh, extracted, cell, method: Method::Leaf, shortfalls });
+    }
+    let found = [(report.self_intersections, "intersect others"), (report.inverted, "are turned over")];
+    let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
+    let found: Vec<String> = found.collect();
+    let extracted = ready.extract(ready.size, options, run)?;
+    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let mut mesh = extracted.mesh.clone();
+    let improved = improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
+    let mut method = Method::Operators;
+    if improved.self_intersections + improved.after.inverted > 0 {
+        mesh = extracted.mesh.clone();
+        method = Method::MarchingCubes;
+    }
+    shortfalls.push(format!(
+        "with exact edges, of the triangles {}: made by {} instead",
+        found.join(" and "),
+        method.name()
+    ));
+    Ok(ByLeaf { mesh, extracted, cell: ready.size, method, shortfalls })
+}

@@ -1,0 +1,63 @@
+//! Distance between a point and a triangle.
+
+use glam::DVec3;
+
+/// Squared distance from `p` to the triangle `abc`, by the regions of C. Ericson, "Real-Time Collision Detection", 5.1.5.
+pub fn triangle_distance_squared(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ap.length_squared();
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return bp.length_squared();
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (ap - ab * (d1 / (d1 - d3))).length_squared();
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return cp.length_squared();
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (ap - ac * (d2 / (d2 - d6))).length_squared();
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return (bp - (c - b) * t).length_squared();
+    }
+    let sum = va + vb + vc;
+    if !(sum > 0.0) {
+        return ap.length_squared().min(bp.length_squared()).min(cp.length_squared());
+    }
+    (ap - ab * (vb / sum) - ac * (vc / sum)).length_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_point_is_found_in_all_seven_regions() {
+        let t = [DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Y];
+        let cases = [
+            ((0.5, 0.5, 3.0), 9.0),
+            ((-1.0, -1.0, 0.0), 2.0),
+            ((3.0, -1.0, 0.0), 2.0),
+            ((-1.0, 3.0, 0.0), 2.0),
+            ((1.0, -2.0, 0.0), 4.0),
+            ((-2.0, 1.0, 0.0), 4.0),
+            ((2.0, 2.0, 1.0), 3.0),
+        ];
+        for ((x, y, z), d) in cases {
+            assert!((triangle_distance_squared(DVec3::new(x, y, z), t) - d).abs() < 1e-14);
+        }
+        assert_eq!(triangle_distance_squared(DVec3::X, [DVec3::ZERO; 3]), 1.0);
+    }
+}
