@@ -24,6 +24,12 @@ pub trait Pieces: SurfaceOracle {
     /// Unit normal of a piece at a point on it, to the side where the piece's own function grows. `None` at an apex.
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3>;
 
+    /// Unit normal `n` and offset `d` of a piece that is a plane `n . p = d`, the normal to the side [`direction`] points
+    /// to.
+    ///
+    /// [`direction`]: Self::direction
+    fn plane(&self, piece: u32) -> Option<(DVec3, f64)>;
+
     /// The larger magnitude of the principal curvatures of a piece at a point on it. `None` where it has none.
     fn curvature(&self, piece: u32, p: DVec3) -> Option<f64>;
 

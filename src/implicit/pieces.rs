@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::leaf::Leaf;
 use super::newton::{bounds_corner, bounds_edge, bounds_solid, leaves_of, nearest};
 use super::oracle::ImplicitOracle;
 use super::tape::Op;
@@ -23,6 +24,13 @@ impl Pieces for ImplicitOracle<'_> {
 
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {
         self.leaves()[piece as usize].slope(p).try_normalize()
+    }
+
+    fn plane(&self, piece: u32) -> Option<(DVec3, f64)> {
+        match self.leaves()[piece as usize] {
+            Leaf::Plane { n, d } => Some((-n, -d)),
+            _ => None,
+        }
     }
 
     fn curvature(&self, piece: u32, p: DVec3) -> Option<f64> {

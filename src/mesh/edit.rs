@@ -481,7 +481,19 @@ impl EditMesh {
             }
         }
         // Link condition: the ends share exactly the apexes.
-        self.neighbors(a).all(|x| x == b || x == c || x == d || self.edge_between(x, b).is_none())
+        let mut around = [NONE; 32];
+        let mut count = 0;
+        for x in self.neighbors(b) {
+            if count < around.len() {
+                around[count] = x;
+            }
+            count += 1;
+        }
+        let joined = |x: u32| match around.get(..count) {
+            Some(around) => around.contains(&x),
+            None => self.edge_between(x, b).is_some(),
+        };
+        self.neighbors(a).all(|x| x == b || x == c || x == d || !joined(x))
     }
 
     /// Merges the half-edge's origin into its target, which moves to `p`; the edge's two triangles die, and the rim edges

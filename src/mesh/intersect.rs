@@ -62,6 +62,9 @@ fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
     let (p, q) = (mesh.corners(t), mesh.corners(u));
     let shared: Vec<(usize, usize)> =
         (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).filter(|(i, j)| a[*i] == b[*j]).collect();
+    if surely_apart(p, q, &shared) {
+        return false;
+    }
     match shared[..] {
         [] => triangles_meet(p, q),
         [(i, j)] => {
@@ -79,6 +82,52 @@ fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
             (orient2d(v, w, apex) > 0.0) == (orient2d(v, w, other) > 0.0)
         }
         _ => true,
+    }
+}
+
+/// A quick look that says yes only where rounding cannot matter, so that the exact predicates, at their slowest for
+/// triangles in one plane, are left with the rest: is there a plane that parts the triangles but for what they share?
+fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool {
+    // Far above the rounding of the differences, products and sums below, relative to the terms.
+    const MARGIN: f64 = 1e-9;
+    match *shared {
+        [] => {
+            let o = p[0];
+            let (p, q) = (p.map(|v| v - o), q.map(|v| v - o));
+            // Differences carry the rounding of the coordinates themselves.
+            let size = p.iter().chain(&q).map(|v| v.abs().max_element()).fold(0.0, f64::max);
+            let slack = MARGIN * size + 1e-15 * o.abs().max_element();
+            let parts = |d: DVec3| {
+                let (lo, hi) = (p.map(|v| v.dot(d)), q.map(|v| v.dot(d)));
+                let gap =
+                    lo.into_iter().fold(f64::INFINITY, f64::min) - hi.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                gap > 4.0 * slack * d.abs().max_element()
+            };
+            let d = p[0] + p[1] + p[2] - q[0] - q[1] - q[2];
+            if parts(d) {
+                return true;
+            }
+            let away = |t: [DVec3; 3], sign: f64| {
+                let n = (t[1] - t[0]).cross(t[2] - t[0]);
+                (0..3).any(|k| parts(sign * n.cross(t[(k + 1) % 3] - t[k])))
+            };
+            away(p, 1.0) || away(q, -1.0)
+        }
+        [(i, j)] => {
+            let o = p[i];
+            let (a, b) = (p[(i + 1) % 3] - o, p[(i + 2) % 3] - o);
+            let (c, d) = (q[(j + 1) % 3] - o, q[(j + 2) % 3] - o);
+            let s = a.normalize_or_zero() + b.normalize_or_zero() - c.normalize_or_zero() - d.normalize_or_zero();
+            let least = |v: DVec3| MARGIN * v.length() * s.length();
+            a.dot(s) > least(a) && b.dot(s) > least(b) && -c.dot(s) > least(c) && -d.dot(s) > least(d)
+        }
+        [(i, j), (k, l)] => {
+            let (e, a, b) = (p[k] - p[i], p[3 - i - k] - p[i], q[3 - j - l] - p[i]);
+            let (m, n) = (e.cross(a), e.cross(b));
+            let fat = |m: DVec3, a: DVec3| m.length() > 1e-6 * e.length() * a.length();
+            fat(m, a) && fat(n, b) && m.dot(n) < 0.99 * m.length() * n.length()
+        }
+        _ => false,
     }
 }
 

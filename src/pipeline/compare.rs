@@ -61,7 +61,7 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
             stages.push((method, stage.to_string(), mesh.clone()));
         })?;
     }
-    by_leaf(&ready, options, run, &mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone())))?;
+    by_leaf(&ready, options, run, Some(&mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone()))))?;
     let mut rows = Vec::with_capacity(stages.len());
     for (method, stage, mut mesh) in stages {
         let mut unused = Report::new(options.method, ready.size, None);

@@ -45,7 +45,7 @@ pub(super) fn by_leaf(
     ready: &Ready,
     options: &MeshOptions,
     run: &Run,
-    observer: &mut dyn FnMut(&str, &TriMesh),
+    mut observer: Option<&mut dyn FnMut(&str, &TriMesh)>,
 ) -> Result<ByLeaf> {
     let mut best: Option<(usize, TriMesh, ExactReport, Extracted, f64)> = None;
     let mut first_error = None;
@@ -62,7 +62,13 @@ pub(super) fn by_leaf(
         };
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let exact = exact_options(ready, options, cell);
-        let (mesh, report) = remesh_pieces(&extracted.mesh, &oracle, &exact, run, observer)?;
+        let (mesh, report) = remesh_pieces(
+            &extracted.mesh,
+            &oracle,
+            &exact,
+            run,
+            observer.as_deref_mut().map(|o| o as &mut dyn FnMut(&str, &TriMesh)),
+        )?;
         let faults = report.self_intersections + report.inverted;
         let clean = report.is_clean();
         let better =

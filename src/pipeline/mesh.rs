@@ -176,7 +176,7 @@ impl Ready {
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let ready = Ready::new(part, options.size)?;
     let made = if options.method == Method::Leaf {
-        by_leaf(&ready, options, run, &mut |_, _| {})?
+        by_leaf(&ready, options, run, None)?
     } else {
         let extracted = ready.extract(ready.size, options, run)?;
         let mut mesh = extracted.mesh.clone();

@@ -309,7 +309,8 @@ fn patches(mesh: &mut EditMesh, of_triangle: &[u32], surface: &dyn Pieces) -> Ve
                 }
             }
         }
-        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 } });
+        let plane = if piece == NONE { None } else { surface.plane(piece) };
+        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 }, plane });
     }
     patches
 }

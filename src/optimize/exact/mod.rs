@@ -24,7 +24,7 @@ const ROUNDS: usize = 5;
 /// Rounds of flips and relaxation after that.
 const POLISH: usize = 4;
 /// Shapes below this are mended one by one: 35 degrees.
-const MEND: f64 = 0.8;
+const MEND: f64 = 0.85;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Refinement of such places stops at this share of the size.
@@ -76,7 +76,7 @@ pub fn remesh_pieces(
     surface: &dyn Pieces,
     options: &ExactOptions,
     run: &Run,
-    observer: &mut dyn FnMut(&str, &TriMesh),
+    observer: Option<&mut dyn FnMut(&str, &TriMesh)>,
 ) -> Result<(TriMesh, ExactReport)> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
@@ -87,7 +87,12 @@ pub fn remesh_pieces(
     let mut r = Remesher::new(work, surface, options, run)?;
     r.merge_doubles();
     r.ask_sizes()?;
-    let mut show = |name: &str, r: &Remesher<'_>| observer(name, &finish(mesh, r));
+    let mut observer = observer;
+    let mut show = |name: &str, r: &Remesher<'_>| {
+        if let Some(o) = &mut observer {
+            o(name, &finish(mesh, r));
+        }
+    };
     show("cut", &r);
     r.collapse_short(TINY)?;
     for _ in 0..2 {
@@ -97,8 +102,8 @@ pub fn remesh_pieces(
     show("untangle", &r);
     for round in 0..ROUNDS {
         run.progress("remesh", round as f64 / (ROUNDS + 2) as f64);
-        r.split_long()?;
         r.collapse_short(SHORT)?;
+        r.split_long()?;
         r.ask_sizes()?;
         r.flip(true)?;
         r.relax()?;

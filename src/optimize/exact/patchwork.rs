@@ -69,6 +69,8 @@ pub struct Patch {
     pub piece: u32,
     /// 1 where the piece's own direction points out of the solid, -1 where it points in.
     pub outward: f64,
+    /// The piece's plane, where it is one: unit normal (of the piece) and offset.
+    pub plane: Option<(DVec3, f64)>,
 }
 
 /// A mesh cut along the borders of pieces. Triangle labels are indices into `patches`; edges between patches are sharp.
@@ -93,7 +95,10 @@ pub(super) fn shape([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
 impl Patchwork {
     /// Outward unit normal of a patch's piece at a point on it.
     pub(super) fn normal(&self, surface: &dyn Pieces, patch: u32, p: DVec3) -> DVec3 {
-        let patch = self.patches[patch as usize];
+        let patch = &self.patches[patch as usize];
+        if let Some((n, _)) = patch.plane {
+            return n * patch.outward;
+        }
         surface.direction(patch.piece, p).map_or(DVec3::ZERO, |n| n * patch.outward)
     }
 
@@ -117,6 +122,11 @@ impl Patchwork {
 
     /// Puts a point where a node with the given pieces may be; corners have one place only.
     pub(super) fn settle(&self, surface: &dyn Pieces, set: &PieceSet, p: DVec3, reach: f64) -> Option<DVec3> {
+        if let [piece] = set.as_slice()
+            && let Some((n, d)) = surface.plane(*piece)
+        {
+            return Some(p - n * (n.dot(p) - d));
+        }
         if set.len() <= 2 { surface.meet(set.as_slice(), p, reach) } else { None }
     }
 

@@ -22,6 +22,9 @@ pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
 pub(super) const GOOD: f64 = 0.6;
 
+/// Passes over all edges when flipping; later ones see only what earlier ones changed.
+const FLIP_PASSES: usize = 6;
+
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Rank {
@@ -304,19 +307,51 @@ impl<'a> Remesher<'a> {
     /// valences and shapes stay good.
     pub(super) fn flip(&mut self, valence: bool) -> Result<usize> {
         let mut count = 0;
-        for _ in 0..4 {
+        // Only edges of triangles that changed are looked at again.
+        let mut fresh = vec![true; self.work.mesh.triangle_capacity()];
+        for _ in 0..FLIP_PASSES {
             self.run.check()?;
             let before = count;
-            for h in 0..3 * self.work.mesh.triangle_capacity() as u32 {
-                if self.work.mesh.is_triangle(h / 3) && self.work.mesh.is_edge(h) {
-                    count += usize::from(self.flip_one(h, valence));
+            let mut next = vec![false; fresh.len()];
+            for h in 0..3 * fresh.len() as u32 {
+                let m = &self.work.mesh;
+                if !m.is_triangle(h / 3) || !m.is_edge(h) || m.opposite(h) == NONE {
+                    continue;
+                }
+                let o = m.opposite(h);
+                if !(fresh[(h / 3) as usize] || fresh[(o / 3) as usize]) || !self.flip_one(h, valence) {
+                    continue;
+                }
+                count += 1;
+                for t in [h / 3, o / 3] {
+                    next[t as usize] = true;
                 }
             }
+            fresh = next;
             if count == before {
                 break;
             }
         }
         Ok(count)
+    }
+
+    /// How many triangles of a patch a node has beyond what suits it: six around a node within, three beside a border,
+    /// as many as fit at a corner.
+    fn excess(&self, v: u32, label: u32) -> i64 {
+        let m = &self.work.mesh;
+        match self.rank[v as usize] {
+            Rank::Face => m.outgoing(v).count() as i64 - 6,
+            Rank::Curve => m.outgoing(v).filter(|h| m.label(h / 3) == label).count() as i64 - 3,
+            Rank::Corner => {
+                let (mut count, mut angle) = (0, 0.0);
+                for h in m.outgoing(v).filter(|h| m.label(h / 3) == label) {
+                    let p = self.point(v);
+                    angle += (self.point(m.target(h)) - p).angle_between(self.point(m.apex(h)) - p);
+                    count += 1;
+                }
+                count - (angle / std::f64::consts::FRAC_PI_3).round().max(1.0) as i64
+            }
+        }
     }
 
     pub(super) fn flip_one(&mut self, h: u32, valence: bool) -> bool {
@@ -332,12 +367,11 @@ impl<'a> Remesher<'a> {
         let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
         let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
         let better = if valence && then > GOOD {
-            let ideal = |v: u32| if self.rank[v as usize] == Rank::Face { 6i64 } else { 0 };
             let off = |v: u32, change: i64| {
-                let i = ideal(v);
-                if i == 0 { 0 } else { (m.valence(v) as i64 + change - i).pow(2) }
+                let e = self.excess(v, label);
+                (e + change).pow(2) - e.pow(2)
             };
-            let change: i64 = [(a, -1), (b, -1), (c, 1), (d, 1)].into_iter().map(|(v, k)| off(v, k) - off(v, 0)).sum();
+            let change: i64 = [(a, -1), (b, -1), (c, 1), (d, 1)].into_iter().map(|(v, k)| off(v, k)).sum();
             change < 0 || (change == 0 && then > now + 1e-9)
         } else {
             then > now + 1e-9
