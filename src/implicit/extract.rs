@@ -371,6 +371,7 @@ impl Extractor<'_> {
         let mut special = me.special.iter().peekable();
         let mut interior = target.first_node + edges;
         let mut out = target.triangles.iter_mut();
+        let mut target_is_open = false;
         crossed_cells(&me.rows, |at, mask| {
             let id = (at[0] + BRICK * (at[1] + BRICK * at[2])) as u16;
             let s = special.next_if(|s| s.cell == id).copied();
@@ -383,6 +384,7 @@ impl Extractor<'_> {
                         if *slot == u32::MAX {
                             let (axis, at) = edge(at, e as usize);
                             *slot = number(axis, at);
+                            target_is_open |= *slot == u32::MAX;
                         }
                         *slot
                     }
@@ -394,6 +396,9 @@ impl Extractor<'_> {
             }
             interior += s.map_or(0, |s| u32::from(s.interior));
         });
+        if target_is_open {
+            return Err(Error::Failed("the solid reaches beyond the box that was found around it".into()));
+        }
         Ok(())
     }
 

@@ -285,3 +285,42 @@ impl Leaf {
 fn unplace(place: &Placement, p: DVec3) -> DVec3 {
     place.rotation.transpose() * (p - place.shift) / place.scale
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::lower::lower;
+    use crate::implicit::{Primitive, Solid};
+
+    #[test]
+    fn ranges_hold_the_values_of_random_leaves_on_random_boxes() {
+        let mut state = 1u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for _ in 0..300 {
+            let mut v = |s: f64| DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5) * s;
+            let (at, axis, radii) = (v(2.0), v(1.0).normalize(), v(1.0).abs() + 0.1);
+            let solids: [Solid; 5] = [
+                Solid::half_space(axis, at),
+                Solid::sphere(radii.x, at),
+                Solid::cylinder(radii.x, axis, at, None),
+                Primitive::Cone { r0: radii.x, r1: radii.y, height: radii.z, axis, at }.into(),
+                Primitive::Torus { major: radii.x, minor: radii.y, axis, at }.into(),
+            ];
+            for solid in solids {
+                for leaf in lower(&solid).unwrap().leaves {
+                    let lo = v(2.0);
+                    let cell = Aabb::new(lo, lo + v(1.0).abs());
+                    let range = leaf.range(&cell);
+                    for _ in 0..50 {
+                        let p = cell.lo + (cell.hi - cell.lo) * (v(1.0) + 0.5);
+                        let f = leaf.value(p);
+                        assert!(range.lo <= f && f <= range.hi, "{leaf:?} {cell:?} {range:?} {p} {f}");
+                    }
+                }
+            }
+        }
+    }
+}

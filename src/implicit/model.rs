@@ -1,5 +1,7 @@
 //! A solid made ready: leaves, tape, faces and bounds, and the questions one may ask of it at a point.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -14,6 +16,34 @@ use crate::spatial::Aabb;
 
 /// Bounds are tightened on a grid of this many halvings: within 1/32 of the side they come out of the tree with.
 const TIGHTEN_LEVELS: usize = 5;
+
+/// A cell that waits to be looked at; those that reach furthest come first.
+struct Waiting {
+    key: f64,
+    cell: Aabb,
+    level: usize,
+    tape: Arc<Tape>,
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key.total_cmp(&other.key).then(self.level.cmp(&other.level))
+    }
+}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Waiting {}
 
 /// A bounded solid: the zero set of an R-function tree, positive inside.
 #[derive(Debug, Clone)]
@@ -97,34 +127,48 @@ impl Implicit {
 
     /// The box around the cells of a coarse octree that may hold some of the inside.
     fn tightened(&self, bounds: &Aabb) -> Aabb {
+        let mut out = *bounds;
         if bounds.is_empty() {
-            return *bounds;
+            return out;
         }
-        let mut scratch = Scratch::default();
-        let mut cells = vec![(*bounds, self.tape.clone())];
-        for _ in 0..TIGHTEN_LEVELS {
-            let mut next = Vec::new();
-            for (cell, tape) in &cells {
-                let mid = cell.center();
-                for corner in 0..8 {
-                    let pick =
-                        |k: usize| if corner >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
-                    let (x, y, z) = (pick(0), pick(1), pick(2));
-                    let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
-                    match tape.prune(&self.leaves, &sub, &mut scratch) {
-                        Pruned::Outside => {}
-                        Pruned::Inside => next.push((sub, Arc::new(Tape { ops: vec![Op::All(true)] }))),
-                        Pruned::Same => next.push((sub, tape.clone())),
-                        Pruned::Smaller(t) => next.push((sub, Arc::new(t))),
-                    }
+        for axis in 0..3 {
+            for high in [false, true] {
+                match self.reach(bounds, axis, high) {
+                    Some(x) if high => out.hi[axis] = x,
+                    Some(x) => out.lo[axis] = x,
+                    None => return Aabb::EMPTY,
                 }
             }
-            // cells that cannot move the box need not be looked into again
-            let hull = next.iter().fold(Aabb::EMPTY, |b, c| b.union(&c.0));
-            next.retain(|(c, _)| (c.lo.cmple(hull.lo) | c.hi.cmpge(hull.hi)).any());
-            cells = next;
         }
-        cells.iter().fold(Aabb::EMPTY, |b, c| b.union(&c.0))
+        out
+    }
+
+    /// How far the cells that may hold some of the inside reach along an axis, the outermost looked at first. `None` if there
+    /// are none.
+    fn reach(&self, bounds: &Aabb, axis: usize, high: bool) -> Option<f64> {
+        let outermost = |cell: &Aabb| if high { cell.hi[axis] } else { -cell.lo[axis] };
+        let mut scratch = Scratch::default();
+        let mut waiting =
+            BinaryHeap::from([Waiting { key: outermost(bounds), cell: *bounds, level: 0, tape: self.tape.clone() }]);
+        while let Some(Waiting { key, cell, level, tape }) = waiting.pop() {
+            let tape = match tape.prune(&self.leaves, &cell, &mut scratch) {
+                Pruned::Outside => continue,
+                Pruned::Inside => return Some(if high { key } else { -key }),
+                Pruned::Same => tape,
+                Pruned::Smaller(t) => Arc::new(t),
+            };
+            if level == TIGHTEN_LEVELS {
+                return Some(if high { key } else { -key });
+            }
+            let mid = cell.center();
+            for corner in 0..8 {
+                let pick = |k: usize| if corner >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
+                let (x, y, z) = (pick(0), pick(1), pick(2));
+                let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
+                waiting.push(Waiting { key: outermost(&sub), cell: sub, level: level + 1, tape: tape.clone() });
+            }
+        }
+        None
     }
 
     /// A box around the solid.

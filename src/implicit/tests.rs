@@ -414,3 +414,28 @@ fn deep_chains_are_lowered_and_exploding_trees_are_refused() {
     let err = Implicit::new(&doubled, RSystem::R0, None).unwrap_err().to_string();
     assert!(err.contains("4000000"), "{err}");
 }
+
+#[test]
+fn bounds_hold_the_solid_where_an_outer_cell_proves_empty() {
+    // The outermost cells of a coarse look are empty on a closer one, and the next ones count again.
+    let cone =
+        Primitive::Cone { r0: 0.2837, r1: 0.1, height: 0.7809, axis: DVec3::Y, at: DVec3::new(0.2265, 0.5, -0.4698) };
+    let axis = DVec3::new(0.5966, -0.6568, -0.4612);
+    let solid =
+        Solid::new(SolidNode::Primitive(cone)) & Solid::cylinder(0.1, axis, DVec3::new(0.2, 0.3, -0.5), Some(0.9));
+    let model = Implicit::new(&solid, RSystem::default(), None).unwrap();
+    let b = model.bounds();
+    for i in 0..200_000u32 {
+        let share = |base: u32| {
+            let (mut x, mut f, mut n) = (0.0, 1.0, i);
+            while n > 0 {
+                f /= f64::from(base);
+                x += f * f64::from(n % base);
+                n /= base;
+            }
+            x
+        };
+        let p = DVec3::new(share(2), share(3), share(5)) * 2.0 - 1.0;
+        assert!(!model.inside(p) || (b.lo.cmple(p).all() && p.cmple(b.hi).all()), "{p} {b:?}");
+    }
+}
