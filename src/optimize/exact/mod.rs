@@ -103,6 +103,7 @@ pub fn remesh_pieces(
     for round in 0..ROUNDS {
         run.progress("remesh", round as f64 / (ROUNDS + 2) as f64);
         r.collapse_short(SHORT)?;
+        r.merge_doubles();
         r.split_long()?;
         r.ask_sizes()?;
         r.flip(true)?;

@@ -4,9 +4,13 @@ use glam::DVec3;
 
 use super::remesh::{FAIR, GOOD, LONG, Rank, Remesher};
 use crate::error::Result;
+use crate::mesh::edit::NONE;
 
 /// Halvings of a move that is refused.
 const BACKTRACKS: usize = 3;
+
+/// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
+const FLAT: f64 = 0.05;
 
 impl Remesher<'_> {
     /// Moves every free node towards the centroid of its surroundings: over faces weighted by area, along curves to the
@@ -94,8 +98,55 @@ impl Remesher<'_> {
         }
         let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
         edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
-        // The shortest edge away, or the longest halved: whatever leaves the place better than it was.
-        self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1])
+        if self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1]) {
+            return true;
+        }
+        self.work.shape(self.surface, t) < FLAT && edges.into_iter().take(2).any(|h| self.zip(h))
+    }
+
+    /// Collapses an edge of a triangle without area even where borders fall together by that: what lies between them has
+    /// no width, and came from a border that was crossed more than once.
+    fn zip(&mut self, h: u32) -> bool {
+        let m = &self.work.mesh;
+        let o = m.opposite(h);
+        if o == NONE {
+            return false;
+        }
+        for side in [h, o] {
+            let (from, to) = (self.work.mesh.origin(side), self.work.mesh.target(side));
+            let (p, q) = (self.point(from), self.point(to));
+            let known = self.work.sets[from as usize].within(&self.work.sets[to as usize]);
+            if !known || (self.rank[from as usize] == Rank::Corner && !self.same_place(from, to)) {
+                continue;
+            }
+            let before = self.worst(from, p).min(self.worst(to, q));
+            if !self.work.mesh.can_merge(side) || self.worst_after(side, q) <= before {
+                continue;
+            }
+            if self.work.mesh.merge(side, q) {
+                self.mark_around(to);
+                return true;
+            }
+        }
+        false
+    }
+
+    fn worst(&self, v: u32, p: DVec3) -> f64 {
+        self.work.worst_around(self.surface, v, p)
+    }
+
+    /// The worst shape around both ends of an edge once its origin is where its target is, without what dies.
+    fn worst_after(&self, h: u32, q: DVec3) -> f64 {
+        let m = &self.work.mesh;
+        let dying = [h / 3, m.opposite(h) / 3];
+        let mut worst = f64::INFINITY;
+        for v in [m.origin(h), m.target(h)] {
+            for e in m.outgoing(v).filter(|e| !dying.contains(&(e / 3))) {
+                let t = [q, self.point(m.target(e)), self.point(m.apex(e))];
+                worst = worst.min(self.work.shape_at(self.surface, m.label(e / 3), t));
+            }
+        }
+        worst
     }
 
     fn collapse_if_better(&mut self, h: u32) -> bool {

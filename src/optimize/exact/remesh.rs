@@ -253,7 +253,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// Marks borders and ranks anew around a node.
-    fn mark_around(&mut self, v: u32) {
+    pub(super) fn mark_around(&mut self, v: u32) {
         let ring: Vec<u32> = self.work.mesh.outgoing(v).collect();
         for &h in &ring {
             let m = &self.work.mesh;
@@ -269,7 +269,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// Whether two nodes are one that was found twice.
-    fn same_place(&self, a: u32, b: u32) -> bool {
+    pub(super) fn same_place(&self, a: u32, b: u32) -> bool {
         self.point(a).distance(self.point(b)) < 1e-6 * self.want[a as usize]
     }
 
