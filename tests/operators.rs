@@ -80,7 +80,7 @@ fn a_wedge_thinner_than_an_edge_never_intersects_itself() {
 #[test]
 fn curvature_asks_for_more_nodes_on_the_holes_only() {
     let solid = cube_with_holes();
-    let (_, plain, _) = run_part(&solid, cells(24.0), |_| {});
+    let (_, plain, _) = run_part(&solid, cells(24.0), |o| o.nodes_per_radius = None);
     let (report, fine, f) = run_part(&solid, cells(24.0), |o| o.nodes_per_radius = Some(8.0));
     assert_eq!((fine.self_intersections, report.after.inverted, fine.euler), (0, 0, -4));
     let count = |c: &Check, what: &str| {

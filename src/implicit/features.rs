@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::model::Implicit;
-use super::newton::{bounds_corner, bounds_edge, leaves_of, nearest};
+use super::newton::{Meeting, leaves_of, nearest};
 use super::octree::{BRICK, Bricks};
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
@@ -148,6 +148,7 @@ fn clip(cell: &Aabb, p: DVec3, d: DVec3) -> Option<(f64, f64)> {
 fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mut Found) {
     let leaves = &model.leaves;
     let scale = model.bounds().diagonal();
+    let meeting = Meeting { tape, whole: &model.tape, leaves, scale };
     let (center, reach) = (cell.center(), cell.diagonal());
     for (n, &i) in which.iter().enumerate() {
         for &j in &which[n + 1..] {
@@ -160,7 +161,7 @@ fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mu
             let Some((from, to)) = clip(cell, q, t) else { continue };
             // the middle of the piece inside the cell, put back on the curve
             let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
-            let Some((inside_i, inside_j)) = bounds_edge(tape, leaves, i, j, m) else { continue };
+            let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
             let normal = |leaf: u32, inside: bool| {
                 let g = leaves[leaf as usize].gradient(m).g.normalize_or_zero();
                 if inside { -g } else { g }
@@ -176,7 +177,7 @@ fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mu
             for &k in &which[b + 1..] {
                 if let Some(q) = nearest(leaves, &[i, j, k], center, reach, scale)
                     && holds(cell, q)
-                    && bounds_corner(tape, leaves, [i, j, k], q)
+                    && meeting.corner([i, j, k], q)
                 {
                     found.corners.push(q);
                 }

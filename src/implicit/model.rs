@@ -10,7 +10,7 @@ use super::leaf::Leaf;
 use super::lower::{FaceInfo, lower};
 use super::rfunction::RSystem;
 use super::solid::Solid;
-use super::tape::{Op, Pruned, Scratch, Tape};
+use super::tape::{Pruned, Scratch, Tape};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 

@@ -11,16 +11,20 @@ const MOST_STEPS: usize = 30;
 /// A step shorter than this share of the scale changes nothing.
 const SETTLED: f64 = 4.0 * f64::EPSILON;
 
-/// Singular values below this share of the largest are dropped: surfaces closer to tangent than this angle (radians) have
-/// no curve of intersection that doubles could place.
-const RANK: f64 = 1e-4;
+/// Two surfaces at a smaller angle (radians) than this, or three whose normals span less, have no intersection that
+/// doubles could place. Where surfaces touch, Newton's method halves the distance to the seam with every step, and with it
+/// the angle; once that is so small the surfaces are apart by its square.
+const TANGENT: f64 = 1e-6;
+
+/// Surfaces that touch are met where both are nearer than this share of the scale.
+const TOUCHING: f64 = 1e-11;
 
 /// The point nearest to `p` where all given leaves vanish, found from `p` by projecting `p` again and again onto the
 /// intersection of their tangent planes. `None` if that does not settle within `reach`.
 pub(crate) fn nearest(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
     let mut q = p;
     for step in 0..MOST_STEPS {
-        let next = project_once(leaves, which, p, q)?;
+        let next = project_once(leaves, which, p, q, scale)?;
         if !next.is_finite() || next.distance(p) > 4.0 * reach {
             return None;
         }
@@ -35,13 +39,13 @@ pub(crate) fn nearest(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scal
     }
     // two plain Newton steps put the point on the surfaces as well as doubles can
     for _ in 0..2 {
-        q = project_once(leaves, which, q, q)?;
+        q = project_once(leaves, which, q, q, scale)?;
     }
     (q.is_finite() && q.distance(p) <= reach).then_some(q)
 }
 
 /// The projection of `p` onto the intersection of the leaves' tangent planes at `q`.
-fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3) -> Option<DVec3> {
+fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3, scale: f64) -> Option<DVec3> {
     let mut d = which.iter().map(|i| leaves[*i as usize].gradient(q));
     match which.len() {
         1 => {
@@ -58,11 +62,14 @@ fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3) -> Option<DV
             let (m, n) = (a.g / la, b.g / lb);
             let (ra, rb) = (a.v / la + m.dot(p - q), b.v / lb + n.dot(p - q));
             let c = m.dot(n);
-            let det = m.cross(n).length_squared();
-            if det < RANK * RANK {
-                return None;
+            // Along the first normal and across it: solving by both normals would lose twice as many digits at small angles.
+            let across = n - m * c;
+            let s = across.length();
+            if s < TANGENT {
+                let near = (a.v / la).abs().max((b.v / lb).abs()) <= TOUCHING * scale;
+                return near.then_some(q);
             }
-            Some(p - (m * (ra - c * rb) + n * (rb - c * ra)) / det)
+            Some(p - m * ra - across * ((rb - c * ra) / (s * s)))
         }
         _ => {
             let mut rows = [DVec3::ZERO; 3];
@@ -76,7 +83,10 @@ fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3) -> Option<DV
                 r[k] = d.v / l + rows[k].dot(p - q);
             }
             let j = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
-            (j.determinant().abs() > RANK).then(|| p - j.inverse() * r)
+            if j.determinant().abs() > TANGENT {
+                return Some(p - j.inverse() * r);
+            }
+            (r - j * (p - q)).abs().max_element().le(&(TOUCHING * scale)).then_some(q)
         }
     }
 }
@@ -107,6 +117,63 @@ pub(crate) fn bounds_corner(tape: &Tape, leaves: &[Leaf], which: [u32; 3], q: DV
     (0..3).all(|k| (0..8).any(|bits| s(bits) != s(bits ^ (1 << k))))
 }
 
+/// Other leaves that pass a point this near, as a share of the scale, leave its surroundings undecided.
+const CROWDED: f64 = 1e-6;
+
+/// Where a point's surroundings are undecided the surface is looked at this far away, as a share of the scale.
+const LOOK: f64 = 1e-4;
+
+/// The surroundings of a point at which leaves meet.
+pub(crate) struct Meeting<'a> {
+    /// The tape that holds at the point.
+    pub(crate) tape: &'a Tape,
+    /// The tape that holds everywhere.
+    pub(crate) whole: &'a Tape,
+    pub(crate) leaves: &'a [Leaf],
+    pub(crate) scale: f64,
+}
+
+impl Meeting<'_> {
+    /// Like [`bounds_edge`], also where more leaves vanish than the two.
+    pub(crate) fn edge(&self, i: u32, j: u32, q: DVec3) -> Option<(bool, bool)> {
+        if self.is_crowded(&[i, j], q) {
+            Some((self.seen_nearby(i, q)?, self.seen_nearby(j, q)?))
+        } else {
+            bounds_edge(self.tape, self.leaves, i, j, q)
+        }
+    }
+
+    /// Like [`bounds_corner`], also where more leaves vanish than the three.
+    pub(crate) fn corner(&self, which: [u32; 3], q: DVec3) -> bool {
+        if self.is_crowded(&which, q) {
+            which.iter().all(|i| self.seen_nearby(*i, q).is_some())
+        } else {
+            bounds_corner(self.tape, self.leaves, which, q)
+        }
+    }
+
+    /// Whether leaves other than `which` pass the point.
+    fn is_crowded(&self, which: &[u32], q: DVec3) -> bool {
+        leaves_of(self.tape).into_iter().any(|k| {
+            let d = self.leaves[k as usize].gradient(q);
+            !which.contains(&k) && d.v.abs() <= CROWDED * self.scale * d.g.length()
+        })
+    }
+
+    /// The side of a leaf that is inside, where the leaf bounds the solid somewhere around the point.
+    fn seen_nearby(&self, leaf: u32, q: DVec3) -> Option<bool> {
+        let n = self.leaves[leaf as usize].slope(q).try_normalize()?;
+        let (u, v) = n.any_orthonormal_pair();
+        let step = LOOK * self.scale;
+        (0..8).find_map(|k| {
+            // None of the directions lies along an axis of `u` and `v`, which the other leaves often do.
+            let (s, c) = (0.3 + std::f64::consts::FRAC_PI_4 * f64::from(k)).sin_cos();
+            let p = nearest(self.leaves, &[leaf], q + step * (c * u + s * v), step, self.scale)?;
+            bounds_solid(self.whole, self.leaves, leaf, p)
+        })
+    }
+}
+
 /// The different leaves of a tape, ascending.
 pub(crate) fn leaves_of(tape: &Tape) -> Vec<u32> {
     let mut v: Vec<u32> = tape
@@ -117,4 +184,23 @@ pub(crate) fn leaves_of(tape: &Tape) -> Vec<u32> {
     v.sort_unstable();
     v.dedup();
     v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::Solid;
+    use crate::implicit::lower::lower;
+
+    #[test]
+    fn surfaces_that_touch_meet_on_their_seam() {
+        let bar = Solid::half_space(DVec3::Y, DVec3::Y * 0.3) & Solid::cylinder(0.3, DVec3::X, DVec3::ZERO, None);
+        let leaves = lower(&bar).unwrap().leaves;
+        for start in
+            [[-0.967, 0.2987, 0.021], [0.34, 0.2983, 0.026], [0.0, 0.3, -1e-5], [0.0, 0.29, 0.2], [0.5, 0.3, 0.0]]
+        {
+            let q = nearest(&leaves, &[0, 1], DVec3::from(start), 1.0, 2.0).unwrap();
+            assert!((q.y - 0.3).abs() < 1e-11 && q.z.abs() < 1e-6 && (q.x - start[0]).abs() < 1e-6, "{start:?} {q}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::extract::Extracted;
 use super::leaf::Leaf;
 use super::model::Implicit;
-use super::newton::{bounds_corner, bounds_edge, bounds_solid, leaves_of, nearest};
+use super::newton::{Meeting, bounds_solid, leaves_of, nearest};
 use super::octree::Bricks;
 use super::tape::{Active, Op, Tape};
 use crate::error::Result;
@@ -61,6 +61,11 @@ impl<'a> ImplicitOracle<'a> {
         &self.model.leaves
     }
 
+    /// The surroundings of a point.
+    pub(super) fn meeting(&self, q: DVec3) -> Meeting<'_> {
+        Meeting { tape: self.tape(q), whole: &self.model.tape, leaves: self.leaves(), scale: self.scale }
+    }
+
     pub(super) fn scale(&self) -> f64 {
         self.scale
     }
@@ -106,8 +111,8 @@ impl<'a> ImplicitOracle<'a> {
         let tape = self.tape(q);
         let valid = match which {
             [i] => bounds_solid(tape, self.leaves(), *i, q).is_some(),
-            [i, j] => bounds_edge(tape, self.leaves(), *i, *j, q).is_some(),
-            [i, j, k] => bounds_corner(tape, self.leaves(), [*i, *j, *k], q),
+            [i, j] => self.meeting(q).edge(*i, *j, q).is_some(),
+            [i, j, k] => self.meeting(q).corner([*i, *j, *k], q),
             _ => false,
         };
         if valid {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::leaf::Leaf;
-use super::newton::{bounds_corner, bounds_edge, bounds_solid, leaves_of, nearest};
+use super::newton::{bounds_solid, leaves_of, nearest};
 use super::oracle::ImplicitOracle;
 use super::tape::Op;
 use crate::geometry::Pieces;
@@ -42,8 +42,8 @@ impl Pieces for ImplicitOracle<'_> {
         let (tape, leaves) = (self.tape(p), self.leaves());
         match *pieces {
             [i] => bounds_solid(tape, leaves, i, p).is_some(),
-            [i, j] => bounds_edge(tape, leaves, i, j, p).is_some(),
-            [i, j, k] => bounds_corner(tape, leaves, [i, j, k], p),
+            [i, j] => self.meeting(p).edge(i, j, p).is_some(),
+            [i, j, k] => self.meeting(p).corner([i, j, k], p),
             _ => false,
         }
     }

@@ -189,9 +189,10 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     let ByLeaf { mut mesh, extracted, cell, method, shortfalls } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
-    for t in thin_places(&ready.model, &extracted, cell, run)? {
-        report.shortfalls.push(t.to_string());
-    }
+    // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
+    let whole = method == Method::Leaf && report.shortfalls.is_empty();
+    let list = if whole { &mut report.warnings } else { &mut report.shortfalls };
+    list.extend(thin_places(&ready.model, &extracted, cell, run)?.iter().map(ToString::to_string));
     finish_names(part, &mut mesh, &mut report);
     run.progress("check", 0.0);
     let measured = if options.measure {

@@ -35,6 +35,11 @@ impl Report {
     /// Records what was measured, and as shortfalls what no mesh should have.
     pub(super) fn judge(&mut self, check: Check) {
         self.shortfalls.extend(check.certificate.faults.iter().cloned());
+        // Where marching cubes cuts a sharp edge off, triangles face either way.
+        let away = check.deviation.map_or(0, |d| d.inverted);
+        if away > 0 && self.method != Method::MarchingCubes.name() {
+            self.shortfalls.push(format!("{away} triangles face away from the surface"));
+        }
         self.check = Some(check);
     }
 }

@@ -12,9 +12,9 @@ pub const SMALLEST_ANGLE: f64 = 30.0;
 
 /// The verdict on a mesh.
 ///
-/// *Guarantees*, when there are no faults: the mesh is closed, a manifold, consistently oriented with a positive volume, no
-/// two triangles intersect by exact predicates, and, where it was measured against a surface, no triangle faces away
-/// from it. Distances are measured at points, not bounded.
+/// *Guarantees*, when there are no faults: the mesh is closed, a manifold, consistently oriented with a positive volume, and
+/// no two triangles intersect, by exact predicates. Distances are measured at points, not bounded; triangles that face away
+/// from the surface are counted in the deviation.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Certificate {
     /// Why the mesh is not sound; empty if it is.
@@ -71,9 +71,6 @@ impl Certificate {
         }
         if check.self_intersections > 0 {
             faults.push(format!("{} triangles intersect others", check.self_intersections));
-        }
-        if let Some(d) = check.deviation.filter(|d| d.inverted > 0) {
-            faults.push(format!("{} triangles face away from the surface", d.inverted));
         }
         Self { faults, below_30: angles.below, excused: angles.excused, unexcused: angles.unexcused }
     }

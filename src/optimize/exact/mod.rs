@@ -24,7 +24,7 @@ const ROUNDS: usize = 5;
 /// Rounds of flips and relaxation after that.
 const POLISH: usize = 4;
 /// Shapes below this are mended one by one: 35 degrees.
-const MEND: f64 = 0.85;
+const MEND: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Refinement of such places stops at this share of the size.

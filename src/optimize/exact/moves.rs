@@ -80,18 +80,21 @@ impl Remesher<'_> {
             if !self.work.mesh.is_triangle(t) || self.work.shape(self.surface, t) >= limit {
                 continue;
             }
-            mended += usize::from(self.mend(t));
+            mended += usize::from(self.mend(t, limit));
         }
         Ok(mended)
     }
 
-    fn mend(&mut self, t: u32) -> bool {
+    fn mend(&mut self, t: u32, limit: f64) -> bool {
         if (3 * t..3 * t + 3).any(|h| self.flip_one(h, false)) {
             return true;
         }
         let mut any = false;
         for v in self.work.mesh.corners(t) {
-            any |= self.climb(v);
+            any |= self.climb(v, limit);
+            if self.work.shape(self.surface, t) >= limit {
+                return true;
+            }
         }
         if any {
             return true;
@@ -159,8 +162,9 @@ impl Remesher<'_> {
         self.collapse(h, 1.2 * LONG)
     }
 
-    /// Moves a node where the worst shape around it is best, by looking in six directions and halving the step.
-    fn climb(&mut self, v: u32) -> bool {
+    /// Moves a node to where the worst shape around it is best, or reaches `limit`, by looking in six directions and halving
+    /// the step.
+    fn climb(&mut self, v: u32, limit: f64) -> bool {
         let set = self.work.sets[v as usize];
         let rank = self.rank[v as usize];
         if rank == Rank::Corner {
@@ -193,12 +197,18 @@ impl Remesher<'_> {
         };
         let mut step = 0.25 * reach;
         for _ in 0..5 {
+            if best >= limit {
+                break;
+            }
             let mut improved = false;
             for d in &directions {
                 let Some(x) = self.work.settle(self.surface, &set, p + step * *d, reach) else { continue };
                 let s = self.work.worst_around(self.surface, v, x);
                 if s > best + 1e-4 {
                     (best, p, improved) = (s, x, true);
+                    if best >= limit {
+                        break;
+                    }
                 }
             }
             if !improved {

@@ -1,0 +1,182 @@
+//! Exact edges and corners from the tree: what the leaf method promises, on parts whose answers are known.
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+use rvachev::Run;
+use rvachev::implicit::{Placement, Primitive, Solid};
+use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
+use rvachev::quality::Check;
+
+fn made(solid: Solid, size: f64, change: impl FnOnce(&mut MeshOptions)) -> Meshed {
+    let mut options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    change(&mut options);
+    mesh_part(&Part::from_solid(solid), &options, &Run::new()).unwrap()
+}
+
+/// A mesh by the leaf method with nothing to report but what is measured.
+fn exact(solid: Solid, size: f64) -> Check {
+    let made = made(solid, size, |_| {});
+    assert_eq!((made.report.method, made.report.shortfalls), ("leaf", Vec::<String>::new()));
+    let c = made.report.check.unwrap();
+    assert!(c.certificate.is_sound(), "{:?}", c.certificate);
+    let (f, d) = (c.features.unwrap(), c.deviation.unwrap());
+    assert!(f.recall >= 0.99 && f.precision >= 0.97, "{f:?}");
+    assert_eq!(f.corners_found, f.corners_true);
+    assert!(f.node_residual_max <= 1e-12, "{f:?}");
+    assert!(d.inverted == 0 && d.max < 0.3 * size && d.from_surface.unwrap() < 0.3 * size, "{d:?}");
+    c
+}
+
+fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> Solid {
+    Solid::cuboid(lo.into(), hi.into())
+}
+
+fn turned(solid: Solid) -> Solid {
+    let axis = DVec3::new(0.3, -0.5, 0.8).normalize();
+    solid.placed(Placement {
+        rotation: DMat3::from_axis_angle(axis, 0.7),
+        scale: 1.0,
+        shift: DVec3::new(0.01, 0.02, 0.03),
+    })
+}
+
+fn cube_with_holes() -> Solid {
+    cuboid([-1.0; 3], [1.0; 3])
+        - Solid::cylinder(0.4, DVec3::X, DVec3::ZERO, None)
+        - Solid::cylinder(0.4, DVec3::Z, DVec3::ZERO, None)
+}
+
+#[test]
+fn the_cube_with_holes_is_exact_aligned_and_turned() {
+    for solid in [cube_with_holes(), turned(cube_with_holes())] {
+        for n in [32.0, 64.0] {
+            let c = exact(solid.clone(), 2.474 / n);
+            assert_eq!((c.euler, c.features.unwrap().corners_true), (-4, 8));
+            assert!(c.quality.min_angle >= 30.0 && c.quality.p05_angle > 40.0, "{:?}", c.quality);
+            // 8 - 2 * 2 pi r^2 + 16/3 r^3, by Steinmetz; chords cut the holes smaller by the square of the size.
+            let volume = 8.0 - 4.0 * PI * 0.16 + 16.0 / 3.0 * 0.064;
+            assert!((c.volume - volume).abs() < 20.0 / (n * n), "{} {volume}", c.volume);
+        }
+    }
+}
+
+#[test]
+fn coincident_faces_are_one_face_or_none() {
+    let (a, b) = (cuboid([0.0; 3], [1.0; 3]), cuboid([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
+    // Two boxes that share a wall, the same box twice, and a hole exactly as deep as the plate.
+    for (solid, volume, corners) in [
+        (a.clone() | b.clone(), 2.0, 8),
+        (a.clone() | a.clone(), 1.0, 8),
+        (a.clone() & a.clone(), 1.0, 8),
+        ((a.clone() & b.clone()) | a.clone(), 1.0, 8),
+        (a.clone() - cuboid([0.3, 0.3, 0.0], [0.7, 0.7, 1.0]), 0.84, 16),
+        (a.clone() | cuboid([0.2, 0.2, 1.0], [0.8, 0.8, 1.5]), 1.18, 16),
+    ] {
+        for solid in [solid.clone(), turned(solid)] {
+            let c = exact(solid, 0.11);
+            assert!((c.volume - volume).abs() < 1e-9, "{} {volume}", c.volume);
+            assert_eq!(c.features.unwrap().corners_true, corners);
+        }
+    }
+    let nothing = mesh_part(&Part::from_solid(a.clone() - a), &MeshOptions::default(), &Run::new());
+    assert!(nothing.unwrap_err().to_string().contains("empty"));
+}
+
+#[test]
+fn a_seam_between_tangent_faces_is_no_sharp_edge_but_parts_the_faces() {
+    // A half-round bar: the cylinder runs into the flat sides without a crease.
+    let bar = cuboid([-1.0, -0.3, -0.5], [1.0, 0.3, 0.0])
+        | (Solid::cylinder(0.3, DVec3::X, DVec3::ZERO, Some(2.0)) & Solid::half_space(-DVec3::Z, DVec3::ZERO));
+    let made = made(bar, 0.07, |_| {});
+    let c = made.report.check.unwrap();
+    assert!(c.certificate.is_sound());
+    let sharp: f64 = made
+        .mesh
+        .sharp_edges(30.0)
+        .iter()
+        .map(|e| made.mesh.nodes[e[0] as usize].distance(made.mesh.nodes[e[1] as usize]))
+        .sum();
+    let true_length = 2.0 * 2.0 + 2.0 * (0.6 + 2.0 * 0.5 + PI * 0.3);
+    assert!((sharp - true_length).abs() < 0.02 * true_length, "{sharp} {true_length}");
+    let area = 2.0 * PI * 0.3;
+    let round = c.groups.iter().find(|g| g.name == "cylinder1.side").unwrap();
+    assert!((round.area - area).abs() < 0.02 * area, "{} {area}", round.area);
+}
+
+#[test]
+fn cones_keep_their_rims_and_thin_walls_both_sides() {
+    let cone = Solid::new(rvachev::implicit::SolidNode::Primitive(Primitive::Cone {
+        r0: 0.6,
+        r1: 0.2,
+        height: 1.0,
+        axis: DVec3::new(0.2, 0.3, 1.0),
+        at: DVec3::ZERO,
+    }));
+    let c = exact(cone, 0.08);
+    assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 0));
+    // A plate half a cell thick is found with smaller cells.
+    let c = exact(cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.06]) | cuboid([-1.0, -1.0, 0.0], [-0.5, 1.0, 1.0]), 0.1);
+    assert!((c.volume - (0.06 * 4.0 + 0.5 * 2.0 * 0.94)).abs() < 1e-9, "{}", c.volume);
+}
+
+#[test]
+fn sizes_follow_faces_curvature_and_chords() {
+    let plate =
+        || cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.3]) - Solid::cylinder(0.1, DVec3::Z, DVec3::ZERO, None).name("bore");
+    let count = |m: &Meshed, face: &str| {
+        m.report
+            .check
+            .as_ref()
+            .unwrap()
+            .groups
+            .iter()
+            .filter(|g| g.name.starts_with(face))
+            .map(|g| g.triangles)
+            .sum::<usize>()
+    };
+    let around = |m: &Meshed| {
+        let rim = |e: &&[u32; 2]| {
+            e.iter().all(|v| {
+                (m.mesh.nodes[*v as usize].truncate().length() - 0.1).abs() < 1e-9 && m.mesh.nodes[*v as usize].z == 0.0
+            })
+        };
+        m.mesh.sharp_edges(30.0).iter().filter(rim).count()
+    };
+    let coarse = made(plate(), 0.1, |o| o.angle = Some(60.0));
+    let fine = made(plate(), 0.1, |o| (o.angle, o.least) = (Some(10.0), Some(0.001)));
+    assert!(
+        (5..12).contains(&around(&coarse)) && (30..50).contains(&around(&fine)),
+        "{} {}",
+        around(&coarse),
+        around(&fine)
+    );
+    let tight = made(plate(), 0.1, |o| (o.tolerance, o.least) = (Some(1e-4), Some(0.001)));
+    let d = tight.report.check.as_ref().unwrap().deviation.unwrap();
+    assert!(d.max < 2.5e-4 && d.from_surface.unwrap() < 2.5e-4, "{d:?}");
+    let local = made(
+        cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.3])
+            - Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, None).name("bore").size(0.03),
+        0.1,
+        |_| {},
+    );
+    let plain = made(
+        cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.3]) - Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, None).name("bore"),
+        0.1,
+        |_| {},
+    );
+    assert!(count(&local, "bore") > 6 * count(&plain, "bore"), "{} {}", count(&local, "bore"), count(&plain, "bore"));
+    for m in [&coarse, &fine, &tight, &local] {
+        let c = m.report.check.as_ref().unwrap();
+        assert!(c.certificate.is_sound() && c.quality.min_angle > 20.0, "{:?}", c.quality);
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let part = Part::from_solid(turned(cube_with_holes()));
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.09)), ..MeshOptions::default() };
+    let meshes = [1, 2, 3, 16]
+        .map(|threads| mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap().mesh);
+    assert!(meshes.iter().all(|m| *m == meshes[0]));
+}
