@@ -9,7 +9,9 @@ use crate::optimize::{Sizing, improve};
 use crate::run::Run;
 
 /// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones.
-const CELLS: [f64; 3] = [1.0, 0.5, 0.25];
+const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
+const MOST_TRIANGLES: usize = 1_500_000;
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
@@ -49,7 +51,7 @@ pub(super) fn by_leaf(
 ) -> Result<ByLeaf> {
     let mut best: Option<(usize, TriMesh, ExactReport, Extracted, f64)> = None;
     let mut first_error = None;
-    for (k, share) in CELLS.into_iter().enumerate() {
+    for share in CELLS {
         let cell = share * ready.size;
         let extracted = match ready.extract(cell, options, run) {
             Ok(e) => e,
@@ -70,14 +72,15 @@ pub(super) fn by_leaf(
             observer.as_deref_mut().map(|o| o as &mut dyn FnMut(&str, &TriMesh)),
         )?;
         let faults = report.self_intersections + report.inverted;
-        let clean = report.is_clean();
+        let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
         let better =
             best.as_ref().is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.2.cut.unresolved.len()));
         if better {
             best = Some((faults, mesh, report, extracted, cell));
         }
-        // Once sound, one more attempt for the sake of borders; edges that run out like knives are never found whole.
-        if clean || (k > 0 && best.as_ref().is_some_and(|b| b.0 == 0)) {
+        // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
+        let sound = best.as_ref().is_some_and(|b| b.0 == 0);
+        if clean || (sound && 4 * triangles > MOST_TRIANGLES) {
             break;
         }
     }
