@@ -4,7 +4,7 @@ use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::{Error, Result};
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactOptions, ExactReport, remesh_pieces};
+use crate::optimize::exact::{ExactOptions, ExactReport, Observer, remesh_pieces};
 use crate::optimize::{Sizing, improve};
 use crate::run::Run;
 
@@ -47,7 +47,7 @@ pub(super) fn by_leaf(
     ready: &Ready,
     options: &MeshOptions,
     run: &Run,
-    mut observer: Option<&mut dyn FnMut(&str, &TriMesh)>,
+    mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
     let mut best: Option<(usize, TriMesh, ExactReport, Extracted, f64)> = None;
     let mut first_error = None;
@@ -69,7 +69,7 @@ pub(super) fn by_leaf(
             &oracle,
             &exact,
             run,
-            observer.as_deref_mut().map(|o| o as &mut dyn FnMut(&str, &TriMesh)),
+            observer.as_deref_mut(),
         )?;
         let faults = report.self_intersections + report.inverted;
         let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());

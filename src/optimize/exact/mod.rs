@@ -30,6 +30,9 @@ const REPAIRS: usize = 4;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
 
+/// Sees the mesh after a stage, with the stage's name.
+pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + 'a;
+
 /// What [`remesh_pieces`] aims at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactOptions {
@@ -76,7 +79,7 @@ pub fn remesh_pieces(
     surface: &dyn Pieces,
     options: &ExactOptions,
     run: &Run,
-    observer: Option<&mut dyn FnMut(&str, &TriMesh)>,
+    observer: Option<&mut Observer<'_>>,
 ) -> Result<(TriMesh, ExactReport)> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
