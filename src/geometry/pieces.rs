@@ -36,6 +36,9 @@ pub trait Pieces: SurfaceOracle {
     /// Whether every one of `pieces` bounds the solid at `p`, a point where they meet.
     fn bounds(&self, pieces: &[u32], p: DVec3) -> bool;
 
+    /// Points of the surface without a normal, such as apexes of cones, each with the piece that has it.
+    fn apexes(&self) -> Vec<(u32, DVec3)>;
+
     /// The face (an index into the mesh's face names) that a piece makes at a point of the surface.
     fn face_at(&self, piece: u32, p: DVec3) -> Option<u32>;
 }

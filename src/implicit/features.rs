@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::apex::apexes;
 use super::model::Implicit;
 use super::newton::{Meeting, leaves_of, nearest};
 use super::octree::{BRICK, Bricks};
@@ -22,7 +23,7 @@ const SAME_CORNER: f64 = 1e-3;
 /// Finds the sharp edges and corners of a part by Newton's method in every cell of size `size` where two leaves may meet.
 ///
 /// An edge is sampled once per cell; the sample stands for the piece of its tangent inside the cell, so lengths are exact
-/// to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), apexes of cones, edges shorter
+/// to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), edges shorter
 /// than a small share of a cell.
 pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
     let bricks = Bricks::build(model, size, u64::MAX, run)?;
@@ -51,6 +52,7 @@ pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
         all.samples.extend(f.samples);
         all.corners.extend(f.corners);
     }
+    all.corners.extend(apexes(model).into_iter().map(|a| a.1));
     let mut kept: Vec<DVec3> = Vec::new();
     all.corners.sort_by(|a, b| a.x.total_cmp(&b.x));
     for c in &all.corners {

@@ -66,6 +66,10 @@ impl<'a> ImplicitOracle<'a> {
         Meeting { tape: self.tape(q), whole: &self.model.tape, leaves: self.leaves(), scale: self.scale }
     }
 
+    pub(super) fn model(&self) -> &Implicit {
+        self.model
+    }
+
     pub(super) fn scale(&self) -> f64 {
         self.scale
     }

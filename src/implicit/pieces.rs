@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::apex::apexes;
 use super::leaf::Leaf;
 use super::newton::{bounds_solid, leaves_of, nearest};
 use super::oracle::ImplicitOracle;
@@ -46,6 +47,10 @@ impl Pieces for ImplicitOracle<'_> {
             [i, j, k] => self.meeting(p).corner([i, j, k], p),
             _ => false,
         }
+    }
+
+    fn apexes(&self) -> Vec<(u32, DVec3)> {
+        apexes(self.model())
     }
 
     fn face_at(&self, piece: u32, p: DVec3) -> Option<u32> {

@@ -64,13 +64,7 @@ pub(super) fn by_leaf(
         };
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let exact = exact_options(ready, options, cell);
-        let (mesh, report) = remesh_pieces(
-            &extracted.mesh,
-            &oracle,
-            &exact,
-            run,
-            observer.as_deref_mut(),
-        )?;
+        let (mesh, report) = remesh_pieces(&extracted.mesh, &oracle, &exact, run, observer.as_deref_mut())?;
         let faults = report.self_intersections + report.inverted;
         let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
         let better =

@@ -220,6 +220,19 @@ impl Cutter<'_> {
             .count()
     }
 
+    /// Moves to every apex the node of its piece that is nearest, and pins it there.
+    fn put_apexes(&mut self, sets: &[PieceSet]) {
+        for (piece, apex) in self.surface.apexes() {
+            let own = |v: &u32| sets[*v as usize] == PieceSet::one(piece) && !self.mesh.is_pinned(*v);
+            let away = |v: &u32| self.mesh.point(*v).distance_squared(apex);
+            let nearest = self.mesh.nodes().filter(own).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
+            if let Some(v) = nearest.filter(|v| away(v) <= REACH * REACH * self.cell * self.cell) {
+                self.mesh.set_point(v, apex);
+                self.mesh.set_pinned(v, true);
+            }
+        }
+    }
+
     fn cut(mut self, run: &Run) -> Result<(Patchwork, CutReport)> {
         let this = &self;
         let crossings = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
@@ -270,6 +283,7 @@ impl Cutter<'_> {
             of_triangle[t as usize] = own.map_or(NONE, |s| s.as_slice()[0]);
         }
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
+        self.put_apexes(&sets);
         Ok((Patchwork { mesh: self.mesh, sets, patches }, self.report))
     }
 }

@@ -65,6 +65,7 @@ impl<'a> Remesher<'a> {
             return Rank::Face;
         }
         match self.work.mesh.outgoing(v).filter(|&h| self.work.mesh.is_sharp(h)).count() {
+            _ if self.work.mesh.is_pinned(v) => Rank::Corner,
             0 => Rank::Face,
             2 if self.work.sets[v as usize].len() == 2 => Rank::Curve,
             _ => Rank::Corner,
