@@ -12,6 +12,7 @@ use super::leaf::{Frame, Leaf};
 use super::polygon::{EdgeTree, polygon_tree};
 use super::shapes::{canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
+use super::split::split;
 use super::tape::{Op, Tape};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
@@ -91,7 +92,10 @@ impl Lowerer {
     }
 
     fn tree(&mut self, solid: &Solid, place: Placement) -> Result<Part> {
-        let start = Context { place, name: None, size: None, negate: false };
+        self.tree_from(solid, Context { place, name: None, size: None, negate: false })
+    }
+
+    fn tree_from(&mut self, solid: &Solid, start: Context) -> Result<Part> {
         let mut work = vec![Work::Visit(solid, start)];
         let mut done: Vec<Part> = Vec::new();
         while let Some(w) = work.pop() {
@@ -108,7 +112,18 @@ impl Lowerer {
                     done.push(self.join(and, parts));
                 }
                 Work::Visit(solid, mut c) => match solid.node() {
-                    SolidNode::Primitive(p) => done.push(self.primitive(solid, p, &c)?),
+                    SolidNode::Primitive(p) => {
+                        let parts = if let Primitive::Formula(e) = p { split(e) } else { None };
+                        let Some(parts) = parts else {
+                            done.push(self.primitive(solid, p, &c)?);
+                            continue;
+                        };
+                        // All parts are one face to the user.
+                        if c.name.is_none() {
+                            c.name = Some(self.base_name(solid, "formula").into());
+                        }
+                        done.push(self.tree_from(&parts, c)?);
+                    }
                     SolidNode::And(all) | SolidNode::Or(all) => {
                         let and = matches!(solid.node(), SolidNode::And(_)) != c.negate;
                         work.push(Work::Join { and, count: all.len() });
@@ -222,18 +237,21 @@ impl Lowerer {
         self.op(Op::Leaf { leaf: i, face, negate })
     }
 
+    /// The name of a solid that has none: its kind and a number.
+    fn base_name(&mut self, solid: &Solid, kind: &'static str) -> String {
+        let counts = &mut self.counts;
+        let make = || {
+            let n = counts.entry(kind).or_insert(0);
+            *n += 1;
+            format!("{kind}{n}")
+        };
+        self.names.entry(Arc::as_ptr(&solid.0)).or_insert_with(make).clone()
+    }
+
     fn face(&mut self, solid: &Solid, kind: &'static str, sub: &str, c: &Context) -> u32 {
         let base = match &c.name {
             Some(n) => n.to_string(),
-            None => {
-                let counts = &mut self.counts;
-                let make = || {
-                    let n = counts.entry(kind).or_insert(0);
-                    *n += 1;
-                    format!("{kind}{n}")
-                };
-                self.names.entry(Arc::as_ptr(&solid.0)).or_insert_with(make).clone()
-            }
+            None => self.base_name(solid, kind),
         };
         let name = if sub.is_empty() { base } else { format!("{base}.{sub}") };
         let faces = &mut self.faces;

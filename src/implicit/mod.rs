@@ -24,6 +24,7 @@ mod polygon;
 mod rfunction;
 mod shapes;
 pub mod solid;
+mod split;
 mod tape;
 
 #[cfg(test)]
