@@ -20,15 +20,16 @@ impl Pieces for ImplicitOracle<'_> {
     }
 
     fn meet(&self, pieces: &[u32], p: DVec3, reach: f64) -> Option<DVec3> {
-        nearest(self.leaves(), pieces, p, reach, self.scale())
+        let known = pieces.iter().all(|i| (*i as usize) < self.leaves().len());
+        if known { nearest(self.leaves(), pieces, p, reach, self.scale()) } else { None }
     }
 
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {
-        self.leaves()[piece as usize].slope(p).try_normalize()
+        self.leaves().get(piece as usize)?.slope(p).try_normalize()
     }
 
     fn plane(&self, piece: u32) -> Option<(DVec3, f64)> {
-        match self.leaves()[piece as usize] {
+        match *self.leaves().get(piece as usize)? {
             Leaf::Plane { n, d } => Some((-n, -d)),
             _ => None,
         }

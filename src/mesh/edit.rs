@@ -15,10 +15,12 @@
 //! The link condition of collapses is that of T. Dey, H. Edelsbrunner et al., "Topology preserving edge contraction"
 //! (1999), for surfaces.
 
+mod part;
 mod store;
 
+pub use part::{ByLabel, Part};
+
 use glam::DVec3;
-use rustc_hash::FxHashMap;
 
 use super::{Group, TriMesh};
 use crate::error::{Error, Place, Result};
@@ -75,8 +77,6 @@ impl EditMesh {
             dead_triangles: 0,
         };
         this.labels.resize(mesh.triangles.len(), 0);
-        let mut directed = FxHashMap::default();
-        directed.reserve(this.corners.len());
         for t in 0..mesh.triangles.len() {
             let [a, b, c] = mesh.triangles[t];
             let place = || Place::Item(format!("triangle {t}"));
@@ -86,25 +86,8 @@ impl EditMesh {
             if a == b || b == c || c == a {
                 return Err(Error::input(place(), "a node is used twice"));
             }
-            for k in 0..3 {
-                let h = (3 * t + k) as u32;
-                if directed.insert((this.origin(h), this.target(h)), h).is_some() {
-                    return Err(Error::input(
-                        place(),
-                        "an edge is used twice in one direction: not an oriented manifold",
-                    ));
-                }
-            }
         }
-        for h in 0..this.corners.len() as u32 {
-            if let Some(&o) = directed.get(&(this.target(h), this.origin(h))) {
-                this.opposite[h as usize] = o;
-            }
-            let v = this.origin(h) as usize;
-            if this.out[v] == NONE || this.opposite[h as usize] == NONE {
-                this.out[v] = h;
-            }
-        }
+        this.match_opposites()?;
         let mut corners_at = vec![0u32; nodes];
         this.corners.iter().for_each(|&v| corners_at[v as usize] += 1);
         for v in 0..nodes as u32 {
@@ -114,6 +97,46 @@ impl EditMesh {
             }
         }
         Ok(this)
+    }
+
+    /// Finds the opposite of every half-edge among those that start at its target.
+    fn match_opposites(&mut self) -> Result<()> {
+        let mut starts = vec![0u32; self.points.len() + 1];
+        self.corners.iter().for_each(|&v| starts[v as usize + 1] += 1);
+        for v in 0..self.points.len() {
+            starts[v + 1] += starts[v];
+        }
+        let mut at = vec![NONE; self.corners.len()];
+        let mut fill = starts.clone();
+        for (h, &v) in self.corners.iter().enumerate() {
+            at[fill[v as usize] as usize] = h as u32;
+            fill[v as usize] += 1;
+        }
+        for v in 0..self.points.len() {
+            at[starts[v] as usize..starts[v + 1] as usize].sort_unstable_by_key(|&h| (self.target(h), h));
+        }
+        let from = |v: u32| &at[starts[v as usize] as usize..starts[v as usize + 1] as usize];
+        for h in 0..self.corners.len() as u32 {
+            let (a, b) = (self.origin(h), self.target(h));
+            let to = |v: u32, target: u32| {
+                let list = from(v);
+                let k = list.partition_point(|&x| self.target(x) < target);
+                let mut equal = list[k..].iter().take_while(|&&x| self.target(x) == target);
+                (equal.next().copied(), equal.next().copied())
+            };
+            if to(a, b).1 == Some(h) {
+                let message = "an edge is used twice in one direction: not an oriented manifold";
+                return Err(Error::input(Place::Item(format!("triangle {}", h / 3)), message));
+            }
+            if let (Some(o), _) = to(b, a) {
+                self.opposite[h as usize] = o;
+            }
+            let v = a as usize;
+            if self.out[v] == NONE || self.opposite[h as usize] == NONE {
+                self.out[v] = h;
+            }
+        }
+        Ok(())
     }
 
     /// One more than the largest node id ever used; dead nodes count.
@@ -316,18 +339,7 @@ impl EditMesh {
     /// Makes `h` (outgoing) the entry of its origin, turned clockwise to the boundary if there is one.
     fn enter(&mut self, h: u32) {
         let v = self.origin(h) as usize;
-        let mut at = h;
-        loop {
-            let o = self.opposite[at as usize];
-            if o == NONE {
-                break;
-            }
-            at = next(o);
-            if at == h {
-                break;
-            }
-        }
-        self.out[v] = at;
+        self.out[v] = self.first_of_fan(h);
     }
 
     /// Whether [`flip`](Self::flip) would succeed.

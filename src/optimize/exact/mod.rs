@@ -1,9 +1,13 @@
 //! Meshes with exact edges and corners, for surfaces known as [pieces](Pieces): cut the extracted mesh along the borders
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
+mod curves;
 mod cut;
 mod field;
+mod grid;
 mod moves;
+mod pack;
+mod patches;
 mod patchwork;
 mod remesh;
 
@@ -15,11 +19,11 @@ use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
-use remesh::{Remesher, SHORT};
+use remesh::Remesher;
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
-/// Rounds of split, collapse, flip and relaxation: edges have the wanted lengths after three, five even the angles out.
+/// Rounds of flips and relaxation after packing.
 const ROUNDS: usize = 5;
 /// Rounds of flips and relaxation after that.
 const POLISH: usize = 4;
@@ -103,17 +107,19 @@ pub fn remesh_pieces(
         r.mend_worst(0.2)?;
     }
     show("untangle", &r);
-    for round in 0..ROUNDS {
-        run.progress("remesh", round as f64 / (ROUNDS + 2) as f64);
-        r.collapse_short(SHORT)?;
-        r.merge_doubles();
-        r.split_long()?;
-        r.ask_sizes()?;
-        r.flip(true)?;
-        r.relax()?;
-        r.relax()?;
-        show("remesh", &r);
-    }
+    run.progress("remesh", 0.3);
+    r.space_curves()?;
+    r.flip(false)?;
+    show("curves", &r);
+    r.each_patch(|p| {
+        p.pack()?;
+        for _ in 0..ROUNDS {
+            p.flip(true)?;
+            p.relax()?;
+        }
+        Ok(())
+    })?;
+    show("pack", &r);
     polish(&mut r)?;
     let mut out = finish(mesh, &r);
     let mut bad = intersecting(&out, run)?;

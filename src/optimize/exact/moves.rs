@@ -139,7 +139,7 @@ impl Remesher<'_> {
     }
 
     /// The worst shape around both ends of an edge once its origin is where its target is, without what dies.
-    fn worst_after(&self, h: u32, q: DVec3) -> f64 {
+    pub(super) fn worst_after(&self, h: u32, q: DVec3) -> f64 {
         let m = &self.work.mesh;
         let dying = [h / 3, m.opposite(h) / 3];
         let mut worst = f64::INFINITY;

@@ -1,9 +1,12 @@
 //! A mesh that knows for every node which pieces of the surface it lies on, and for every triangle which one.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::geometry::Pieces;
 use crate::mesh::EditMesh;
+use crate::mesh::edit::NONE;
 
 /// The pieces a node lies on, ascending. More than three at a corner are cut to the first four.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -81,7 +84,7 @@ pub struct Patchwork {
     /// The pieces each node lies on.
     pub sets: Vec<PieceSet>,
     /// What triangle labels stand for.
-    pub patches: Vec<Patch>,
+    pub patches: Arc<Vec<Patch>>,
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
@@ -112,12 +115,18 @@ impl Patchwork {
         self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t))
     }
 
-    /// The worst [`shape`] around a node, were it at `p`.
+    /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
         let m = &self.mesh;
-        m.outgoing(v)
-            .map(|h| self.shape_at(surface, m.label(h / 3), [p, m.point(m.target(h)), m.point(m.apex(h))]))
-            .fold(f64::INFINITY, f64::min)
+        let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, f64::INFINITY);
+        for h in m.outgoing(v) {
+            let label = m.label(h / 3);
+            if label != last {
+                (last, normal) = (label, self.normal(surface, label, p));
+            }
+            worst = worst.min(shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal));
+        }
+        worst
     }
 
     /// Puts a point where a node with the given pieces may be; corners have one place only.

@@ -15,8 +15,6 @@ use crate::run::Run;
 
 /// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
 pub(super) const LONG: f64 = 4.0 / 3.0;
-/// Edges shorter than this many wanted lengths are collapsed, for the same reason.
-pub(super) const SHORT: f64 = 4.0 / 5.0;
 /// A collapse or split that makes things worse must still leave shapes of at least this.
 pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
@@ -82,7 +80,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// The pieces a new node on an edge lies on.
-    fn edge_set(&self, h: u32) -> PieceSet {
+    pub(super) fn edge_set(&self, h: u32) -> PieceSet {
         let m = &self.work.mesh;
         let own = PieceSet::one(self.work.patches[m.label(h / 3) as usize].piece);
         let o = m.opposite(h);
@@ -137,14 +135,25 @@ impl<'a> Remesher<'a> {
         if after < before.min(0.5 * FAIR) {
             return false;
         }
-        let sharp = m.is_sharp(h);
         let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);
-        self.work.mesh.split_edge(h, x);
+        self.put_on_edge(h, x, set, want);
+        true
+    }
+
+    /// Puts a node on an edge, whatever the shapes.
+    pub(super) fn put_on_edge(&mut self, h: u32, x: DVec3, set: PieceSet, want: f64) -> u32 {
+        let rank = if self.work.mesh.is_sharp(h) { Rank::Curve } else { Rank::Face };
+        let v = self.work.mesh.split_edge(h, x);
+        self.know(set, want, rank);
+        v
+    }
+
+    /// Notes what a node is that was just made.
+    pub(super) fn know(&mut self, set: PieceSet, want: f64, rank: Rank) {
         self.work.sets.push(set);
         self.own.push(want);
         self.want.push(want);
-        self.rank.push(if sharp { Rank::Curve } else { Rank::Face });
-        true
+        self.rank.push(rank);
     }
 
     /// Collapses edges shorter than `short` wanted lengths, shortest first.

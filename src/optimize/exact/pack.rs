@@ -1,0 +1,336 @@
+//! Packing a patch with nodes from its border inwards, each at the wanted distance from those before it.
+//!
+//! The packing of nodes as a front is that of [GUO]; here every node of the front completes the ring of its neighbors to
+//! sectors of about 60 degrees, so the rows that leave a border stay rows of equilateral triangles until they meet others.
+//! Nodes enter the triangulation as it is: an old node nearby is moved, or the triangle under the place is split; old
+//! nodes that found no place are collapsed away at the end. So there is a valid mesh at every moment.
+
+use std::f64::consts::{FRAC_PI_3, TAU};
+
+use glam::DVec3;
+
+use super::grid::Grid;
+use super::patchwork::{PieceSet, shape};
+use super::remesh::{Rank, Remesher};
+use crate::error::Result;
+use crate::mesh::edit::{NONE, next};
+
+/// Placed nodes up to this many wanted lengths away are neighbors in a ring.
+const RING: f64 = 1.42;
+/// No node is placed nearer to another than this many wanted lengths.
+const CLOSE: f64 = 0.72;
+/// An old node is moved to a place at most this many wanted lengths away.
+const CLAIM: f64 = 0.8;
+/// While nodes are placed shapes may become as bad as this: flips follow.
+const POOR: f64 = 0.08;
+/// Triangles a walk to a place may cross.
+const STEPS: usize = 24;
+/// A place this near to an edge of its triangle, in barycentric coordinates, is put on the edge.
+const ON_EDGE: f64 = 0.08;
+/// Passes of collapsing what is left of the old nodes.
+const PASSES: usize = 3;
+
+/// What is known while a patch is packed.
+struct Packing {
+    grid: Grid,
+    placed: Vec<bool>,
+    normals: Vec<DVec3>,
+    queue: Vec<u32>,
+    /// Scratch: the placed nodes around the one whose ring is completed.
+    near: Vec<(DVec3, u32)>,
+}
+
+impl Remesher<'_> {
+    /// Replaces the nodes inside a patch, the only one of this mesh, by a packing.
+    pub(super) fn pack(&mut self) -> Result<()> {
+        let m = &self.work.mesh;
+        let nodes: Vec<u32> = m.nodes().collect();
+        let Some(&first) = nodes.first() else { return Ok(()) };
+        let label = m.outgoing(first).next().map_or(0, |h| m.label(h / 3));
+        let least = nodes.iter().map(|&v| self.want[v as usize]).fold(f64::INFINITY, f64::min);
+        let mut packing = Packing {
+            grid: Grid::new(least, 1.0 + CLOSE),
+            placed: vec![false; m.node_capacity()],
+            normals: vec![DVec3::ZERO; m.node_capacity()],
+            queue: Vec::with_capacity(nodes.len()),
+            near: Vec::new(),
+        };
+        for &v in nodes.iter().filter(|&&v| self.rank[v as usize] == Rank::Corner) {
+            packing.place(self, v, label);
+        }
+        let mut done = 0;
+        let mut seeds = nodes.iter();
+        loop {
+            while let Some(&v) = packing.queue.get(done) {
+                if done.is_multiple_of(256) {
+                    self.run.check()?;
+                }
+                done += 1;
+                self.surround(v, label, &mut packing);
+            }
+            // Where no front came by a node that is far from all others starts one.
+            let far = |v: &u32| {
+                let (p, want) = (self.point(*v), self.want[*v as usize]);
+                !packing.placed[*v as usize]
+                    && self.work.mesh.is_node(*v)
+                    && packing.is_free(self, p, want, DVec3::ZERO)
+            };
+            let Some(&v) = seeds.by_ref().find(|v| far(v)) else { break };
+            packing.place(self, v, label);
+        }
+        for _ in 0..PASSES {
+            self.flip(false)?;
+            let left = self.collapse_unplaced(&packing.placed)?;
+            if left == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Completes the ring of a placed node.
+    fn surround(&mut self, v: u32, label: u32, packing: &mut Packing) {
+        let (p, want, n) = (self.point(v), self.want[v as usize], packing.normals[v as usize]);
+        if n == DVec3::ZERO {
+            return;
+        }
+        let mut near = std::mem::take(&mut packing.near);
+        near.clear();
+        let farthest = (1.0 + CLOSE) * want;
+        packing.grid.around(p, farthest, want, |q, id| {
+            if id != v && q.distance_squared(p) < farthest * farthest && packing.normals[id as usize].dot(n) >= 0.0 {
+                near.push((q, id));
+            }
+        });
+        near.sort_unstable_by_key(|x| x.1);
+        let (e, f) = n.any_orthonormal_pair();
+        let angle = |q: DVec3| f.dot(q - p).atan2(e.dot(q - p));
+        let m = &self.work.mesh;
+        // The sector to fill: all around, or from one neighbor on the boundary to the other.
+        let (start, whole) = if m.is_boundary(v) {
+            let (mut sum, mut last) = (0.0, NONE);
+            for h in m.outgoing(v) {
+                sum += (self.point(m.target(h)) - p).angle_between(self.point(m.apex(h)) - p);
+                last = m.apex(h);
+            }
+            let first = m.outgoing(v).next().map_or(last, |h| m.target(h));
+            let start = angle(self.point(first));
+            let plain = (angle(self.point(last)) - start).rem_euclid(TAU);
+            // Projected angles know the sector only up to a full turn.
+            let turned = if plain < 0.5 * TAU { plain + TAU } else { plain - TAU };
+            (start, if (turned - sum).abs() < (plain - sum).abs() { turned } else { plain })
+        } else {
+            let ring = near.iter().filter(|x| x.0.distance_squared(p) < (RING * want).powi(2));
+            (ring.map(|x| angle(x.0)).next().unwrap_or(0.0), TAU)
+        };
+        let mut rays: Vec<f64> = near
+            .iter()
+            .filter(|x| x.0.distance_squared(p) < (RING * want).powi(2))
+            .map(|x| (angle(x.0) - start).rem_euclid(TAU))
+            .filter(|a| *a > 1e-3 && *a < whole - 1e-3)
+            .collect();
+        rays.push(0.0);
+        rays.push(whole);
+        rays.sort_unstable_by(f64::total_cmp);
+        for pair in rays.windows(2) {
+            let gap = pair[1] - pair[0];
+            let sectors = (gap / FRAC_PI_3).round();
+            for k in 1..sectors as usize {
+                let (s, c) = (start + pair[0] + gap * k as f64 / sectors).sin_cos();
+                if let Some((q, id)) = self.try_place(v, c * e + s * f, label, packing, &near) {
+                    near.push((q, id));
+                }
+            }
+        }
+        packing.near = near;
+    }
+
+    /// Places a node at the wanted distance from `v` in some direction, if there is room.
+    fn try_place(
+        &mut self,
+        v: u32,
+        direction: DVec3,
+        label: u32,
+        packing: &mut Packing,
+        near: &[(DVec3, u32)],
+    ) -> Option<(DVec3, u32)> {
+        let (p, own) = (self.point(v), self.want[v as usize]);
+        let set = PieceSet::one(self.work.patches[label as usize].piece);
+        let place = |r: f64| self.work.settle(self.surface, &set, p + r * direction, r);
+        let room = |q: DVec3, want: f64| {
+            near.iter().all(|&(x, id)| {
+                let limit = CLOSE * 0.5 * (want + self.want[id as usize]);
+                x.distance_squared(q) >= limit * limit
+            })
+        };
+        let mut q = place(own)?;
+        if !room(q, own) {
+            return None;
+        }
+        let (mut t, mut weights) = self.walk(v, q, packing.normals[v as usize])?;
+        let mut want = self.want_in(t, weights);
+        if (want - own).abs() > 0.05 * own {
+            q = place(0.5 * (own + want))?;
+            (t, weights) = self.walk(v, q, packing.normals[v as usize])?;
+            want = self.want_in(t, weights);
+            if !room(q, want) {
+                return None;
+            }
+        }
+        let n = self.work.normal(self.surface, label, q);
+        let id = self.claim(t, q, n, want, packing).or_else(|| self.insert(t, weights, q, n, want, packing))?;
+        packing.add(id, q, n, want);
+        Some((q, id))
+    }
+
+    fn want_in(&self, t: u32, weights: [f64; 3]) -> f64 {
+        let c = self.work.mesh.corners(t);
+        (0..3).map(|k| weights[k] * self.want[c[k] as usize]).sum()
+    }
+
+    /// The triangle a point beside node `v` lies over, found by walking there, and its barycentric coordinates in it.
+    fn walk(&self, v: u32, q: DVec3, n: DVec3) -> Option<(u32, [f64; 3])> {
+        let m = &self.work.mesh;
+        let (p, d) = (self.point(v), q - self.point(v));
+        let ahead = |h: &u32| {
+            let (a, b) = (self.point(m.target(*h)) - p, self.point(m.apex(*h)) - p);
+            a.cross(d).dot(n) >= 0.0 && d.cross(b).dot(n) >= 0.0
+        };
+        let mut t = m.outgoing(v).find(ahead)? / 3;
+        let mut came = NONE;
+        for _ in 0..STEPS {
+            let [a, b, c] = m.corner_points(t);
+            let up = (b - a).cross(c - a);
+            let area = up.length_squared();
+            if !(area > 0.0) {
+                return None;
+            }
+            let w = [(c - b).cross(q - b).dot(up), (a - c).cross(q - c).dot(up), (b - a).cross(q - a).dot(up)];
+            // The weight of a corner belongs to the edge that begins after it.
+            let outside = (0..3u32).filter(|&k| w[k as usize] < 0.0 && next(3 * t + k) != came);
+            let worst = outside.min_by(|&x, &y| w[x as usize].total_cmp(&w[y as usize]));
+            let Some(k) = worst else {
+                let high = (q - a).dot(up).powi(2) > 0.25 * self.want[v as usize].powi(2) * area;
+                let clamped = w.map(|x| (x / area).max(0.0));
+                let sum: f64 = clamped.iter().sum();
+                return (!high && sum > 0.0).then(|| (t, clamped.map(|x| x / sum)));
+            };
+            came = m.opposite(next(3 * t + k));
+            if came == NONE {
+                return None;
+            }
+            t = came / 3;
+        }
+        None
+    }
+
+    /// Moves the nearest old node of a triangle to a place.
+    fn claim(&mut self, t: u32, q: DVec3, n: DVec3, want: f64, packing: &Packing) -> Option<u32> {
+        let m = &self.work.mesh;
+        let old =
+            m.corners(t).into_iter().filter(|&v| !packing.placed[v as usize] && self.rank[v as usize] == Rank::Face);
+        let near = |v: &u32| self.point(*v).distance_squared(q);
+        let v = old.min_by(|a, b| near(a).total_cmp(&near(b)))?;
+        if near(&v) > (CLAIM * want).powi(2) {
+            return None;
+        }
+        let worst = |p: DVec3| {
+            m.outgoing(v)
+                .map(|h| shape([p, self.point(m.target(h)), self.point(m.apex(h))], n))
+                .fold(f64::INFINITY, f64::min)
+        };
+        if worst(q) < POOR {
+            return None;
+        }
+        self.work.mesh.set_point(v, q);
+        Some(v)
+    }
+
+    /// Puts a new node into a triangle, or on the edge of it that the place is near, and flips what lies around.
+    fn insert(
+        &mut self,
+        t: u32,
+        weights: [f64; 3],
+        q: DVec3,
+        n: DVec3,
+        want: f64,
+        packing: &mut Packing,
+    ) -> Option<u32> {
+        let m = &self.work.mesh;
+        let k = (0..3u32).min_by(|&x, &y| weights[x as usize].total_cmp(&weights[y as usize]))?;
+        let h = next(3 * t + k);
+        let set = PieceSet::one(self.work.patches[m.label(t) as usize].piece);
+        let v = if weights[k as usize] < ON_EDGE && m.opposite(h) != NONE {
+            self.put_on_edge(h, q, set, want)
+        } else {
+            let v = self.work.mesh.split_triangle(t, q);
+            self.know(set, want, Rank::Face);
+            v
+        };
+        packing.placed.resize(v as usize + 1, false);
+        packing.normals.resize(v as usize + 1, n);
+        let ring: Vec<u32> = self.work.mesh.outgoing(v).map(next).collect();
+        for h in ring {
+            self.flip_one(h, false);
+        }
+        Some(v)
+    }
+
+    /// Collapses old nodes into the neighbor that leaves the best shapes. Returns how many are left.
+    fn collapse_unplaced(&mut self, placed: &[bool]) -> Result<usize> {
+        let mut left = 0;
+        for v in 0..placed.len() as u32 {
+            if v % 256 == 0 {
+                self.run.check()?;
+            }
+            let m = &self.work.mesh;
+            if placed[v as usize] || !m.is_node(v) || self.rank[v as usize] != Rank::Face {
+                continue;
+            }
+            let before = self.work.worst_around(self.surface, v, self.point(v));
+            let label = m.outgoing(v).next().map_or(0, |h| m.label(h / 3));
+            let n = self.work.normal(self.surface, label, self.point(v));
+            let after = |h: u32| {
+                let q = self.point(m.target(h));
+                let dying = [h / 3, m.opposite(h) / 3];
+                m.outgoing(v)
+                    .filter(|e| !dying.contains(&(e / 3)))
+                    .map(|e| shape([q, self.point(m.target(e)), self.point(m.apex(e))], n))
+                    .fold(f64::INFINITY, f64::min)
+            };
+            let mut tries: Vec<(f64, u32)> =
+                m.outgoing(v).filter(|&h| m.opposite(h) != NONE).map(|h| (after(h), h)).collect();
+            tries.retain(|x| x.0 >= before.min(POOR));
+            tries.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+            let gone = tries.into_iter().any(|(_, h)| {
+                let q = self.point(self.work.mesh.target(h));
+                self.work.mesh.collapse(h, q)
+            });
+            left += usize::from(!gone);
+        }
+        Ok(left)
+    }
+}
+
+impl Packing {
+    fn place(&mut self, r: &Remesher<'_>, v: u32, label: u32) {
+        let p = r.point(v);
+        self.add(v, p, r.work.normal(r.surface, label, p), r.want[v as usize]);
+    }
+
+    fn add(&mut self, v: u32, p: DVec3, n: DVec3, want: f64) {
+        self.placed[v as usize] = true;
+        self.normals[v as usize] = n;
+        self.grid.insert(p, want, v);
+        self.queue.push(v);
+    }
+
+    fn is_free(&self, r: &Remesher<'_>, p: DVec3, want: f64, n: DVec3) -> bool {
+        let mut free = true;
+        self.grid.around(p, want, want, |q, id| {
+            let limit = CLOSE * 0.5 * (want + r.want[id as usize]);
+            free &= q.distance_squared(p) >= limit * limit || self.normals[id as usize].dot(n) < 0.0;
+        });
+        free
+    }
+}
