@@ -20,11 +20,30 @@ struct Chain {
 impl Remesher<'_> {
     /// Puts nodes on all borders at even steps.
     pub(super) fn space_curves(&mut self) -> Result<()> {
+        for _ in 0..PASSES {
+            let mut back = 0;
+            for chain in self.chains() {
+                back += chain.nodes.windows(3).filter(|w| self.straighten(w)).count();
+            }
+            if back == 0 {
+                break;
+            }
+        }
         for chain in self.chains() {
             self.run.check()?;
             self.space(&chain);
         }
         Ok(())
+    }
+
+    /// Takes a node out at which a border turns back: it was cut in the wrong order there.
+    fn straighten(&mut self, w: &[u32]) -> bool {
+        if w.iter().any(|&v| !self.work.mesh.is_node(v)) {
+            return false;
+        }
+        let [a, b, c] = [w[0], w[1], w[2]].map(|v| self.point(v));
+        let back = (b - a).dot(c - b) < 0.0;
+        back && self.remove_along(w[1])
     }
 
     fn chains(&self) -> Vec<Chain> {

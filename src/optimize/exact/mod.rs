@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
-use remesh::Remesher;
+use remesh::{Remesher, SHORT};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
@@ -27,6 +27,10 @@ const TINY: f64 = 0.3;
 const ROUNDS: usize = 5;
 /// Rounds of flips and relaxation after that.
 const POLISH: usize = 4;
+/// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
+const POOR: f64 = 0.2;
+/// Rounds of split, collapse, flip and relaxation where a packing folds.
+const PLAIN: usize = 3;
 /// Shapes below this are mended one by one: 35 degrees.
 const MEND: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
@@ -104,21 +108,20 @@ pub fn remesh_pieces(
     r.collapse_short(TINY)?;
     for _ in 0..2 {
         r.flip(false)?;
-        r.mend_worst(0.2)?;
+        r.mend_worst(POOR)?;
     }
     show("untangle", &r);
     run.progress("remesh", 0.3);
     r.space_curves()?;
     r.flip(false)?;
-    show("curves", &r);
-    r.each_patch(|p| {
-        p.pack()?;
-        for _ in 0..ROUNDS {
-            p.flip(true)?;
-            p.relax()?;
+    for _ in 0..POLISH {
+        if r.mend_worst(POOR)? == 0 {
+            break;
         }
-        Ok(())
-    })?;
+        r.flip(false)?;
+    }
+    show("curves", &r);
+    r.each_patch(remesh_patch)?;
     show("pack", &r);
     polish(&mut r)?;
     let mut out = finish(mesh, &r);
@@ -142,8 +145,33 @@ pub fn remesh_pieces(
     }
     show("mend", &r);
     report.self_intersections = bad.len();
-    report.inverted = r.work.mesh.triangles().filter(|&t| r.work.shape(surface, t) <= 0.0).count();
+    report.inverted = r.folded();
     Ok((out, report))
+}
+
+/// Packs a patch; where that folds it, as near the tip of a cone, the nodes that are there are evened out instead.
+fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
+    let before = r.clone();
+    let folded = before.folded();
+    r.pack()?;
+    even_out(r)?;
+    if r.folded() > folded {
+        *r = before;
+        for _ in 0..PLAIN {
+            r.collapse_short(SHORT)?;
+            r.split_long()?;
+            even_out(r)?;
+        }
+    }
+    Ok(())
+}
+
+fn even_out(r: &mut Remesher<'_>) -> Result<()> {
+    for _ in 0..ROUNDS {
+        r.flip(true)?;
+        r.relax()?;
+    }
+    Ok(())
 }
 
 fn polish(r: &mut Remesher<'_>) -> Result<()> {

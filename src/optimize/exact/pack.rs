@@ -19,6 +19,10 @@ use crate::mesh::edit::{NONE, next};
 const RING: f64 = 1.42;
 /// No node is placed nearer to another than this many wanted lengths.
 const CLOSE: f64 = 0.72;
+/// A place that is farther from the node whose ring it completes than this many wanted lengths is none: the surface bends away.
+const FAR: f64 = 1.2;
+/// A patch gets at most this many times the nodes its area asks for, and some more: a bound for surfaces that mislead.
+const MOST: f64 = 4.0;
 /// An old node is moved to a place at most this many wanted lengths away.
 const CLAIM: f64 = 0.8;
 /// While nodes are placed shapes may become as bad as this: flips follow.
@@ -27,6 +31,8 @@ const POOR: f64 = 0.08;
 const STEPS: usize = 24;
 /// A place this near to an edge of its triangle, in barycentric coordinates, is put on the edge.
 const ON_EDGE: f64 = 0.08;
+/// A walk has arrived where the place is at most this far outside the triangle, in barycentric coordinates.
+const BESIDE: f64 = 0.02;
 /// Passes of collapsing what is left of the old nodes.
 const PASSES: usize = 3;
 
@@ -49,7 +55,7 @@ impl Remesher<'_> {
         let label = m.outgoing(first).next().map_or(0, |h| m.label(h / 3));
         let least = nodes.iter().map(|&v| self.want[v as usize]).fold(f64::INFINITY, f64::min);
         let mut packing = Packing {
-            grid: Grid::new(least, 1.0 + CLOSE),
+            grid: Grid::new(least, FAR + CLOSE),
             placed: vec![false; m.node_capacity()],
             normals: vec![DVec3::ZERO; m.node_capacity()],
             queue: Vec::with_capacity(nodes.len()),
@@ -58,10 +64,13 @@ impl Remesher<'_> {
         for &v in nodes.iter().filter(|&&v| self.rank[v as usize] == Rank::Corner) {
             packing.place(self, v, label);
         }
+        let area = |t: u32| m.area_vector(t).length() / (3f64.sqrt() * self.want[m.corners(t)[0] as usize].powi(2));
+        let asked: f64 = m.triangles().map(area).sum();
+        let most = nodes.len() + (MOST * asked) as usize;
         let mut done = 0;
         let mut seeds = nodes.iter();
         loop {
-            while let Some(&v) = packing.queue.get(done) {
+            while let Some(&v) = packing.queue.get(done).filter(|_| packing.queue.len() < most) {
                 if done.is_multiple_of(256) {
                     self.run.check()?;
                 }
@@ -96,7 +105,7 @@ impl Remesher<'_> {
         }
         let mut near = std::mem::take(&mut packing.near);
         near.clear();
-        let farthest = (1.0 + CLOSE) * want;
+        let farthest = (FAR + CLOSE) * want;
         packing.grid.around(p, farthest, want, |q, id| {
             if id != v && q.distance_squared(p) < farthest * farthest && packing.normals[id as usize].dot(n) >= 0.0 {
                 near.push((q, id));
@@ -156,7 +165,10 @@ impl Remesher<'_> {
     ) -> Option<(DVec3, u32)> {
         let (p, own) = (self.point(v), self.want[v as usize]);
         let set = PieceSet::one(self.work.patches[label as usize].piece);
-        let place = |r: f64| self.work.settle(self.surface, &set, p + r * direction, r);
+        let place = |r: f64| {
+            let q = self.work.settle(self.surface, &set, p + r * direction, r)?;
+            (q.distance_squared(p) <= (FAR * r).powi(2)).then_some(q)
+        };
         let room = |q: DVec3, want: f64| {
             near.iter().all(|&(x, id)| {
                 let limit = CLOSE * 0.5 * (want + self.want[id as usize]);
@@ -213,7 +225,9 @@ impl Remesher<'_> {
                 let high = (q - a).dot(up).powi(2) > 0.25 * self.want[v as usize].powi(2) * area;
                 let clamped = w.map(|x| (x / area).max(0.0));
                 let sum: f64 = clamped.iter().sum();
-                return (!high && sum > 0.0).then(|| (t, clamped.map(|x| x / sum)));
+                // Back over the edge the walk came from: the surface is folded here.
+                let beside = w.iter().any(|x| *x < -BESIDE * area);
+                return (!high && !beside && sum > 0.0).then(|| (t, clamped.map(|x| x / sum)));
             };
             came = m.opposite(next(3 * t + k));
             if came == NONE {

@@ -18,6 +18,42 @@ struct Done {
     want: Vec<f64>,
 }
 
+/// Rounds of splitting edges that would fall together: a loop of two edges takes two.
+const CHORD_ROUNDS: usize = 4;
+
+/// An edge of a patch that might fall together with another.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Chord {
+    /// Nodes of the whole mesh; those inside patches are numbered beyond.
+    ends: [u64; 2],
+    /// Whether the edge runs through the patch; those of borders sort first, and stay.
+    through: bool,
+    part: usize,
+    local: [u32; 2],
+}
+
+impl Done {
+    fn chords(&self, part: usize, found: &mut Vec<Chord>) {
+        let m = &self.mesh;
+        let mut border: Vec<u32> = m.nodes().filter(|&v| m.is_boundary(v)).map(|v| self.nodes[v as usize]).collect();
+        border.sort_unstable();
+        let copies: Vec<u32> = border.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]).collect();
+        let key = |v: u32| {
+            if m.is_boundary(v) { u64::from(self.nodes[v as usize]) } else { (part as u64 + 1) << 32 | u64::from(v) }
+        };
+        let copied = |v: u32| m.is_boundary(v) && copies.binary_search(&self.nodes[v as usize]).is_ok();
+        for h in (0..3 * m.triangle_capacity() as u32).filter(|&h| m.is_triangle(h / 3)) {
+            let (a, b) = (m.origin(h), m.target(h));
+            let through = m.opposite(h) != NONE;
+            let both = m.is_boundary(a) && m.is_boundary(b);
+            if !through || (m.is_edge(h) && (both || copied(a) || copied(b))) {
+                let (x, y) = (key(a), key(b));
+                found.push(Chord { ends: [x.min(y), x.max(y)], through, part, local: [a, b] });
+            }
+        }
+    }
+}
+
 impl Remesher<'_> {
     /// Does `work` on every patch as a mesh of its own, whose boundary must stay as it is, and joins the results. The
     /// result does not depend on the number of threads.
@@ -32,7 +68,8 @@ impl Remesher<'_> {
         };
         let count = self.work.patches.len() as u32;
         let done: Vec<Result<Done>> = self.run.install(|| (0..count).into_par_iter().map(one).collect());
-        let done: Vec<Done> = done.into_iter().collect::<Result<_>>()?;
+        let mut done: Vec<Done> = done.into_iter().collect::<Result<_>>()?;
+        self.part_chords(&mut done);
         self.join(&done)
     }
 
@@ -56,6 +93,42 @@ impl Remesher<'_> {
             },
         };
         (r, part.nodes)
+    }
+
+    /// Splits edges that would fall together with others when the patches are joined: those that join two border nodes
+    /// through a patch where another patch, or the border, joins the same two, and those at the several copies a patch
+    /// has of a node it touches from several sides.
+    fn part_chords(&self, parts: &mut [Done]) {
+        for _ in 0..CHORD_ROUNDS {
+            let mut edges: Vec<Chord> = Vec::new();
+            for (k, part) in parts.iter().enumerate() {
+                part.chords(k, &mut edges);
+            }
+            edges.sort_unstable();
+            let mut split: Vec<&Chord> =
+                edges.windows(2).filter(|w| w[0].ends == w[1].ends && w[1].through).map(|w| &w[1]).collect();
+            split.extend(edges.iter().filter(|e| e.ends[0] == e.ends[1]));
+            if split.is_empty() {
+                return;
+            }
+            for chord in split {
+                self.split_chord(&mut parts[chord.part], chord.local);
+            }
+        }
+    }
+
+    fn split_chord(&self, part: &mut Done, [a, b]: [u32; 2]) {
+        let Some(h) = part.mesh.edge_between(a, b).filter(|&h| part.mesh.opposite(h) != NONE) else { return };
+        let set = PieceSet::one(self.work.patches[part.mesh.label(h / 3) as usize].piece);
+        let middle = 0.5 * (part.mesh.point(a) + part.mesh.point(b));
+        let reach = part.mesh.edge_length(h);
+        let p = self.work.settle(self.surface, &set, middle, reach).unwrap_or(middle);
+        part.mesh.split_edge(h, p);
+        part.sets.push(set);
+        for list in [&mut part.own, &mut part.want] {
+            let mean = 0.5 * (list[a as usize] + list[b as usize]);
+            list.push(mean);
+        }
     }
 
     fn join(&mut self, parts: &[Done]) -> Result<()> {

@@ -15,6 +15,8 @@ use crate::run::Run;
 
 /// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
 pub(super) const LONG: f64 = 4.0 / 3.0;
+/// Edges shorter than this many wanted lengths are collapsed, for the same reason.
+pub(super) const SHORT: f64 = 4.0 / 5.0;
 /// A collapse or split that makes things worse must still leave shapes of at least this.
 pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
@@ -32,6 +34,7 @@ pub(super) enum Rank {
 }
 
 /// A patchwork under work.
+#[derive(Clone)]
 pub(super) struct Remesher<'a> {
     pub(super) work: Patchwork,
     pub(super) surface: &'a dyn Pieces,
@@ -74,6 +77,11 @@ impl<'a> Remesher<'a> {
         self.work.mesh.point(v)
     }
 
+    /// How many triangles face the wrong way.
+    pub(super) fn folded(&self) -> usize {
+        self.work.mesh.triangles().filter(|&t| self.work.shape(self.surface, t) <= 0.0).count()
+    }
+
     fn wanted(&self, h: u32) -> f64 {
         let m = &self.work.mesh;
         self.want[m.origin(h) as usize].min(self.want[m.target(h) as usize])
@@ -97,7 +105,7 @@ impl<'a> Remesher<'a> {
         let m = &self.work.mesh;
         for h in m.edges() {
             let excess = m.edge_length(h) / (LONG * self.wanted(h));
-            if excess > 1.0 {
+            if excess > 1.0 && m.opposite(h) != NONE {
                 list.push((excess, m.origin(h), m.target(h)));
             }
         }
