@@ -24,7 +24,7 @@ use remesh::{Remesher, SHORT};
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
 /// Rounds of flips and relaxation after packing.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 2;
 /// Rounds of flips and relaxation after that.
 const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.

@@ -16,9 +16,9 @@ use crate::error::Result;
 use crate::mesh::edit::{NONE, next};
 
 /// Placed nodes up to this many wanted lengths away are neighbors in a ring.
-const RING: f64 = 1.42;
+const RING: f64 = 1.3;
 /// No node is placed nearer to another than this many wanted lengths.
-const CLOSE: f64 = 0.72;
+const CLOSE: f64 = 0.68;
 /// A place that is farther from the node whose ring it completes than this many wanted lengths is none: the surface bends away.
 const FAR: f64 = 1.2;
 /// A patch gets at most this many times the nodes its area asks for, and some more: a bound for surfaces that mislead.
