@@ -1,7 +1,6 @@
 //! Self-intersections, by exact predicates.
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::trimesh::TriMesh;
 use crate::error::Result;
@@ -18,27 +17,13 @@ pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let boxes: Vec<Aabb> = (0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect();
     let flat: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_flat(mesh.corners(t))).collect();
     run.check()?;
-    let bvh = Bvh::new(boxes.clone());
-    let found: Vec<Vec<[u32; 2]>> = run.install(|| {
-        (0..mesh.triangles.len())
-            .into_par_iter()
-            .map(|t| {
-                let mut out = Vec::new();
-                if flat[t] || run.is_cancelled() {
-                    return out;
-                }
-                bvh.overlapping(&boxes[t], |u| {
-                    if (u as usize) > t && !flat[u as usize] && intersect(mesh, t, u as usize) {
-                        out.push([t as u32, u]);
-                    }
-                });
-                out.sort_unstable();
-                out
-            })
-            .collect()
-    });
+    let bvh = Bvh::new(boxes);
+    let meet = |t: u32, u: u32| {
+        !flat[t as usize] && !flat[u as usize] && !run.is_cancelled() && intersect(mesh, t as usize, u as usize)
+    };
+    let found = run.install(|| bvh.pairs(&meet));
     run.check()?;
-    Ok(found.concat())
+    Ok(found)
 }
 
 /// Exactly without area: the three points lie on a line in all three projections.
@@ -60,12 +45,21 @@ fn drop_axis(v: DVec3, axis: usize) -> DVec2 {
 fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
     let (a, b) = (mesh.triangles[t], mesh.triangles[u]);
     let (p, q) = (mesh.corners(t), mesh.corners(u));
-    let shared: Vec<(usize, usize)> =
-        (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).filter(|(i, j)| a[*i] == b[*j]).collect();
-    if surely_apart(p, q, &shared) {
+    let mut pairs = [(0, 0); 3];
+    let mut count = 0;
+    for i in 0..3 {
+        for j in 0..3 {
+            if a[i] == b[j] && count < 3 {
+                pairs[count] = (i, j);
+                count += 1;
+            }
+        }
+    }
+    let shared = &pairs[..count];
+    if surely_apart(p, q, shared) {
         return false;
     }
-    match shared[..] {
+    match *shared {
         [] => triangles_meet(p, q),
         [(i, j)] => {
             segment_meets(p[(i + 1) % 3], p[(i + 2) % 3], q) || segment_meets(q[(j + 1) % 3], q[(j + 2) % 3], p)

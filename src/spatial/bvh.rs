@@ -7,6 +7,9 @@ use super::Aabb;
 /// Items in a leaf: below this, looking at all of them is cheaper than another level.
 const LEAF: usize = 4;
 
+/// Levels whose halves are looked at in parallel.
+const FORKS: u32 = 8;
+
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bounds: Aabb,
@@ -37,28 +40,68 @@ impl Bvh {
         Self { nodes, items, boxes }
     }
 
-    /// Calls `f` for every item whose box touches `query`.
-    pub fn overlapping(&self, query: &Aabb, mut f: impl FnMut(u32)) {
-        let mut stack = [0u32; 64];
-        let mut top = usize::from(!self.nodes.is_empty());
-        while top > 0 {
-            top -= 1;
-            let at = stack[top] as usize;
-            let node = &self.nodes[at];
-            if !node.bounds.overlaps(query) {
-                continue;
+    /// All pairs of items whose boxes touch and that pass `keep`, the smaller number first, in ascending order whatever
+    /// the number of threads of the current pool.
+    pub fn pairs(&self, keep: &(impl Fn(u32, u32) -> bool + Sync)) -> Vec<[u32; 2]> {
+        let mut found = if self.nodes.is_empty() { Vec::new() } else { self.pairs_within(0, FORKS, keep) };
+        found.sort_unstable();
+        found
+    }
+
+    fn pairs_within(&self, at: u32, forks: u32, keep: &(impl Fn(u32, u32) -> bool + Sync)) -> Vec<[u32; 2]> {
+        let node = &self.nodes[at as usize];
+        if node.count > 0 {
+            let items = &self.items[node.start as usize..(node.start + node.count) as usize];
+            let mut found = Vec::new();
+            for (k, &i) in items.iter().enumerate() {
+                items[k + 1..].iter().for_each(|&j| self.offer(i, j, keep, &mut found));
             }
-            if node.count > 0 {
-                for i in &self.items[node.start as usize..(node.start + node.count) as usize] {
-                    if self.boxes[*i as usize].overlaps(query) {
-                        f(*i);
-                    }
+            return found;
+        }
+        let (left, right) = (at + 1, node.start);
+        let mut across = Vec::new();
+        let mut cross = || self.pairs_across(left, right, keep, &mut across);
+        let mut found = if forks > 0 {
+            let within = || {
+                rayon::join(|| self.pairs_within(left, forks - 1, keep), || self.pairs_within(right, forks - 1, keep))
+            };
+            let ((mut a, b), ()) = rayon::join(within, cross);
+            a.extend(b);
+            a
+        } else {
+            cross();
+            let mut a = self.pairs_within(left, 0, keep);
+            a.extend(self.pairs_within(right, 0, keep));
+            a
+        };
+        found.extend(across);
+        found
+    }
+
+    fn pairs_across(&self, a: u32, b: u32, keep: &impl Fn(u32, u32) -> bool, found: &mut Vec<[u32; 2]>) {
+        let (x, y) = (&self.nodes[a as usize], &self.nodes[b as usize]);
+        if !x.bounds.overlaps(&y.bounds) {
+            return;
+        }
+        if x.count > 0 && y.count > 0 {
+            for &i in &self.items[x.start as usize..(x.start + x.count) as usize] {
+                for &j in &self.items[y.start as usize..(y.start + y.count) as usize] {
+                    self.offer(i, j, keep, found);
                 }
-            } else {
-                stack[top] = node.start;
-                stack[top + 1] = at as u32 + 1;
-                top += 2;
             }
+        } else if y.count > 0 || (x.count == 0 && x.bounds.size().length_squared() > y.bounds.size().length_squared()) {
+            self.pairs_across(a + 1, b, keep, found);
+            self.pairs_across(x.start, b, keep, found);
+        } else {
+            self.pairs_across(a, b + 1, keep, found);
+            self.pairs_across(a, y.start, keep, found);
+        }
+    }
+
+    fn offer(&self, i: u32, j: u32, keep: &impl Fn(u32, u32) -> bool, found: &mut Vec<[u32; 2]>) {
+        let (i, j) = (i.min(j), i.max(j));
+        if self.boxes[i as usize].overlaps(&self.boxes[j as usize]) && keep(i, j) {
+            found.push([i, j]);
         }
     }
 
@@ -135,17 +178,15 @@ mod tests {
         #[test]
         fn queries_agree_with_looking_at_everything(
             raw in prop::collection::vec((prop::array::uniform3(-1.0f64..1.0), 0.0f64..0.3), 0..80),
-            q in prop::array::uniform3(-1.2f64..1.2), half in 0.0f64..0.5,
+            q in prop::array::uniform3(-1.2f64..1.2),
         ) {
             let boxes: Vec<Aabb> = raw.iter().map(|(c, h)| Aabb::new(DVec3::from_array(*c) - *h, DVec3::from_array(*c) + *h)).collect();
             let bvh = Bvh::new(boxes.clone());
             let q = DVec3::from_array(q);
-            let query = Aabb::new(q - half, q + half);
-            let mut found = Vec::new();
-            bvh.overlapping(&query, |i| found.push(i));
-            found.sort_unstable();
-            let all: Vec<u32> = (0..boxes.len() as u32).filter(|i| boxes[*i as usize].overlaps(&query)).collect();
-            prop_assert_eq!(found, all);
+            let n = boxes.len() as u32;
+            let touch = |i: u32, j: u32| boxes[i as usize].overlaps(&boxes[j as usize]);
+            let all: Vec<[u32; 2]> = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j])).filter(|p| touch(p[0], p[1])).collect();
+            prop_assert_eq!(bvh.pairs(&|_, _| true), all);
             let d = |i: u32| boxes[i as usize].distance_squared(q);
             let near = bvh.nearest(q, 0.4, d).map(|n| n.1);
             let best = (0..boxes.len() as u32).map(d).filter(|d| *d <= 0.16).min_by(f64::total_cmp);

@@ -1,88 +1,57 @@
-//! The table of cell triangulations, computed once: trace the loops, join the loops a tunnel joins, triangulate.
+//! The table of cell triangulations, each computed when first met: trace the loops, join the loops a tunnel joins,
+//! triangulate. Most surfaces meet a few dozen of the hundreds of cases.
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use super::geometry::{self, Patch, Triangle};
 use super::{EDGES, FACE_CORNERS, INTERIOR_NODE, ambiguous_faces};
 
 /// Triangulations of one pair of mask and face decisions.
 pub(super) struct Entry {
-    /// Index into [`Table::spans`] of the case without a tunnel; the `k`-th tunnel follows `k` later.
-    first: u16,
+    /// The case without a tunnel, then one for each tunnel.
+    cases: Vec<Patch>,
     /// For each corner its boundary region, by the lowest corner of the region.
     pub(super) region: [u8; 8],
     /// The pairs of regions (by lowest corner, in increasing order) a tunnel can join.
     pub(super) tunnels: Vec<[u8; 2]>,
 }
 
-/// One triangulation: a span of [`Table::triangles`].
-struct Span {
-    start: u32,
-    end: u32,
-    interior_nodes: u8,
-}
-
 /// All cases. Only [`TABLE`] makes one.
 pub(super) struct Table {
-    /// Entry of `mask * 64 + faces`; bits of `faces` which belong to unambiguous faces do not matter.
-    index: Vec<u16>,
-    entries: Vec<Entry>,
-    spans: Vec<Span>,
-    triangles: Vec<Triangle>,
+    ambiguous: [u8; 256],
+    /// Entry of `mask * 64 + faces`, for `faces` with bits of ambiguous faces only.
+    entries: Vec<OnceLock<Box<Entry>>>,
 }
 
 /// The table of the whole program.
-pub(super) static TABLE: LazyLock<Table> = LazyLock::new(Table::build);
+pub(super) static TABLE: LazyLock<Table> = LazyLock::new(|| Table {
+    ambiguous: std::array::from_fn(|mask| ambiguous_faces(mask as u8)),
+    entries: (0..256 * 64).map(|_| OnceLock::new()).collect(),
+});
 
-impl Table {
-    fn build() -> Self {
-        let mut table =
-            Table { index: vec![0; 256 * 64], entries: Vec::new(), spans: Vec::new(), triangles: Vec::new() };
-        for mask in 0..=255u8 {
-            let ambiguous = ambiguous_faces(mask);
-            for faces in 0..64u8 {
-                let slot = usize::from(mask) * 64 + usize::from(faces);
-                let essential = faces & ambiguous;
-                table.index[slot] = if essential == faces {
-                    table.add(mask, faces)
-                } else {
-                    table.index[usize::from(mask) * 64 + usize::from(essential)]
-                };
-            }
-        }
-        table
-    }
-
-    fn add(&mut self, mask: u8, faces: u8) -> u16 {
+impl Entry {
+    fn new(mask: u8, faces: u8) -> Self {
         let loops = loops(mask, faces);
         let region = regions(mask, faces);
         let joins = joins(mask, faces, &region, &loops);
-        let first = self.spans.len() as u16;
-        self.push(triangulate(&loops, None));
-        for join in &joins {
-            self.push(triangulate(&loops, Some(join.loops)));
-        }
-        self.entries.push(Entry { first, region, tunnels: joins.iter().map(|j| j.regions).collect() });
-        (self.entries.len() - 1) as u16
+        let mut cases = vec![triangulate(&loops, None)];
+        cases.extend(joins.iter().map(|join| triangulate(&loops, Some(join.loops))));
+        Self { cases, region, tunnels: joins.iter().map(|j| j.regions).collect() }
     }
+}
 
-    fn push(&mut self, Patch { triangles, interior_nodes }: Patch) {
-        let start = self.triangles.len() as u32;
-        self.triangles.extend(triangles);
-        self.spans.push(Span { start, end: self.triangles.len() as u32, interior_nodes });
-    }
-
-    /// The entry of a mask and face decisions.
+impl Table {
+    /// The entry of a mask and face decisions; bits of `faces` that belong to unambiguous faces do not matter.
     pub(super) fn entry(&self, mask: u8, faces: u8) -> &Entry {
-        &self.entries[usize::from(self.index[usize::from(mask) * 64 + usize::from(faces & 63)])]
+        let faces = faces & self.ambiguous[usize::from(mask)];
+        self.entries[usize::from(mask) * 64 + usize::from(faces)].get_or_init(|| Box::new(Entry::new(mask, faces)))
     }
 
     /// Triangles and number of interior nodes; a tunnel the entry does not have counts as none.
     pub(super) fn case(&self, mask: u8, faces: u8, tunnel: u8) -> (&[Triangle], u8) {
-        let entry = self.entry(mask, faces);
-        let tunnel = if usize::from(tunnel) <= entry.tunnels.len() { tunnel } else { 0 };
-        let span = &self.spans[usize::from(entry.first) + usize::from(tunnel)];
-        (&self.triangles[span.start as usize..span.end as usize], span.interior_nodes)
+        let cases = &self.entry(mask, faces).cases;
+        let case = cases.get(usize::from(tunnel)).unwrap_or(&cases[0]);
+        (&case.triangles, case.interior_nodes)
     }
 }
 

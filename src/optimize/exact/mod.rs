@@ -25,7 +25,9 @@ use remesh::{Remesher, SHORT};
 const TINY: f64 = 0.3;
 /// Rounds of flips and relaxation after packing.
 const ROUNDS: usize = 2;
-/// Rounds of flips and relaxation after that.
+/// Rounds of flips and relaxation across borders after that.
+const LAST: usize = 2;
+/// The same where places were refined; also the passes of mending triangles one by one.
 const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
@@ -105,6 +107,8 @@ pub fn remesh_pieces(
         }
     };
     show("cut", &r);
+    // Inside the patches packing will put everything right.
+    r.look_at_borders();
     r.collapse_short(TINY)?;
     for _ in 0..2 {
         r.flip(false)?;
@@ -113,6 +117,7 @@ pub fn remesh_pieces(
     show("untangle", &r);
     run.progress("remesh", 0.3);
     r.space_curves()?;
+    r.look_at_borders();
     r.flip(false)?;
     for _ in 0..POLISH {
         if r.mend_worst(POOR)? == 0 {
@@ -121,9 +126,10 @@ pub fn remesh_pieces(
         r.flip(false)?;
     }
     show("curves", &r);
+    r.look_everywhere();
     r.each_patch(remesh_patch)?;
     show("pack", &r);
-    polish(&mut r)?;
+    polish(&mut r, LAST)?;
     let mut out = finish(mesh, &r);
     let mut bad = intersecting(&out, run)?;
     while !bad.is_empty() && report.repairs < REPAIRS {
@@ -138,7 +144,7 @@ pub fn remesh_pieces(
         r.split_long()?;
         r.flip(false)?;
         r.relax()?;
-        polish(&mut r)?;
+        polish(&mut r, POLISH)?;
         report.repairs += 1;
         out = finish(mesh, &r);
         bad = intersecting(&out, run)?;
@@ -174,8 +180,8 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
     Ok(())
 }
 
-fn polish(r: &mut Remesher<'_>) -> Result<()> {
-    for _ in 0..POLISH {
+fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
+    for _ in 0..rounds {
         r.flip(false)?;
         r.relax()?;
     }

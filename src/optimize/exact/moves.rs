@@ -21,7 +21,7 @@ impl Remesher<'_> {
             if v % 256 == 0 {
                 self.run.check()?;
             }
-            if !self.work.mesh.is_node(v) || self.rank[v as usize] == Rank::Corner {
+            if !self.work.mesh.is_node(v) || self.rank[v as usize] == Rank::Corner || !self.sees(v) {
                 continue;
             }
             let old = self.point(v);
@@ -69,8 +69,10 @@ impl Remesher<'_> {
     /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
     /// collapse. Only what raises the worst shape around is done.
     pub(super) fn mend_worst(&mut self, limit: f64) -> Result<usize> {
+        let m = &self.work.mesh;
+        let seen = |t: &u32| m.corners(*t).into_iter().any(|v| self.sees(v));
         let mut list: Vec<(f64, u32)> =
-            self.work.mesh.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
+            m.triangles().filter(seen).map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         let mut mended = 0;
         for (k, (_, t)) in list.into_iter().enumerate() {

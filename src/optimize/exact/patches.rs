@@ -84,6 +84,7 @@ impl Remesher<'_> {
             own: pick(&self.own),
             want: pick(&self.want),
             rank,
+            focus: None,
             options: self.options,
             run: self.run,
             work: Patchwork {

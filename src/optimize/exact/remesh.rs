@@ -43,6 +43,8 @@ pub(super) struct Remesher<'a> {
     /// The same after gradation: what counts.
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
+    /// Nodes around which edges and triangles are looked at; all if there is none.
+    pub(super) focus: Option<Vec<bool>>,
     pub(super) options: &'a ExactOptions,
     pub(super) run: &'a Run,
 }
@@ -56,9 +58,30 @@ impl<'a> Remesher<'a> {
     ) -> Result<Self> {
         let count = work.mesh.node_capacity();
         let (own, want) = (vec![options.sizing.size; count], vec![options.sizing.size; count]);
-        let mut this = Self { work, surface, own, want, rank: Vec::new(), options, run };
+        let mut this = Self { work, surface, own, want, rank: Vec::new(), focus: None, options, run };
         this.rank = (0..count as u32).map(|v| this.rank_of(v)).collect();
         Ok(this)
+    }
+
+    /// Has what follows look only at nodes on borders and their neighbors, as they are now, and at nodes made from here on.
+    pub(super) fn look_at_borders(&mut self) {
+        let m = &self.work.mesh;
+        let mut focus = vec![false; m.node_capacity()];
+        for v in m.nodes().filter(|&v| self.rank[v as usize] != Rank::Face) {
+            focus[v as usize] = true;
+            m.neighbors(v).for_each(|x| focus[x as usize] = true);
+        }
+        self.focus = Some(focus);
+    }
+
+    /// Has what follows look at all nodes.
+    pub(super) fn look_everywhere(&mut self) {
+        self.focus = None;
+    }
+
+    /// Whether a node is to be looked at.
+    pub(super) fn sees(&self, v: u32) -> bool {
+        self.focus.as_ref().is_none_or(|f| f.get(v as usize).copied().unwrap_or(true))
     }
 
     pub(super) fn rank_of(&self, v: u32) -> Rank {
@@ -170,7 +193,7 @@ impl<'a> Remesher<'a> {
         loop {
             let m = &self.work.mesh;
             let mut list: Vec<(f64, u32, u32)> = Vec::new();
-            for h in m.edges() {
+            for h in m.edges().filter(|&h| self.sees(m.origin(h)) && self.sees(m.target(h))) {
                 let share = m.edge_length(h) / (short * self.wanted(h));
                 if share < 1.0 {
                     list.push((share, m.origin(h), m.target(h)));
@@ -326,7 +349,10 @@ impl<'a> Remesher<'a> {
     pub(super) fn flip(&mut self, valence: bool) -> Result<usize> {
         let mut count = 0;
         // Only edges of triangles that changed are looked at again.
-        let mut fresh = vec![true; self.work.mesh.triangle_capacity()];
+        let m = &self.work.mesh;
+        let mut fresh: Vec<bool> = (0..m.triangle_capacity() as u32)
+            .map(|t| m.is_triangle(t) && m.corners(t).into_iter().any(|v| self.sees(v)))
+            .collect();
         for _ in 0..FLIP_PASSES {
             self.run.check()?;
             let before = count;
