@@ -18,6 +18,8 @@ pub mod mesh;
 
 pub mod geometry;
 
+pub mod model;
+
 pub mod quality;
 
 pub mod io;
