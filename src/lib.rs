@@ -27,6 +27,8 @@ pub mod render;
 
 pub mod implicit;
 
+pub mod merge;
+
 pub mod optimize;
 
 pub mod pipeline;

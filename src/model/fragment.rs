@@ -7,19 +7,19 @@
 //!
 //! *References.* [LAZ] section 3, with the correction that `INN(n_b) = 0`.
 
-use std::fmt;
+use std::ops::Range;
 
 use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
 
-use super::topology::{Loop, Model};
+use super::cells::{Boundary, Cells};
 
 /// A fingerprint of nodes in a row. Equal rows have equal prints; different ones the same with a chance of 2⁻⁶⁴.
-fn print<'a>(nodes: impl Iterator<Item = &'a DVec3>) -> u64 {
+pub(super) fn print<'a>(nodes: impl Iterator<Item = &'a DVec3>) -> u64 {
     /// Odd and far from regular: the golden ratio's fraction.
     const MIX: u64 = 0x9e37_79b9_7f4a_7c15;
-    nodes.flat_map(|p| p.to_array()).fold(0, |print: u64, x| {
+    nodes.flat_map(|p| p.to_array()).fold(1, |print: u64, x| {
         // 0 and -0 are one place
         let h = (print ^ (x + 0.0).to_bits()).wrapping_mul(MIX);
         h ^ h >> 29
@@ -31,7 +31,7 @@ fn print<'a>(nodes: impl Iterator<Item = &'a DVec3>) -> u64 {
 pub struct EdgeFragment {
     nodes: Vec<DVec3>,
     /// Of the nodes in order, and in reverse.
-    prints: [u64; 2],
+    pub(super) prints: [u64; 2],
 }
 
 impl EdgeFragment {
@@ -66,192 +66,11 @@ impl EdgeFragment {
     }
 }
 
-/// Cells of a face by its fragment's own node numbers, counter-clockwise seen from outside.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cells {
-    /// Three nodes each.
-    Triangles(Vec<[u32; 3]>),
-    /// Four nodes each.
-    Quads(Vec<[u32; 4]>),
-    /// Three or more: cell `j` has `corners[ends[j - 1]..ends[j]]`, the first begins at 0.
-    Polygons {
-        /// Where each cell's corners end.
-        ends: Vec<u32>,
-        /// Node numbers.
-        corners: Vec<u32>,
-    },
-    /// A structured block of this many quadrilaterals along its two directions, with nothing stored: node `(i, j)` has
-    /// the number `i + j (n₀ + 1)`, cell `(i, j)` the number `i + j n₀`.
-    Grid([u32; 2]),
-}
-
-/// The corners of one cell.
-#[derive(Debug, Clone, Copy)]
-pub enum Corners<'a> {
-    /// As they are stored.
-    Stored(&'a [u32]),
-    /// Computed.
-    Quad([u32; 4]),
-}
-
-impl AsRef<[u32]> for Corners<'_> {
-    fn as_ref(&self) -> &[u32] {
-        match self {
-            Corners::Stored(list) => list,
-            Corners::Quad(list) => list,
-        }
-    }
-}
-
-impl Cells {
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        match self {
-            Cells::Triangles(list) => list.len(),
-            Cells::Quads(list) => list.len(),
-            Cells::Polygons { ends, .. } => ends.len(),
-            Cells::Grid([a, b]) => *a as usize * *b as usize,
-        }
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The corners of cell `j`.
-    ///
-    /// # Panics
-    /// Where `j` is not below [`len`](Self::len), as a slice does.
-    pub fn corners(&self, j: usize) -> Corners<'_> {
-        match self {
-            Cells::Triangles(list) => Corners::Stored(&list[j]),
-            Cells::Quads(list) => Corners::Stored(&list[j]),
-            Cells::Polygons { ends, corners } => {
-                let begin = if j == 0 { 0 } else { ends[j - 1] as usize };
-                Corners::Stored(&corners[begin..ends[j] as usize])
-            }
-            Cells::Grid([a, b]) => {
-                assert!(j < *a as usize * *b as usize, "cell {j} of a grid of {a} by {b}");
-                let a = *a as usize;
-                let first = (j % a + j / a * (a + 1)) as u32;
-                let above = first + a as u32 + 1;
-                Corners::Quad([first, first + 1, above + 1, above])
-            }
-        }
-    }
-}
-
-/// Which of a face's nodes are on its border: [LAZ]'s sets BN, IN, BNN and INN, as functions wherever there is one.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Boundary {
-    /// The first so many, in the order of the loops.
-    First(u32),
-    /// The border of a [`Cells::Grid`] of so many cells, one loop from node (0, 0) along the first direction.
-    Grid([u32; 2]),
-    /// Anywhere: made by [`Boundary::listed`].
-    Listed {
-        /// Nodes in the order border, inner: BN followed by IN.
-        nodes: Vec<u32>,
-        /// The inverse: where each node stands in `nodes`.
-        places: Vec<u32>,
-        /// How many are on the border.
-        border: u32,
-    },
-}
-
-impl Boundary {
-    /// Border nodes in the order of the loops, out of `count` nodes; the others are inner ones, in ascending order.
-    ///
-    /// # Errors
-    /// [`Error::Input`] naming a node that does not exist or is named twice.
-    pub fn listed(border: Vec<u32>, count: usize) -> Result<Self> {
-        let mut places = vec![u32::MAX; count];
-        for (x, v) in border.iter().enumerate() {
-            match places.get_mut(*v as usize) {
-                Some(place) if *place == u32::MAX => *place = x as u32,
-                Some(_) => return Err(bad_node(*v, "stands on the border twice")),
-                None => return Err(bad_node(*v, "is on the border, but does not exist")),
-            }
-        }
-        let mut nodes = border;
-        let border = nodes.len() as u32;
-        for v in 0..count {
-            if places[v] == u32::MAX {
-                places[v] = nodes.len() as u32;
-                nodes.push(v as u32);
-            }
-        }
-        Ok(Boundary::Listed { nodes, places, border })
-    }
-
-    /// How many nodes are on the border, |BN|.
-    pub fn len(&self) -> usize {
-        match self {
-            Boundary::First(n) | Boundary::Listed { border: n, .. } => *n as usize,
-            Boundary::Grid([a, b]) => 2 * (*a as usize + *b as usize),
-        }
-    }
-
-    /// Whether no node is on the border.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Where a node stands when border nodes come first, in the order of the loops, and inner ones after them: BNN for
-    /// places below [`len`](Self::len), INN plus that for the others.
-    #[inline]
-    pub fn place(&self, node: u32) -> u32 {
-        match self {
-            Boundary::First(_) => node,
-            Boundary::Listed { places, .. } => places[node as usize],
-            Boundary::Grid([a, b]) => {
-                let (i, j) = (node % (a + 1), node / (a + 1));
-                if j == 0 {
-                    i
-                } else if i == *a {
-                    a + j
-                } else if j == *b {
-                    2 * a + b - i
-                } else if i == 0 {
-                    2 * (a + b) - j
-                } else {
-                    2 * (a + b) + (i - 1) + (j - 1) * (a - 1)
-                }
-            }
-        }
-    }
-
-    /// The node at a place, the inverse of [`place`](Self::place): BN, followed by IN.
-    #[inline]
-    pub fn node(&self, place: u32) -> u32 {
-        match self {
-            Boundary::First(_) => place,
-            Boundary::Listed { nodes, .. } => nodes[place as usize],
-            Boundary::Grid([a, b]) => {
-                let row = a + 1;
-                if place < *a {
-                    place
-                } else if place < a + b {
-                    a + (place - a) * row
-                } else if place < 2 * a + b {
-                    2 * a + b - place + b * row
-                } else if place < 2 * (a + b) {
-                    (2 * (a + b) - place) * row
-                } else {
-                    let x = place - 2 * (a + b);
-                    1 + x % (a - 1) + (1 + x / (a - 1)) * row
-                }
-            }
-        }
-    }
-}
-
 /// The border nodes of a face along one coedge, the last one left to the next coedge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stretch {
-    nodes: u32,
-    print: u64,
+pub(super) struct Stretch {
+    pub(super) nodes: u32,
+    pub(super) print: u64,
 }
 
 /// The mesh of a face.
@@ -260,9 +79,9 @@ pub struct FaceFragment {
     nodes: Vec<DVec3>,
     cells: Cells,
     boundary: Boundary,
-    stretches: Vec<Stretch>,
+    pub(super) stretches: Vec<Stretch>,
     /// Where the stretches of each loop end.
-    loops: Vec<u32>,
+    pub(super) loops: Vec<u32>,
 }
 
 impl FaceFragment {
@@ -343,6 +162,33 @@ impl FaceFragment {
         self.take_prints();
     }
 
+    /// Lets `change` move each inner node; those on the border stay.
+    pub fn move_inner(&mut self, mut change: impl FnMut(&mut DVec3)) {
+        for place in self.boundary.len() as u32..self.nodes.len() as u32 {
+            change(&mut self.nodes[self.boundary.node(place) as usize]);
+        }
+    }
+
+    /// Hands inner nodes `range`, counted without those on the border, to `take`: as many at a time as stand together.
+    ///
+    /// # Errors
+    /// The first one of `take`.
+    pub fn read_inner(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
+        let border = self.boundary.len();
+        if let Boundary::First(_) = self.boundary {
+            return take(&self.nodes[border + range.start..border + range.end]);
+        }
+        let node = |i: usize| self.boundary.node((border + i) as u32) as usize;
+        let mut i = range.start;
+        while i < range.end {
+            let first = node(i);
+            let together = (i..range.end).take_while(|k| node(*k) == first + (k - i)).count();
+            take(&self.nodes[first..first + together])?;
+            i += together;
+        }
+        Ok(())
+    }
+
     /// Removes what is left of cells around a pole: of border nodes at exactly one point a cell keeps the first, and a
     /// cell of fewer than three corners goes. Returns how many went.
     pub fn collapse_poles(&mut self) -> usize {
@@ -398,10 +244,6 @@ impl FaceFragment {
     }
 }
 
-fn bad_node(node: u32, what: &str) -> Error {
-    Error::input(Place::Item(format!("node {node}")), format!("it {what}"))
-}
-
 fn check_cells(cells: &Cells, nodes: usize) -> Result<()> {
     let bad = |j: usize, what: String| Err(Error::input(Place::Item(format!("cell {j}")), what));
     let beyond = |list: &[u32]| list.iter().position(|v| *v as usize >= nodes);
@@ -454,133 +296,4 @@ fn check_boundary(boundary: &Boundary, cells: &Cells, nodes: usize) -> Result<()
         }
     };
     if fits { Ok(()) } else { Err(Error::input(Place::Unknown, format!("the border does not fit {nodes} nodes"))) }
-}
-
-/// One fragment for every vertex, edge and face of a [`Model`], in the model's order.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Fragments {
-    /// The node of each vertex.
-    pub vertices: Vec<DVec3>,
-    /// The chain of each edge.
-    pub edges: Vec<EdgeFragment>,
-    /// The mesh of each face.
-    pub faces: Vec<FaceFragment>,
-}
-
-/// Why fragments do not belong together. Loops and coedges are counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Mismatch {
-    /// Not one fragment per vertex, edge and face: how many of each the model has, and how many there are.
-    Counts { model: [usize; 3], fragments: [usize; 3] },
-    /// The edge's chain does not begin or end at the node of its vertex.
-    EdgeEnd { edge: u32, vertex: u32 },
-    /// The face has another number of loops, or of coedges in this loop, than its fragment.
-    Loop { face: u32, index: u32 },
-    /// The face has another number of segments along the edge than the edge has.
-    Segments { face: u32, edge: u32, of_face: u32, of_edge: u32 },
-    /// The nodes of face and edge are as many, but not at the same places.
-    Nodes { face: u32, edge: u32 },
-    /// The loop that is a vertex is not at the vertex's node.
-    LoopVertex { face: u32, vertex: u32 },
-}
-
-impl fmt::Display for Mismatch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Mismatch::Counts { model: [v, e, c], fragments: [a, b, d] } => write!(
-                f,
-                "the model has {v} vertices, {e} edges and {c} faces, but there are fragments for {a}, {b} and {d}"
-            ),
-            Mismatch::EdgeEnd { edge, vertex } => {
-                write!(f, "edge {edge} does not begin and end at the nodes of its vertices (vertex {vertex})")
-            }
-            Mismatch::Loop { face, index } => {
-                write!(f, "the fragment of face {face} has other coedges than the face in loop {index}")
-            }
-            Mismatch::Segments { face, edge, of_face, of_edge } => write!(
-                f,
-                "face {face} is not node-matched along edge {edge}: {of_face} segments of the face, {of_edge} of the edge"
-            ),
-            Mismatch::Nodes { face, edge } => {
-                write!(f, "face {face} is not node-matched along edge {edge}: nodes are at different places")
-            }
-            Mismatch::LoopVertex { face, vertex } => {
-                write!(f, "face {face} is not node-matched at vertex {vertex}: nodes are at different places")
-            }
-        }
-    }
-}
-
-impl Fragments {
-    /// Everything that keeps the fragments from being node-matched on the model, in the model's order.
-    ///
-    /// The model must have no [`Violation`](super::Violation) that [forbids merging](super::Violation::forbids_merge).
-    /// The time is proportional to the model, whatever the number of nodes.
-    pub fn mismatches<P, C, S>(&self, model: &Model<P, C, S>) -> Vec<Mismatch> {
-        let counts = [model.vertices.len(), model.edges.len(), model.faces.len()];
-        let there = [self.vertices.len(), self.edges.len(), self.faces.len()];
-        if counts != there {
-            return vec![Mismatch::Counts { model: counts, fragments: there }];
-        }
-        let mut found = Vec::new();
-        for e in 0..model.edges.len() as u32 {
-            self.mismatch_of_edge(model, e, &mut found);
-        }
-        for f in 0..model.faces.len() as u32 {
-            self.mismatch_of_face(model, f, &mut found);
-        }
-        found
-    }
-
-    /// [`mismatches`](Self::mismatches) of one edge with its vertices. There must be a fragment for each.
-    pub fn mismatch_of_edge<P, C, S>(&self, model: &Model<P, C, S>, edge: u32, found: &mut Vec<Mismatch>) {
-        let nodes = &self.edges[edge as usize].nodes;
-        for (v, p) in model.edges[edge as usize].ends.into_iter().zip([nodes[0], nodes[nodes.len() - 1]]) {
-            if self.vertices[v as usize] != p {
-                found.push(Mismatch::EdgeEnd { edge, vertex: v });
-                return;
-            }
-        }
-    }
-
-    /// [`mismatches`](Self::mismatches) of one face with its edges. There must be a fragment for each.
-    pub fn mismatch_of_face<P, C, S>(&self, model: &Model<P, C, S>, face: u32, found: &mut Vec<Mismatch>) {
-        let fragment = &self.faces[face as usize];
-        let loops = &model.faces[face as usize].loops;
-        if loops.len() != fragment.loops.len() {
-            let index = loops.len().min(fragment.loops.len()) as u32;
-            found.push(Mismatch::Loop { face, index });
-            return;
-        }
-        let mut first = 0;
-        for (index, (border, end)) in loops.iter().zip(&fragment.loops).enumerate() {
-            let stretches = &fragment.stretches[first..*end as usize];
-            first = *end as usize;
-            match border {
-                Loop::Vertex(v) => {
-                    let p = &self.vertices[*v as usize];
-                    // a loop of one node is followed by itself
-                    if stretches[0].print != print([p, p].into_iter()) || stretches.len() > 1 || stretches[0].nodes > 1
-                    {
-                        found.push(Mismatch::LoopVertex { face, vertex: *v });
-                    }
-                }
-                Loop::Edges(list) if list.len() != stretches.len() => {
-                    found.push(Mismatch::Loop { face, index: index as u32 });
-                }
-                Loop::Edges(list) => {
-                    for (c, stretch) in list.iter().zip(stretches) {
-                        let edge = &self.edges[c.edge as usize];
-                        let (of_face, of_edge) = (stretch.nodes, edge.segments() as u32);
-                        if of_face != of_edge {
-                            found.push(Mismatch::Segments { face, edge: c.edge, of_face, of_edge });
-                        } else if stretch.print != edge.prints[usize::from(c.reversed)] {
-                            found.push(Mismatch::Nodes { face, edge: c.edge });
-                        }
-                    }
-                }
-            }
-        }
-    }
 }

@@ -8,7 +8,9 @@
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 
-use super::fragment::{Boundary, Cells, EdgeFragment, FaceFragment, Fragments};
+use super::cells::{Boundary, Cells};
+use super::fragment::{EdgeFragment, FaceFragment};
+use super::matching::Fragments;
 use super::topology::{Coedge, Edge, Face, Loop, Model, Shell, Vertex};
 
 /// No side, no node, no edge.

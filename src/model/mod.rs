@@ -10,15 +10,19 @@
 //! *References.* [LAZ] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
 //! Russian), sections 1 and 3.
 
+mod cells;
 mod check;
 mod fragment;
 mod from_mesh;
+mod matching;
 mod topology;
 
 #[cfg(test)]
 mod tests;
 
+pub use cells::{Boundary, Cells, Corners};
 pub use check::{Item, Violation};
-pub use fragment::{Boundary, Cells, Corners, EdgeFragment, FaceFragment, Fragments, Mismatch};
+pub use fragment::{EdgeFragment, FaceFragment};
 pub use from_mesh::{Cut, from_mesh};
+pub use matching::{Fragments, Mismatch};
 pub use topology::{Coedge, Edge, Face, Loop, Model, Shell, Solid, Vertex};

@@ -1,0 +1,451 @@
+//! The merged mesh as a view of its fragments.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::error::{Error, Place as Where, Result};
+use crate::mesh::{CellRun, Group, MeshView};
+use crate::model::{Boundary, Cells, EdgeFragment, FaceFragment, Fragments, Loop, Mismatch, Model, Violation};
+
+use super::numbering::Numbering;
+
+/// Cells translated at a time: their corners stay in the nearest cache until they are used.
+const BLOCK: usize = 512;
+
+/// Corners looked at together for whether one is on the border: a few vector registers full.
+const LANES: usize = 24;
+
+/// Which fragment keeps a node, and the node's number there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The vertex.
+    Vertex(u32),
+    /// The edge, and which of its nodes, the first vertex counted.
+    Edge(u32, u32),
+    /// The face, and which of its fragment's nodes.
+    Face(u32, u32),
+}
+
+/// Fragments that take the place of others: pairs of an index and what comes there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Replacement {
+    /// Nodes of vertices.
+    pub vertices: Vec<(u32, DVec3)>,
+    /// Chains of edges.
+    pub edges: Vec<(u32, EdgeFragment)>,
+    /// Meshes of faces.
+    pub faces: Vec<(u32, FaceFragment)>,
+}
+
+/// Node-matched fragments on a model, readable as one mesh through [`MeshView`].
+///
+/// Random access takes a bounded search among fragments; [`read_nodes`](MeshView::read_nodes) and
+/// [`read_cells`](MeshView::read_cells) search once per fragment. [`TriMesh::from_view`](crate::mesh::TriMesh::from_view)
+/// copies the mesh to arrays.
+#[derive(Debug, Clone)]
+pub struct Merged<P = (), C = (), S = ()> {
+    model: Model<P, C, S>,
+    fragments: Fragments,
+    numbering: Numbering,
+}
+
+impl<P, C, S> Merged<P, C, S> {
+    /// Merges; the time is proportional to the model, and no fragment is copied.
+    ///
+    /// To keep the model where the answer may be no, ask [`Model::check`] and [`Fragments::mismatches`] first.
+    ///
+    /// # Errors
+    /// [`Error::Input`] naming the place, for a model with a [`Violation`] that [forbids it](Violation::forbids_merge),
+    /// and naming the edge for fragments that are not node-matched; [`Error::Failed`] for more nodes or cells than 32
+    /// bits can number.
+    pub fn new(model: Model<P, C, S>, fragments: Fragments) -> Result<Self> {
+        if let Some(broken) = model.check().iter().find(|v| v.forbids_merge()) {
+            return Err(refuse_model(broken));
+        }
+        if let Some(mismatch) = fragments.mismatches(&model).first() {
+            return Err(refuse(mismatch));
+        }
+        let mut numbering = Numbering::default();
+        numbering.renew(&model, &fragments)?;
+        Ok(Self { model, fragments, numbering })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model<P, C, S> {
+        &self.model
+    }
+
+    /// The fragments.
+    pub fn fragments(&self) -> &Fragments {
+        &self.fragments
+    }
+
+    /// Takes the two apart again.
+    pub fn into_parts(self) -> (Model<P, C, S>, Fragments) {
+        (self.model, self.fragments)
+    }
+
+    /// Where a node is kept.
+    ///
+    /// # Panics
+    /// Where there is no such node.
+    #[inline]
+    pub fn place_of_node(&self, i: usize) -> Place {
+        let count = self.numbering.nodes.end();
+        assert!(i < count, "node {i} of {count}");
+        if i < self.fragments.vertices.len() {
+            return Place::Vertex(i as u32);
+        }
+        let k = self.numbering.nodes.find(i);
+        let local = (i - self.numbering.nodes.start(k)) as u32;
+        match k.checked_sub(self.numbering.edges) {
+            None => Place::Edge(k as u32, local + 1),
+            Some(f) => {
+                let boundary = self.fragments.faces[f].boundary();
+                Place::Face(f as u32, boundary.node(boundary.len() as u32 + local))
+            }
+        }
+    }
+
+    /// Which cell of which face's fragment a cell is ([LAZ] 4.3, `c2c`).
+    ///
+    /// # Panics
+    /// Where there is no such cell.
+    #[inline]
+    pub fn place_of_cell(&self, j: usize) -> (u32, usize) {
+        let count = self.numbering.cells.end();
+        assert!(j < count, "cell {j} of {count}");
+        let f = self.numbering.cells.find(j);
+        (f as u32, j - self.numbering.cells.start(f))
+    }
+
+    /// The number a node of a face's fragment has in the merged mesh ([LAZ] 4.2, `l2g`).
+    ///
+    /// # Panics
+    /// Where there is no such face or node.
+    #[inline]
+    pub fn local_to_global(&self, face: u32, node: u32) -> u32 {
+        let f = face as usize;
+        let boundary = self.fragments.faces[f].boundary();
+        let (place, border) = (boundary.place(node), boundary.len() as u32);
+        if place < border {
+            self.numbering.bounds.get(f, place)
+        } else {
+            self.numbering.nodes.start(self.numbering.edges + f) as u32 + (place - border)
+        }
+    }
+
+    /// The corners of a cell, as numbers of the merged mesh's nodes.
+    ///
+    /// # Panics
+    /// Where there is no such cell.
+    pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
+        let (face, local) = self.place_of_cell(j);
+        let corners = self.fragments.faces[face as usize].cells().corners(local);
+        let count = corners.as_ref().len();
+        (0..count).map(move |k| self.local_to_global(face, corners.as_ref()[k]))
+    }
+
+    /// Moves the inner nodes of a face, which cannot part it from its neighbors. Numbers stay as they are.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn move_inner(&mut self, face: u32, change: impl FnMut(&mut DVec3)) {
+        self.fragments.faces[face as usize].move_inner(change);
+    }
+
+    /// Puts other fragments in place and returns those that were there.
+    ///
+    /// Faces are checked one by one; with them the cost is that of a few additions per fragment if the number of inner
+    /// nodes or cells changed, and nothing otherwise. New chains or vertices check all fragments by their fingerprints.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and for an index that does not exist; then nothing has changed.
+    pub fn replace(&mut self, mut with: Replacement) -> Result<Replacement> {
+        let [v, e, f] = [self.fragments.vertices.len(), self.fragments.edges.len(), self.fragments.faces.len()];
+        let beyond = |what: &str, i: u32| Error::input(Where::Item(format!("{what} {i}")), "there is none to replace");
+        if let Some((i, _)) = with.vertices.iter().find(|x| x.0 as usize >= v) {
+            return Err(beyond("vertex", *i));
+        }
+        if let Some((i, _)) = with.edges.iter().find(|x| x.0 as usize >= e) {
+            return Err(beyond("edge", *i));
+        }
+        if let Some((i, _)) = with.faces.iter().find(|x| x.0 as usize >= f) {
+            return Err(beyond("face", *i));
+        }
+        self.swap(&mut with);
+        let counts = |face: &FaceFragment| (face.inner_count(), face.cells().len());
+        let faces_only = with.vertices.is_empty() && with.edges.is_empty();
+        let mut found = Vec::new();
+        if faces_only {
+            for (f, _) in &with.faces {
+                self.fragments.mismatch_of_face(&self.model, *f, &mut found);
+            }
+        } else {
+            found = self.fragments.mismatches(&self.model);
+        }
+        let result = match found.first() {
+            Some(mismatch) => Err(refuse(mismatch)),
+            // repeated indices make the comparison of counts meaningless, a new numbering never is
+            None if faces_only && with.faces.len() == 1 => {
+                let (f, old) = &with.faces[0];
+                if counts(old) == counts(&self.fragments.faces[*f as usize]) { Ok(()) } else { self.renumber() }
+            }
+            None => self.renumber(),
+        };
+        match result {
+            Ok(()) => Ok(with),
+            Err(error) => {
+                self.swap(&mut with);
+                // as it was, so it can be numbered
+                let _ = self.renumber();
+                Err(error)
+            }
+        }
+    }
+
+    fn renumber(&mut self) -> Result<()> {
+        self.numbering.renew(&self.model, &self.fragments)
+    }
+
+    /// Swaps fragments; in reverse order the second time, so that twice is as before whatever repeats.
+    fn swap(&mut self, with: &mut Replacement) {
+        with.vertices.iter_mut().for_each(|(i, p)| std::mem::swap(&mut self.fragments.vertices[*i as usize], p));
+        with.edges.iter_mut().for_each(|(i, e)| std::mem::swap(&mut self.fragments.edges[*i as usize], e));
+        with.faces.iter_mut().for_each(|(i, f)| std::mem::swap(&mut self.fragments.faces[*i as usize], f));
+        with.vertices.reverse();
+        with.edges.reverse();
+        with.faces.reverse();
+    }
+
+    /// Hands out cells `range` of a face; `bounds` are the face's border numbers.
+    fn read_face(
+        &self,
+        face: usize,
+        range: Range<usize>,
+        bounds: &[u32],
+        corners: &mut Vec<u32>,
+        ends: &mut Vec<u32>,
+        take: &mut dyn FnMut(CellRun) -> Result<()>,
+    ) -> Result<()> {
+        let fragment = &self.fragments.faces[face];
+        let label = self.model.faces[face].label;
+        let first = self.numbering.cells.start(face);
+        let base = self.numbering.nodes.start(self.numbering.edges + face) as u32;
+        let to = Translation { boundary: fragment.boundary(), bounds, shift: base.wrapping_sub(bounds.len() as u32) };
+        let mut begin = range.start;
+        while begin < range.end {
+            let end = range.end.min(begin + BLOCK);
+            corners.clear();
+            let size = match fragment.cells() {
+                Cells::Triangles(list) => {
+                    to.translate(list[begin..end].as_flattened(), corners);
+                    3
+                }
+                Cells::Quads(list) => {
+                    to.translate(list[begin..end].as_flattened(), corners);
+                    4
+                }
+                Cells::Polygons { ends: stored, corners: list } => {
+                    let from = if begin == 0 { 0 } else { stored[begin - 1] };
+                    ends.clear();
+                    ends.extend(stored[begin..end].iter().map(|e| e - from));
+                    to.translate(&list[from as usize..stored[end - 1] as usize], corners);
+                    0
+                }
+                grid @ Cells::Grid(_) => {
+                    for j in begin..end {
+                        corners.extend(grid.corners(j).as_ref().iter().map(|v| to.one(*v)));
+                    }
+                    4
+                }
+            };
+            if size == 0 {
+                take(CellRun::mixed(first + begin, label, corners, ends))?;
+            } else {
+                take(CellRun::even(first + begin, label, corners, size))?;
+            }
+            begin = end;
+        }
+        Ok(())
+    }
+}
+
+/// `l2g` of one face, its border's numbers listed.
+struct Translation<'a> {
+    boundary: &'a Boundary,
+    bounds: &'a [u32],
+    /// What an inner node's place and its number differ by.
+    shift: u32,
+}
+
+impl Translation<'_> {
+    #[inline]
+    fn one(&self, node: u32) -> u32 {
+        let place = self.boundary.place(node);
+        self.bounds.get(place as usize).copied().unwrap_or(place.wrapping_add(self.shift))
+    }
+
+    fn translate(&self, nodes: &[u32], out: &mut Vec<u32>) {
+        if !matches!(self.boundary, Boundary::First(_)) {
+            out.extend(nodes.iter().map(|v| self.one(*v)));
+            return;
+        }
+        out.resize(nodes.len(), 0);
+        let border = self.bounds.len() as u32;
+        for (from, to) in nodes.chunks(LANES).zip(out.chunks_mut(LANES)) {
+            let mut least = u32::MAX;
+            for (v, x) in from.iter().zip(to.iter_mut()) {
+                *x = v.wrapping_add(self.shift);
+                least = least.min(*v);
+            }
+            if least < border {
+                for (v, x) in from.iter().zip(to.iter_mut()) {
+                    if let Some(bound) = self.bounds.get(*v as usize) {
+                        *x = *bound;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn refuse_model(broken: &Violation) -> Error {
+    Error::input(Where::Unknown, format!("the model cannot carry a mesh: {broken}"))
+}
+
+fn refuse(mismatch: &Mismatch) -> Error {
+    let place = match mismatch {
+        Mismatch::EdgeEnd { edge, .. } | Mismatch::Segments { edge, .. } | Mismatch::Nodes { edge, .. } => {
+            Where::Item(format!("edge {edge}"))
+        }
+        Mismatch::Loop { face, .. } => Where::Item(format!("face {face}")),
+        Mismatch::LoopVertex { vertex, .. } => Where::Item(format!("vertex {vertex}")),
+        Mismatch::Counts { .. } => Where::Unknown,
+    };
+    Error::input(place, mismatch.to_string())
+}
+
+impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
+    fn node_count(&self) -> usize {
+        self.numbering.nodes.end()
+    }
+
+    fn cell_count(&self) -> usize {
+        self.numbering.cells.end()
+    }
+
+    fn face_names(&self) -> &[String] {
+        &self.model.names
+    }
+
+    fn groups(&self) -> &[Group] {
+        &self.model.groups
+    }
+
+    #[inline]
+    fn node(&self, i: usize) -> DVec3 {
+        match self.place_of_node(i) {
+            Place::Vertex(v) => self.fragments.vertices[v as usize],
+            Place::Edge(e, k) => self.fragments.edges[e as usize].nodes()[k as usize],
+            Place::Face(f, k) => self.fragments.faces[f as usize].nodes()[k as usize],
+        }
+    }
+
+    fn read_nodes(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
+        assert!(range.end <= self.node_count(), "nodes {range:?} of {}", self.node_count());
+        if range.is_empty() {
+            return Ok(());
+        }
+        let vertices = &self.fragments.vertices;
+        if range.start < vertices.len() {
+            take(&vertices[range.start..range.end.min(vertices.len())])?;
+        }
+        let mut at = range.start.max(vertices.len());
+        if at >= range.end {
+            return Ok(());
+        }
+        let nodes = &self.numbering.nodes;
+        for k in nodes.find(at)..nodes.len() {
+            let (start, end) = (nodes.start(k), nodes.start(k + 1).min(range.end));
+            if at >= range.end {
+                break;
+            }
+            if at == end {
+                continue;
+            }
+            let local = at - start..end - start;
+            match k.checked_sub(self.numbering.edges) {
+                None => take(&self.fragments.edges[k].inner()[local])?,
+                Some(f) => self.fragments.faces[f].read_inner(local, take)?,
+            }
+            at = end;
+        }
+        Ok(())
+    }
+
+    fn read_cells(&self, range: Range<usize>, take: &mut dyn FnMut(CellRun) -> Result<()>) -> Result<()> {
+        assert!(range.end <= self.cell_count(), "cells {range:?} of {}", self.cell_count());
+        if range.is_empty() {
+            return Ok(());
+        }
+        let (mut bounds, mut corners, mut ends) = (Vec::new(), Vec::new(), Vec::new());
+        let cells = &self.numbering.cells;
+        for f in cells.find(range.start)..cells.len() {
+            let (start, end) = (cells.start(f), cells.start(f + 1).min(range.end));
+            if start >= range.end {
+                break;
+            }
+            let begin = range.start.max(start);
+            if begin < end {
+                self.numbering.bounds.list(f, &mut bounds);
+                self.read_face(f, begin - start..end - start, &bounds, &mut corners, &mut ends, take)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn cells_of_faces(&self) -> Vec<Vec<Range<usize>>> {
+        let mut ranges = vec![Vec::new(); self.model.names.len()];
+        let cells = &self.numbering.cells;
+        for (f, face) in self.model.faces.iter().enumerate() {
+            crate::mesh::view::extend(&mut ranges[face.label as usize], cells.start(f)..cells.start(f + 1));
+        }
+        ranges
+    }
+
+    /// From the model: a fragment's inner nodes stand with its face, those of edges and vertices with the first face on
+    /// them, used by a cell or not.
+    fn nodes_of_faces(&self) -> Vec<Vec<Range<usize>>> {
+        let vertices = self.fragments.vertices.len();
+        let mut owner = vec![u32::MAX; vertices + self.numbering.edges];
+        for face in &self.model.faces {
+            let mut own = |i: usize| owner[i] = owner[i].min(face.label);
+            for border in &face.loops {
+                if let Loop::Vertex(v) = border {
+                    own(*v as usize);
+                }
+                for c in border.coedges() {
+                    own(self.model.begins(*c) as usize);
+                    own(vertices + c.edge as usize);
+                }
+            }
+        }
+        let mut ranges = vec![Vec::new(); self.model.names.len()];
+        let mut stand = |label: u32, range: Range<usize>| {
+            if let Some(list) = ranges.get_mut(if label == u32::MAX { 0 } else { label as usize }) {
+                crate::mesh::view::extend(list, range);
+            }
+        };
+        for v in 0..vertices {
+            stand(owner[v], v..v + 1);
+        }
+        let nodes = &self.numbering.nodes;
+        let labels = owner[vertices..].iter().copied().chain(self.model.faces.iter().map(|f| f.label));
+        for (k, label) in labels.enumerate() {
+            stand(label, nodes.start(k)..nodes.start(k + 1));
+        }
+        ranges
+    }
+}
