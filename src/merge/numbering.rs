@@ -25,12 +25,13 @@ impl Starts {
             end = end.checked_add(u32::try_from(length).ok()?)?;
             self.starts.push(end);
         }
-        // Two entries per stretch keep what is left to search short, whatever the lengths are.
-        let entries = 2 * self.starts.len() as u64;
-        self.shift = (u64::from(end) / entries).checked_ilog2().map_or(0, |l| l + 1);
+        // So many that most entries' numbers fall into two stretches at most.
+        let entries = 4 * self.starts.len() as u64;
+        let first = u64::from(self.starts[0]);
+        self.shift = ((u64::from(end) - first) / entries).checked_ilog2().map_or(0, |l| l + 1);
         self.guide.clear();
         let mut k = 0;
-        for i in (0..=u64::from(end)).step_by(1 << self.shift) {
+        for i in (first..=u64::from(end)).step_by(1 << self.shift) {
             while k + 1 < self.len() && u64::from(self.starts[k + 1]) <= i {
                 k += 1;
             }
@@ -55,13 +56,13 @@ impl Starts {
     /// The stretch that holds `i`, which must be one of their numbers.
     #[inline]
     pub(super) fn find(&self, i: usize) -> usize {
-        let bucket = i >> self.shift;
-        let (mut k, last) = (self.guide[bucket] as usize, self.guide[bucket + 1] as usize);
-        let mut size = last - k + 1;
-        while size > 1 {
-            let half = size / 2;
-            k += if self.starts[k + half] as usize <= i { half } else { 0 };
-            size -= half;
+        let bucket = (i - self.start(0)) >> self.shift;
+        let mut k = self.guide[bucket] as usize;
+        // one step without a branch, which nobody could predict, is enough nearly always
+        k += usize::from(self.starts[k + 1] as usize <= i);
+        if self.starts[k + 1] as usize <= i {
+            let last = self.guide[bucket + 1] as usize;
+            k += self.starts[k + 1..=last].partition_point(|s| *s as usize <= i);
         }
         k
     }
@@ -70,30 +71,30 @@ impl Starts {
 /// The functions of [LAZ] section 4 for one model with its fragments.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Numbering {
-    /// Where the inner nodes of each edge, then of each face begin. Before them there is one node per vertex.
-    pub(super) nodes: Starts,
+    /// Where the inner nodes of each edge begin, after one node per vertex.
+    pub(super) edges: Starts,
+    /// Where the inner nodes of each face begin, after those of the edges.
+    pub(super) faces: Starts,
     /// Where the cells of each face begin: `s` of 4.3.
     pub(super) cells: Starts,
     /// For each face its border's global numbers: `bounds` of 4.2.
     pub(super) bounds: Unions,
-    pub(super) edges: usize,
 }
 
 impl Numbering {
     /// Numbers node-matched fragments anew; memory is kept.
     pub(super) fn renew<P, C, S>(&mut self, model: &Model<P, C, S>, fragments: &Fragments) -> Result<()> {
         let too_many = |what| Error::Failed(format!("the merged mesh has more {what} than 32 bits can number"));
-        self.edges = model.edges.len();
         // A pole's nodes are all its vertex.
         let chain = |(e, edge): (usize, &crate::model::EdgeFragment)| {
             if model.edges[e].pole { 0 } else { edge.inner().len() }
         };
-        let inner = fragments.edges.iter().enumerate().map(chain);
-        let inner = inner.chain(fragments.faces.iter().map(|f| f.inner_count()));
-        // the largest number is left free as a mark
-        self.nodes
-            .lay(fragments.vertices.len(), inner)
-            .filter(|()| self.nodes.end() < u32::MAX as usize)
+        let chains = fragments.edges.iter().enumerate().map(chain);
+        self.edges.lay(fragments.vertices.len(), chains).ok_or_else(|| too_many("nodes"))?;
+        self.faces
+            .lay(self.edges.end(), fragments.faces.iter().map(|f| f.inner_count()))
+            // the largest number is left free as a mark
+            .filter(|()| self.faces.end() < u32::MAX as usize)
             .ok_or_else(|| too_many("nodes"))?;
         self.cells.lay(0, fragments.faces.iter().map(|f| f.cells().len())).ok_or_else(|| too_many("cells"))?;
         self.bounds.clear();
@@ -111,7 +112,7 @@ impl Numbering {
                                 Progression { first: begin, len: chain, step: 0 }.exclude_bounds()
                             } else {
                                 // as if the chain were numbered in a row, its ends too
-                                let first = (self.nodes.start(e) as u32).wrapping_sub(1);
+                                let first = (self.edges.start(e) as u32).wrapping_sub(1);
                                 Progression::ascending(first, chain).exclude_bounds()
                             };
                             self.bounds.join(if c.reversed { inner.reverse() } else { inner });

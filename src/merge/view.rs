@@ -13,9 +13,6 @@ use super::numbering::Numbering;
 /// Cells translated at a time: their corners stay in the nearest cache until they are used.
 const BLOCK: usize = 512;
 
-/// Corners looked at together for whether one is on the border: a few vector registers full.
-const LANES: usize = 24;
-
 /// Which fragment keeps a node, and the node's number there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
@@ -92,20 +89,19 @@ impl<P, C, S> Merged<P, C, S> {
     /// Where there is no such node.
     #[inline]
     pub fn place_of_node(&self, i: usize) -> Place {
-        let count = self.numbering.nodes.end();
+        let count = self.numbering.faces.end();
         assert!(i < count, "node {i} of {count}");
         if i < self.fragments.vertices.len() {
             return Place::Vertex(i as u32);
         }
-        let k = self.numbering.nodes.find(i);
-        let local = (i - self.numbering.nodes.start(k)) as u32;
-        match k.checked_sub(self.numbering.edges) {
-            None => Place::Edge(k as u32, local + 1),
-            Some(f) => {
-                let boundary = self.fragments.faces[f].boundary();
-                Place::Face(f as u32, boundary.node(boundary.len() as u32 + local))
-            }
+        let Numbering { edges, faces, .. } = &self.numbering;
+        if i < edges.end() {
+            let e = edges.find(i);
+            return Place::Edge(e as u32, (i - edges.start(e)) as u32 + 1);
         }
+        let f = faces.find(i);
+        let boundary = self.fragments.faces[f].boundary();
+        Place::Face(f as u32, boundary.node((boundary.len() + i - faces.start(f)) as u32))
     }
 
     /// Which cell of which face's fragment a cell is ([LAZ] 4.3, `c2c`).
@@ -129,11 +125,13 @@ impl<P, C, S> Merged<P, C, S> {
         let f = face as usize;
         let boundary = self.fragments.faces[f].boundary();
         let (place, border) = (boundary.place(node), boundary.len() as u32);
-        if place < border {
-            self.numbering.bounds.get(f, place)
-        } else {
-            self.numbering.nodes.start(self.numbering.edges + f) as u32 + (place - border)
+        let inner = (self.numbering.faces.start(f) as u32).wrapping_add(place).wrapping_sub(border);
+        if border == 0 {
+            return inner;
         }
+        // Both, then the choice: a branch on a node that is still on its way from memory would wait for it.
+        let bound = self.numbering.bounds.get(f, place.min(border - 1));
+        if place < border { bound } else { inner }
     }
 
     /// The corners of a cell, as numbers of the merged mesh's nodes.
@@ -232,26 +230,26 @@ impl<P, C, S> Merged<P, C, S> {
         let fragment = &self.fragments.faces[face];
         let label = self.model.faces[face].label;
         let first = self.numbering.cells.start(face);
-        let base = self.numbering.nodes.start(self.numbering.edges + face) as u32;
-        let to = Translation { boundary: fragment.boundary(), bounds, shift: base.wrapping_sub(bounds.len() as u32) };
+        let base = self.numbering.faces.start(face) as u32;
+        let to = Translation { fragment, bounds, shift: base.wrapping_sub(bounds.len() as u32) };
         let mut begin = range.start;
         while begin < range.end {
             let end = range.end.min(begin + BLOCK);
             corners.clear();
             let size = match fragment.cells() {
                 Cells::Triangles(list) => {
-                    to.translate(list[begin..end].as_flattened(), corners);
+                    to.translate(list.as_flattened(), 3 * begin..3 * end, corners);
                     3
                 }
                 Cells::Quads(list) => {
-                    to.translate(list[begin..end].as_flattened(), corners);
+                    to.translate(list.as_flattened(), 4 * begin..4 * end, corners);
                     4
                 }
                 Cells::Polygons { ends: stored, corners: list } => {
                     let from = if begin == 0 { 0 } else { stored[begin - 1] };
                     ends.clear();
                     ends.extend(stored[begin..end].iter().map(|e| e - from));
-                    to.translate(&list[from as usize..stored[end - 1] as usize], corners);
+                    to.translate(list, from as usize..stored[end - 1] as usize, corners);
                     0
                 }
                 grid @ Cells::Grid(_) => {
@@ -274,7 +272,7 @@ impl<P, C, S> Merged<P, C, S> {
 
 /// `l2g` of one face, its border's numbers listed.
 struct Translation<'a> {
-    boundary: &'a Boundary,
+    fragment: &'a FaceFragment,
     bounds: &'a [u32],
     /// What an inner node's place and its number differ by.
     shift: u32,
@@ -283,30 +281,23 @@ struct Translation<'a> {
 impl Translation<'_> {
     #[inline]
     fn one(&self, node: u32) -> u32 {
-        let place = self.boundary.place(node);
+        let place = self.fragment.boundary().place(node);
         self.bounds.get(place as usize).copied().unwrap_or(place.wrapping_add(self.shift))
     }
 
-    fn translate(&self, nodes: &[u32], out: &mut Vec<u32>) {
-        if !matches!(self.boundary, Boundary::First(_)) {
-            out.extend(nodes.iter().map(|v| self.one(*v)));
+    /// Adds the numbers of `nodes[range]`; `nodes` are all corners of the fragment.
+    fn translate(&self, nodes: &[u32], range: Range<usize>, out: &mut Vec<u32>) {
+        let part = &nodes[range.clone()];
+        if !matches!(self.fragment.boundary(), Boundary::First(_)) {
+            out.extend(part.iter().map(|v| self.one(*v)));
             return;
         }
-        out.resize(nodes.len(), 0);
-        let border = self.bounds.len() as u32;
-        for (from, to) in nodes.chunks(LANES).zip(out.chunks_mut(LANES)) {
-            let mut least = u32::MAX;
-            for (v, x) in from.iter().zip(to.iter_mut()) {
-                *x = v.wrapping_add(self.shift);
-                least = least.min(*v);
-            }
-            if least < border {
-                for (v, x) in from.iter().zip(to.iter_mut()) {
-                    if let Some(bound) = self.bounds.get(*v as usize) {
-                        *x = *bound;
-                    }
-                }
-            }
+        // as if none were on the border, then those that are
+        out.extend(part.iter().map(|v| v.wrapping_add(self.shift)));
+        let border = self.fragment.border_corners();
+        let first = border.partition_point(|at| (*at as usize) < range.start);
+        for at in border[first..].iter().map(|at| *at as usize).take_while(|at| *at < range.end) {
+            out[at - range.start] = self.bounds[nodes[at] as usize];
         }
     }
 }
@@ -329,7 +320,7 @@ fn refuse(mismatch: &Mismatch) -> Error {
 
 impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
     fn node_count(&self) -> usize {
-        self.numbering.nodes.end()
+        self.numbering.faces.end()
     }
 
     fn cell_count(&self) -> usize {
@@ -363,24 +354,20 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
             take(&vertices[range.start..range.end.min(vertices.len())])?;
         }
         let mut at = range.start.max(vertices.len());
-        if at >= range.end {
-            return Ok(());
+        let Numbering { edges, faces, .. } = &self.numbering;
+        for e in if at < edges.end() { edges.find(at)..edges.len() } else { 0..0 } {
+            let end = (edges.start(e + 1)).min(range.end);
+            if at < end {
+                take(&self.fragments.edges[e].inner()[at - edges.start(e)..end - edges.start(e)])?;
+                at = end;
+            }
         }
-        let nodes = &self.numbering.nodes;
-        for k in nodes.find(at)..nodes.len() {
-            let (start, end) = (nodes.start(k), nodes.start(k + 1).min(range.end));
-            if at >= range.end {
-                break;
+        for f in if at < range.end { faces.find(at)..faces.len() } else { 0..0 } {
+            let end = (faces.start(f + 1)).min(range.end);
+            if at < end {
+                self.fragments.faces[f].read_inner(at - faces.start(f)..end - faces.start(f), take)?;
+                at = end;
             }
-            if at == end {
-                continue;
-            }
-            let local = at - start..end - start;
-            match k.checked_sub(self.numbering.edges) {
-                None => take(&self.fragments.edges[k].inner()[local])?,
-                Some(f) => self.fragments.faces[f].read_inner(local, take)?,
-            }
-            at = end;
         }
         Ok(())
     }
@@ -419,7 +406,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
     /// them, used by a cell or not.
     fn nodes_of_faces(&self) -> Vec<Vec<Range<usize>>> {
         let vertices = self.fragments.vertices.len();
-        let mut owner = vec![u32::MAX; vertices + self.numbering.edges];
+        let mut owner = vec![u32::MAX; vertices + self.model.edges.len()];
         for face in &self.model.faces {
             let mut own = |i: usize| owner[i] = owner[i].min(face.label);
             for border in &face.loops {
@@ -441,10 +428,12 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
         for v in 0..vertices {
             stand(owner[v], v..v + 1);
         }
-        let nodes = &self.numbering.nodes;
-        let labels = owner[vertices..].iter().copied().chain(self.model.faces.iter().map(|f| f.label));
-        for (k, label) in labels.enumerate() {
-            stand(label, nodes.start(k)..nodes.start(k + 1));
+        let Numbering { edges, faces, .. } = &self.numbering;
+        for (e, label) in owner[vertices..].iter().enumerate() {
+            stand(*label, edges.start(e)..edges.start(e + 1));
+        }
+        for (f, face) in self.model.faces.iter().enumerate() {
+            stand(face.label, faces.start(f)..faces.start(f + 1));
         }
         ranges
     }

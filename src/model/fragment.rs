@@ -82,6 +82,8 @@ pub struct FaceFragment {
     pub(super) stretches: Vec<Stretch>,
     /// Where the stretches of each loop end.
     pub(super) loops: Vec<u32>,
+    /// See [`border_corners`](FaceFragment::border_corners).
+    border_corners: Vec<u32>,
 }
 
 impl FaceFragment {
@@ -99,7 +101,8 @@ impl FaceFragment {
     pub fn new(nodes: Vec<DVec3>, cells: Cells, boundary: Boundary, loops: &[impl AsRef<[u32]>]) -> Result<Self> {
         check_cells(&cells, nodes.len())?;
         check_boundary(&boundary, &cells, nodes.len())?;
-        let mut fragment = Self { nodes, cells, boundary, stretches: Vec::new(), loops: Vec::new() };
+        let mut fragment =
+            Self { nodes, cells, boundary, stretches: Vec::new(), loops: Vec::new(), border_corners: Vec::new() };
         let mut border = 0u64;
         for (l, segments) in loops.iter().enumerate() {
             let segments = segments.as_ref();
@@ -117,6 +120,7 @@ impl FaceFragment {
             return Err(Error::input(Place::Unknown, format!("{there} border nodes, but the loops have {border}")));
         }
         fragment.take_prints();
+        fragment.find_border_corners();
         Ok(fragment)
     }
 
@@ -149,6 +153,12 @@ impl FaceFragment {
     /// How many nodes are not on its border, |IN|.
     pub fn inner_count(&self) -> usize {
         self.nodes.len() - self.boundary.len()
+    }
+
+    /// Which corners of cells are on the border, as places in the list of all corners, ascending; none for a grid, whose
+    /// corners are not listed. Whoever renumbers cells treats these one by one and all others alike.
+    pub fn border_corners(&self) -> &[u32] {
+        &self.border_corners
     }
 
     /// How many border nodes each coedge of each loop takes, in the order of the loops; 1 for a loop that is a vertex.
@@ -223,7 +233,20 @@ impl FaceFragment {
         } else {
             Cells::Polygons { ends, corners }
         };
+        self.find_border_corners();
         gone
+    }
+
+    fn find_border_corners(&mut self) {
+        let corners = match &self.cells {
+            Cells::Triangles(list) => list.as_flattened(),
+            Cells::Quads(list) => list.as_flattened(),
+            Cells::Polygons { corners, .. } => corners,
+            Cells::Grid(_) => &[],
+        };
+        let border = self.boundary.len() as u32;
+        let on_border = corners.iter().enumerate().filter(|(_, v)| self.boundary.place(**v) < border);
+        self.border_corners = on_border.map(|(at, _)| at as u32).collect();
     }
 
     fn take_prints(&mut self) {
@@ -247,8 +270,15 @@ impl FaceFragment {
 fn check_cells(cells: &Cells, nodes: usize) -> Result<()> {
     let bad = |j: usize, what: String| Err(Error::input(Place::Item(format!("cell {j}")), what));
     let beyond = |list: &[u32]| list.iter().position(|v| *v as usize >= nodes);
-    if nodes >= u32::MAX as usize {
-        return Err(Error::input(Place::Unknown, format!("{nodes} nodes are more than a fragment can hold")));
+    let corners = match cells {
+        Cells::Triangles(list) => 3 * list.len(),
+        Cells::Quads(list) => 4 * list.len(),
+        Cells::Polygons { corners, .. } => corners.len(),
+        Cells::Grid(_) => 0,
+    };
+    if nodes.max(corners) >= u32::MAX as usize {
+        let message = format!("{nodes} nodes and {corners} corners are more than a fragment can hold");
+        return Err(Error::input(Place::Unknown, message));
     }
     let (outside, size) = match cells {
         Cells::Triangles(list) => (beyond(list.as_flattened()), 3),
