@@ -45,10 +45,12 @@ impl Starts {
         self.starts.len().saturating_sub(1)
     }
 
+    #[inline]
     pub(super) fn start(&self, k: usize) -> usize {
         self.starts[k] as usize
     }
 
+    #[inline]
     pub(super) fn end(&self) -> usize {
         self.starts.last().map_or(0, |e| *e as usize)
     }

@@ -4,6 +4,8 @@
 //! and unions of them. `Reverse` and `ExcludeBounds` of a progression are progressions, so is the selection of one from
 //! another, and a union looks up the part an element falls into.
 
+use std::hint::select_unpredictable;
+
 /// The numbers `first`, `first + step`, ...: `len` of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progression {
@@ -80,6 +82,7 @@ impl Unions {
         (self.growing, _) = (0, (self.parts.clear(), self.ends.clear()));
     }
 
+    #[inline]
     fn parts(&self, union: usize) -> &[Part] {
         let begin = if union == 0 { 0 } else { self.ends[union - 1].0 as usize };
         &self.parts[begin..self.ends[union].0 as usize]
@@ -88,15 +91,13 @@ impl Unions {
     /// Element `i` of a union, which must be there.
     #[inline]
     pub fn get(&self, union: usize, i: u32) -> u32 {
-        let parts = self.parts(union);
-        let (mut k, mut size) = (0, parts.len());
-        // without branches: which way a search turns cannot be predicted
-        while size > 1 {
-            let half = size / 2;
-            k += if parts[k + half].begin <= i { half } else { 0 };
-            size -= half;
+        let mut parts = self.parts(union);
+        while parts.len() > 1 {
+            let (low, high) = parts.split_at(parts.len() / 2);
+            // not a branch: which way a search turns cannot be predicted
+            parts = select_unpredictable(high[0].begin <= i, high, low);
         }
-        let part = parts[k];
+        let part = &parts[0];
         part.first.wrapping_add((part.step as u32).wrapping_mul(i.wrapping_sub(part.begin)))
     }
 

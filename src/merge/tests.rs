@@ -60,6 +60,9 @@ fn consistent(view: &Merged) {
         assert_eq!(view.node(i), *p, "node {i}");
     }
     let corners: Vec<Vec<u32>> = (0..m).map(|j| view.cell(j).collect()).collect();
+    for (j, cell) in corners.iter().enumerate() {
+        assert_eq!(view.triangle(j).map(|t| t.to_vec()), Some(cell.clone()).filter(|c| c.len() == 3));
+    }
     let fans = corners.iter().flat_map(|c| c[1..].windows(2).map(|p| [c[0], p[0], p[1]]));
     assert_eq!(fans.collect::<Vec<_>>(), cached.triangles);
     // parts of every length, from every place

@@ -1,5 +1,6 @@
 //! The merged mesh as a view of its fragments.
 
+use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -131,18 +132,41 @@ impl<P, C, S> Merged<P, C, S> {
         }
         // Both, then the choice: a branch on a node that is still on its way from memory would wait for it.
         let bound = self.numbering.bounds.get(f, place.min(border - 1));
-        if place < border { bound } else { inner }
+        select_unpredictable(place < border, bound, inner)
     }
 
     /// The corners of a cell, as numbers of the merged mesh's nodes.
     ///
     /// # Panics
     /// Where there is no such cell.
+    #[inline]
     pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
         let (face, local) = self.place_of_cell(j);
         let corners = self.fragments.faces[face as usize].cells().corners(local);
         let count = corners.as_ref().len();
         (0..count).map(move |k| self.local_to_global(face, corners.as_ref()[k]))
+    }
+
+    /// The corners of a cell where it is a triangle; [`cell`](Self::cell) takes any.
+    ///
+    /// # Panics
+    /// Where there is no such cell.
+    #[inline]
+    pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
+        let (face, local) = self.place_of_cell(j);
+        let f = face as usize;
+        let fragment = &self.fragments.faces[f];
+        if let (Cells::Triangles(list), Boundary::First(border)) = (fragment.cells(), fragment.boundary()) {
+            let corners = list[local];
+            // short, so that the processor sees several accesses at a time
+            if corners[0].min(corners[1]).min(corners[2]) >= *border {
+                let shift = (self.numbering.faces.start(f) as u32).wrapping_sub(*border);
+                return Some(corners.map(|v| v.wrapping_add(shift)));
+            }
+        }
+        let corners = fragment.cells().corners(local);
+        let [a, b, c] = *corners.as_ref() else { return None };
+        Some([a, b, c].map(|v| self.local_to_global(face, v)))
     }
 
     /// Moves the inner nodes of a face, which cannot part it from its neighbors. Numbers stay as they are.
@@ -231,7 +255,7 @@ impl<P, C, S> Merged<P, C, S> {
         let label = self.model.faces[face].label;
         let first = self.numbering.cells.start(face);
         let base = self.numbering.faces.start(face) as u32;
-        let to = Translation { fragment, bounds, shift: base.wrapping_sub(bounds.len() as u32) };
+        let mut to = Translation { fragment, bounds, shift: base.wrapping_sub(bounds.len() as u32), border: None };
         let mut begin = range.start;
         while begin < range.end {
             let end = range.end.min(begin + BLOCK);
@@ -276,6 +300,8 @@ struct Translation<'a> {
     bounds: &'a [u32],
     /// What an inner node's place and its number differ by.
     shift: u32,
+    /// Border corners that are still to come, once the first of them has been looked for.
+    border: Option<&'a [[u32; 2]]>,
 }
 
 impl Translation<'_> {
@@ -285,20 +311,29 @@ impl Translation<'_> {
         self.bounds.get(place as usize).copied().unwrap_or(place.wrapping_add(self.shift))
     }
 
-    /// Adds the numbers of `nodes[range]`; `nodes` are all corners of the fragment.
-    fn translate(&self, nodes: &[u32], range: Range<usize>, out: &mut Vec<u32>) {
+    /// Adds the numbers of `nodes[range]` to the empty list `out`; `nodes` are all corners of the fragment, and a range
+    /// begins where the one before it ended.
+    fn translate(&mut self, nodes: &[u32], range: Range<usize>, out: &mut Vec<u32>) {
         let part = &nodes[range.clone()];
         if !matches!(self.fragment.boundary(), Boundary::First(_)) {
             out.extend(part.iter().map(|v| self.one(*v)));
             return;
         }
         // as if none were on the border, then those that are
-        out.extend(part.iter().map(|v| v.wrapping_add(self.shift)));
-        let border = self.fragment.border_corners();
-        let first = border.partition_point(|at| (*at as usize) < range.start);
-        for at in border[first..].iter().map(|at| *at as usize).take_while(|at| *at < range.end) {
-            out[at - range.start] = self.bounds[nodes[at] as usize];
+        out.resize(part.len(), 0);
+        for (x, v) in out.iter_mut().zip(part) {
+            *x = v.wrapping_add(self.shift);
         }
+        let all = self.fragment.border_corners();
+        let before = |corner: &[u32; 2]| (corner[0] as usize) < range.start;
+        let border = self.border.unwrap_or_else(|| &all[all.partition_point(before)..]);
+        let mut done = 0;
+        for [corner, place] in border {
+            let Some(x) = out.get_mut(*corner as usize - range.start) else { break };
+            *x = self.bounds[*place as usize];
+            done += 1;
+        }
+        self.border = Some(&border[done..]);
     }
 }
 
@@ -337,6 +372,14 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
 
     #[inline]
     fn node(&self, i: usize) -> DVec3 {
+        let Numbering { edges, faces, .. } = &self.numbering;
+        if i >= edges.end() && i < faces.end() {
+            let f = faces.find(i);
+            let fragment = &self.fragments.faces[f];
+            if let Boundary::First(border) = fragment.boundary() {
+                return fragment.nodes()[*border as usize + i - faces.start(f)];
+            }
+        }
         match self.place_of_node(i) {
             Place::Vertex(v) => self.fragments.vertices[v as usize],
             Place::Edge(e, k) => self.fragments.edges[e as usize].nodes()[k as usize],

@@ -33,6 +33,7 @@ pub enum Corners<'a> {
 }
 
 impl AsRef<[u32]> for Corners<'_> {
+    #[inline]
     fn as_ref(&self) -> &[u32] {
         match self {
             Corners::Stored(list) => list,
@@ -61,6 +62,7 @@ impl Cells {
     ///
     /// # Panics
     /// Where `j` is not below [`len`](Self::len), as a slice does.
+    #[inline]
     pub fn corners(&self, j: usize) -> Corners<'_> {
         match self {
             Cells::Triangles(list) => Corners::Stored(&list[j]),
@@ -124,6 +126,7 @@ impl Boundary {
     }
 
     /// How many nodes are on the border, |BN|.
+    #[inline]
     pub fn len(&self) -> usize {
         match self {
             Boundary::First(n) | Boundary::Listed { border: n, .. } => *n as usize,

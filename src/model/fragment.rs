@@ -51,11 +51,13 @@ impl EdgeFragment {
     }
 
     /// All nodes in the edge's direction.
+    #[inline]
     pub fn nodes(&self) -> &[DVec3] {
         &self.nodes
     }
 
     /// The nodes without the first and the last ([LAZ] 4.1, `ExcludeBounds`); none for an edge of one segment.
+    #[inline]
     pub fn inner(&self) -> &[DVec3] {
         &self.nodes[1..self.nodes.len() - 1]
     }
@@ -83,7 +85,7 @@ pub struct FaceFragment {
     /// Where the stretches of each loop end.
     pub(super) loops: Vec<u32>,
     /// See [`border_corners`](FaceFragment::border_corners).
-    border_corners: Vec<u32>,
+    border_corners: Vec<[u32; 2]>,
 }
 
 impl FaceFragment {
@@ -136,16 +138,19 @@ impl FaceFragment {
     }
 
     /// Its own nodes, copies of those on its border included.
+    #[inline]
     pub fn nodes(&self) -> &[DVec3] {
         &self.nodes
     }
 
     /// Its cells.
+    #[inline]
     pub fn cells(&self) -> &Cells {
         &self.cells
     }
 
     /// Which nodes are on its border.
+    #[inline]
     pub fn boundary(&self) -> &Boundary {
         &self.boundary
     }
@@ -155,9 +160,11 @@ impl FaceFragment {
         self.nodes.len() - self.boundary.len()
     }
 
-    /// Which corners of cells are on the border, as places in the list of all corners, ascending; none for a grid, whose
-    /// corners are not listed. Whoever renumbers cells treats these one by one and all others alike.
-    pub fn border_corners(&self) -> &[u32] {
+    /// The corners of cells that are on the border: where they stand in the list of all corners, ascending, and their
+    /// places there ([`Boundary::place`]); none for a grid, whose corners are not listed.
+    ///
+    /// Whoever renumbers cells treats these one by one and all others alike.
+    pub fn border_corners(&self) -> &[[u32; 2]] {
         &self.border_corners
     }
 
@@ -245,8 +252,9 @@ impl FaceFragment {
             Cells::Grid(_) => &[],
         };
         let border = self.boundary.len() as u32;
-        let on_border = corners.iter().enumerate().filter(|(_, v)| self.boundary.place(**v) < border);
-        self.border_corners = on_border.map(|(at, _)| at as u32).collect();
+        let places = corners.iter().enumerate().map(|(at, v)| [at as u32, self.boundary.place(*v)]);
+        self.border_corners = places.filter(|[_, place]| *place < border).collect();
+        self.border_corners.shrink_to_fit();
     }
 
     fn take_prints(&mut self) {
