@@ -14,7 +14,6 @@
 //! *References.* [LAZ] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
 //! Russian), with the prefix sum of 4.3 without its -1, `s(i) <= j < s(i + 1)`, and an edge's inner nodes without its ends.
 
-pub mod blocks;
 mod numbering;
 pub mod sets;
 mod view;

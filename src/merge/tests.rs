@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::sets::{Progression, Unions};
 use super::*;
+use crate::io::{self, Encoding, Format};
 use crate::mesh::view::par_ranges;
 use crate::mesh::{Group, MeshView, TriMesh};
 use crate::model::{
@@ -380,4 +381,72 @@ fn refusals_name_the_edge() {
     assert!(refused(&|m, _| m.edges[2].ends[0] = 77).contains("edge 2 refers to vertex 77"));
     assert!(refused(&|m, _| m.faces[0].loops.clear()).contains("face 0"));
     assert!(refused(&|_, f| f.faces.truncate(1)).contains("2 faces"));
+}
+
+// -------------------------------------------------------------------------------------------------------------- writing
+
+const FORMATS: [(Format, Encoding); 10] = [
+    (Format::StlBinary, Encoding::Usual),
+    (Format::StlAscii, Encoding::Usual),
+    (Format::Obj, Encoding::Usual),
+    (Format::Ply, Encoding::Binary),
+    (Format::Ply, Encoding::Text),
+    (Format::Off, Encoding::Usual),
+    (Format::Vtu, Encoding::Binary),
+    (Format::Vtu, Encoding::Text),
+    (Format::Msh, Encoding::Text),
+    (Format::Msh, Encoding::Binary),
+];
+
+fn written(view: &dyn MeshView, format: Format, encoding: Encoding) -> crate::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    io::encode(&mut bytes, view, format, encoding, &crate::Run::new())?;
+    Ok(bytes)
+}
+
+#[test]
+fn files_are_the_same_from_fragments_and_from_arrays() {
+    let mut mesh = torus(20, 15);
+    mesh.labels = (0..600).map(|t| (t / 100 * 7) % 4).collect();
+    mesh.faces = ["a", "b", "c", "d"].map(String::from).to_vec();
+    mesh.groups = vec![Group { name: "g".into(), faces: vec![1, 3] }];
+    let view = merged(&from_mesh(&mesh, &[], &[]).unwrap());
+    let cached = TriMesh::from_view(&view);
+    for (format, encoding) in FORMATS {
+        let [a, b]: [&dyn MeshView; 2] = [&view, &cached];
+        let [a, b] = [a, b].map(|m| written(m, format, encoding).unwrap());
+        assert!(a == b, "{format:?} {encoding:?}");
+    }
+    let bytes = written(&view, Format::Msh, Encoding::Usual).unwrap();
+    assert_eq!(io::read_bytes(&bytes, Format::Msh, std::path::Path::new("x")).unwrap(), cached);
+}
+
+#[test]
+fn cells_of_any_number_of_nodes_are_written() {
+    let (model, fragments) = two_sides();
+    let view = Merged::new(model, fragments).unwrap();
+    let cached = TriMesh::from_view(&view);
+    for (format, encoding) in FORMATS {
+        match (written(&view, format, encoding), format) {
+            (Err(error), Format::Msh) => assert!(error.to_string().contains("cell 2 has 5 corners"), "{error}"),
+            (Ok(bytes), Format::Vtu) => {
+                let text = String::from_utf8(bytes).unwrap();
+                let types = "Name=\"types\" format=\"ascii\">\n9 5 7 \n";
+                assert!(encoding == Encoding::Binary || text.contains(types), "{text}");
+            }
+            (Ok(bytes), _) => {
+                let read = io::read_bytes(&bytes, format, std::path::Path::new("x")).unwrap();
+                assert_eq!((read.nodes.len(), read.triangles.len()), (6, 6), "{format:?}");
+                assert!((read.area() - cached.area()).abs() < 1e-6);
+                assert!(
+                    format == Format::StlBinary || format == Format::StlAscii || read.triangles == cached.triangles
+                );
+            }
+            (Err(error), _) => panic!("{format:?}: {error}"),
+        }
+    }
+    let (model, fragments) = turned(5, 4, false);
+    let quads = Merged::new(model, fragments).unwrap();
+    let text = String::from_utf8(written(&quads, Format::Msh, Encoding::Text).unwrap()).unwrap();
+    assert!(text.contains("$Elements\n1 20 1 20\n2 1 3 20\n"), "{text}");
 }

@@ -4,6 +4,7 @@ use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use glam::DVec3;
+use multiversion::multiversion;
 
 use crate::error::{Error, Place as Where, Result};
 use crate::mesh::{CellRun, Group, MeshView};
@@ -259,7 +260,6 @@ impl<P, C, S> Merged<P, C, S> {
         let mut begin = range.start;
         while begin < range.end {
             let end = range.end.min(begin + BLOCK);
-            corners.clear();
             let size = match fragment.cells() {
                 Cells::Triangles(list) => {
                     to.translate(list.as_flattened(), 3 * begin..3 * end, corners);
@@ -277,6 +277,7 @@ impl<P, C, S> Merged<P, C, S> {
                     0
                 }
                 grid @ Cells::Grid(_) => {
+                    corners.clear();
                     for j in begin..end {
                         corners.extend(grid.corners(j).as_ref().iter().map(|v| to.one(*v)));
                     }
@@ -311,22 +312,22 @@ impl Translation<'_> {
         self.bounds.get(place as usize).copied().unwrap_or(place.wrapping_add(self.shift))
     }
 
-    /// Adds the numbers of `nodes[range]` to the empty list `out`; `nodes` are all corners of the fragment, and a range
+    /// Puts the numbers of `nodes[range]` into `out`; `nodes` are all corners of the fragment, and a range
     /// begins where the one before it ended.
     fn translate(&mut self, nodes: &[u32], range: Range<usize>, out: &mut Vec<u32>) {
         let part = &nodes[range.clone()];
         if !matches!(self.fragment.boundary(), Boundary::First(_)) {
+            out.clear();
             out.extend(part.iter().map(|v| self.one(*v)));
             return;
         }
         // as if none were on the border, then those that are
         out.resize(part.len(), 0);
-        for (x, v) in out.iter_mut().zip(part) {
-            *x = v.wrapping_add(self.shift);
-        }
+        add(part, self.shift, out);
         let all = self.fragment.border_corners();
         let before = |corner: &[u32; 2]| (corner[0] as usize) < range.start;
-        let border = self.border.unwrap_or_else(|| &all[all.partition_point(before)..]);
+        let first = || if range.start == 0 { 0 } else { all.partition_point(before) };
+        let border = self.border.unwrap_or_else(|| &all[first()..]);
         let mut done = 0;
         for [corner, place] in border {
             let Some(x) = out.get_mut(*corner as usize - range.start) else { break };
@@ -334,6 +335,14 @@ impl Translation<'_> {
             done += 1;
         }
         self.border = Some(&border[done..]);
+    }
+}
+
+/// Adds `shift` to each of as many numbers.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn add(from: &[u32], shift: u32, to: &mut [u32]) {
+    for (x, v) in to.iter_mut().zip(from) {
+        *x = v.wrapping_add(shift);
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 
 use super::trimesh::{Group, TriMesh};
 
@@ -116,6 +116,14 @@ pub trait MeshView: Sync {
     /// Where the range reaches beyond the cells.
     fn read_cells(&self, range: Range<usize>, take: &mut dyn FnMut(CellRun) -> Result<()>) -> Result<()>;
 
+    /// Refuses what cannot be read as the other functions promise.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) telling what is wrong. Whether corners and labels exist is not asked here.
+    fn check(&self) -> Result<()> {
+        Ok(())
+    }
+
     /// For each face name the ranges of its cells, ascending.
     fn cells_of_faces(&self) -> Vec<Vec<Range<usize>>> {
         let mut ranges: Vec<Vec<Range<usize>>> = vec![Vec::new(); self.face_names().len()];
@@ -191,6 +199,14 @@ impl MeshView for TriMesh {
 
     fn read_nodes(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
         take(&self.nodes[range])
+    }
+
+    fn check(&self) -> Result<()> {
+        if self.labels.len() == self.triangles.len() {
+            return Ok(());
+        }
+        let message = format!("the mesh has {} labels for {} triangles", self.labels.len(), self.triangles.len());
+        Err(Error::input(Place::Unknown, message))
     }
 
     fn read_cells(&self, range: Range<usize>, take: &mut dyn FnMut(CellRun) -> Result<()>) -> Result<()> {
