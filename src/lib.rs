@@ -18,12 +18,16 @@ pub mod mesh;
 
 pub mod geometry;
 
+pub mod model;
+
 pub mod quality;
 
 pub mod io;
 pub mod render;
 
 pub mod implicit;
+
+pub mod merge;
 
 pub mod optimize;
 

@@ -1,10 +1,15 @@
 //! What all formats share: growing a mesh while checking it, and refusing one that no file should hold.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
+use crate::run::Run;
+
+use super::CHECK_EVERY;
 
 /// The name of the face of triangles that came without one, as [`TriMesh::new`] gives it.
 pub(super) const UNNAMED: &str = "surface";
@@ -41,10 +46,8 @@ impl Builder {
 
     /// Adds a polygon as a fan around its first corner.
     pub(super) fn fan(&mut self, corners: &[u32], face: u32) {
-        for pair in corners[1..].windows(2) {
-            self.mesh.triangles.push([corners[0], pair[0], pair[1]]);
-            self.mesh.labels.push(face);
-        }
+        self.mesh.triangles.extend(fan(corners));
+        self.mesh.labels.resize(self.mesh.triangles.len(), face);
     }
 }
 
@@ -66,48 +69,80 @@ pub(super) fn check_node_count(count: usize, place: Place) -> Result<()> {
 }
 
 /// Refuses what no reader would take back.
-pub(super) fn check_mesh(mesh: &TriMesh) -> Result<()> {
+pub(super) fn check_mesh(mesh: &dyn MeshView) -> Result<()> {
     let bad = |item: String, message: String| Err(Error::input(Place::Item(item), message));
-    if mesh.triangles.is_empty() {
+    let (nodes, faces) = (mesh.node_count(), mesh.face_names().len());
+    if mesh.cell_count() == 0 {
         return Err(Error::input(Place::Unknown, "the mesh has no triangle, there is nothing to write"));
     }
-    if mesh.labels.len() != mesh.triangles.len() {
-        return Err(Error::input(
-            Place::Unknown,
-            format!("the mesh has {} labels for {} triangles", mesh.labels.len(), mesh.triangles.len()),
-        ));
-    }
-    if let Some(v) = mesh.nodes.iter().position(|p| !p.is_finite()) {
-        return bad(format!("node {v}"), format!("its coordinates {} are not finite", mesh.nodes[v]));
-    }
-    for (t, corners) in mesh.triangles.iter().enumerate() {
-        if let Some(v) = corners.iter().find(|v| **v as usize >= mesh.nodes.len()) {
-            return bad(format!("triangle {t}"), format!("it uses node {v}, but there are {}", mesh.nodes.len()));
+    mesh.check()?;
+    let mut first = 0;
+    mesh.read_nodes(0..nodes, &mut |run| {
+        if let Some(v) = run.iter().position(|p| !p.is_finite()) {
+            return bad(format!("node {}", first + v), format!("its coordinates {} are not finite", run[v]));
         }
-        if mesh.labels[t] as usize >= mesh.faces.len() {
-            let label = mesh.labels[t];
-            return bad(
-                format!("triangle {t}"),
-                format!("it lies on face {label}, but there are {}", mesh.faces.len()),
-            );
+        first += run.len();
+        Ok(())
+    })?;
+    mesh.read_cells(0..mesh.cell_count(), &mut |run| {
+        let item = |k: usize| format!("{} {}", if run.cell(k).len() == 3 { "triangle" } else { "cell" }, run.first + k);
+        if run.corners().iter().any(|v| *v as usize >= nodes) {
+            let outside = |v: &&u32| **v as usize >= nodes;
+            let found = run.iter().enumerate().find_map(|(k, cell)| Some((k, *cell.iter().find(outside)?)));
+            if let Some((k, v)) = found {
+                return bad(item(k), format!("it uses node {v}, but there are {nodes}"));
+            }
         }
-    }
-    for group in &mesh.groups {
-        if let Some(f) = group.faces.iter().find(|f| **f as usize >= mesh.faces.len()) {
+        if run.label as usize >= faces {
+            return bad(item(0), format!("it lies on face {}, but there are {faces}", run.label));
+        }
+        Ok(())
+    })?;
+    for group in mesh.groups() {
+        if let Some(f) = group.faces.iter().find(|f| **f as usize >= faces) {
             return bad(
                 format!("group {}", super::text::quote(&group.name)),
-                format!("it holds face {f}, but there are {}", mesh.faces.len()),
+                format!("it holds face {f}, but there are {faces}"),
             );
         }
     }
     Ok(())
 }
 
-/// The triangles of each face, in their order.
-pub(super) fn by_face(mesh: &TriMesh) -> Vec<Vec<u32>> {
-    let mut lists = vec![Vec::new(); mesh.faces.len()];
-    for (t, label) in mesh.labels.iter().enumerate() {
-        lists[*label as usize].push(t as u32);
-    }
-    lists
+/// Hands every node of a range to `take`, looking at the cancel flag now and then.
+pub(super) fn each_node(
+    mesh: &dyn MeshView,
+    range: Range<usize>,
+    run: &Run,
+    mut take: impl FnMut(DVec3) -> Result<()>,
+) -> Result<()> {
+    mesh.read_nodes(range, &mut |nodes| {
+        nodes.chunks(CHECK_EVERY).try_for_each(|part| {
+            run.check()?;
+            part.iter().try_for_each(|p| take(*p))
+        })
+    })
+}
+
+/// Hands every cell of a range to `take` with its label, looking at the cancel flag now and then.
+pub(super) fn each_cell(
+    mesh: &dyn MeshView,
+    range: Range<usize>,
+    run: &Run,
+    mut take: impl FnMut(&[u32], u32) -> Result<()>,
+) -> Result<()> {
+    mesh.read_cells(range, &mut |cells| {
+        for (k, cell) in cells.iter().enumerate() {
+            if k % CHECK_EVERY == 0 {
+                run.check()?;
+            }
+            take(cell, cells.label)?;
+        }
+        Ok(())
+    })
+}
+
+/// The triangles of a fan around the first corner.
+pub(super) fn fan(cell: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
+    cell[1..].windows(2).map(|pair| [cell[0], pair[0], pair[1]])
 }

@@ -41,7 +41,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 pub use atomic::write_atomic;
@@ -156,10 +156,14 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
 
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
+/// The mesh is read as it is kept, in arrays or in fragments, and not copied. Cells of more than three corners stay as
+/// they are in OBJ, PLY, OFF and VTU files; STL gets fans around their first corners. MSH has a number for triangles and
+/// one for quadrilaterals, and none for other cells.
+///
 /// # Errors
 /// Those of [`check_writable`]; [`Error::Input`] for a mesh with no triangle, a node that is not finite, or an index out
-/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL; [`Error::Io`]; [`Error::Cancelled`].
-pub fn write(path: &Path, mesh: &TriMesh, run: &Run) -> Result<()> {
+/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL and for a cell MSH has no number for; [`Error::Io`]; [`Error::Cancelled`].
+pub fn write(path: &Path, mesh: &dyn MeshView, run: &Run) -> Result<()> {
     let format = Format::from_path(path)?;
     write_atomic(path, |out| encode(out, mesh, format, Encoding::Usual, run))
 }
@@ -170,7 +174,7 @@ pub fn write(path: &Path, mesh: &TriMesh, run: &Run) -> Result<()> {
 ///
 /// # Errors
 /// As [`write()`], without those about the path.
-pub fn encode(out: &mut dyn Write, mesh: &TriMesh, format: Format, encoding: Encoding, run: &Run) -> Result<()> {
+pub fn encode(out: &mut dyn Write, mesh: &dyn MeshView, format: Format, encoding: Encoding, run: &Run) -> Result<()> {
     build::check_mesh(mesh)?;
     match format {
         Format::StlBinary => stl::write_binary(out, mesh, run),

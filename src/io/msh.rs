@@ -6,19 +6,22 @@
 //! shared by faces stands with the first of them. Format: gmsh reference manual, "MSH file format", version 4.1.
 
 use std::io::Write;
+use std::ops::Range;
 
 use crate::error::{Error, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::MeshView;
+use crate::mesh::view::extend;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
-use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::by_face;
+use super::build::{each_cell, each_node};
 use super::text::escape;
 
 /// gmsh's number of the three-node triangle.
 pub(super) const TRIANGLE: i32 = 2;
+/// gmsh's number of the four-node quadrilateral.
+const QUADRILATERAL: i32 = 3;
 
 /// A row of numbers, as text on one line or as the bytes of its parts.
 struct Row<'a> {
@@ -62,30 +65,14 @@ impl Row<'_> {
     }
 }
 
-/// For each face the nodes that stand with it: those no earlier face uses. Nodes of no triangle go to the first face.
-fn nodes_by_face(mesh: &TriMesh, triangles: &[Vec<u32>]) -> Vec<Vec<u32>> {
-    let mut owner = vec![u32::MAX; mesh.nodes.len()];
-    for (face, list) in triangles.iter().enumerate() {
-        for v in list.iter().flat_map(|t| mesh.triangles[*t as usize]) {
-            let slot = &mut owner[v as usize];
-            *slot = (*slot).min(face as u32);
-        }
-    }
-    let mut lists = vec![Vec::new(); mesh.faces.len()];
-    for (v, face) in owner.into_iter().enumerate() {
-        lists[if face == u32::MAX { 0 } else { face as usize }].push(v as u32);
-    }
-    lists
-}
-
-pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, binary: bool, run: &Run) -> Result<()> {
-    let faces = mesh.faces.len();
-    let physicals = faces + mesh.groups.len();
+pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run: &Run) -> Result<()> {
+    let faces = mesh.face_names().len();
+    let physicals = faces + mesh.groups().len();
     if physicals >= i32::MAX as usize {
         return Err(Error::Failed(format!("gmsh files hold fewer than {} faces and groups", i32::MAX)));
     }
-    let triangles = by_face(mesh);
-    let nodes = nodes_by_face(mesh, &triangles);
+    let blocks = blocks(mesh, run)?;
+    let nodes = mesh.nodes_of_faces();
     let mut row = Row { out, binary, line: Vec::new() };
 
     row.text(&format!("$MeshFormat\n4.1 {} 8", u8::from(binary)))?;
@@ -97,13 +84,13 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, binary: bool, run: &Run
     row.close("MeshFormat")?;
 
     row.text(&format!("$PhysicalNames\n{physicals}"))?;
-    for (i, name) in mesh.faces.iter().chain(mesh.groups.iter().map(|g| &g.name)).enumerate() {
+    for (i, name) in mesh.face_names().iter().chain(mesh.groups().iter().map(|g| &g.name)).enumerate() {
         row.text(&format!("2 {} \"{}\"", i + 1, escape(name)))?;
     }
     row.text("$EndPhysicalNames")?;
 
     let mut groups_of_face = vec![Vec::new(); faces];
-    for (g, group) in mesh.groups.iter().enumerate() {
+    for (g, group) in mesh.groups().iter().enumerate() {
         for f in &group.faces {
             let tag = (faces + g + 1) as i32;
             if groups_of_face[*f as usize].last() != Some(&tag) {
@@ -114,9 +101,8 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, binary: bool, run: &Run
     row.text("$Entities")?;
     [0, 0, faces, 0].iter().for_each(|n| row.size(*n));
     row.end()?;
-    for (f, list) in triangles.iter().enumerate() {
-        let corners = list.iter().flat_map(|t| mesh.corners(*t as usize));
-        let bounds = if list.is_empty() { Aabb::around([mesh.nodes[0]]) } else { Aabb::around(corners) };
+    let bounds = bounds(mesh, run)?;
+    for (f, bounds) in bounds.into_iter().enumerate() {
         row.int(f as i32 + 1);
         bounds.lo.to_array().into_iter().chain(bounds.hi.to_array()).for_each(|x| row.real(x));
         row.size(1 + groups_of_face[f].len());
@@ -128,43 +114,89 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, binary: bool, run: &Run
     row.close("Entities")?;
 
     row.text("$Nodes")?;
-    let blocks = nodes.iter().filter(|list| !list.is_empty()).count();
-    [blocks, mesh.nodes.len(), 1, mesh.nodes.len()].iter().for_each(|n| row.size(*n));
+    let count = mesh.node_count();
+    let filled = nodes.iter().filter(|list| !list.is_empty()).count();
+    [filled, count, 1, count].iter().for_each(|n| row.size(*n));
     row.end()?;
-    for (f, list) in nodes.iter().enumerate().filter(|(_, list)| !list.is_empty()) {
+    for (f, ranges) in nodes.into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
         [2, f as i32 + 1, 0].iter().for_each(|x| row.int(*x));
-        row.size(list.len());
+        row.size(ranges.iter().map(|range| range.len()).sum());
         row.end()?;
-        for v in list {
-            row.size(*v as usize + 1);
+        for v in ranges.iter().cloned().flatten() {
+            row.size(v + 1);
             row.end()?;
         }
-        for (i, v) in list.iter().enumerate() {
-            if i % CHECK_EVERY == 0 {
-                run.check()?;
-            }
-            mesh.nodes[*v as usize].to_array().iter().for_each(|x| row.real(*x));
-            row.end()?;
+        for range in ranges {
+            each_node(mesh, range, run, |p| {
+                p.to_array().iter().for_each(|x| row.real(*x));
+                row.end()
+            })?;
         }
     }
     row.close("Nodes")?;
 
     row.text("$Elements")?;
-    let blocks = triangles.iter().filter(|list| !list.is_empty()).count();
-    [blocks, mesh.triangles.len(), 1, mesh.triangles.len()].iter().for_each(|n| row.size(*n));
+    let count = mesh.cell_count();
+    [blocks.len(), count, 1, count].iter().for_each(|n| row.size(*n));
     row.end()?;
-    for (f, list) in triangles.iter().enumerate().filter(|(_, list)| !list.is_empty()) {
-        [2, f as i32 + 1, TRIANGLE].iter().for_each(|x| row.int(*x));
-        row.size(list.len());
+    for Block { face, corners, ranges } in blocks {
+        [2, face as i32 + 1, if corners == 3 { TRIANGLE } else { QUADRILATERAL }].iter().for_each(|x| row.int(*x));
+        row.size(ranges.iter().map(|range| range.len()).sum());
         row.end()?;
-        for (i, t) in list.iter().enumerate() {
-            if i % CHECK_EVERY == 0 {
-                run.check()?;
-            }
-            row.size(*t as usize + 1);
-            mesh.triangles[*t as usize].iter().for_each(|v| row.size(*v as usize + 1));
-            row.end()?;
+        for range in ranges {
+            let mut number = range.start;
+            each_cell(mesh, range, run, |cell, _| {
+                number += 1;
+                row.size(number);
+                cell.iter().for_each(|v| row.size(*v as usize + 1));
+                row.end()
+            })?;
         }
     }
     row.close("Elements")
+}
+
+/// Cells of one face with as many corners each: gmsh keeps one kind of element in a block.
+struct Block {
+    face: usize,
+    corners: usize,
+    ranges: Vec<Range<usize>>,
+}
+
+fn blocks(mesh: &dyn MeshView, run: &Run) -> Result<Vec<Block>> {
+    let mut blocks = Vec::new();
+    for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate() {
+        let mut kinds: [Vec<Range<usize>>; 2] = Default::default();
+        for range in ranges {
+            let mut number = range.start;
+            each_cell(mesh, range, run, |cell, _| {
+                let kind = match cell.len() {
+                    3 => 0,
+                    4 => 1,
+                    n => {
+                        let message = "gmsh files hold triangles and quadrilaterals; write another format";
+                        return Err(Error::Failed(format!("cell {number} has {n} corners, but {message}")));
+                    }
+                };
+                extend(&mut kinds[kind], number..number + 1);
+                number += 1;
+                Ok(())
+            })?;
+        }
+        let kinds = kinds.into_iter().zip([3, 4]).filter(|(ranges, _)| !ranges.is_empty());
+        blocks.extend(kinds.map(|(ranges, corners)| Block { face, corners, ranges }));
+    }
+    Ok(blocks)
+}
+
+/// The box around the cells of each face; around the first node for a face without cells.
+fn bounds(mesh: &dyn MeshView, run: &Run) -> Result<Vec<Aabb>> {
+    let mut bounds = vec![None; mesh.face_names().len()];
+    each_cell(mesh, 0..mesh.cell_count(), run, |cell, label| {
+        let around = Aabb::around(cell.iter().map(|v| mesh.node(*v as usize)));
+        let slot: &mut Option<Aabb> = &mut bounds[label as usize];
+        *slot = Some(slot.map_or(around, |b| b.union(&around)));
+        Ok(())
+    })?;
+    Ok(bounds.into_iter().map(|b| b.unwrap_or_else(|| Aabb::around([mesh.node(0)]))).collect())
 }

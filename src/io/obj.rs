@@ -10,12 +10,12 @@ use std::io::Write;
 use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, by_face, check_node_count};
+use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node};
 use super::text::{Lines, at, escape, point, quote, unescape};
 
 /// What the first pass leaves.
@@ -135,21 +135,18 @@ fn node_index(word: &str, count: usize, line: usize) -> Result<usize> {
     }
 }
 
-pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, run: &Run) -> Result<()> {
-    for (i, p) in mesh.nodes.iter().enumerate() {
-        if i % CHECK_EVERY == 0 {
-            run.check()?;
-        }
-        writeln!(out, "v {:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)?;
-    }
-    for (face, triangles) in by_face(mesh).iter().enumerate().filter(|(_, list)| !list.is_empty()) {
-        writeln!(out, "g {}", escape(&mesh.faces[face])).map_err(write_failed)?;
-        for (i, &t) in triangles.iter().enumerate() {
-            if i % CHECK_EVERY == 0 {
-                run.check()?;
-            }
-            let [a, b, c] = mesh.triangles[t as usize].map(|v| u64::from(v) + 1);
-            writeln!(out, "f {a} {b} {c}").map_err(write_failed)?;
+pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
+    each_node(mesh, 0..mesh.node_count(), run, |p| {
+        writeln!(out, "v {:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)
+    })?;
+    for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
+        writeln!(out, "g {}", escape(&mesh.face_names()[face])).map_err(write_failed)?;
+        for range in ranges {
+            each_cell(mesh, range, run, |cell, _| {
+                write!(out, "f").map_err(write_failed)?;
+                cell.iter().try_for_each(|v| write!(out, " {}", u64::from(*v) + 1)).map_err(write_failed)?;
+                writeln!(out).map_err(write_failed)
+            })?;
         }
     }
     Ok(())

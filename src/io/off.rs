@@ -4,12 +4,12 @@ use std::borrow::Cow;
 use std::io::Write;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, check_node_count, reserve};
+use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, reserve};
 use super::text::{Lines, at, count, point, quote};
 
 /// The next line that holds something besides a comment.
@@ -92,19 +92,13 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     Ok(builder.mesh)
 }
 
-pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, run: &Run) -> Result<()> {
-    writeln!(out, "OFF\n{} {} 0", mesh.nodes.len(), mesh.triangles.len()).map_err(write_failed)?;
-    for (i, p) in mesh.nodes.iter().enumerate() {
-        if i % CHECK_EVERY == 0 {
-            run.check()?;
-        }
-        writeln!(out, "{:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)?;
-    }
-    for (i, [a, b, c]) in mesh.triangles.iter().enumerate() {
-        if i % CHECK_EVERY == 0 {
-            run.check()?;
-        }
-        writeln!(out, "3 {a} {b} {c}").map_err(write_failed)?;
-    }
-    Ok(())
+pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
+    let (nodes, cells) = (mesh.node_count(), mesh.cell_count());
+    writeln!(out, "OFF\n{nodes} {cells} 0").map_err(write_failed)?;
+    each_node(mesh, 0..nodes, run, |p| writeln!(out, "{:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed))?;
+    each_cell(mesh, 0..cells, run, |cell, _| {
+        write!(out, "{}", cell.len()).map_err(write_failed)?;
+        cell.iter().try_for_each(|v| write!(out, " {v}")).map_err(write_failed)?;
+        writeln!(out).map_err(write_failed)
+    })
 }

@@ -8,12 +8,12 @@ use std::io::Write;
 use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::{Group, TriMesh};
+use crate::mesh::{Group, MeshView, TriMesh};
 use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, check_node_count, reserve};
+use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, reserve};
 use super::text::{Lines, at, count, ended, escape, quote, unescape};
 
 /// The number types of PLY.
@@ -380,48 +380,45 @@ fn name_faces(mesh: &mut TriMesh, labels: Vec<i64>, header: Header) -> Result<()
     Ok(())
 }
 
-pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, binary: bool, run: &Run) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run: &Run) -> Result<()> {
     let format = if binary { "binary_little_endian" } else { "ascii" };
     let mut head = format!("ply\nformat {format} 1.0\n");
-    for (i, name) in mesh.faces.iter().enumerate() {
+    for (i, name) in mesh.face_names().iter().enumerate() {
         head.push_str(&format!("comment face {i} {}\n", escape(name)));
     }
-    for group in &mesh.groups {
+    for group in mesh.groups() {
         let list: Vec<_> = group.faces.iter().map(u32::to_string).collect();
         let list = if list.is_empty() { "-".into() } else { list.join(",") };
         head.push_str(&format!("comment group {list} {}\n", escape(&group.name)));
     }
-    head.push_str(&format!("element vertex {}\n", mesh.nodes.len()));
+    let (nodes, cells) = (mesh.node_count(), mesh.cell_count());
+    head.push_str(&format!("element vertex {nodes}\n"));
     ["x", "y", "z"].iter().for_each(|axis| head.push_str(&format!("property double {axis}\n")));
-    head.push_str(&format!("element face {}\n", mesh.triangles.len()));
+    head.push_str(&format!("element face {cells}\n"));
     head.push_str("property list uchar int vertex_indices\nproperty int label\nend_header\n");
     out.write_all(head.as_bytes()).map_err(write_failed)?;
-    if mesh.nodes.len() > i32::MAX as usize {
+    if nodes > i32::MAX as usize {
         return Err(Error::Failed("PLY files number nodes by 32-bit integers, this mesh has more".into()));
     }
-    for (i, p) in mesh.nodes.iter().enumerate() {
-        if i % CHECK_EVERY == 0 {
-            run.check()?;
-        }
+    each_node(mesh, 0..nodes, run, |p| {
         if binary {
-            p.to_array().iter().try_for_each(|x| out.write_all(&x.to_le_bytes())).map_err(write_failed)?;
+            p.to_array().iter().try_for_each(|x| out.write_all(&x.to_le_bytes())).map_err(write_failed)
         } else {
-            writeln!(out, "{:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)?;
+            writeln!(out, "{:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)
         }
-    }
-    for (i, ([a, b, c], label)) in mesh.triangles.iter().zip(&mesh.labels).enumerate() {
-        if i % CHECK_EVERY == 0 {
-            run.check()?;
-        }
+    })?;
+    let mut record = Vec::new();
+    each_cell(mesh, 0..cells, run, |cell, label| {
+        let size = u8::try_from(cell.len())
+            .map_err(|_| Error::Failed(format!("PLY cells have at most 255 corners, not {}", cell.len())))?;
         if binary {
-            let mut record = [3u8; 17];
-            for (slot, x) in record[1..].chunks_exact_mut(4).zip([a, b, c, label]) {
-                slot.copy_from_slice(&x.to_le_bytes());
-            }
-            out.write_all(&record).map_err(write_failed)?;
-        } else {
-            writeln!(out, "3 {a} {b} {c} {label}").map_err(write_failed)?;
+            record.clear();
+            record.push(size);
+            cell.iter().chain([&label]).for_each(|x| record.extend(x.to_le_bytes()));
+            return out.write_all(&record).map_err(write_failed);
         }
-    }
-    Ok(())
+        write!(out, "{size}").map_err(write_failed)?;
+        cell.iter().chain([&label]).try_for_each(|x| write!(out, " {x}")).map_err(write_failed)?;
+        writeln!(out).map_err(write_failed)
+    })
 }

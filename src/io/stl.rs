@@ -5,12 +5,12 @@ use std::io::Write;
 use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, by_face, check_node_count};
+use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, fan};
 use super::text::{Lines, at, ended, escape, point, quote, unescape};
 
 /// Bytes of the free header.
@@ -150,51 +150,63 @@ fn normal(corners: [DVec3; 3]) -> DVec3 {
     }
 }
 
-pub(super) fn write_binary(out: &mut dyn Write, mesh: &TriMesh, run: &Run) -> Result<()> {
-    let beyond = |p: &DVec3| !p.as_vec3().is_finite();
-    if let Some(v) = mesh.nodes.iter().position(beyond) {
-        return Err(Error::Failed(format!(
-            "binary STL stores coordinates as f32, which cannot hold node {v} at {}; write another format",
-            mesh.nodes[v]
-        )));
-    }
-    let count = u32::try_from(mesh.triangles.len()).map_err(|_| {
-        Error::Failed(format!("binary STL holds at most {} triangles, not {}", u32::MAX, mesh.triangles.len()))
+pub(super) fn write_binary(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
+    let mut node = 0;
+    each_node(mesh, 0..mesh.node_count(), run, |p| {
+        if !p.as_vec3().is_finite() {
+            return Err(Error::Failed(format!(
+                "binary STL stores coordinates as f32, which cannot hold node {node} at {p}; write another format"
+            )));
+        }
+        node += 1;
+        Ok(())
     })?;
+    let mut triangles = 0;
+    each_cell(mesh, 0..mesh.cell_count(), run, |cell, _| {
+        triangles += cell.len() - 2;
+        Ok(())
+    })?;
+    let count = u32::try_from(triangles)
+        .map_err(|_| Error::Failed(format!("binary STL holds at most {} triangles, not {triangles}", u32::MAX)))?;
     let mut header = [0u8; START];
     // Not `solid`: careless readers would take the file for ASCII.
     let title = b"binary STL written by rvachev";
     header[..title.len()].copy_from_slice(title);
     header[HEADER..].copy_from_slice(&count.to_le_bytes());
     out.write_all(&header).map_err(write_failed)?;
-    for t in 0..mesh.triangles.len() {
-        if t % CHECK_EVERY == 0 {
-            run.check()?;
+    each_cell(mesh, 0..mesh.cell_count(), run, |cell, _| {
+        for corners in fan(cell) {
+            let mut record = [0u8; RECORD];
+            let corners = corners.map(|v| mesh.node(v as usize));
+            let rows = std::iter::once(normal(corners)).chain(corners);
+            for (slot, x) in record.chunks_exact_mut(4).zip(rows.flat_map(|p| p.as_vec3().to_array())) {
+                slot.copy_from_slice(&x.to_le_bytes());
+            }
+            out.write_all(&record).map_err(write_failed)?;
         }
-        let mut record = [0u8; RECORD];
-        let corners = mesh.corners(t);
-        let rows = std::iter::once(normal(corners)).chain(corners);
-        for (slot, x) in record.chunks_exact_mut(4).zip(rows.flat_map(|p| p.as_vec3().to_array())) {
-            slot.copy_from_slice(&x.to_le_bytes());
-        }
-        out.write_all(&record).map_err(write_failed)?;
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
-pub(super) fn write_ascii(out: &mut dyn Write, mesh: &TriMesh, run: &Run) -> Result<()> {
-    for (face, triangles) in by_face(mesh).iter().enumerate().filter(|(_, list)| !list.is_empty()) {
-        let name = escape(&mesh.faces[face]);
+pub(super) fn write_ascii(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
+    for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
+        let name = escape(&mesh.face_names()[face]);
         writeln!(out, "solid {name}").map_err(write_failed)?;
-        for (i, &t) in triangles.iter().enumerate() {
-            if i % CHECK_EVERY == 0 {
-                run.check()?;
-            }
-            let corners = mesh.corners(t as usize);
-            let n = normal(corners);
-            let [a, b, c] = corners.map(|p| format!("   vertex {:?} {:?} {:?}\n", p.x, p.y, p.z));
-            writeln!(out, " facet normal {:?} {:?} {:?}\n  outer loop\n{a}{b}{c}  endloop\n endfacet", n.x, n.y, n.z)
-                .map_err(write_failed)?;
+        for range in ranges {
+            each_cell(mesh, range, run, |cell, _| {
+                for corners in fan(cell) {
+                    let corners = corners.map(|v| mesh.node(v as usize));
+                    let n = normal(corners);
+                    let [a, b, c] = corners.map(|p| format!("   vertex {:?} {:?} {:?}\n", p.x, p.y, p.z));
+                    writeln!(
+                        out,
+                        " facet normal {:?} {:?} {:?}\n  outer loop\n{a}{b}{c}  endloop\n endfacet",
+                        n.x, n.y, n.z
+                    )
+                    .map_err(write_failed)?;
+                }
+                Ok(())
+            })?;
         }
         writeln!(out, "endsolid {name}").map_err(write_failed)?;
     }

@@ -3,13 +3,17 @@
 use std::io::Write;
 
 use crate::error::Result;
-use crate::mesh::TriMesh;
+use crate::mesh::MeshView;
 use crate::run::Run;
 
 use super::atomic::write_failed;
+use super::build::{each_cell, each_node};
 
 /// VTK's number of the triangle cell.
 const VTK_TRIANGLE: u8 = 5;
+/// Of the polygon, and of the quadrilateral.
+const VTK_POLYGON: u8 = 7;
+const VTK_QUAD: u8 = 9;
 
 /// Writes data arrays either as text or as base64 with a length of 64 bits before the bytes.
 struct Arrays<'a> {
@@ -19,10 +23,12 @@ struct Arrays<'a> {
 }
 
 impl Arrays<'_> {
+    /// An array of `count` values, which `values` hands out one after the other.
     fn array<T: Copy, const N: usize>(
         &mut self,
         attributes: &str,
-        values: impl Iterator<Item = T>,
+        count: usize,
+        values: impl FnOnce(&Run, &mut dyn FnMut(T) -> Result<()>) -> Result<()>,
         text: impl Fn(T) -> String,
         bytes: impl Fn(T) -> [u8; N],
     ) -> Result<()> {
@@ -30,21 +36,44 @@ impl Arrays<'_> {
         let format = if self.binary { "binary" } else { "ascii" };
         writeln!(self.out, "<DataArray {attributes} format=\"{format}\">").map_err(write_failed)?;
         if self.binary {
-            let mut data = vec![0; 8];
-            values.for_each(|v| data.extend(bytes(v)));
-            let length = data.len() as u64 - 8;
-            data[..8].copy_from_slice(&length.to_le_bytes());
-            self.out.write_all(&base64(&data)).map_err(write_failed)?;
+            let mut base64 = Base64 { out: self.out, data: Vec::new() };
+            base64.push(&((count * N) as u64).to_le_bytes())?;
+            values(self.run, &mut |value| base64.push(&bytes(value)))?;
+            base64.finish()?;
         } else {
-            for value in values {
-                write!(self.out, "{} ", text(value)).map_err(write_failed)?;
-            }
+            let out = &mut *self.out;
+            values(self.run, &mut |value| write!(out, "{} ", text(value)).map_err(write_failed))?;
         }
         self.line("\n</DataArray>")
     }
 
     fn line(&mut self, text: &str) -> Result<()> {
         writeln!(self.out, "{text}").map_err(write_failed)
+    }
+}
+
+/// Bytes on their way into base64.
+struct Base64<'a> {
+    out: &'a mut dyn Write,
+    data: Vec<u8>,
+}
+
+impl Base64<'_> {
+    /// Bytes coded at a time; a multiple of three, so that nothing but the end is padded.
+    const AT_A_TIME: usize = 3 << 12;
+
+    fn push(&mut self, bytes: &[u8]) -> Result<()> {
+        self.data.extend(bytes);
+        if self.data.len() >= Self::AT_A_TIME {
+            let whole = self.data.len() / 3 * 3;
+            self.out.write_all(&base64(&self.data[..whole])).map_err(write_failed)?;
+            self.data.drain(..whole);
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<()> {
+        self.out.write_all(&base64(&self.data)).map_err(write_failed)
     }
 }
 
@@ -75,37 +104,64 @@ fn attribute(name: &str) -> String {
         .collect()
 }
 
-pub(super) fn write(out: &mut dyn Write, mesh: &TriMesh, binary: bool, run: &Run) -> Result<()> {
-    let count = mesh.triangles.len();
+pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run: &Run) -> Result<()> {
+    let (nodes, count) = (mesh.node_count(), mesh.cell_count());
+    let mut corners = 0;
+    each_cell(mesh, 0..count, run, |cell, _| {
+        corners += cell.len();
+        Ok(())
+    })?;
     let mut a = Arrays { out, binary, run };
     a.line("<?xml version=\"1.0\"?>")?;
     a.line(r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
     // Which number of the array `face` means which face; two hyphens would end the comment.
-    for (i, name) in mesh.faces.iter().enumerate() {
+    for (i, name) in mesh.face_names().iter().enumerate() {
         a.line(&format!("<!-- face {i}: {} -->", attribute(name).replace('-', "‐")))?;
     }
     a.line("<UnstructuredGrid>")?;
-    a.line(&format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">", mesh.nodes.len()))?;
+    a.line(&format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">"))?;
     a.line("<Points>")?;
-    let coordinates = mesh.nodes.iter().flat_map(|p| p.to_array());
     let three = r#"type="Float64" Name="Points" NumberOfComponents="3""#;
-    a.array(three, coordinates, |x: f64| format!("{x:?}"), f64::to_le_bytes)?;
+    let coordinates = |run: &Run, take: &mut dyn FnMut(f64) -> Result<()>| {
+        each_node(mesh, 0..nodes, run, |p| p.to_array().into_iter().try_for_each(&mut *take))
+    };
+    a.array(three, 3 * nodes, coordinates, |x: f64| format!("{x:?}"), f64::to_le_bytes)?;
     a.line("</Points>\n<Cells>")?;
-    let corners = mesh.triangles.iter().flatten().map(|v| i64::from(*v));
-    a.array(r#"type="Int64" Name="connectivity""#, corners, |v| v.to_string(), i64::to_le_bytes)?;
-    let ends = (1..=count as i64).map(|i| 3 * i);
-    a.array(r#"type="Int64" Name="offsets""#, ends, |v| v.to_string(), i64::to_le_bytes)?;
-    let types = std::iter::repeat_n(VTK_TRIANGLE, count);
-    a.array(r#"type="UInt8" Name="types""#, types, |v| v.to_string(), u8::to_le_bytes)?;
+    let connectivity = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
+        each_cell(mesh, 0..count, run, |cell, _| cell.iter().try_for_each(|v| take(i64::from(*v))))
+    };
+    a.array(r#"type="Int64" Name="connectivity""#, corners, connectivity, |v| v.to_string(), i64::to_le_bytes)?;
+    let offsets = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
+        let mut end = 0;
+        each_cell(mesh, 0..count, run, |cell, _| {
+            end += cell.len() as i64;
+            take(end)
+        })
+    };
+    a.array(r#"type="Int64" Name="offsets""#, count, offsets, |v| v.to_string(), i64::to_le_bytes)?;
+    let types = |run: &Run, take: &mut dyn FnMut(u8) -> Result<()>| {
+        each_cell(mesh, 0..count, run, |cell, _| {
+            take(match cell.len() {
+                3 => VTK_TRIANGLE,
+                4 => VTK_QUAD,
+                _ => VTK_POLYGON,
+            })
+        })
+    };
+    a.array(r#"type="UInt8" Name="types""#, count, types, |v| v.to_string(), u8::to_le_bytes)?;
     a.line("</Cells>\n<CellData Scalars=\"face\">")?;
-    let labels = mesh.labels.iter().map(|l| i64::from(*l));
-    a.array(r#"type="Int64" Name="face""#, labels, |v| v.to_string(), i64::to_le_bytes)?;
-    for group in &mesh.groups {
-        let mut member = vec![0u8; mesh.faces.len()];
+    let labels = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
+        each_cell(mesh, 0..count, run, |_, label| take(i64::from(label)))
+    };
+    a.array(r#"type="Int64" Name="face""#, count, labels, |v| v.to_string(), i64::to_le_bytes)?;
+    for group in mesh.groups() {
+        let mut member = vec![0u8; mesh.face_names().len()];
         group.faces.iter().for_each(|f| member[*f as usize] = 1);
         let head = format!("type=\"UInt8\" Name=\"group {}\"", attribute(&group.name));
-        let inside = mesh.labels.iter().map(|l| member[*l as usize]);
-        a.array(&head, inside, |v| v.to_string(), u8::to_le_bytes)?;
+        let inside = |run: &Run, take: &mut dyn FnMut(u8) -> Result<()>| {
+            each_cell(mesh, 0..count, run, |_, label| take(member[label as usize]))
+        };
+        a.array(&head, count, inside, |v| v.to_string(), u8::to_le_bytes)?;
     }
     a.line("</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }

@@ -7,8 +7,10 @@ mod defects_tests;
 pub mod edit;
 mod intersect;
 mod trimesh;
+pub mod view;
 
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
 pub use intersect::self_intersections;
 pub use trimesh::{Group, TriMesh};
+pub use view::{CellRun, MeshView};

@@ -1,0 +1,193 @@
+//! Cells of a face's fragment, and which of its nodes are on its border.
+//!
+//! *References.* [LAZ] section 3, with the correction that `INN(n_b) = 0`.
+
+use crate::error::{Error, Place, Result};
+
+/// Cells of a face by its fragment's own node numbers, counter-clockwise seen from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Three nodes each.
+    Triangles(Vec<[u32; 3]>),
+    /// Four nodes each.
+    Quads(Vec<[u32; 4]>),
+    /// Three or more: cell `j` has `corners[ends[j - 1]..ends[j]]`, the first begins at 0.
+    Polygons {
+        /// Where each cell's corners end.
+        ends: Vec<u32>,
+        /// Node numbers.
+        corners: Vec<u32>,
+    },
+    /// A structured block of this many quadrilaterals along its two directions, with nothing stored: node `(i, j)` has
+    /// the number `i + j (n₀ + 1)`, cell `(i, j)` the number `i + j n₀`.
+    Grid([u32; 2]),
+}
+
+/// The corners of one cell.
+#[derive(Debug, Clone, Copy)]
+pub enum Corners<'a> {
+    /// As they are stored.
+    Stored(&'a [u32]),
+    /// Computed.
+    Quad([u32; 4]),
+}
+
+impl AsRef<[u32]> for Corners<'_> {
+    #[inline]
+    fn as_ref(&self) -> &[u32] {
+        match self {
+            Corners::Stored(list) => list,
+            Corners::Quad(list) => list,
+        }
+    }
+}
+
+impl Cells {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Cells::Triangles(list) => list.len(),
+            Cells::Quads(list) => list.len(),
+            Cells::Polygons { ends, .. } => ends.len(),
+            Cells::Grid([a, b]) => *a as usize * *b as usize,
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The corners of cell `j`.
+    ///
+    /// # Panics
+    /// Where `j` is not below [`len`](Self::len), as a slice does.
+    #[inline]
+    pub fn corners(&self, j: usize) -> Corners<'_> {
+        match self {
+            Cells::Triangles(list) => Corners::Stored(&list[j]),
+            Cells::Quads(list) => Corners::Stored(&list[j]),
+            Cells::Polygons { ends, corners } => {
+                let begin = if j == 0 { 0 } else { ends[j - 1] as usize };
+                Corners::Stored(&corners[begin..ends[j] as usize])
+            }
+            Cells::Grid([a, b]) => {
+                assert!(j < *a as usize * *b as usize, "cell {j} of a grid of {a} by {b}");
+                let a = *a as usize;
+                let first = (j % a + j / a * (a + 1)) as u32;
+                let above = first + a as u32 + 1;
+                Corners::Quad([first, first + 1, above + 1, above])
+            }
+        }
+    }
+}
+
+/// Which of a face's nodes are on its border: [LAZ]'s sets BN, IN, BNN and INN, as functions wherever there is one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Boundary {
+    /// The first so many, in the order of the loops.
+    First(u32),
+    /// The border of a [`Cells::Grid`] of so many cells, one loop from node (0, 0) along the first direction.
+    Grid([u32; 2]),
+    /// Anywhere: made by [`Boundary::listed`].
+    Listed {
+        /// Nodes in the order border, inner: BN followed by IN.
+        nodes: Vec<u32>,
+        /// The inverse: where each node stands in `nodes`.
+        places: Vec<u32>,
+        /// How many are on the border.
+        border: u32,
+    },
+}
+
+impl Boundary {
+    /// Border nodes in the order of the loops, out of `count` nodes; the others are inner ones, in ascending order.
+    ///
+    /// # Errors
+    /// [`Error::Input`] naming a node that does not exist or is named twice.
+    pub fn listed(border: Vec<u32>, count: usize) -> Result<Self> {
+        let mut places = vec![u32::MAX; count];
+        for (x, v) in border.iter().enumerate() {
+            match places.get_mut(*v as usize) {
+                Some(place) if *place == u32::MAX => *place = x as u32,
+                Some(_) => return Err(bad_node(*v, "stands on the border twice")),
+                None => return Err(bad_node(*v, "is on the border, but does not exist")),
+            }
+        }
+        let mut nodes = border;
+        let border = nodes.len() as u32;
+        for v in 0..count {
+            if places[v] == u32::MAX {
+                places[v] = nodes.len() as u32;
+                nodes.push(v as u32);
+            }
+        }
+        Ok(Boundary::Listed { nodes, places, border })
+    }
+
+    /// How many nodes are on the border, |BN|.
+    #[inline]
+    pub fn len(&self) -> usize {
+        match self {
+            Boundary::First(n) | Boundary::Listed { border: n, .. } => *n as usize,
+            Boundary::Grid([a, b]) => 2 * (*a as usize + *b as usize),
+        }
+    }
+
+    /// Whether no node is on the border.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Where a node stands when border nodes come first, in the order of the loops, and inner ones after them: BNN for
+    /// places below [`len`](Self::len), INN plus that for the others.
+    #[inline]
+    pub fn place(&self, node: u32) -> u32 {
+        match self {
+            Boundary::First(_) => node,
+            Boundary::Listed { places, .. } => places[node as usize],
+            Boundary::Grid([a, b]) => {
+                let (i, j) = (node % (a + 1), node / (a + 1));
+                if j == 0 {
+                    i
+                } else if i == *a {
+                    a + j
+                } else if j == *b {
+                    2 * a + b - i
+                } else if i == 0 {
+                    2 * (a + b) - j
+                } else {
+                    2 * (a + b) + (i - 1) + (j - 1) * (a - 1)
+                }
+            }
+        }
+    }
+
+    /// The node at a place, the inverse of [`place`](Self::place): BN, followed by IN.
+    #[inline]
+    pub fn node(&self, place: u32) -> u32 {
+        match self {
+            Boundary::First(_) => place,
+            Boundary::Listed { nodes, .. } => nodes[place as usize],
+            Boundary::Grid([a, b]) => {
+                let row = a + 1;
+                if place < *a {
+                    place
+                } else if place < a + b {
+                    a + (place - a) * row
+                } else if place < 2 * a + b {
+                    2 * a + b - place + b * row
+                } else if place < 2 * (a + b) {
+                    (2 * (a + b) - place) * row
+                } else {
+                    let x = place - 2 * (a + b);
+                    1 + x % (a - 1) + (1 + x / (a - 1)) * row
+                }
+            }
+        }
+    }
+}
+
+fn bad_node(node: u32, what: &str) -> Error {
+    Error::input(Place::Item(format!("node {node}")), format!("it {what}"))
+}

@@ -1,0 +1,28 @@
+//! Boundary representation: the topology of a part, and the mesh fragments that belong to its entities.
+//!
+//! A gate fills a [`Model`] (vertices, edges, loops, faces, shells, solids, names, groups) and one fragment per vertex,
+//! edge and face ([`Fragments`]). From there on nobody asks where the surface came from. A gate that already has a
+//! triangle mesh with its borders calls [`from_mesh()`].
+//!
+//! Topology knows no coordinates: [`Model`] is generic over what describes a vertex, an edge and a face in space, and
+//! may carry nothing at all.
+//!
+//! *References.* [LAZ] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
+//! Russian), sections 1 and 3.
+
+mod cells;
+mod check;
+mod fragment;
+mod from_mesh;
+mod matching;
+mod topology;
+
+#[cfg(test)]
+mod tests;
+
+pub use cells::{Boundary, Cells, Corners};
+pub use check::{Item, Violation};
+pub use fragment::{EdgeFragment, FaceFragment};
+pub use from_mesh::{Cut, from_mesh};
+pub use matching::{Fragments, Mismatch};
+pub use topology::{Coedge, Edge, Face, Loop, Model, Shell, Solid, Vertex};
