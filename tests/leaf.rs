@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::{Placement, Primitive, Solid};
+use rvachev::merge::Merged;
+use rvachev::mesh::MeshView;
 use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
 use rvachev::quality::Check;
 
@@ -187,4 +189,33 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let meshes = [1, 2, 3, 16]
         .map(|threads| mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap().mesh);
     assert!(meshes.iter().all(|m| *m == meshes[0]));
+}
+
+#[test]
+fn a_part_is_a_model_with_a_fragment_for_every_face() {
+    // A ball cuts a corner off a block with a bore: three of the sides have five edges, and two have a second loop.
+    let block = cuboid([-1.0; 3], [1.0; 3]) - Solid::cylinder(0.4, DVec3::Z, DVec3::ZERO, None);
+    let made = made(block - Primitive::Sphere { r: 0.5, at: DVec3::ONE }.into(), 0.08, |_| {});
+    let cut = made.model().unwrap();
+    assert_eq!(cut.model.check(), []);
+    assert_eq!((cut.model.faces.len(), cut.model.shells.len()), (8, 1));
+    let rims = cut.model.edges.iter().filter(|e| e.is_closed()).count();
+    assert_eq!((cut.model.edges.len() - rims, rims), (12 + 3, 2));
+    assert_eq!(cut.model.vertices.len(), 7 + 3 + 2);
+    let mut borders: Vec<(&str, Vec<usize>)> = cut
+        .model
+        .faces
+        .iter()
+        .map(|f| {
+            let name = cut.model.names[f.label as usize].as_str();
+            (name, f.loops.iter().map(|l| l.coedges().len()).collect())
+        })
+        .collect();
+    borders.sort();
+    let of = |name: &str| borders.iter().find(|b| b.0.ends_with(name)).unwrap().1.clone();
+    assert_eq!([of("xmin"), of("xmax"), of("ymax")], [vec![4], vec![5], vec![5]]);
+    assert_eq!(["zmax", "zmin"].map(|name| of(name).into_iter().sum::<usize>()), [6, 5]);
+    let merged = Merged::new(cut.model, cut.fragments).unwrap();
+    assert_eq!((merged.node_count(), merged.cell_count()), (made.mesh.nodes.len(), made.mesh.triangles.len()));
+    assert_eq!(merged.node(0), made.mesh.nodes[cut.nodes[0] as usize]);
 }

@@ -4,7 +4,7 @@ use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::{Error, Result};
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactOptions, ExactReport, Observer, remesh_pieces};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, remesh_pieces};
 use crate::optimize::{Sizing, improve};
 use crate::run::Run;
 
@@ -22,11 +22,27 @@ const NAMED: usize = 5;
 /// A mesh by the leaf method, or by the best that could be had instead.
 pub(super) struct ByLeaf {
     pub(super) mesh: TriMesh,
+    /// See [`ExactMesh`]; none by the other methods.
+    pub(super) seams: Vec<[u32; 2]>,
+    pub(super) corners: Vec<u32>,
     /// The extraction the mesh was made from: its nodes lie on the surface, its cells prune the tree.
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
     pub(super) method: Method,
     pub(super) shortfalls: Vec<String>,
+}
+
+impl ByLeaf {
+    /// A mesh made without leaves.
+    pub(super) fn by_other(
+        mesh: TriMesh,
+        extracted: Extracted,
+        cell: f64,
+        method: Method,
+        shortfalls: Vec<String>,
+    ) -> Self {
+        Self { mesh, seams: Vec::new(), corners: Vec::new(), extracted, cell, method, shortfalls }
+    }
 }
 
 /// What the remesher aims at.
@@ -49,7 +65,7 @@ pub(super) fn by_leaf(
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let mut best: Option<(usize, TriMesh, ExactReport, Extracted, f64)> = None;
+    let mut best: Option<(usize, ExactMesh, Extracted, f64)> = None;
     let mut first_error = None;
     for share in CELLS {
         let cell = share * ready.size;
@@ -63,14 +79,16 @@ pub(super) fn by_leaf(
             }
         };
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let exact = exact_options(ready, options, cell);
-        let (mesh, report) = remesh_pieces(&extracted.mesh, &oracle, &exact, run, observer.as_deref_mut())?;
+        let wanted = exact_options(ready, options, cell);
+        let exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, run, observer.as_deref_mut())?;
+        let report = &exact.report;
         let faults = report.self_intersections + report.inverted;
         let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
-        let better =
-            best.as_ref().is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.2.cut.unresolved.len()));
+        let better = best
+            .as_ref()
+            .is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.1.report.cut.unresolved.len()));
         if better {
-            best = Some((faults, mesh, report, extracted, cell));
+            best = Some((faults, exact, extracted, cell));
         }
         // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
         let sound = best.as_ref().is_some_and(|b| b.0 == 0);
@@ -78,7 +96,7 @@ pub(super) fn by_leaf(
             break;
         }
     }
-    let Some((faults, mesh, report, extracted, cell)) = best else {
+    let Some((faults, ExactMesh { mesh, seams, corners, report }, extracted, cell)) = best else {
         return Err(first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())));
     };
     let mut shortfalls: Vec<String> = report
@@ -94,7 +112,7 @@ pub(super) fn by_leaf(
         shortfalls.push(format!("and at {} more places", report.cut.unresolved.len() - NAMED));
     }
     if faults == 0 {
-        return Ok(ByLeaf { mesh, extracted, cell, method: Method::Leaf, shortfalls });
+        return Ok(ByLeaf { mesh, seams, corners, extracted, cell, method: Method::Leaf, shortfalls });
     }
     let found = [(report.self_intersections, "intersect others"), (report.inverted, "are turned over")];
     let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
@@ -113,5 +131,5 @@ pub(super) fn by_leaf(
         found.join(" and "),
         method.name()
     ));
-    Ok(ByLeaf { mesh, extracted, cell: ready.size, method, shortfalls })
+    Ok(ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls))
 }

@@ -11,6 +11,7 @@ use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
 use crate::implicit::{ExtractOptions, Extracted, Implicit, ImplicitOracle, extract, features, thin_places};
 use crate::mesh::{Group, TriMesh};
+use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
 use crate::quality::{Against, Check, check};
 use crate::run::Run;
@@ -102,8 +103,25 @@ impl Default for MeshOptions {
 pub struct Meshed {
     /// The mesh; only faces that have triangles are listed.
     pub mesh: TriMesh,
+    /// Edges (pairs of nodes) at which two leaves make one face. Only the leaf method knows them.
+    pub seams: Vec<[u32; 2]>,
+    /// Nodes where borders between leaves end or meet, and apexes. Only the leaf method knows them.
+    pub corners: Vec<u32>,
     /// What is known about it.
     pub report: Report,
+}
+
+impl Meshed {
+    /// The mesh as a model (vertices, edges, loops, faces with their names, shells) with one fragment of the mesh for each
+    /// vertex, edge and face: what every gate hands over, and what [`merge`](crate::merge) joins again.
+    ///
+    /// By the leaf method a face is where one leaf is active, an edge where two are, a vertex where three are; by the others
+    /// faces border on each other where their names change.
+    ///
+    /// Errors: see [`from_mesh`].
+    pub fn model(&self) -> Result<Cut> {
+        from_mesh(&self.mesh, &self.seams, &self.corners)
+    }
 }
 
 /// Reads a part file. Errors name the file, line and column.
@@ -184,9 +202,9 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
             let oracle = ImplicitOracle::new(&ready.model, &extracted);
             improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
         }
-        ByLeaf { mesh, extracted, cell: ready.size, method: options.method, shortfalls: Vec::new() }
+        ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, extracted, cell, method, shortfalls } = made;
+    let ByLeaf { mut mesh, seams, corners, extracted, cell, method, shortfalls } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
@@ -202,7 +220,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         check(&mesh, None, run)?
     };
     report.judge(measured);
-    Ok(Meshed { mesh, report })
+    Ok(Meshed { mesh, seams, corners, report })
 }
 
 /// Measures a mesh file's mesh against a part; cells for the oracle follow the mesh's edges.

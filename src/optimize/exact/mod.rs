@@ -17,9 +17,10 @@ pub use patchwork::{Patch, Patchwork, PieceSet};
 use super::size::Sizing;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
+use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
-use remesh::{Remesher, SHORT};
+use remesh::{Rank, Remesher, SHORT};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
@@ -69,6 +70,19 @@ pub struct ExactReport {
     pub repairs: usize,
 }
 
+/// A mesh with exact borders, and what its topology is beyond the faces' names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ExactMesh {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// Edges of the mesh at which two pieces of one face meet, as pairs of nodes.
+    pub seams: Vec<[u32; 2]>,
+    /// Nodes where borders end or meet, and apexes.
+    pub corners: Vec<u32>,
+    /// What was met.
+    pub report: ExactReport,
+}
+
 impl ExactReport {
     /// Whether every border is exact and every triangle sound.
     pub fn is_clean(&self) -> bool {
@@ -90,7 +104,7 @@ pub fn remesh_pieces(
     options: &ExactOptions,
     run: &Run,
     observer: Option<&mut Observer<'_>>,
-) -> Result<(TriMesh, ExactReport)> {
+) -> Result<ExactMesh> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
         return Err(Error::Usage("size, grading and cell must be positive".into()));
@@ -152,7 +166,30 @@ pub fn remesh_pieces(
     show("mend", &r);
     report.self_intersections = bad.len();
     report.inverted = r.folded();
-    Ok((out, report))
+    let (seams, corners) = topology(&out, &r);
+    Ok(ExactMesh { mesh: out, seams, corners, report })
+}
+
+/// Borders inside faces and the corners of all borders, in the numbers of the finished mesh.
+fn topology(out: &TriMesh, r: &Remesher<'_>) -> (Vec<[u32; 2]>, Vec<u32>) {
+    let m = &r.work.mesh;
+    let mut number = vec![NONE; m.node_capacity()];
+    let mut corners = Vec::new();
+    for (k, v) in m.nodes().enumerate() {
+        number[v as usize] = k as u32;
+        if r.rank[v as usize] == Rank::Corner {
+            corners.push(k as u32);
+        }
+    }
+    let mut order = vec![0; m.triangle_capacity()];
+    m.triangles().enumerate().for_each(|(k, t)| order[t as usize] = k);
+    let face = |h: u32| out.labels[order[(h / 3) as usize]];
+    let seams = m
+        .edges()
+        .filter(|&h| m.is_sharp(h) && face(h) == face(m.opposite(h)))
+        .map(|h| [m.origin(h), m.target(h)].map(|v| number[v as usize]))
+        .collect();
+    (seams, corners)
 }
 
 /// Packs a patch; where that folds it, as near the tip of a cone, the nodes that are there are evened out instead.
