@@ -66,7 +66,7 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
     for (method, stage, mut mesh) in stages {
         let mut unused = Report::new(options.method, ready.size, None);
         finish_names(part, &mut mesh, &mut unused);
-        rows.push(Row { method, stage, check: ready.check(&mesh, &oracle, &extracted.mesh.nodes, run)?, mesh });
+        rows.push(Row { method, stage, check: ready.check(&mesh, None, &oracle, &extracted.mesh.nodes, run)?, mesh });
     }
     let truth = features(&ready.model, 0.5 * ready.size, run)?;
     let edges = truth.samples.iter().filter(|s| s.angle > SHARP).map(|s| s.point);

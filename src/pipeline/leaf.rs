@@ -25,6 +25,8 @@ pub(super) struct ByLeaf {
     /// See [`ExactMesh`]; none by the other methods.
     pub(super) seams: Vec<[u32; 2]>,
     pub(super) corners: Vec<u32>,
+    /// How many triangles intersect others, where that is known.
+    pub(super) intersecting: Option<usize>,
     /// The extraction the mesh was made from: its nodes lie on the surface, its cells prune the tree.
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
@@ -41,7 +43,7 @@ impl ByLeaf {
         method: Method,
         shortfalls: Vec<String>,
     ) -> Self {
-        Self { mesh, seams: Vec::new(), corners: Vec::new(), extracted, cell, method, shortfalls }
+        Self { mesh, seams: Vec::new(), corners: Vec::new(), intersecting: None, extracted, cell, method, shortfalls }
     }
 }
 
@@ -112,7 +114,8 @@ pub(super) fn by_leaf(
         shortfalls.push(format!("and at {} more places", report.cut.unresolved.len() - NAMED));
     }
     if faults == 0 {
-        return Ok(ByLeaf { mesh, seams, corners, extracted, cell, method: Method::Leaf, shortfalls });
+        let intersecting = Some(report.self_intersections);
+        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method: Method::Leaf, shortfalls });
     }
     let found = [(report.self_intersections, "intersect others"), (report.inverted, "are turned over")];
     let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));

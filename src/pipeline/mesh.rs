@@ -13,7 +13,7 @@ use crate::implicit::{ExtractOptions, Extracted, Implicit, ImplicitOracle, extra
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
-use crate::quality::{Against, Check, check};
+use crate::quality::{Against, Check, check_tested};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
@@ -172,16 +172,18 @@ impl Ready {
         Options { nodes_per_radius, chord: options.tolerance, least_size: options.least, ..default }
     }
 
-    /// Measures a mesh against the part, with features sampled finely enough for its edges; `points` lie on the surface.
+    /// Measures a mesh against the part (`intersecting`: see [`check_tested`]), with features sampled finely enough for its edges; `points` lie on the surface.
     pub(super) fn check(
         &self,
         mesh: &TriMesh,
+        intersecting: Option<usize>,
         oracle: &ImplicitOracle<'_>,
         points: &[DVec3],
         run: &Run,
     ) -> Result<Check> {
         let features = features(&self.model, 0.5 * self.size, run)?;
-        check(mesh, Some(Against { oracle, features: Some(&features), pieces: Some(oracle), points }), run)
+        let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
+        check_tested(mesh, intersecting, Some(against), run)
     }
 }
 
@@ -204,7 +206,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         }
         ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, seams, corners, extracted, cell, method, shortfalls } = made;
+    let ByLeaf { mut mesh, seams, corners, intersecting, extracted, cell, method, shortfalls } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
@@ -215,9 +217,9 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     run.progress("check", 0.0);
     let measured = if options.measure {
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        ready.check(&mesh, &oracle, &extracted.mesh.nodes, run)?
+        ready.check(&mesh, intersecting, &oracle, &extracted.mesh.nodes, run)?
     } else {
-        check(&mesh, None, run)?
+        check_tested(&mesh, intersecting, None, run)?
     };
     report.judge(measured);
     Ok(Meshed { mesh, seams, corners, report })
@@ -232,7 +234,7 @@ pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
     let ready = Ready { size: ready.size.clamp(diagonal / 1024.0, diagonal / 32.0), ..ready };
     let oracle = ImplicitOracle::with_cells(&ready.model, ready.size, run)?;
     let points = ready.extract(ready.size, &MeshOptions::default(), run)?.mesh.nodes;
-    ready.check(mesh, &oracle, &points, run)
+    ready.check(mesh, None, &oracle, &points, run)
 }
 
 /// Drops faces without triangles, makes the part's groups, and warns of names nothing answers to.

@@ -88,14 +88,31 @@ pub struct Check {
 ///
 /// Errors: a mesh that is not [valid](TriMesh::validate); cancellation.
 pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<Check> {
+    check_tested(mesh, None, against, run)
+}
+
+/// Like [`check`], for a mesh that [`self_intersections`] has been asked about already: `intersecting` triangles were found
+/// to intersect others.
+pub fn check_tested(
+    mesh: &TriMesh,
+    intersecting: Option<usize>,
+    against: Option<Against<'_>>,
+    run: &Run,
+) -> Result<Check> {
     mesh.validate()?;
     run.progress("topology", 0.0);
     let defects = mesh.defects();
     let topology = mesh.topology(&defects);
-    run.progress("intersections", 0.0);
-    let mut hit: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    hit.sort_unstable();
-    hit.dedup();
+    let intersecting = match intersecting {
+        Some(known) => known,
+        None => {
+            run.progress("intersections", 0.0);
+            let mut hit: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+            hit.sort_unstable();
+            hit.dedup();
+            hit.len()
+        }
+    };
     let mut groups: Vec<GroupSummary> =
         mesh.faces.iter().map(|f| GroupSummary { name: f.clone(), triangles: 0, area: 0.0 }).collect();
     for (t, l) in mesh.labels.iter().enumerate() {
@@ -122,7 +139,7 @@ pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<
         closed: defects.is_closed() && !mesh.triangles.is_empty(),
         manifold: defects.is_manifold(),
         oriented: defects.is_oriented(),
-        self_intersections: hit.len(),
+        self_intersections: intersecting,
         components: topology.components,
         euler: topology.euler,
         genus: topology.genus,

@@ -9,7 +9,7 @@ mod metrics;
 mod tests;
 
 pub use certificate::{Certificate, SMALLEST_ANGLE};
-pub use check::{Against, Check, GroupSummary, check};
+pub use check::{Against, Check, GroupSummary, check, check_tested};
 pub use deviation::{Deviation, deviation};
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
 pub use metrics::{Quality, Shape, quality, shape};

@@ -95,6 +95,13 @@ pub(super) fn shape([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
     if squares > 0.0 { 2.0 * 3f64.sqrt() * u.cross(v).dot(normal) / squares } else { 0.0 }
 }
 
+/// [`shape`] whichever way the triangle faces.
+pub(super) fn plain_shape([a, b, c]: [DVec3; 3]) -> f64 {
+    let (u, v, w) = (b - a, c - a, c - b);
+    let squares = u.length_squared() + v.length_squared() + w.length_squared();
+    if squares > 0.0 { 2.0 * 3f64.sqrt() * u.cross(v).length() / squares } else { 0.0 }
+}
+
 impl Patchwork {
     /// Outward unit normal of a patch's piece at a point on it.
     pub(super) fn normal(&self, surface: &dyn Pieces, patch: u32, p: DVec3) -> DVec3 {

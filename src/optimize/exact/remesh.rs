@@ -7,7 +7,8 @@
 use glam::DVec3;
 
 use super::ExactOptions;
-use super::patchwork::{Patchwork, PieceSet, shape};
+use super::MEND;
+use super::patchwork::{Patchwork, PieceSet, plain_shape, shape};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::edit::NONE;
@@ -406,6 +407,9 @@ impl<'a> Remesher<'a> {
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
         let [p, q, r, s] = [a, b, c, d].map(|v| self.point(v));
+        if !valence && plain_shape([p, q, r]).min(plain_shape([q, p, s])) > MEND {
+            return false;
+        }
         let label = m.label(h / 3);
         let normal = self.work.normal(self.surface, label, 0.25 * (p + q + r + s));
         let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
