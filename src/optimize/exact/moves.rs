@@ -51,12 +51,14 @@ impl Remesher<'_> {
     fn move_towards(&mut self, v: u32, old: DVec3, target: DVec3) -> bool {
         let set = self.work.sets[v as usize];
         let reach = self.want[v as usize];
-        let before = self.work.worst_around(self.surface, v, old);
+        let mut before = None;
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
             if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
                 let after = self.work.worst_around(self.surface, v, p);
-                if after > before || after >= GOOD {
+                let worse = after < GOOD
+                    && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
+                if !worse {
                     self.work.mesh.set_point(v, p);
                     return true;
                 }

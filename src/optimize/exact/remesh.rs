@@ -351,29 +351,27 @@ impl<'a> Remesher<'a> {
         let mut count = 0;
         // Only edges of triangles that changed are looked at again.
         let m = &self.work.mesh;
-        let mut fresh: Vec<bool> = (0..m.triangle_capacity() as u32)
-            .map(|t| m.is_triangle(t) && m.corners(t).into_iter().any(|v| self.sees(v)))
-            .collect();
+        let mut list: Vec<u32> = m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect();
+        let mut listed = vec![false; m.triangle_capacity()];
         for _ in 0..FLIP_PASSES {
             self.run.check()?;
-            let before = count;
-            let mut next = vec![false; fresh.len()];
-            for h in 0..3 * fresh.len() as u32 {
-                let m = &self.work.mesh;
-                if !m.is_triangle(h / 3) || !m.is_edge(h) || m.opposite(h) == NONE {
-                    continue;
-                }
-                let o = m.opposite(h);
-                if !(fresh[(h / 3) as usize] || fresh[(o / 3) as usize]) || !self.flip_one(h, valence) {
-                    continue;
-                }
-                count += 1;
-                for t in [h / 3, o / 3] {
-                    next[t as usize] = true;
+            list.iter().for_each(|&t| listed[t as usize] = true);
+            let mut changed = Vec::new();
+            for &t in &list {
+                for h in 3 * t..3 * t + 3 {
+                    let o = self.work.mesh.opposite(h);
+                    let other_way = o == NONE || (o < h && listed[(o / 3) as usize]);
+                    if !other_way && self.flip_one(h, valence) {
+                        changed.extend([t, o / 3]);
+                    }
                 }
             }
-            fresh = next;
-            if count == before {
+            list.iter().for_each(|&t| listed[t as usize] = false);
+            count += changed.len() / 2;
+            changed.sort_unstable();
+            changed.dedup();
+            list = changed;
+            if list.is_empty() {
                 break;
             }
         }
@@ -407,23 +405,32 @@ impl<'a> Remesher<'a> {
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
         let [p, q, r, s] = [a, b, c, d].map(|v| self.point(v));
-        if !valence && plain_shape([p, q, r]).min(plain_shape([q, p, s])) > MEND {
+        // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
+        let smooth = (q - p).cross(r - p).dot((s - p).cross(q - p)) > 0.0;
+        let now = plain_shape([p, q, r]).min(plain_shape([q, p, s]));
+        let then = plain_shape([p, s, r]).min(plain_shape([s, q, r]));
+        if smooth && !valence && now > MEND {
             return false;
         }
         let label = m.label(h / 3);
-        let normal = self.work.normal(self.surface, label, 0.25 * (p + q + r + s));
-        let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
-        let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
-        let better = if valence && then > GOOD {
+        let evener = valence && then > GOOD && {
             let off = |v: u32, change: i64| {
                 let e = self.excess(v, label);
                 (e + change).pow(2) - e.pow(2)
             };
             let change: i64 = [(a, -1), (b, -1), (c, 1), (d, 1)].into_iter().map(|(v, k)| off(v, k)).sum();
-            change < 0 || (change == 0 && then > now + 1e-9)
-        } else {
-            then > now + 1e-9
+            if change > 0 {
+                return false;
+            }
+            change < 0
         };
+        if smooth && !evener && now > FAIR && then <= now + 1e-9 {
+            return false;
+        }
+        let normal = self.work.normal(self.surface, label, 0.25 * (p + q + r + s));
+        let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
+        let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
+        let better = if evener { then > GOOD } else { then > now + 1e-9 };
         // A node of a border keeps at least one edge into each of its patches by the link condition alone.
         better && self.work.mesh.flip(h)
     }
