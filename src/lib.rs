@@ -25,6 +25,7 @@ pub mod render;
 
 pub mod implicit;
 
+pub mod heal;
 pub mod optimize;
 
 pub mod pipeline;

@@ -15,21 +15,33 @@ use crate::spatial::{Aabb, Bvh};
 /// if the edge opposite to it meets the other triangle; others if they have any point in common. Triangles without area
 /// are passed over. Exact: no tolerance is involved. The mesh must be [valid](TriMesh::validate).
 pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
+    let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    intersections_among(mesh, &all, run)
+}
+
+/// Those [self-intersections](self_intersections) that concern at least one of the given triangles, which ascend.
+pub fn intersections_among(mesh: &TriMesh, some: &[u32], run: &Run) -> Result<Vec<[u32; 2]>> {
+    if some.is_empty() {
+        return Ok(Vec::new());
+    }
     let boxes: Vec<Aabb> = (0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect();
     let flat: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_flat(mesh.corners(t))).collect();
+    let mut asked = vec![false; mesh.triangles.len()];
+    some.iter().for_each(|t| asked[*t as usize] = true);
     run.check()?;
     let bvh = Bvh::new(boxes.clone());
     let found: Vec<Vec<[u32; 2]>> = run.install(|| {
-        (0..mesh.triangles.len())
-            .into_par_iter()
-            .map(|t| {
+        some.par_iter()
+            .map(|&t| {
                 let mut out = Vec::new();
-                if flat[t] || run.is_cancelled() {
+                if flat[t as usize] || run.is_cancelled() {
                     return out;
                 }
-                bvh.overlapping(&boxes[t], |u| {
-                    if (u as usize) > t && !flat[u as usize] && intersect(mesh, t, u as usize) {
-                        out.push([t as u32, u]);
+                bvh.overlapping(&boxes[t as usize], |u| {
+                    // a pair of two asked triangles is found from the smaller one
+                    let mine = u != t && (u > t || !asked[u as usize]);
+                    if mine && !flat[u as usize] && intersect(mesh, t as usize, u as usize) {
+                        out.push([t.min(u), t.max(u)]);
                     }
                 });
                 out.sort_unstable();
@@ -38,7 +50,9 @@ pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
             .collect()
     });
     run.check()?;
-    Ok(found.concat())
+    let mut pairs = found.concat();
+    pairs.sort_unstable();
+    Ok(pairs)
 }
 
 /// Exactly without area: the three points lie on a line in all three projections.

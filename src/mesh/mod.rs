@@ -10,5 +10,5 @@ mod trimesh;
 
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
-pub use intersect::self_intersections;
+pub use intersect::{intersections_among, self_intersections};
 pub use trimesh::{Group, TriMesh};

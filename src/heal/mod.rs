@@ -1,0 +1,150 @@
+//! Healing: any triangle mesh to one that is closed, oriented, a manifold and free of self-intersections.
+//!
+//! Repairs go from gentle to strong, and each rung's result is looked at with exact predicates before the next one:
+//!
+//! 1. nodes at one place, triangles on a line, duplicates;
+//! 2. borders that nearly meet, T-junctions: joined at the smallest of a ladder of tolerances that joins them;
+//! 3. fins, orientation;
+//! 4. contours of open edges: found by the iteration of [BOR20], closed by ear cutting, flips while the area falls, and
+//!    refinement to the surrounding size; a filling that would intersect is refused and another way tried.
+//!
+//! *Guarantees*: the same input gives the same bytes for any number of threads; the report says what was done where and
+//! whether the result is sound, as measured on the result itself. No node that is away from a defect moves.
+//!
+//! *Does not guarantee* that the result is sound: see [`HealReport::is_sound`].
+//!
+//! [BOR20]: O. N. Borisenko et al., "Algorithms of preprocessing singularities in geometric models to generate surface
+//! triangular grids in the LOGOS software package preprocessor" (in Russian), 2020.
+
+mod clean;
+mod contours;
+mod fill;
+mod holes;
+mod report;
+mod sides;
+mod stitch;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::mesh::{TriMesh, self_intersections};
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
+
+pub use report::{Action, Defect, HealReport, Repair};
+
+/// Points of the input that are looked for in the result.
+const SAMPLES: usize = 20_000;
+
+/// A point of the input is kept if the result passes it within this share of the diagonal.
+pub const KEPT_WITHIN: f64 = 1e-4;
+
+/// What to heal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HealOptions {
+    /// Contours of more open edges stay open; `None`: all are closed.
+    pub max_hole: Option<usize>,
+}
+
+impl Default for HealOptions {
+    fn default() -> Self {
+        Self { max_hole: None }
+    }
+}
+
+/// A healed mesh and what was done to it.
+#[derive(Debug, Clone)]
+pub struct Healed {
+    /// The mesh. Triangles that are new lie on a face `filled`.
+    pub mesh: TriMesh,
+    /// What was found and done.
+    pub report: HealReport,
+}
+
+/// Heals a mesh; see the module's head.
+///
+/// # Errors
+/// [`Error::Input`] for a mesh that is not [valid](TriMesh::validate); [`Error::Failed`] if nothing is left;
+/// [`Error::Cancelled`].
+pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed> {
+    input.validate()?;
+    let mut mesh = input.clone();
+    let mut report = HealReport::default();
+    let diagonal = used_bounds(input).diagonal();
+    run.progress("clean", 0.0);
+    clean::clean(&mut mesh, &mut report);
+    if mesh.triangles.is_empty() {
+        return Err(Error::Failed("no triangle of the mesh has an area".into()));
+    }
+    run.progress("stitch", 0.0);
+    stitch::stitch(&mut mesh, diagonal, &mut report, run)?;
+    clean::drop_fins(&mut mesh, &mut report);
+    clean::orient(&mut mesh, &mut report);
+    run.progress("fill", 0.0);
+    holes::close_holes(&mut mesh, options.max_hole.unwrap_or(usize::MAX), Defect::Hole, &mut report, run)?;
+    mesh.drop_unused_nodes();
+    judge(input, &mesh, diagonal, &mut report, run)?;
+    Ok(Healed { mesh, report })
+}
+
+fn used_bounds(mesh: &TriMesh) -> Aabb {
+    Aabb::around(mesh.triangles.iter().flatten().map(|v| mesh.nodes[*v as usize]))
+}
+
+/// Measures the result.
+fn judge(input: &TriMesh, mesh: &TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
+    run.progress("measure", 0.0);
+    let d = mesh.defects();
+    report.closed = d.is_closed() && !mesh.triangles.is_empty();
+    report.manifold = d.is_manifold();
+    report.oriented = d.is_oriented();
+    let mut hit: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    hit.sort_unstable();
+    hit.dedup();
+    report.self_intersections = hit.len();
+    report.kept = kept(input, mesh, KEPT_WITHIN * diagonal, run);
+    for (good, what) in [
+        (report.closed, "the result is not closed"),
+        (report.manifold, "the result is not a manifold"),
+        (report.oriented, "the result is not consistently oriented"),
+        (report.self_intersections == 0, "the result intersects itself"),
+    ] {
+        if !good {
+            report.shortfalls.push(what.into());
+        }
+    }
+    Ok(())
+}
+
+/// Share of the input's area within `tolerance` of the mesh, at evenly spread points.
+fn kept(input: &TriMesh, mesh: &TriMesh, tolerance: f64, run: &Run) -> f64 {
+    let total = input.area();
+    if !(total > 0.0) || mesh.triangles.is_empty() {
+        return 0.0;
+    }
+    let bvh = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+    // one point each `step` of area, the triangles laid end to end
+    let step = total / SAMPLES as f64;
+    let mut points: Vec<DVec3> = Vec::with_capacity(SAMPLES);
+    let (mut sum, mut next) = (0.0, 0.5 * step);
+    for t in 0..input.triangles.len() {
+        sum += 0.5 * input.area_vector(t).length();
+        while next < sum {
+            // the R2 sequence of M. Roberts (2018): even without a seed
+            let i = points.len() as f64;
+            let (mut u, mut v) = ((0.5 + i * 0.754_877_666_246_692_8).fract(), (0.5 + i * 0.569_840_290_998_053_2).fract());
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            let [a, b, c] = input.corners(t);
+            points.push(a + u * (b - a) + v * (c - a));
+            next += step;
+        }
+    }
+    let near = |p: &DVec3| bvh.nearest(*p, tolerance, |t| triangle_distance_squared(*p, mesh.corners(t as usize))).is_some();
+    let hits = run.install(|| points.par_iter().filter(|p| near(p)).count());
+    hits as f64 / points.len().max(1) as f64
+}
