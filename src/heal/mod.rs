@@ -16,10 +16,14 @@
 //! [BOR20]: O. N. Borisenko et al., "Algorithms of preprocessing singularities in geometric models to generate surface
 //! triangular grids in the LOGOS software package preprocessor" (in Russian), 2020.
 
+mod arrange;
 mod clean;
 mod contours;
+mod exact;
 mod fill;
 mod holes;
+mod levels;
+mod planar;
 mod report;
 mod sides;
 mod stitch;
@@ -85,9 +89,54 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
     clean::orient(&mut mesh, &mut report);
     run.progress("fill", 0.0);
     holes::close_holes(&mut mesh, options.max_hole.unwrap_or(usize::MAX), Defect::Hole, &mut report, run)?;
+    run.progress("uncross", 0.0);
+    if let Some(parted) = uncross(&mesh, diagonal, &mut report, run)? {
+        mesh = parted;
+    }
     mesh.drop_unused_nodes();
     judge(input, &mesh, diagonal, &mut report, run)?;
     Ok(Healed { mesh, report })
+}
+
+/// How far surfaces draw back from each other, as a share of the diagonal: a tenth of what counts as kept, and enough for the
+/// single precision of STL files.
+const GAP: f64 = 1e-5;
+
+/// Whether nothing is wrong.
+fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
+    let d = mesh.defects();
+    Ok(d.is_closed() && d.is_manifold() && d.is_oriented() && self_intersections(mesh, run)?.is_empty())
+}
+
+/// Cuts triangles along their intersections and parts what crosses; pieces that do not close become sheets of a small
+/// thickness. `None` if the mesh is sound already or this does not come out.
+fn uncross(mesh: &TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<Option<TriMesh>> {
+    if is_sound(mesh, run)? {
+        return Ok(None);
+    }
+    let dbg = std::env::var("HEAL_DEBUG").is_ok();
+    let sides = sides::Sides::of(&mesh.triangles);
+    let (piece, count) = sides::pieces(mesh.triangles.len(), &sides, |_| true);
+    let mut solid = vec![true; count];
+    for e in sides.edges() {
+        if !clean::balanced(&mesh.triangles, e) {
+            solid[piece[e[0].triangle()] as usize] = false;
+        }
+    }
+    if dbg { eprintln!("pieces {count}, solid {}", solid.iter().filter(|s| **s).count()); }
+    let uses = |t: usize| {
+        let solid = solid[piece[t] as usize];
+        arrange::Uses { along: u16::from(solid), sheet: !solid, label: mesh.labels[t], ..arrange::Uses::default() }
+    };
+    let complex = arrange::Complex::new(mesh.nodes.clone(), mesh.triangles.iter().enumerate().map(|(t, tri)| (*tri, uses(t))));
+    let Some(complex) = arrange::arrange(complex, diagonal, run)? else { if dbg { eprintln!("arrange failed"); } return Ok(None) };
+    if dbg { eprintln!("arranged {}", complex.triangles.len()); }
+    let Some(made) = levels::levels(&complex, &mesh.faces, GAP * diagonal, run)? else { if dbg { eprintln!("levels failed"); } return Ok(None) };
+    report.add(Defect::SelfIntersection, Action::Uncrossed, made.parted.len(), &made.parted);
+    report.add(Defect::OpenSheet, Action::Thickened, made.plates.len(), &made.plates);
+    let mut out = made.mesh;
+    out.groups = mesh.groups.clone();
+    Ok(Some(out))
 }
 
 fn used_bounds(mesh: &TriMesh) -> Aabb {

@@ -12,8 +12,8 @@ use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
 /// Tolerances tried one after the other, as shares of the diagonal: what the smallest joins is not looked at again. Above
-/// the last a gap is a hole, not an inaccuracy.
-const LADDER: [f64; 10] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3];
+/// the last, which is how far the input may be left, a gap is a hole, not an inaccuracy.
+const LADDER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 2.5e-5, 5e-5, 1e-4];
 
 /// An edge is joined only to one that is this much longer than the gap, or more.
 const LENGTH_PER_GAP: f64 = 4.0;
@@ -21,25 +21,32 @@ const LENGTH_PER_GAP: f64 = 4.0;
 /// Cosine of the largest angle between an edge and the border of a node that is put into it.
 const ALONG: f64 = 0.94;
 
-/// Joins borders step by step, from the smallest tolerance to the largest that open edges are left for.
+/// Joins borders step by step, from the smallest tolerance to the largest that open edges are left for: first edges that
+/// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for.
 pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
-    for share in LADDER {
-        run.check()?;
-        let tolerance = share * diagonal;
-        let near = join_edges(mesh, tolerance);
-        report.add(Defect::NearBorders, Action::Merged, near.len(), &near);
-        for _ in 0..4 {
-            let split = split_junctions(mesh, tolerance);
-            if split.is_empty() {
-                break;
+    for junctions in [false, true] {
+        for share in LADDER {
+            run.check()?;
+            if Sides::of(&mesh.triangles).open().is_empty() {
+                return Ok(());
             }
-            report.add(Defect::TJunction, Action::Split, split.len(), &split);
-        }
-        if !near.is_empty() {
-            drop_duplicates(mesh, report);
-        }
-        if Sides::of(&mesh.triangles).open().is_empty() {
-            break;
+            let tolerance = share * diagonal;
+            for _ in 0..if junctions { 4 } else { 0 } {
+                let split = split_junctions(mesh, tolerance);
+                if split.is_empty() {
+                    break;
+                }
+                report.add(Defect::TJunction, Action::Split, split.len(), &split);
+            }
+            // ends that move bring others within reach
+            for _ in 0..3 {
+                let near = join_edges(mesh, tolerance);
+                if near.is_empty() {
+                    break;
+                }
+                report.add(Defect::NearBorders, Action::Merged, near.len(), &near);
+                drop_duplicates(mesh, report);
+            }
         }
     }
     Ok(())
