@@ -87,7 +87,6 @@ pub(super) fn arrange(mut complex: Complex, diagonal: f64, run: &Run) -> Result<
             return Ok(Some(complex));
         }
         complex = cut(&complex, &pairs, run)?;
-        if std::env::var("HEAL_DEBUG").is_ok() { eprintln!("round {round}: {} pairs -> {} triangles", pairs.len(), complex.triangles.len()); }
         let reach = if round == 0 { 0.0 } else { diagonal * 1e-15 * 10f64.powi(round as i32) };
         merge_near(&mut complex, reach);
     }

@@ -3,10 +3,11 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::contours::{Contour, contours};
+use super::clean::areas;
+use super::contours::{Contour, contours, spanned};
 use super::fill::{Around, Filling, Way, fill};
 use super::report::{Action, Defect, HealReport};
-use super::sides::{Sides, directed, key};
+use super::sides::{Sides, directed, key, pieces};
 use crate::error::Result;
 use crate::mesh::{TriMesh, intersections_among};
 use crate::run::Run;
@@ -52,6 +53,47 @@ pub(super) fn sizes(mesh: &TriMesh) -> Vec<f64> {
 
 fn places(mesh: &TriMesh, c: &Contour) -> Vec<DVec3> {
     c.nodes.iter().map(|v| mesh.nodes[*v as usize]).collect()
+}
+
+/// Closes contours whatever their fillings intersect, in pieces that are nearly closed: where the contours span less than
+/// `share` of the piece's area. What crosses then is cut like any crossing. Returns the places of the contours.
+pub(super) fn force_holes(mesh: &mut TriMesh, share: f64) -> Result<Vec<DVec3>> {
+    let sides = Sides::of(&mesh.triangles);
+    let (piece, count) = pieces(mesh.triangles.len(), &sides, |_| true);
+    let area = areas(mesh, &piece, count);
+    let mut of_node = vec![0u32; mesh.nodes.len()];
+    for (tri, p) in mesh.triangles.iter().zip(&piece) {
+        tri.iter().for_each(|v| of_node[*v as usize] = *p);
+    }
+    let all = contours(mesh);
+    let mut span = vec![0.0; count];
+    for c in &all {
+        span[of_node[c.nodes[0] as usize] as usize] += spanned(mesh, &c.nodes);
+    }
+    let mut edges: FxHashSet<u64> = sides.edges().map(|e| e[0].key).collect();
+    let (size, apex) = (sizes(mesh), FxHashMap::default());
+    let face = filled_face(mesh);
+    let mut out = Vec::new();
+    for c in &all {
+        let p = of_node[c.nodes[0] as usize] as usize;
+        if span[p] > share * area[p] {
+            continue;
+        }
+        for way in [Way::Area, Way::Ears, Way::Fan] {
+            let Some(f) = fill(&Around { mesh, edges: &edges, size: &size, apex: &apex }, &c.nodes, way, false)? else { continue };
+            mesh.nodes.extend(f.nodes);
+            for t in f.triangles {
+                (0..3).for_each(|k| {
+                    edges.insert(key(t[k], t[(k + 1) % 3]));
+                });
+                mesh.triangles.push(t);
+                mesh.labels.push(face);
+            }
+            out.extend(places(mesh, c));
+            break;
+        }
+    }
+    Ok(out)
 }
 
 /// Closes the contours of at most `longest` edges. A filling that would intersect the mesh or another filling is refused

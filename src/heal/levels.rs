@@ -30,6 +30,12 @@ struct Copy {
 /// Rounds in which nodes that drew back too far or not far enough are looked at again.
 const ROUNDS: usize = 12;
 
+/// How often parts of sheets without room are left out.
+const MOST_DROPS: usize = 8;
+
+/// How often edges that stay crowded are halved.
+const MOST_SPLITS: usize = 4;
+
 /// Surfaces of the levels of a complex, and how many triangles belong to sheets.
 pub(super) struct Levels {
     pub(super) mesh: TriMesh,
@@ -42,16 +48,44 @@ pub(super) struct Levels {
 /// Parts the complex into the surfaces of its levels. Nodes of several surfaces draw back by `gap` where there is room.
 /// `None` if triangles of solids do not close, or if no gap parts all surfaces.
 pub(super) fn levels(complex: &Complex, faces: &[String], gap: f64, run: &Run) -> Result<Option<Levels>> {
-    let complex = subdivide_sheets(complex);
-    let sides = Sides::of(&complex.triangles);
-    let copies = match copies(&complex, &sides, run)? {
-        Some(c) => c,
-        None => return Ok(None),
-    };
-    let Some(fans) = join(&complex, &sides, &copies) else { return Ok(None) };
-    let (mesh, fan_nodes) = build(&complex, &copies, &fans, faces);
-    let plates = copies.iter().filter(|c| c.plate && c.turned).map(|c| center(&complex, c.triangle)).collect();
-    part(mesh, &fan_nodes, &copies, gap, plates, run)
+    let mut complex = complex.clone();
+    for _ in 0..MOST_DROPS {
+        let mut whole = subdivide_sheets(&complex);
+        let mut tries = 0;
+        let (copies, fans) = loop {
+            let sides = Sides::of(&whole.triangles);
+            let copies = copies(&whole, &sides, run)?;
+            let Some(fans) = join(&whole, &sides, &copies) else { return Ok(None) };
+            let crowded = crowded_edges(&whole, &copies, &fans);
+            if crowded.is_empty() {
+                break (copies, fans);
+            }
+            tries += 1;
+            if tries > MOST_SPLITS {
+                return Ok(None);
+            }
+            whole = halve_edges(&whole, &crowded);
+        };
+        let (mesh, origin) = build(&whole, &copies, &fans, faces);
+        let plates = copies.iter().filter(|c| c.plate && c.turned).map(|c| center(&whole, c.triangle)).collect();
+        let stuck = match part(mesh, &origin, &copies, gap, plates, run)? {
+            Ok(done) => return Ok(Some(done)),
+            Err(stuck) => stuck,
+        };
+        // parts of sheets that have no room for two sides are left out
+        let mut drop = vec![false; whole.triangles.len()];
+        let mut any = false;
+        for c in stuck.iter().flatten().map(|c| copies[*c as usize]).filter(|c| c.plate) {
+            drop[c.triangle as usize] = true;
+            any = true;
+        }
+        if !any {
+            return Ok(None);
+        }
+        let left = whole.triangles.iter().zip(&whole.uses).zip(&drop).filter(|(_, d)| !**d).map(|((t, u), _)| (*t, *u));
+        complex = Complex::new(whole.nodes.clone(), left);
+    }
+    Ok(None)
 }
 
 fn center(complex: &Complex, t: u32) -> DVec3 {
@@ -100,6 +134,53 @@ fn subdivide_sheets(complex: &Complex) -> Complex {
     Complex::new(nodes, out)
 }
 
+/// Edges on which more than two copies have the same fans at both ends: as at a slit of a single edge.
+fn crowded_edges(complex: &Complex, copies: &[Copy], fans: &[u32]) -> Vec<u64> {
+    let mut all: Vec<([u32; 2], u64)> = Vec::with_capacity(3 * copies.len());
+    for (c, copy) in copies.iter().enumerate() {
+        let t = complex.triangles[copy.triangle as usize];
+        for k in 0..3 {
+            let (f, g) = (fans[3 * c + k], fans[3 * c + (k + 1) % 3]);
+            all.push(([f.min(g), f.max(g)], super::sides::key(t[k], t[(k + 1) % 3])));
+        }
+    }
+    all.sort_unstable();
+    let mut out: Vec<u64> = all.chunk_by(|a, b| a.0 == b.0).filter(|e| e.len() > 2).map(|e| e[0].1).collect();
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
+/// Puts a node into the middle of each of the edges, in all triangles there.
+fn halve_edges(complex: &Complex, edges: &[u64]) -> Complex {
+    let mut nodes = complex.nodes.clone();
+    let first = nodes.len() as u32;
+    for e in edges {
+        let [a, b] = ends(*e);
+        nodes.push(0.5 * (complex.nodes[a as usize] + complex.nodes[b as usize]));
+    }
+    let mut out = Vec::with_capacity(complex.triangles.len());
+    for (t, u) in complex.triangles.iter().zip(&complex.uses) {
+        let cut = |k: usize| edges.binary_search(&super::sides::key(t[k], t[(k + 1) % 3])).ok().map(|i| first + i as u32);
+        let cuts: Vec<usize> = (0..3).filter(|k| cut(*k).is_some()).collect();
+        match cuts[..] {
+            [] => out.push((*t, *u)),
+            [k] => {
+                let m = cut(k).unwrap_or(first);
+                let [a, b, c] = [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+                out.extend([([a, m, c], *u), ([m, b, c], *u)]);
+            }
+            _ => {
+                let c = nodes.len() as u32;
+                nodes.push(t.iter().map(|v| complex.nodes[*v as usize]).sum::<DVec3>() / 3.0);
+                let ring: Vec<u32> = (0..3).flat_map(|k| std::iter::once(t[k]).chain(cut(k))).collect();
+                out.extend((0..ring.len()).map(|i| ([ring[i], ring[(i + 1) % ring.len()], c], *u)));
+            }
+        }
+    }
+    Complex::new(nodes, out)
+}
+
 /// Solid angle of a triangle seen from the origin over 4 pi, by A. van Oosterom and J. Strackee (1983).
 pub(super) fn winding([a, b, c]: [DVec3; 3]) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
@@ -108,7 +189,7 @@ pub(super) fn winding([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// The layers of each triangle from its back to its front.
-fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Option<Vec<Copy>>> {
+fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
     let n = complex.triangles.len();
     // one winding number in front of each patch and one behind it
     let (patch, count) = pieces(n, sides, |e| {
@@ -174,7 +255,7 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Option<Vec<Copy
             layer(base + 1, base, true);
         }
     }
-    Ok(Some(out))
+    Ok(out)
 }
 
 /// Joins the copies around each edge, level by level, around the inside of what they bound. Returns for each corner of each
@@ -290,7 +371,7 @@ struct Draw {
 }
 
 /// Draws nodes back from others at their place until nothing intersects.
-fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Vec<DVec3>, run: &Run) -> Result<Option<Levels>> {
+fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Vec<DVec3>, run: &Run) -> Result<Result<Levels, Vec<[u32; 2]>>> {
     let n = mesh.nodes.len();
     let mut order: Vec<u32> = (0..n as u32).collect();
     order.sort_unstable_by_key(|v| (origin[*v as usize], *v));
@@ -330,6 +411,7 @@ fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Ve
         }
     }
     let home = mesh.nodes.clone();
+    let mut last = Vec::new();
     for round in 0..=ROUNDS {
         run.check()?;
         for v in 0..n {
@@ -339,12 +421,10 @@ fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Ve
         }
         let pairs = crossings(&mesh, run)?;
         if pairs.is_empty() {
-            return Ok(Some(Levels { mesh, parted, plates }));
+            return Ok(Ok(Levels { mesh, parted, plates }));
         }
-        if std::env::var("HEAL_DEBUG").is_ok() {
-            eprintln!("part round {round}: {} pairs", pairs.len());
-            if round == ROUNDS { for [t,u] in pairs.iter().take(4) { eprintln!("  {:?} {:?} {:?} | {:?} {:?}", copies[*t as usize], mesh.triangles[*t as usize].map(|v| (v, draws[v as usize].map(|d| d.by), origin[v as usize])), mesh.corners(*t as usize), copies[*u as usize], mesh.triangles[*u as usize].map(|v| (v, draws[v as usize].map(|d| d.by), origin[v as usize]))); } }
-        }
+        last = pairs;
+        let pairs = &last;
         let mut touched: Vec<u32> = pairs.iter().flatten().flat_map(|t| mesh.triangles[*t as usize]).collect();
         touched.sort_unstable();
         touched.dedup();
@@ -355,7 +435,7 @@ fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Ve
             }
         }
     }
-    Ok(None)
+    Ok(Err(last))
 }
 
 /// Intersections of a mesh in which nodes at one place count as one: surfaces may touch there.

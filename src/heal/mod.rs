@@ -23,18 +23,20 @@ mod exact;
 mod fill;
 mod holes;
 mod levels;
+mod local;
 mod planar;
 mod report;
 mod sides;
 mod stitch;
 #[cfg(test)]
 mod tests;
+mod wrap;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
@@ -89,9 +91,9 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
     clean::orient(&mut mesh, &mut report);
     run.progress("fill", 0.0);
     holes::close_holes(&mut mesh, options.max_hole.unwrap_or(usize::MAX), Defect::Hole, &mut report, run)?;
-    run.progress("uncross", 0.0);
-    if let Some(parted) = uncross(&mesh, diagonal, &mut report, run)? {
-        mesh = parted;
+    if !is_sound(&mesh, run)? {
+        run.progress("uncross", 0.0);
+        mesh = repair(input, mesh, diagonal, &mut report, run)?;
     }
     mesh.drop_unused_nodes();
     judge(input, &mesh, diagonal, &mut report, run)?;
@@ -102,19 +104,96 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
 /// single precision of STL files.
 const GAP: f64 = 1e-5;
 
+/// A result that keeps less of the input is taken only if there is no other.
+const ENOUGH: f64 = 0.98;
+
 /// Whether nothing is wrong.
 fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
     let d = mesh.defects();
-    Ok(d.is_closed() && d.is_manifold() && d.is_oriented() && self_intersections(mesh, run)?.is_empty())
+    Ok(d.is_closed() && d.is_manifold() && d.is_oriented() && levels::crossings(mesh, run)?.is_empty())
 }
 
-/// Cuts triangles along their intersections and parts what crosses; pieces that do not close become sheets of a small
-/// thickness. `None` if the mesh is sound already or this does not come out.
-fn uncross(mesh: &TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<Option<TriMesh>> {
-    if is_sound(mesh, run)? {
-        return Ok(None);
+/// Contours are closed whatever the filling intersects where they span less than this share of their piece.
+const NEARLY_CLOSED: f64 = 0.2;
+
+/// Triangles taken out are stretched if they are this many times larger than those of the mesh.
+const STRETCHED: f64 = 2.0;
+
+/// Repairs what gentle steps left. Each way is taken only if its result is sound; in this order:
+///
+/// - what intersects is taken out and filled again, if that keeps enough and no closed pieces cross each other, or if a
+///   closed surface only was pulled through itself: then its topology is right, and what is pulled is not worth keeping;
+/// - everything is cut along its crossings and parted; nearly closed pieces are closed first;
+/// - the same, with all open pieces as sheets;
+/// - taken out and filled again, whatever is lost;
+/// - a new surface around everything.
+fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<TriMesh> {
+    let mut refilled = None;
+    if let Some((m, places)) = local::refill(&mesh, run)?
+        && is_sound(&m, run)?
+    {
+        let kept = kept(input, &m, KEPT_WITHIN * diagonal, run);
+        let good = if kept >= ENOUGH { !solids_cross(&mesh, run)? } else { is_pulled(&mesh, &m, places.len(), kept) };
+        if good {
+            report.add(Defect::SelfIntersection, Action::Refilled, places.len(), &places);
+            return Ok(m);
+        }
+        refilled = Some((m, places, kept));
     }
-    let dbg = std::env::var("HEAL_DEBUG").is_ok();
+    let mut best: Option<(TriMesh, HealReport, f64)> = None;
+    for force in [true, false] {
+        let (mut m, mut r) = (mesh.clone(), report.clone());
+        if force {
+            let places = holes::force_holes(&mut m, NEARLY_CLOSED)?;
+            if places.is_empty() {
+                continue;
+            }
+            r.add(Defect::Hole, Action::FilledOtherwise, places.len(), &places);
+        }
+        if let Some(m) = uncross(&m, diagonal, &mut r, run)? {
+            let kept = kept(input, &m, KEPT_WITHIN * diagonal, run);
+            if kept >= ENOUGH {
+                *report = r;
+                return Ok(m);
+            }
+            if best.as_ref().is_none_or(|b| kept > b.2) {
+                best = Some((m, r, kept));
+            }
+        }
+    }
+    if let Some((m, places, kept)) = refilled
+        && best.as_ref().is_none_or(|b| kept > b.2)
+    {
+        report.add(Defect::SelfIntersection, Action::Refilled, places.len(), &places);
+        return Ok(m);
+    }
+    if let Some((m, r, _)) = best {
+        *report = r;
+        return Ok(m);
+    }
+    let m = wrap::wrap(&mesh, run)?;
+    if is_sound(&m, run)? {
+        let all: Vec<DVec3> = mesh.nodes.clone();
+        report.add(Defect::SelfIntersection, Action::Rebuilt, mesh.triangles.len(), &all);
+        return Ok(m);
+    }
+    Ok(mesh)
+}
+
+/// Whether a closed surface of the right kind was only pulled through itself: the result is of its topology, and what had to
+/// go was stretched.
+fn is_pulled(mesh: &TriMesh, result: &TriMesh, removed: usize, kept: f64) -> bool {
+    let d = mesh.defects();
+    if !(d.is_closed() && d.is_manifold() && d.is_oriented()) {
+        return false;
+    }
+    let (before, after) = (mesh.topology(&d), result.topology(&result.defects()));
+    let share = removed as f64 / mesh.triangles.len() as f64;
+    before == after && 1.0 - kept > STRETCHED * share
+}
+
+/// Pieces that share no node, whether each is closed, and the piece of each triangle.
+fn closed_pieces(mesh: &TriMesh) -> (Vec<u32>, Vec<bool>) {
     let sides = sides::Sides::of(&mesh.triangles);
     let (piece, count) = sides::pieces(mesh.triangles.len(), &sides, |_| true);
     let mut solid = vec![true; count];
@@ -123,15 +202,32 @@ fn uncross(mesh: &TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) ->
             solid[piece[e[0].triangle()] as usize] = false;
         }
     }
-    if dbg { eprintln!("pieces {count}, solid {}", solid.iter().filter(|s| **s).count()); }
+    (piece, solid)
+}
+
+/// Whether triangles of different closed pieces intersect.
+fn solids_cross(mesh: &TriMesh, run: &Run) -> Result<bool> {
+    let (piece, solid) = closed_pieces(mesh);
+    let of = |t: u32| piece[t as usize];
+    let differ = |a: u32, b: u32| a != b && solid[a as usize] && solid[b as usize];
+    Ok(levels::crossings(mesh, run)?.iter().any(|[t, u]| differ(of(*t), of(*u))))
+}
+
+/// Cuts triangles along their intersections and parts what crosses; pieces that do not close become sheets of a small
+/// thickness. `None` if this does not come out.
+fn uncross(mesh: &TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<Option<TriMesh>> {
+    let (piece, solid) = closed_pieces(mesh);
     let uses = |t: usize| {
         let solid = solid[piece[t] as usize];
         arrange::Uses { along: u16::from(solid), sheet: !solid, label: mesh.labels[t], ..arrange::Uses::default() }
     };
-    let complex = arrange::Complex::new(mesh.nodes.clone(), mesh.triangles.iter().enumerate().map(|(t, tri)| (*tri, uses(t))));
-    let Some(complex) = arrange::arrange(complex, diagonal, run)? else { if dbg { eprintln!("arrange failed"); } return Ok(None) };
-    if dbg { eprintln!("arranged {}", complex.triangles.len()); }
-    let Some(made) = levels::levels(&complex, &mesh.faces, GAP * diagonal, run)? else { if dbg { eprintln!("levels failed"); } return Ok(None) };
+    let triangles = mesh.triangles.iter().enumerate().map(|(t, tri)| (*tri, uses(t)));
+    let complex = arrange::Complex::new(mesh.nodes.clone(), triangles);
+    let Some(complex) = arrange::arrange(complex, diagonal, run)? else { return Ok(None) };
+    let Some(made) = levels::levels(&complex, &mesh.faces, GAP * diagonal, run)? else { return Ok(None) };
+    if !is_sound(&made.mesh, run)? {
+        return Ok(None);
+    }
     report.add(Defect::SelfIntersection, Action::Uncrossed, made.parted.len(), &made.parted);
     report.add(Defect::OpenSheet, Action::Thickened, made.plates.len(), &made.plates);
     let mut out = made.mesh;
@@ -150,16 +246,18 @@ fn judge(input: &TriMesh, mesh: &TriMesh, diagonal: f64, report: &mut HealReport
     report.closed = d.is_closed() && !mesh.triangles.is_empty();
     report.manifold = d.is_manifold();
     report.oriented = d.is_oriented();
-    let mut hit: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    let mut hit: Vec<u32> = levels::crossings(mesh, run)?.into_iter().flatten().collect();
     hit.sort_unstable();
     hit.dedup();
     report.self_intersections = hit.len();
+    report.touching = clean::weld(&mut mesh.clone()).len();
     report.kept = kept(input, mesh, KEPT_WITHIN * diagonal, run);
     for (good, what) in [
         (report.closed, "the result is not closed"),
         (report.manifold, "the result is not a manifold"),
         (report.oriented, "the result is not consistently oriented"),
         (report.self_intersections == 0, "the result intersects itself"),
+        (report.touching == 0, "surfaces of the result touch"),
     ] {
         if !good {
             report.shortfalls.push(what.into());

@@ -89,8 +89,10 @@ pub struct HealReport {
     pub manifold: bool,
     /// Whether neighbors agree on which side is out.
     pub oriented: bool,
-    /// Triangles of the result that intersect another one, by exact predicates.
+    /// Triangles of the result that pass through another one, by exact predicates.
     pub self_intersections: usize,
+    /// Places at which surfaces of the result touch in a common node, where no gap fits between them.
+    pub touching: usize,
     /// Share of the input's area that is in the result, or within the gap of it.
     pub kept: f64,
     /// What the result falls short of.
