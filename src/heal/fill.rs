@@ -27,9 +27,6 @@ pub(super) enum Way {
     Fan,
 }
 
-/// Ways from the gentlest to the last.
-pub(super) const WAYS: [Way; 4] = [Way::Ears, Way::Bend, Way::Area, Way::Fan];
-
 /// What a filling must know of the mesh it closes.
 pub(super) struct Around<'a> {
     pub(super) mesh: &'a TriMesh,

@@ -1,4 +1,4 @@
-//! Taking out what intersects, with its surroundings, and closing what is left.
+//! Local repairs of what intersects: taken out with its surroundings and closed again, or drawn back into its place.
 
 use glam::DVec3;
 
@@ -56,6 +56,78 @@ pub(super) fn refill(mesh: &TriMesh, run: &Run) -> Result<Option<(TriMesh, Vec<D
         let mut unseen = HealReport::default();
         close_holes(&mut m, usize::MAX, Defect::Hole, &mut unseen, run)?;
         m.drop_unused_nodes();
+    }
+    Ok(None)
+}
+
+/// A triangle is stretched if it is this many times larger than the middle one of the mesh.
+const STRETCHED: f64 = 4.0;
+
+/// Rounds of drawing back; each takes one more ring along.
+const DRAWN: usize = 12;
+
+/// A surface of which more than this share would have to move was not just pulled somewhere.
+const MOST_MOVED: f64 = 0.25;
+
+/// Draws back a part of a closed surface that was pulled through another: its nodes, those of the stretched triangles around
+/// crossings, go where a membrane between the others would hang. The topology stays. Returns the mesh with the places moved
+/// from; `None` if what crosses is not stretched or does not come free.
+pub(super) fn draw_back(mesh: &TriMesh, run: &Run) -> Result<Option<(TriMesh, Vec<DVec3>)>> {
+    let mut m = mesh.clone();
+    let area: Vec<f64> = (0..m.triangles.len()).map(|t| m.area_vector(t).length()).collect();
+    let mut sorted = area.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let limit = STRETCHED * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let mut free = vec![false; m.nodes.len()];
+    let touches = |free: &[bool], t: &[u32; 3]| t.iter().any(|v| free[*v as usize]);
+    let mut around: Vec<(u32, u32)> = m.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
+    around.sort_unstable();
+    let mut starts = vec![0usize; m.nodes.len() + 1];
+    around.iter().for_each(|e| starts[e.0 as usize + 1] += 1);
+    (0..m.nodes.len()).for_each(|v| starts[v + 1] += starts[v]);
+    for round in 0..DRAWN {
+        run.check()?;
+        let pairs = self_intersections(&m, run)?;
+        if pairs.is_empty() {
+            let places = (0..m.nodes.len()).filter(|v| free[*v]).map(|v| mesh.nodes[v]).collect();
+            return Ok(Some((m, places)));
+        }
+        for t in pairs.iter().flatten() {
+            m.triangles[*t as usize].iter().for_each(|v| free[*v as usize] = true);
+        }
+        if round == 0 {
+            // all of what is stretched and hangs together with crossings
+            loop {
+                let more: Vec<usize> = (0..area.len())
+                    .filter(|t| area[*t] > limit && touches(&free, &m.triangles[*t]) && !m.triangles[*t].iter().all(|v| free[*v as usize]))
+                    .collect();
+                if more.is_empty() {
+                    break;
+                }
+                more.iter().for_each(|t| m.triangles[*t].iter().for_each(|v| free[*v as usize] = true));
+            }
+            let moved: Vec<f64> = m.triangles.iter().zip(&area).filter(|(t, _)| touches(&free, t)).map(|(_, a)| *a).collect();
+            let mean = |a: &[f64]| a.iter().sum::<f64>() / a.len().max(1) as f64;
+            if mean(&moved) < 2.0 * mean(&area) {
+                return Ok(None);
+            }
+        } else {
+            let ring: Vec<u32> = m.triangles.iter().filter(|t| touches(&free, t)).flatten().copied().collect();
+            ring.iter().for_each(|v| free[*v as usize] = true);
+        }
+        let moving: Vec<usize> = (0..free.len()).filter(|v| free[*v]).collect();
+        if moving.len() as f64 > MOST_MOVED * m.nodes.len() as f64 {
+            return Ok(None);
+        }
+        // a membrane of n nodes is at rest after about n sweeps
+        for _ in 0..(2 * moving.len()).clamp(50, 1000) {
+            for &v in &moving {
+                let near = &around[starts[v]..starts[v + 1]];
+                if !near.is_empty() {
+                    m.nodes[v] = near.iter().map(|e| m.nodes[e.1 as usize]).sum::<DVec3>() / near.len() as f64;
+                }
+            }
+        }
     }
     Ok(None)
 }

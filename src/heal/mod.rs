@@ -116,13 +116,10 @@ fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
 /// Contours are closed whatever the filling intersects where they span less than this share of their piece.
 const NEARLY_CLOSED: f64 = 0.2;
 
-/// Triangles taken out are stretched if they are this many times larger than those of the mesh.
-const STRETCHED: f64 = 2.0;
-
 /// Repairs what gentle steps left. Each way is taken only if its result is sound; in this order:
 ///
-/// - what intersects is taken out and filled again, if that keeps enough and no closed pieces cross each other, or if a
-///   closed surface only was pulled through itself: then its topology is right, and what is pulled is not worth keeping;
+/// - what intersects is taken out and filled again, if that keeps enough and no closed pieces cross each other;
+/// - what was pulled through the rest of a closed surface, and is stretched by it, is drawn back: the topology is right there;
 /// - everything is cut along its crossings and parted; nearly closed pieces are closed first;
 /// - the same, with all open pieces as sheets;
 /// - taken out and filled again, whatever is lost;
@@ -133,12 +130,18 @@ fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport
         && is_sound(&m, run)?
     {
         let kept = kept(input, &m, KEPT_WITHIN * diagonal, run);
-        let good = if kept >= ENOUGH { !solids_cross(&mesh, run)? } else { is_pulled(&mesh, &m, places.len(), kept) };
-        if good {
+        if kept >= ENOUGH && !solids_cross(&mesh, run)? {
             report.add(Defect::SelfIntersection, Action::Refilled, places.len(), &places);
             return Ok(m);
         }
         refilled = Some((m, places, kept));
+    }
+    let d = mesh.defects();
+    if d.is_closed() && d.is_manifold() && d.is_oriented() && !solids_cross(&mesh, run)? {
+        if let Some((m, places)) = local::draw_back(&mesh, run)? {
+            report.add(Defect::SelfIntersection, Action::DrawnBack, places.len(), &places);
+            return Ok(m);
+        }
     }
     let mut best: Option<(TriMesh, HealReport, f64)> = None;
     for force in [true, false] {
@@ -178,18 +181,6 @@ fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport
         return Ok(m);
     }
     Ok(mesh)
-}
-
-/// Whether a closed surface of the right kind was only pulled through itself: the result is of its topology, and what had to
-/// go was stretched.
-fn is_pulled(mesh: &TriMesh, result: &TriMesh, removed: usize, kept: f64) -> bool {
-    let d = mesh.defects();
-    if !(d.is_closed() && d.is_manifold() && d.is_oriented()) {
-        return false;
-    }
-    let (before, after) = (mesh.topology(&d), result.topology(&result.defects()));
-    let share = removed as f64 / mesh.triangles.len() as f64;
-    before == after && 1.0 - kept > STRETCHED * share
 }
 
 /// Pieces that share no node, whether each is closed, and the piece of each triangle.

@@ -53,6 +53,8 @@ pub enum Action {
     FilledByContinuation,
     /// Taken out with its surroundings and closed again.
     Refilled,
+    /// Nodes were drawn back to where a membrane between their neighbors would hang.
+    DrawnBack,
     /// Crossing sheets were cut along their crossing and joined anew, a narrow gap apart.
     Uncrossed,
     /// Given a small thickness.
