@@ -160,7 +160,8 @@ fn cut(complex: &Complex, pairs: &[[u32; 2]], run: &Run) -> Result<Complex> {
         }
         let (tri, uses) = (complex.triangles[t], complex.uses[t]);
         match cuts.get(&(t as u32)) {
-            Some(c) => out.extend(planar::triangulate(&mut points, tri, &c.points, &c.segments)?.into_iter().map(|t| (t, uses))),
+            Some(c) => out
+                .extend(planar::triangulate(&mut points, tri, &c.points, &c.segments)?.into_iter().map(|t| (t, uses))),
             None => out.push((tri, uses)),
         }
     }

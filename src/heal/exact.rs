@@ -52,7 +52,8 @@ fn whole(x: f64, step: i32) -> BigInt {
     let raw = ((bits >> 52) & 0x7ff) as i32;
     let mantissa = if raw == 0 { bits & ((1 << 52) - 1) } else { (bits & ((1 << 52) - 1)) | 1 << 52 };
     let shift = raw.max(1) - 1075 - step;
-    let m = if shift >= 0 { BigInt::from(mantissa) << shift as usize } else { BigInt::from(mantissa) >> (-shift) as usize };
+    let m =
+        if shift >= 0 { BigInt::from(mantissa) << shift as usize } else { BigInt::from(mantissa) >> (-shift) as usize };
     if x < 0.0 { -m } else { m }
 }
 
@@ -72,7 +73,13 @@ fn double(num: &BigInt, den: &BigInt, step: i32) -> f64 {
 
 impl Points {
     pub(super) fn new(nodes: &[DVec3]) -> Self {
-        Self { near: nodes.to_vec(), exact: vec![None; nodes.len()], numbers: FxHashMap::default(), nodes: nodes.len(), step: step_of(nodes) }
+        Self {
+            near: nodes.to_vec(),
+            exact: vec![None; nodes.len()],
+            numbers: FxHashMap::default(),
+            nodes: nodes.len(),
+            step: step_of(nodes),
+        }
     }
 
     /// Makes the exact coordinates of point `v` known, and with them its number to constructions.
@@ -107,7 +114,11 @@ impl Points {
         }
         let v = self.near.len() as u32;
         let w = &e.0[3];
-        self.near.push(DVec3::new(double(&e.0[0], w, self.step), double(&e.0[1], w, self.step), double(&e.0[2], w, self.step)));
+        self.near.push(DVec3::new(
+            double(&e.0[0], w, self.step),
+            double(&e.0[1], w, self.step),
+            double(&e.0[2], w, self.step),
+        ));
         self.numbers.insert(e.clone(), v);
         self.exact.push(Some(e));
         v
@@ -143,7 +154,8 @@ impl Points {
     fn turn(&self, a: u32, b: u32, c: u32, axis: usize) -> BigInt {
         let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
         let [a, b, c] = [a, b, c].map(|v| self.get(v));
-        &a[i] * (&b[j] * &c[3] - &b[3] * &c[j]) - &a[j] * (&b[i] * &c[3] - &b[3] * &c[i]) + &a[3] * (&b[i] * &c[j] - &b[j] * &c[i])
+        &a[i] * (&b[j] * &c[3] - &b[3] * &c[j]) - &a[j] * (&b[i] * &c[3] - &b[3] * &c[i])
+            + &a[3] * (&b[i] * &c[j] - &b[j] * &c[i])
     }
 
     /// A point seen along an axis.
@@ -158,7 +170,9 @@ impl Points {
             return Ordering::Equal;
         }
         let (x, y) = (self.near[a as usize][i], self.near[b as usize][i]);
-        if (x - y).abs() > 8.0 * f64::EPSILON * x.abs().max(y.abs()) || (a as usize) < self.nodes && (b as usize) < self.nodes {
+        if (x - y).abs() > 8.0 * f64::EPSILON * x.abs().max(y.abs())
+            || (a as usize) < self.nodes && (b as usize) < self.nodes
+        {
             return sign(x - y);
         }
         let (p, q) = (self.get(a), self.get(b));
@@ -178,7 +192,8 @@ impl Points {
         let (l, m) = (u.x * v.y, u.y * v.x);
         // coordinates are right to two units in the last place
         let off = 4.0 * f64::EPSILON * p.abs().max(q.abs()).max(r.abs()).max_element();
-        let slack = 8.0 * f64::EPSILON * (l.abs() + m.abs()) + 2.0 * off * (u.abs().element_sum() + v.abs().element_sum() + off);
+        let slack = 8.0 * f64::EPSILON * (l.abs() + m.abs())
+            + 2.0 * off * (u.abs().element_sum() + v.abs().element_sum() + off);
         if (l - m).abs() > slack {
             return sign(l - m);
         }
@@ -202,9 +217,11 @@ impl Points {
         };
         let [p, q, r, s] = [a, b, c, d].map(row);
         let three = |u: &[BigInt; 4], v: &[BigInt; 4], w: &[BigInt; 4]| {
-            &u[0] * (&v[1] * &w[2] - &v[2] * &w[1]) - &u[1] * (&v[0] * &w[2] - &v[2] * &w[0]) + &u[2] * (&v[0] * &w[1] - &v[1] * &w[0])
+            &u[0] * (&v[1] * &w[2] - &v[2] * &w[1]) - &u[1] * (&v[0] * &w[2] - &v[2] * &w[0])
+                + &u[2] * (&v[0] * &w[1] - &v[1] * &w[0])
         };
-        let det = &s[3] * three(&p, &q, &r) - &r[3] * three(&p, &q, &s) + &q[3] * three(&p, &r, &s) - &p[3] * three(&q, &r, &s);
+        let det = &s[3] * three(&p, &q, &r) - &r[3] * three(&p, &q, &s) + &q[3] * three(&p, &r, &s)
+            - &p[3] * three(&q, &r, &s);
         det.cmp(&BigInt::zero())
     }
 }

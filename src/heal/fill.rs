@@ -80,7 +80,8 @@ fn ears(around: &Around<'_>, ring: &[u32]) -> Option<Vec<[u32; 3]>> {
     let (_, u, v) = frame(&p);
     let q: Vec<DVec2> = p.iter().map(|x| DVec2::new((*x - p[0]).dot(u), (*x - p[0]).dot(v))).collect();
     let n = ring.len();
-    let (mut next, mut prev): (Vec<usize>, Vec<usize>) = ((0..n).map(|i| (i + 1) % n).collect(), (0..n).map(|i| (i + n - 1) % n).collect());
+    let (mut next, mut prev): (Vec<usize>, Vec<usize>) =
+        ((0..n).map(|i| (i + 1) % n).collect(), (0..n).map(|i| (i + n - 1) % n).collect());
     let mut live = vec![true; n];
     let mut drawn: FxHashSet<u64> = FxHashSet::default();
     let angle = |a: usize, b: usize, c: usize| (p[a] - p[b]).angle_between(p[c] - p[b]);
@@ -91,7 +92,11 @@ fn ears(around: &Around<'_>, ring: &[u32]) -> Option<Vec<[u32; 3]>> {
         }
         let (lo, hi) = (q[a].min(q[i]).min(q[c]), q[a].max(q[i]).max(q[c]));
         (0..n).all(|j| {
-            !live[j] || j == a || j == i || j == c || !(lo.cmple(q[j]).all() && q[j].cmple(hi).all())
+            !live[j]
+                || j == a
+                || j == i
+                || j == c
+                || !(lo.cmple(q[j]).all() && q[j].cmple(hi).all())
                 || orient2d(q[a], q[i], q[j]) < 0.0
                 || orient2d(q[i], q[c], q[j]) < 0.0
                 || orient2d(q[c], q[a], q[j]) < 0.0
@@ -191,7 +196,13 @@ fn optimal(around: &Around<'_>, ring: &[u32], bend: bool) -> Option<Vec<[u32; 3]
 }
 
 /// Flips and refines in a mesh of the filling alone, then numbers it as the whole mesh does.
-fn finish(around: &Around<'_>, ring: &[u32], new: Vec<DVec3>, triangles: Vec<[u32; 3]>, refine: bool) -> Result<Filling> {
+fn finish(
+    around: &Around<'_>,
+    ring: &[u32],
+    new: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    refine: bool,
+) -> Result<Filling> {
     let first = around.mesh.nodes.len() as u32;
     let r = ring.len() as u32;
     let local: rustc_hash::FxHashMap<u32, u32> = ring.iter().enumerate().map(|(i, v)| (*v, i as u32)).collect();
@@ -281,7 +292,12 @@ fn relax(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
             let (m, n) = ((pb - pa).cross(pc - pa), (pa - pb).cross(pd - pb));
             let (m2, n2) = ((pd - pa).cross(pc - pa), (pb - pd).cross(pc - pd));
             let bent = |m: DVec3, n: DVec3| !(m.dot(n) > 0.9 * m.length() * n.length());
-            if angles > std::f64::consts::PI * (1.0 + 1e-9) && free(c, d) && !bent(m2, n2) && !bent(m, m2) && !bent(n, n2) {
+            if angles > std::f64::consts::PI * (1.0 + 1e-9)
+                && free(c, d)
+                && !bent(m2, n2)
+                && !bent(m, m2)
+                && !bent(n, n2)
+            {
                 changed |= edit.flip(h);
             }
         }

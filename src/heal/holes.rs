@@ -51,6 +51,15 @@ pub(super) fn sizes(mesh: &TriMesh) -> Vec<f64> {
     sum.into_iter().map(|(l, n)| if n == 0 { 0.0 } else { l / f64::from(n) }).collect()
 }
 
+/// How many contours stayed open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct LeftOpen {
+    /// As they are longer than what is to be closed.
+    pub(super) wanted: usize,
+    /// As no filling fits.
+    pub(super) refused: usize,
+}
+
 fn places(mesh: &TriMesh, c: &Contour) -> Vec<DVec3> {
     c.nodes.iter().map(|v| mesh.nodes[*v as usize]).collect()
 }
@@ -80,7 +89,9 @@ pub(super) fn force_holes(mesh: &mut TriMesh, share: f64) -> Result<Vec<DVec3>> 
             continue;
         }
         for way in [Way::Area, Way::Ears, Way::Fan] {
-            let Some(f) = fill(&Around { mesh, edges: &edges, size: &size, apex: &apex }, &c.nodes, way, false)? else { continue };
+            let Some(f) = fill(&Around { mesh, edges: &edges, size: &size, apex: &apex }, &c.nodes, way, false)? else {
+                continue;
+            };
             mesh.nodes.extend(f.nodes);
             for t in f.triangles {
                 (0..3).for_each(|k| {
@@ -97,15 +108,21 @@ pub(super) fn force_holes(mesh: &mut TriMesh, share: f64) -> Result<Vec<DVec3>> 
 }
 
 /// Closes the contours of at most `longest` edges. A filling that would intersect the mesh or another filling is refused
-/// and the next way is tried; what no way closes stays open. Returns how many contours stayed open.
-pub(super) fn close_holes(mesh: &mut TriMesh, longest: usize, defect: Defect, report: &mut HealReport, run: &Run) -> Result<usize> {
+/// and the next way is tried; what no way closes stays open.
+pub(super) fn close_holes(
+    mesh: &mut TriMesh,
+    longest: usize,
+    defect: Defect,
+    report: &mut HealReport,
+    run: &Run,
+) -> Result<LeftOpen> {
     let all = contours(mesh);
     let (todo, long): (Vec<Contour>, Vec<Contour>) = all.into_iter().partition(|c| c.nodes.len() <= longest);
     for c in &long {
         report.add(defect, Action::Left, c.nodes.len(), &places(mesh, c));
     }
     if todo.is_empty() {
-        return Ok(long.len());
+        return Ok(LeftOpen { wanted: long.len(), refused: 0 });
     }
     let mut edges: FxHashSet<u64> = FxHashSet::default();
     let mut apex: FxHashMap<u64, u32> = FxHashMap::default();
@@ -153,7 +170,8 @@ pub(super) fn close_holes(mesh: &mut TriMesh, longest: usize, defect: Defect, re
         let mut bad = vec![false; todo.len()];
         for pair in intersections_among(&trial, &new, run)? {
             // of two fillings the later one gives way first, if it has a way left
-            let owners: Vec<usize> = pair.iter().filter(|t| **t as usize >= first).map(|t| owner[*t as usize - first] as usize).collect();
+            let owners: Vec<usize> =
+                pair.iter().filter(|t| **t as usize >= first).map(|t| owner[*t as usize - first] as usize).collect();
             if let Some(i) = owners.into_iter().max_by_key(|i| (std::cmp::Reverse(tried[*i]), *i)) {
                 bad[i] = true;
             }
@@ -165,7 +183,7 @@ pub(super) fn close_holes(mesh: &mut TriMesh, longest: usize, defect: Defect, re
             tried[i] += usize::from(*bad);
         }
     };
-    let mut left = long.len();
+    let mut left = LeftOpen { wanted: long.len(), refused: 0 };
     for (c, tried) in todo.iter().zip(&tried) {
         let action = match TRIES.get(*tried) {
             None => Action::Left,
@@ -173,7 +191,7 @@ pub(super) fn close_holes(mesh: &mut TriMesh, longest: usize, defect: Defect, re
             Some((Way::Ears, _)) => Action::Filled,
             Some(_) => Action::FilledOtherwise,
         };
-        left += usize::from(action == Action::Left);
+        left.refused += usize::from(action == Action::Left);
         report.add(defect, action, c.nodes.len(), &places(mesh, c));
     }
     *mesh = trial;

@@ -161,7 +161,8 @@ fn halve_edges(complex: &Complex, edges: &[u64]) -> Complex {
     }
     let mut out = Vec::with_capacity(complex.triangles.len());
     for (t, u) in complex.triangles.iter().zip(&complex.uses) {
-        let cut = |k: usize| edges.binary_search(&super::sides::key(t[k], t[(k + 1) % 3])).ok().map(|i| first + i as u32);
+        let cut =
+            |k: usize| edges.binary_search(&super::sides::key(t[k], t[(k + 1) % 3])).ok().map(|i| first + i as u32);
         let cuts: Vec<usize> = (0..3).filter(|k| cut(*k).is_some()).collect();
         match cuts[..] {
             [] => out.push((*t, *u)),
@@ -196,7 +197,12 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
         let [a, b] = e else { return false };
         let (u, v) = (complex.uses[a.triangle()], complex.uses[b.triangle()]);
         let turned = directed(&complex.triangles, a.half) == directed(&complex.triangles, b.half);
-        u.sheet == v.sheet && if turned { (u.along, u.against) == (v.against, v.along) && u.along == u.against } else { (u.along, u.against) == (v.along, v.against) }
+        u.sheet == v.sheet
+            && if turned {
+                (u.along, u.against) == (v.against, v.along) && u.along == u.against
+            } else {
+                (u.along, u.against) == (v.along, v.against)
+            }
     });
     let mut largest = vec![(0.0, u32::MAX); count];
     let corner = |t: u32| complex.triangles[t as usize].map(|v| complex.nodes[v as usize]);
@@ -208,7 +214,8 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
             *slot = (area, t);
         }
     }
-    let bounding: Vec<(u32, i32)> = (0..n as u32).map(|t| (t, jump(complex.uses[t as usize]))).filter(|b| b.1 != 0).collect();
+    let bounding: Vec<(u32, i32)> =
+        (0..n as u32).map(|t| (t, jump(complex.uses[t as usize]))).filter(|b| b.1 != 0).collect();
     let mut behind = vec![0i32; count];
     use rayon::prelude::*;
     let mean: Vec<f64> = run.install(|| {
@@ -328,14 +335,28 @@ fn turn_around(complex: &Complex, u: u32, v: u32, e: &[Side]) -> Vec<Side> {
     // 0: at the start, 1: first half turn, 2: opposite, 3: second half turn
     let half = |x: DVec3| {
         let s = left(zero, x);
-        if s > 0.0 { 1 } else if s < 0.0 { 3 } else if towards(zero, x) { 0 } else { 2 }
+        if s > 0.0 {
+            1
+        } else if s < 0.0 {
+            3
+        } else if towards(zero, x) {
+            0
+        } else {
+            2
+        }
     };
     let mut out = e.to_vec();
     out.sort_by(|s, t| {
         let (x, y) = (apex(s), apex(t));
         half(x).cmp(&half(y)).then_with(|| {
             let o = left(x, y);
-            if o > 0.0 { Ordering::Less } else if o < 0.0 { Ordering::Greater } else { Ordering::Equal }
+            if o > 0.0 {
+                Ordering::Less
+            } else if o < 0.0 {
+                Ordering::Greater
+            } else {
+                Ordering::Equal
+            }
         })
     });
     out
@@ -366,12 +387,19 @@ struct Draw {
     way: DVec3,
     /// Gap it draws back by, so far.
     by: f64,
-    /// One side of a sheet.
-    side: bool,
+    /// Whether a triangle here lies on another copy of itself, so that the two must be parted.
+    must: bool,
 }
 
 /// Draws nodes back from others at their place until nothing intersects.
-fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Vec<DVec3>, run: &Run) -> Result<Result<Levels, Vec<[u32; 2]>>> {
+fn part(
+    mut mesh: TriMesh,
+    origin: &[u32],
+    copies: &[Copy],
+    gap: f64,
+    plates: Vec<DVec3>,
+    run: &Run,
+) -> Result<Result<Levels, Vec<[u32; 2]>>> {
     let n = mesh.nodes.len();
     let mut order: Vec<u32> = (0..n as u32).collect();
     order.sort_unstable_by_key(|v| (origin[*v as usize], *v));
@@ -407,7 +435,12 @@ fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Ve
             let way = way(&mesh, v, around(v), one_sided);
             let deep = if one_sided == Some(true) { 1.0 } else { (i as f64).min(4.0) };
             let room = room(&mesh, v, around(v));
-            draws[v as usize] = Some(Draw { way, by: (gap * deep).min(0.3 * room), side: one_sided == Some(true) });
+            let twin = |t: &u32| {
+                let (t, own) = (*t as usize, copies[*t as usize].triangle);
+                (t > 0 && copies[t - 1].triangle == own) || copies.get(t + 1).is_some_and(|c| c.triangle == own)
+            };
+            let must = one_sided.is_some() && around(v).iter().any(twin);
+            draws[v as usize] = Some(Draw { way, by: (gap * deep).min(0.3 * room), must });
         }
     }
     let home = mesh.nodes.clone();
@@ -430,8 +463,8 @@ fn part(mut mesh: TriMesh, origin: &[u32], copies: &[Copy], gap: f64, plates: Ve
         touched.dedup();
         for v in touched {
             if let Some(d) = &mut draws[v as usize] {
-                // where there is no room surfaces touch, as they do without a gap; the two sides of a sheet must not
-                d.by *= if round >= 4 && !d.side { 0.0 } else { 0.3 };
+                // where there is no room surfaces touch, as they do without a gap; what lies on itself must not
+                d.by *= if round >= 4 && !d.must { 0.0 } else { 0.3 };
             }
         }
     }

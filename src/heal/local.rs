@@ -63,6 +63,9 @@ pub(super) fn refill(mesh: &TriMesh, run: &Run) -> Result<Option<(TriMesh, Vec<D
 /// A triangle is stretched if it is this many times larger than the middle one of the mesh.
 const STRETCHED: f64 = 4.0;
 
+/// What moves must be this many times larger, on average, than the triangles of the mesh.
+const LARGER: f64 = 1.5;
+
 /// Rounds of drawing back; each takes one more ring along.
 const DRAWN: usize = 12;
 
@@ -80,7 +83,8 @@ pub(super) fn draw_back(mesh: &TriMesh, run: &Run) -> Result<Option<(TriMesh, Ve
     let limit = STRETCHED * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
     let mut free = vec![false; m.nodes.len()];
     let touches = |free: &[bool], t: &[u32; 3]| t.iter().any(|v| free[*v as usize]);
-    let mut around: Vec<(u32, u32)> = m.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
+    let mut around: Vec<(u32, u32)> =
+        m.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
     around.sort_unstable();
     let mut starts = vec![0usize; m.nodes.len() + 1];
     around.iter().for_each(|e| starts[e.0 as usize + 1] += 1);
@@ -99,16 +103,21 @@ pub(super) fn draw_back(mesh: &TriMesh, run: &Run) -> Result<Option<(TriMesh, Ve
             // all of what is stretched and hangs together with crossings
             loop {
                 let more: Vec<usize> = (0..area.len())
-                    .filter(|t| area[*t] > limit && touches(&free, &m.triangles[*t]) && !m.triangles[*t].iter().all(|v| free[*v as usize]))
+                    .filter(|t| {
+                        area[*t] > limit
+                            && touches(&free, &m.triangles[*t])
+                            && !m.triangles[*t].iter().all(|v| free[*v as usize])
+                    })
                     .collect();
                 if more.is_empty() {
                     break;
                 }
                 more.iter().for_each(|t| m.triangles[*t].iter().for_each(|v| free[*v as usize] = true));
             }
-            let moved: Vec<f64> = m.triangles.iter().zip(&area).filter(|(t, _)| touches(&free, t)).map(|(_, a)| *a).collect();
+            let moved: Vec<f64> =
+                m.triangles.iter().zip(&area).filter(|(t, _)| touches(&free, t)).map(|(_, a)| *a).collect();
             let mean = |a: &[f64]| a.iter().sum::<f64>() / a.len().max(1) as f64;
-            if mean(&moved) < 2.0 * mean(&area) {
+            if mean(&moved) < LARGER * mean(&area) {
                 return Ok(None);
             }
         } else {

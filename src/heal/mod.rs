@@ -6,12 +6,19 @@
 //! 2. borders that nearly meet, T-junctions: joined at the smallest of a ladder of tolerances that joins them;
 //! 3. fins, orientation;
 //! 4. contours of open edges: found by the iteration of [BOR20], closed by ear cutting, flips while the area falls, and
-//!    refinement to the surrounding size; a filling that would intersect is refused and another way tried.
+//!    refinement to the surrounding size; a filling that would intersect is refused and another way tried;
+//! 5. what still intersects: taken out with its surroundings and closed again; drawn back, where a closed surface was pulled
+//!    through itself; or cut exactly along its crossings and parted, a gap of 1e-5 of the diagonal wide, into one closed
+//!    surface for each level of the winding number, so that nothing is lost; pieces that bound nothing get two sides;
+//! 6. where all of this fails, a new surface around everything.
 //!
 //! *Guarantees*: the same input gives the same bytes for any number of threads; the report says what was done where and
 //! whether the result is sound, as measured on the result itself. No node that is away from a defect moves.
 //!
-//! *Does not guarantee* that the result is sound: see [`HealReport::is_sound`].
+//! *Does not guarantee* that the result is sound: see [`HealReport::is_sound`]. Surfaces that were parted may touch in nodes
+//! where no gap fits ([`HealReport::touching`]); a format that stores no connectivity welds them there again. Bodies that
+//! overlap come out as a surface around all of them and one around what they share: nothing is lost, but the second lies
+//! inside the first.
 //!
 //! [BOR20]: O. N. Borisenko et al., "Algorithms of preprocessing singularities in geometric models to generate surface
 //! triangular grids in the LOGOS software package preprocessor" (in Russian), 2020.
@@ -49,16 +56,11 @@ const SAMPLES: usize = 20_000;
 pub const KEPT_WITHIN: f64 = 1e-4;
 
 /// What to heal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct HealOptions {
-    /// Contours of more open edges stay open; `None`: all are closed.
+    /// Contours of more open edges stay open; `None`: all are closed. A mesh that is to stay open has no inside, so where it
+    /// intersects itself is then reported, not repaired.
     pub max_hole: Option<usize>,
-}
-
-impl Default for HealOptions {
-    fn default() -> Self {
-        Self { max_hole: None }
-    }
 }
 
 /// A healed mesh and what was done to it.
@@ -90,8 +92,9 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
     clean::drop_fins(&mut mesh, &mut report);
     clean::orient(&mut mesh, &mut report);
     run.progress("fill", 0.0);
-    holes::close_holes(&mut mesh, options.max_hole.unwrap_or(usize::MAX), Defect::Hole, &mut report, run)?;
-    if !is_sound(&mesh, run)? {
+    let longest = options.max_hole.unwrap_or(usize::MAX);
+    let wanted = holes::close_holes(&mut mesh, longest, Defect::Hole, &mut report, run)?.wanted;
+    if wanted == 0 && !is_sound(&mesh, run)? {
         run.progress("uncross", 0.0);
         mesh = repair(input, mesh, diagonal, &mut report, run)?;
     }
@@ -273,7 +276,8 @@ fn kept(input: &TriMesh, mesh: &TriMesh, tolerance: f64, run: &Run) -> f64 {
         while next < sum {
             // the R2 sequence of M. Roberts (2018): even without a seed
             let i = points.len() as f64;
-            let (mut u, mut v) = ((0.5 + i * 0.754_877_666_246_692_8).fract(), (0.5 + i * 0.569_840_290_998_053_2).fract());
+            let (mut u, mut v) =
+                ((0.5 + i * 0.754_877_666_246_692_8).fract(), (0.5 + i * 0.569_840_290_998_053_2).fract());
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
@@ -282,7 +286,8 @@ fn kept(input: &TriMesh, mesh: &TriMesh, tolerance: f64, run: &Run) -> f64 {
             next += step;
         }
     }
-    let near = |p: &DVec3| bvh.nearest(*p, tolerance, |t| triangle_distance_squared(*p, mesh.corners(t as usize))).is_some();
+    let near =
+        |p: &DVec3| bvh.nearest(*p, tolerance, |t| triangle_distance_squared(*p, mesh.corners(t as usize))).is_some();
     let hits = run.install(|| points.par_iter().filter(|p| near(p)).count());
     hits as f64 / points.len().max(1) as f64
 }

@@ -11,7 +11,10 @@ use crate::mesh::{EditMesh, TriMesh};
 
 /// Whether `c`, which lies on the line `a b`, lies strictly between them.
 pub(super) fn between(points: &Points, a: u32, b: u32, c: u32, axis: usize) -> bool {
-    c != a && c != b && along(points, a, b, a, c, axis) == Ordering::Less && along(points, a, b, c, b, axis) == Ordering::Less
+    c != a
+        && c != b
+        && along(points, a, b, a, c, axis) == Ordering::Less
+        && along(points, a, b, c, b, axis) == Ordering::Less
 }
 
 /// Which of two points of the line `a b` comes first on the way from `a` to `b`.
@@ -39,7 +42,12 @@ fn fault(why: &str) -> Error {
 /// Triangles that make up `tri`, with all points as nodes and all segments (between points of the triangle) as chains of
 /// edges. Where the segments leave a choice, Delaunay's rule in the plane seen along the axis decides, and the smallest
 /// number where that does not, so that the same region is triangulated alike whichever triangle it is part of.
-pub(super) fn triangulate(points: &mut Points, tri: [u32; 3], more: &[u32], segments: &[[u32; 2]]) -> Result<Vec<[u32; 3]>> {
+pub(super) fn triangulate(
+    points: &mut Points,
+    tri: [u32; 3],
+    more: &[u32],
+    segments: &[[u32; 2]],
+) -> Result<Vec<[u32; 3]>> {
     let axis = axis_of(tri.map(|v| points.near[v as usize]));
     let turned = points.orient(tri[0], tri[1], tri[2], axis) == Ordering::Less;
     let corner = if turned { [tri[0], tri[2], tri[1]] } else { tri };
@@ -79,12 +87,20 @@ pub(super) fn triangulate(points: &mut Points, tri: [u32; 3], more: &[u32], segm
         let mut on: Vec<u32> = names
             .iter()
             .copied()
-            .filter(|v| *v != a && *v != b && inside_box(points, a, b, *v) && points.orient(a, b, *v, axis) == Ordering::Equal && between(points, a, b, *v, axis))
+            .filter(|v| {
+                *v != a
+                    && *v != b
+                    && inside_box(points, a, b, *v)
+                    && points.orient(a, b, *v, axis) == Ordering::Equal
+                    && between(points, a, b, *v, axis)
+            })
             .collect();
         sort_along(points, a, b, axis, &mut on);
         let chain: Vec<u32> = std::iter::once(a).chain(on).chain([b]).collect();
         for w in chain.windows(2) {
-            let (Some(u), Some(v)) = (local.get(&w[0]), local.get(&w[1])) else { return Err(fault("segment end unknown")) };
+            let (Some(u), Some(v)) = (local.get(&w[0]), local.get(&w[1])) else {
+                return Err(fault("segment end unknown"));
+            };
             recover(points, &mut edit, &names, *u, *v, axis)?;
         }
     }

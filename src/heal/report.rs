@@ -132,13 +132,15 @@ impl std::fmt::Display for HealReport {
         )?;
         for r in &self.repairs {
             let [x, y, z] = r.place;
-            let words = |s: String| s.chars().fold(String::new(), |mut t, c| {
-                if c.is_uppercase() && !t.is_empty() {
-                    t.push(' ');
-                }
-                t.push(c.to_ascii_lowercase());
-                t
-            });
+            let words = |s: String| {
+                s.chars().fold(String::new(), |mut t, c| {
+                    if c.is_uppercase() && !t.is_empty() {
+                        t.push(' ');
+                    }
+                    t.push(c.to_ascii_lowercase());
+                    t
+                })
+            };
             let (what, done) = (words(format!("{:?}", r.defect)), words(format!("{:?}", r.action)));
             writeln!(f, "  {what}: {} {done}, at ({x:.6}, {y:.6}, {z:.6}) within {:.3e}", r.count, r.extent)?;
         }

@@ -84,9 +84,10 @@ fn join_edges(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
                     if j as usize == i {
                         continue;
                     }
-                    for (same_way, gap) in
-                        [(false, p(a).distance(p(d)).max(p(b).distance(p(c)))), (true, p(a).distance(p(c)).max(p(b).distance(p(d))))]
-                    {
+                    for (same_way, gap) in [
+                        (false, p(a).distance(p(d)).max(p(b).distance(p(c)))),
+                        (true, p(a).distance(p(c)).max(p(b).distance(p(d)))),
+                    ] {
                         let offer = (same_way, gap, j);
                         if gap <= limit && best.is_none_or(|b| offer < b) {
                             best = Some(offer);
@@ -179,7 +180,9 @@ fn split_junctions(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
             }
             let s = (p(c) - p(a)).dot(along) / (length * length);
             let off = p(c).distance(p(a) + s * along);
-            if !(off <= limit && s * length > 2.0 * off && (1.0 - s) * length > 2.0 * off) || !(s > 1e-6 && s < 1.0 - 1e-6) {
+            if !(off <= limit && s * length > 2.0 * off && (1.0 - s) * length > 2.0 * off)
+                || !(s > 1e-6 && s < 1.0 - 1e-6)
+            {
                 return;
             }
             let from = at.partition_point(|e| e.0 < c);

@@ -24,7 +24,8 @@ pub(super) fn wrap(mesh: &TriMesh, run: &Run) -> Result<TriMesh> {
     let step = (bounds.size().max_element() / CELLS).max(f64::MIN_POSITIVE);
     let origin = bounds.lo - 3.0 * step;
     let n: [usize; 3] = (bounds.size() / step).to_array().map(|x| x.ceil() as usize + 7);
-    let at = |i: usize| DVec3::new((i % n[0]) as f64, (i / n[0] % n[1]) as f64, (i / (n[0] * n[1])) as f64) * step + origin;
+    let at =
+        |i: usize| DVec3::new((i % n[0]) as f64, (i / n[0] % n[1]) as f64, (i / (n[0] * n[1])) as f64) * step + origin;
     let bvh = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
     let (reach, far) = (OFF * step, 3.0 * OFF * step);
     let total = n[0] * n[1] * n[2];
@@ -73,7 +74,8 @@ pub(super) fn wrap(mesh: &TriMesh, run: &Run) -> Result<TriMesh> {
         for y in 0..n[1] - 1 {
             for x in 0..n[0] - 1 {
                 let base = x + y * strides[1] + z * strides[2];
-                let all: [usize; 8] = std::array::from_fn(|c| base + (c & 1) + (c >> 1 & 1) * strides[1] + (c >> 2) * strides[2]);
+                let all: [usize; 8] =
+                    std::array::from_fn(|c| base + (c & 1) + (c >> 1 & 1) * strides[1] + (c >> 2) * strides[2]);
                 if all.iter().all(|i| value[*i] < 0.0) || all.iter().all(|i| value[*i] > 0.0) {
                     continue;
                 }
@@ -111,7 +113,9 @@ fn march(
         })
     };
     // whether (a, b, c, d) is an even permutation of (0, 1, 2, 3)
-    let even = |p: [usize; 4]| (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).filter(|(i, j)| p[*i] > p[*j]).count() % 2 == 0;
+    let even = |p: [usize; 4]| {
+        (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).filter(|(i, j)| p[*i] > p[*j]).count() % 2 == 0
+    };
     let mut polygon = match (&inside[..], &outer[..]) {
         (&[a], &[b, c, d]) => {
             let mut p = vec![node(a, b), node(a, c), node(a, d)];
