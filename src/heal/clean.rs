@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::levels::winding;
 use super::report::{Action, Defect, HealReport};
 use super::sides::{Side, Sides, directed, pieces};
 use crate::mesh::TriMesh;
@@ -82,11 +83,15 @@ pub(super) fn drop_duplicates(mesh: &mut TriMesh, report: &mut HealReport) {
     if groups.iter().any(|g| g[0].1 != g[g.len() - 1].1) {
         let unique: Vec<[u32; 3]> = groups.iter().map(|g| mesh.triangles[g[0].2 as usize]).collect();
         let sides = Sides::of(&unique);
-        for (g, tri) in groups.iter().zip(&unique) {
-            let single = (0..3).all(|k| sides.on(super::sides::key(tri[k], tri[(k + 1) % 3])).len() <= 2);
-            if single && g[0].1 != g[g.len() - 1].1 {
-                g[1..].iter().for_each(|m| keep[m.2 as usize] = false);
-            }
+        let faced: Vec<bool> = groups.iter().map(|g| g[0].1 != g[g.len() - 1].1).collect();
+        // a patch of such pairs is a wall if something else goes on at its border on both sides of it
+        let (patch, count) = pieces(unique.len(), &sides, |e| e.iter().all(|s| faced[s.triangle()]));
+        let mut wall = vec![false; count];
+        for e in sides.edges().filter(|e| e.len() > 2) {
+            e.iter().for_each(|s| wall[patch[s.triangle()] as usize] = true);
+        }
+        for (_, g) in groups.iter().enumerate().filter(|(i, _)| faced[*i] && !wall[patch[*i] as usize]) {
+            g[1..].iter().for_each(|m| keep[m.2 as usize] = false);
         }
     }
     let places: Vec<DVec3> = (0..keep.len()).filter(|t| !keep[*t]).map(|t| mesh.centroid(t)).collect();
@@ -184,6 +189,35 @@ pub(super) fn orient(mesh: &mut TriMesh, report: &mut HealReport) -> bool {
         mesh.triangles[t].swap(1, 2);
     }
     consistent
+}
+
+/// Turns closed pieces with a negative volume that lie in no other piece: in another one they are cavities.
+pub(super) fn turn_outward(mesh: &mut TriMesh, report: &mut HealReport) {
+    let sides = Sides::of(&mesh.triangles);
+    let (piece, count) = pieces(mesh.triangles.len(), &sides, |_| true);
+    let mut closed = vec![true; count];
+    for e in sides.edges().filter(|e| !balanced(&mesh.triangles, e)) {
+        closed[piece[e[0].triangle()] as usize] = false;
+    }
+    let o = mesh.nodes.first().copied().unwrap_or_default();
+    let (mut volume, mut first) = (vec![0.0; count], vec![DVec3::ZERO; count]);
+    for (t, p) in piece.iter().enumerate() {
+        let [a, b, c] = mesh.corners(t).map(|x| x - o);
+        volume[*p as usize] += a.dot(b.cross(c));
+        first[*p as usize] = a + o;
+    }
+    let mut turn = vec![false; count];
+    for p in (0..count).filter(|p| closed[*p] && volume[*p] < 0.0) {
+        let mut around = vec![0.0; count];
+        for (t, q) in piece.iter().enumerate().filter(|(_, q)| **q as usize != p && closed[**q as usize]) {
+            around[*q as usize] += winding(mesh.corners(t).map(|x| x - first[p]));
+        }
+        turn[p] = around.iter().all(|w| w.abs() < 0.5);
+    }
+    let turned: Vec<usize> = (0..piece.len()).filter(|t| turn[piece[*t] as usize]).collect();
+    let places: Vec<DVec3> = turned.iter().map(|t| mesh.centroid(*t)).collect();
+    report.add(Defect::Orientation, Action::Flipped, places.len(), &places);
+    turned.iter().for_each(|t| mesh.triangles[*t].swap(1, 2));
 }
 
 /// Whether the sides on an edge cancel: as many run one way as the other.

@@ -428,7 +428,7 @@ fn part(
         ranked.sort_unstable_by_key(|v| rank(*v));
         for (i, &v) in ranked.iter().enumerate() {
             let one_sided = one_side(around(v), copies);
-            let stays = i == 0 && !(one_sided == Some(true));
+            let stays = i == 0 && one_sided != Some(true);
             if stays {
                 continue;
             }

@@ -94,6 +94,7 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
     run.progress("fill", 0.0);
     let longest = options.max_hole.unwrap_or(usize::MAX);
     let wanted = holes::close_holes(&mut mesh, longest, Defect::Hole, &mut report, run)?.wanted;
+    clean::turn_outward(&mut mesh, &mut report);
     if wanted == 0 && !is_sound(&mesh, run)? {
         run.progress("uncross", 0.0);
         mesh = repair(input, mesh, diagonal, &mut report, run)?;
@@ -140,11 +141,14 @@ fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport
         refilled = Some((m, places, kept));
     }
     let d = mesh.defects();
-    if d.is_closed() && d.is_manifold() && d.is_oriented() && !solids_cross(&mesh, run)? {
-        if let Some((m, places)) = local::draw_back(&mesh, run)? {
-            report.add(Defect::SelfIntersection, Action::DrawnBack, places.len(), &places);
-            return Ok(m);
-        }
+    if d.is_closed()
+        && d.is_manifold()
+        && d.is_oriented()
+        && !solids_cross(&mesh, run)?
+        && let Some((m, places)) = local::draw_back(&mesh, run)?
+    {
+        report.add(Defect::SelfIntersection, Action::DrawnBack, places.len(), &places);
+        return Ok(m);
     }
     let mut best: Option<(TriMesh, HealReport, f64)> = None;
     for force in [true, false] {

@@ -51,13 +51,6 @@ impl Sides {
         self.0.chunk_by(|a, b| a.key == b.key)
     }
 
-    /// The sides on one edge.
-    pub(super) fn on(&self, key: u64) -> &[Side] {
-        let from = self.0.partition_point(|s| s.key < key);
-        let to = from + self.0[from..].partition_point(|s| s.key == key);
-        &self.0[from..to]
-    }
-
     /// Sides of edges of one triangle, ascending by edge.
     pub(super) fn open(&self) -> Vec<u32> {
         self.edges().filter(|e| e.len() == 1).map(|e| e[0].half).collect()

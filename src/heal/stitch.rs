@@ -180,9 +180,7 @@ fn split_junctions(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
             }
             let s = (p(c) - p(a)).dot(along) / (length * length);
             let off = p(c).distance(p(a) + s * along);
-            if !(off <= limit && s * length > 2.0 * off && (1.0 - s) * length > 2.0 * off)
-                || !(s > 1e-6 && s < 1.0 - 1e-6)
-            {
+            if !(off <= limit && s > 0.0 && s < 1.0 && s * length > 2.0 * off && (1.0 - s) * length > 2.0 * off) {
                 return;
             }
             let from = at.partition_point(|e| e.0 < c);
