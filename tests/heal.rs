@@ -79,7 +79,7 @@ fn bad_input_is_told_with_its_place() {
         ("", "empty"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "7"),
         ("OFF\n3 1 0\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", "line 4"),
-        (&whole[..60], "ends"),
+        (&whole[..60], "line 11"),
         ("OFF\n0 0 0\n", "no triangle"),
     ];
     for (text, word) in cases {
