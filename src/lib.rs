@@ -27,6 +27,8 @@ pub mod render;
 
 pub mod implicit;
 
+pub mod heal;
+
 pub mod merge;
 
 pub mod optimize;

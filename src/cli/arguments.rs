@@ -22,6 +22,8 @@ pub enum Command {
     Compare(Compare),
     /// Measure a mesh, however it was made
     Check(Check),
+    /// Repair a mesh: close holes, join borders, part what intersects
+    Heal(Heal),
     /// Tell what is in a part
     Info(Info),
     /// Draw a mesh
@@ -128,6 +130,23 @@ pub struct Check {
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
     pub define: Vec<(String, f64)>,
     /// One JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Heal {
+    /// Mesh file
+    pub mesh: PathBuf,
+    /// Mesh file to write; the ending tells the format; may be given more than once
+    #[arg(short, long, required = true, value_name = "MESH")]
+    pub output: Vec<PathBuf>,
+    /// Leave contours of more open edges than this open
+    #[arg(long, value_name = "N")]
+    pub max_hole: Option<usize>,
+    /// The report as one JSON object instead of a table
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! The five commands. Each returns whether what was asked for was reached.
+//! The commands. Each returns whether what was asked for was reached.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Result, Run};
 use serde::Serialize;
 
-use super::arguments::{Check, Compare, How, Info, Mesh, Render};
+use super::arguments::{Check, Compare, Heal, How, Info, Mesh, Render};
 use super::console::{note, run, say, writable};
 
 /// Pictures of a comparison stand in rows of this many.
@@ -139,6 +139,27 @@ pub fn check(a: &Check) -> Result<bool> {
     drop(run);
     say(&if a.json { to_json(&check)? } else { check.to_string() });
     Ok(check.closed && check.manifold && check.oriented && check.self_intersections == 0)
+}
+
+pub fn heal(a: &Heal) -> Result<bool> {
+    for path in &a.output {
+        io::check_writable(path)?;
+    }
+    let run = run(&a.common)?;
+    let mesh = io::read(&a.mesh, &run)?;
+    let options = pipeline::HealOptions { max_hole: a.max_hole };
+    let healed = pipeline::heal(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?;
+    for path in &a.output {
+        io::write(path, &healed.mesh, &run)?;
+    }
+    drop(run);
+    if a.json {
+        say(&to_json(&healed.report)?);
+    } else if !a.common.quiet {
+        say(&healed.report.to_string());
+    }
+    note("falls short", &healed.report.shortfalls);
+    Ok(healed.report.shortfalls.is_empty())
 }
 
 pub fn info(a: &Info) -> Result<bool> {

@@ -26,6 +26,7 @@ pub fn main() -> ExitCode {
         Command::Mesh(a) => commands::mesh(a),
         Command::Compare(a) => commands::compare(a),
         Command::Check(a) => commands::check(a),
+        Command::Heal(a) => commands::heal(a),
         Command::Info(a) => commands::info(a),
         Command::Render(a) => commands::render(a),
     };

@@ -1,6 +1,7 @@
 //! Self-intersections, by exact predicates.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::trimesh::TriMesh;
 use crate::error::Result;
@@ -14,8 +15,7 @@ use crate::spatial::{Aabb, Bvh};
 /// if the edge opposite to it meets the other triangle; others if they have any point in common. Triangles without area
 /// are passed over. Exact: no tolerance is involved. The mesh must be [valid](TriMesh::validate).
 pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
-    let boxes: Vec<Aabb> = (0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect();
-    let flat: Vec<bool> = (0..mesh.triangles.len()).map(|t| is_flat(mesh.corners(t))).collect();
+    let (boxes, flat) = boxes_and_flat(mesh);
     run.check()?;
     let bvh = Bvh::new(boxes);
     let meet = |t: u32, u: u32| {
@@ -24,6 +24,46 @@ pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let found = run.install(|| bvh.pairs(&meet));
     run.check()?;
     Ok(found)
+}
+
+/// Boxes of all triangles, and which have no area.
+fn boxes_and_flat(mesh: &TriMesh) -> (Vec<Aabb>, Vec<bool>) {
+    (0..mesh.triangles.len()).map(|t| (Aabb::around(mesh.corners(t)), is_flat(mesh.corners(t)))).unzip()
+}
+
+/// Those [self-intersections](self_intersections) that concern at least one of the given triangles, which ascend.
+pub fn intersections_among(mesh: &TriMesh, some: &[u32], run: &Run) -> Result<Vec<[u32; 2]>> {
+    if some.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (boxes, flat) = boxes_and_flat(mesh);
+    let mut asked = vec![false; mesh.triangles.len()];
+    some.iter().for_each(|t| asked[*t as usize] = true);
+    run.check()?;
+    let bvh = Bvh::new(boxes.clone());
+    let found: Vec<Vec<[u32; 2]>> = run.install(|| {
+        some.par_iter()
+            .map(|&t| {
+                let mut out = Vec::new();
+                if flat[t as usize] || run.is_cancelled() {
+                    return out;
+                }
+                bvh.overlapping(&boxes[t as usize], |u| {
+                    // a pair of two asked triangles is found from the smaller one
+                    let mine = u != t && (u > t || !asked[u as usize]);
+                    if mine && !flat[u as usize] && intersect(mesh, t as usize, u as usize) {
+                        out.push([t.min(u), t.max(u)]);
+                    }
+                });
+                out.sort_unstable();
+                out
+            })
+            .collect()
+    });
+    run.check()?;
+    let mut pairs = found.concat();
+    pairs.sort_unstable();
+    Ok(pairs)
 }
 
 /// Exactly without area: the three points lie on a line in all three projections.

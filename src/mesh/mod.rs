@@ -11,6 +11,6 @@ pub mod view;
 
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
-pub use intersect::self_intersections;
+pub use intersect::{intersections_among, self_intersections};
 pub use trimesh::{Group, TriMesh};
 pub use view::{CellRun, MeshView};

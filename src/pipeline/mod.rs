@@ -1,11 +1,13 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
 mod compare;
+mod heal;
 mod leaf;
 mod mesh;
 mod report;
 
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use compare::{Comparison, Row, compare};
+pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
 pub use report::{Info, LeafInfo, Report, info};

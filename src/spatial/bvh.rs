@@ -40,6 +40,31 @@ impl Bvh {
         Self { nodes, items, boxes }
     }
 
+    /// Calls `f` for every item whose box touches `query`.
+    pub fn overlapping(&self, query: &Aabb, mut f: impl FnMut(u32)) {
+        let mut stack = [0u32; 64];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let at = stack[top] as usize;
+            let node = &self.nodes[at];
+            if !node.bounds.overlaps(query) {
+                continue;
+            }
+            if node.count > 0 {
+                for i in &self.items[node.start as usize..(node.start + node.count) as usize] {
+                    if self.boxes[*i as usize].overlaps(query) {
+                        f(*i);
+                    }
+                }
+            } else {
+                stack[top] = node.start;
+                stack[top + 1] = at as u32 + 1;
+                top += 2;
+            }
+        }
+    }
+
     /// All pairs of items whose boxes touch and that pass `keep`, the smaller number first, in ascending order whatever
     /// the number of threads of the current pool.
     pub fn pairs(&self, keep: &(impl Fn(u32, u32) -> bool + Sync)) -> Vec<[u32; 2]> {
@@ -178,7 +203,7 @@ mod tests {
         #[test]
         fn queries_agree_with_looking_at_everything(
             raw in prop::collection::vec((prop::array::uniform3(-1.0f64..1.0), 0.0f64..0.3), 0..80),
-            q in prop::array::uniform3(-1.2f64..1.2),
+            q in prop::array::uniform3(-1.2f64..1.2), half in 0.0f64..0.5,
         ) {
             let boxes: Vec<Aabb> = raw.iter().map(|(c, h)| Aabb::new(DVec3::from_array(*c) - *h, DVec3::from_array(*c) + *h)).collect();
             let bvh = Bvh::new(boxes.clone());
@@ -187,6 +212,12 @@ mod tests {
             let touch = |i: u32, j: u32| boxes[i as usize].overlaps(&boxes[j as usize]);
             let all: Vec<[u32; 2]> = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j])).filter(|p| touch(p[0], p[1])).collect();
             prop_assert_eq!(bvh.pairs(&|_, _| true), all);
+            let query = Aabb::new(q - half, q + half);
+            let mut found = Vec::new();
+            bvh.overlapping(&query, |i| found.push(i));
+            found.sort_unstable();
+            let all: Vec<u32> = (0..n).filter(|i| boxes[*i as usize].overlaps(&query)).collect();
+            prop_assert_eq!(found, all);
             let d = |i: u32| boxes[i as usize].distance_squared(q);
             let near = bvh.nearest(q, 0.4, d).map(|n| n.1);
             let best = (0..boxes.len() as u32).map(d).filter(|d| *d <= 0.16).min_by(f64::total_cmp);

@@ -1,0 +1,222 @@
+//! Borders that nearly meet: edge to edge, and nodes that lie on edges they are not part of (T-junctions).
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::clean::{drop_duplicates, retain};
+use super::report::{Action, Defect, HealReport};
+use super::sides::{Sets, Sides, directed};
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+
+/// Tolerances tried one after the other, as shares of the diagonal: what the smallest joins is not looked at again. Above
+/// the last, which is how far the input may be left, a gap is a hole, not an inaccuracy.
+const LADDER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 2.5e-5, 5e-5, 1e-4];
+
+/// An edge is joined only to one that is this much longer than the gap, or more.
+const LENGTH_PER_GAP: f64 = 4.0;
+
+/// Cosine of the largest angle between an edge and the border of a node that is put into it.
+const ALONG: f64 = 0.94;
+
+/// Joins borders step by step, from the smallest tolerance to the largest that open edges are left for: first edges that
+/// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for.
+pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
+    for junctions in [false, true] {
+        for share in LADDER {
+            run.check()?;
+            if Sides::of(&mesh.triangles).open().is_empty() {
+                return Ok(());
+            }
+            let tolerance = share * diagonal;
+            for _ in 0..if junctions { 4 } else { 0 } {
+                let split = split_junctions(mesh, tolerance);
+                if split.is_empty() {
+                    break;
+                }
+                report.add(Defect::TJunction, Action::Split, split.len(), &split);
+            }
+            // ends that move bring others within reach
+            for _ in 0..3 {
+                let near = join_edges(mesh, tolerance);
+                if near.is_empty() {
+                    break;
+                }
+                report.add(Defect::NearBorders, Action::Merged, near.len(), &near);
+                drop_duplicates(mesh, report);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn cell(p: DVec3, width: f64) -> [i64; 3] {
+    (p / width).floor().to_array().map(|x| x as i64)
+}
+
+/// Makes one of the ends of open edges that run against each other within the tolerance and are each other's best.
+fn join_edges(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
+    let sides = Sides::of(&mesh.triangles);
+    let open: Vec<[u32; 2]> = sides.open().iter().map(|h| directed(&mesh.triangles, *h)).collect();
+    if open.len() < 2 {
+        return Vec::new();
+    }
+    let p = |v: u32| mesh.nodes[v as usize];
+    let width = 2.0 * tolerance;
+    let mut grid: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
+    let middle = |e: [u32; 2]| 0.5 * (p(e[0]) + p(e[1]));
+    for (i, e) in open.iter().enumerate() {
+        grid.entry(cell(middle(*e), width)).or_default().push(i as u32);
+    }
+    // the nearest other edge, those running the opposite way first
+    let best: Vec<Option<(bool, f64, u32)>> = open
+        .iter()
+        .enumerate()
+        .map(|(i, &[a, b])| {
+            let limit = tolerance.min(p(a).distance(p(b)) / LENGTH_PER_GAP);
+            let [x, y, z] = cell(middle([a, b]), width);
+            let mut best: Option<(bool, f64, u32)> = None;
+            for (dx, dy, dz) in (0..27).map(|n| (n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)) {
+                for &j in grid.get(&[x + dx, y + dy, z + dz]).into_iter().flatten() {
+                    let [c, d] = open[j as usize];
+                    if j as usize == i {
+                        continue;
+                    }
+                    for (same_way, gap) in [
+                        (false, p(a).distance(p(d)).max(p(b).distance(p(c)))),
+                        (true, p(a).distance(p(c)).max(p(b).distance(p(d)))),
+                    ] {
+                        let offer = (same_way, gap, j);
+                        if gap <= limit && best.is_none_or(|b| offer < b) {
+                            best = Some(offer);
+                        }
+                    }
+                }
+            }
+            best
+        })
+        .collect();
+    let mut sets = Sets::new(mesh.nodes.len());
+    let mut joined = false;
+    for (i, b) in best.iter().enumerate() {
+        let Some((same_way, _, j)) = *b else { continue };
+        if best[j as usize].is_some_and(|back| back.2 == i as u32) && (j as usize) > i {
+            let ([a, b], [c, d]) = (open[i], open[j as usize]);
+            let (c, d) = if same_way { (c, d) } else { (d, c) };
+            sets.join(a, c);
+            sets.join(b, d);
+            joined = true;
+        }
+    }
+    if !joined {
+        return Vec::new();
+    }
+    // a set that would make a triangle vanish is dissolved
+    let mut dissolved = vec![false; mesh.nodes.len()];
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|v| sets.find(v));
+        if a == b || a == c {
+            dissolved[a as usize] = true;
+        }
+        if b == c {
+            dissolved[b as usize] = true;
+        }
+    }
+    let mut members: Vec<(u32, u32)> = (0..mesh.nodes.len() as u32)
+        .map(|v| (sets.find(v), v))
+        .filter(|(root, _)| !dissolved[*root as usize])
+        .collect();
+    members.sort_unstable();
+    let mut to: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+    let mut places = Vec::new();
+    for set in members.chunk_by(|a, b| a.0 == b.0).filter(|s| s.len() > 1) {
+        let mean = set.iter().map(|m| mesh.nodes[m.1 as usize]).sum::<DVec3>() / set.len() as f64;
+        let same = set.iter().all(|m| mesh.nodes[m.1 as usize] == mesh.nodes[set[0].1 as usize]);
+        if !same {
+            mesh.nodes[set[0].0 as usize] = mean;
+        }
+        places.push(mean);
+        set.iter().for_each(|m| to[m.1 as usize] = m.0);
+    }
+    mesh.triangles.iter_mut().flatten().for_each(|v| *v = to[*v as usize]);
+    places
+}
+
+/// Puts border nodes into the open edges they lie on, one edge of each triangle at a time.
+fn split_junctions(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
+    let sides = Sides::of(&mesh.triangles);
+    let open = sides.open();
+    if open.is_empty() {
+        return Vec::new();
+    }
+    let ends: Vec<[u32; 2]> = open.iter().map(|h| directed(&mesh.triangles, *h)).collect();
+    let mut nodes: Vec<u32> = ends.iter().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    // border directions at each border node
+    let mut at: Vec<(u32, u32)> = ends.iter().flat_map(|[a, b]| [(*a, *b), (*b, *a)]).collect();
+    at.sort_unstable();
+    let p = |v: u32| mesh.nodes[v as usize];
+    let bvh = Bvh::new(nodes.iter().map(|v| Aabb::around([p(*v)])).collect());
+    let mut places = Vec::new();
+    let mut gone = vec![false; mesh.triangles.len()];
+    let mut new: Vec<([u32; 3], u32)> = Vec::new();
+    for (h, &[a, b]) in open.iter().zip(&ends) {
+        let t = (*h / 3) as usize;
+        if gone[t] {
+            continue;
+        }
+        let tri = mesh.triangles[t];
+        let Some(&x) = tri.iter().find(|v| **v != a && **v != b) else { continue };
+        let (along, length) = (p(b) - p(a), p(a).distance(p(b)));
+        let limit = tolerance.min(length / LENGTH_PER_GAP);
+        let mut on: Vec<(f64, u32)> = Vec::new();
+        bvh.overlapping(&Aabb::around([p(a), p(b)]).grown(limit), |i| {
+            let c = nodes[i as usize];
+            if tri.contains(&c) {
+                return;
+            }
+            let s = (p(c) - p(a)).dot(along) / (length * length);
+            let off = p(c).distance(p(a) + s * along);
+            if !(off <= limit && s > 0.0 && s < 1.0 && s * length > 2.0 * off && (1.0 - s) * length > 2.0 * off) {
+                return;
+            }
+            let from = at.partition_point(|e| e.0 < c);
+            let borders = at[from..].iter().take_while(|e| e.0 == c);
+            let follows = borders.filter(|e| !tri.contains(&e.1) || e.1 == a || e.1 == b).any(|e| {
+                let d = p(e.1) - p(c);
+                d.dot(along).abs() > ALONG * d.length() * length
+            });
+            if follows {
+                on.push((s, c));
+            }
+        });
+        if on.is_empty() {
+            continue;
+        }
+        on.sort_unstable_by(|l, r| l.0.total_cmp(&r.0).then(l.1.cmp(&r.1)));
+        let chain: Vec<u32> = std::iter::once(a).chain(on.iter().map(|o| o.1)).chain([b]).collect();
+        let n = mesh.area_vector(t);
+        let fits = |w: &[u32]| {
+            let m = (p(w[1]) - p(w[0])).cross(p(x) - p(w[0]));
+            w[0] != w[1] && m.dot(n) > 0.0
+        };
+        if !chain.windows(2).all(fits) {
+            continue;
+        }
+        places.extend(on.iter().map(|o| p(o.1)));
+        gone[t] = true;
+        new.extend(chain.windows(2).map(|w| ([w[0], w[1], x], mesh.labels[t])));
+    }
+    if places.is_empty() {
+        return places;
+    }
+    retain(mesh, |t| !gone[t]);
+    for (t, label) in new {
+        mesh.triangles.push(t);
+        mesh.labels.push(label);
+    }
+    places
+}
