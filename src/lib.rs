@@ -24,6 +24,7 @@ pub mod io;
 pub mod render;
 
 pub mod implicit;
+pub mod parametric;
 
 pub mod optimize;
 
