@@ -107,7 +107,14 @@ impl Curve {
 
     /// The period, of a curve that repeats itself.
     pub fn period(&self) -> Option<f64> {
-        matches!(self, Curve::Ellipse { .. }).then_some(TAU)
+        match self {
+            Curve::Ellipse { .. } => Some(TAU),
+            Curve::Nurbs(n) if n.is_closed() => {
+                let [a, b] = n.knots.domain();
+                Some(b - a)
+            }
+            _ => None,
+        }
     }
 
     /// Curvature: the inverse of the radius of the circle that fits best, 0 where the curve stands still.
@@ -127,9 +134,11 @@ impl Curve {
             Curve::Nurbs(n) => {
                 let breaks = n.knots.breaks();
                 let parts = n.knots.degree().max(1);
-                for w in breaks.windows(2) {
+                let rounds: &[f64] = if n.is_closed() { &[-1.0, 0.0, 1.0] } else { &[0.0] };
+                let round = breaks[breaks.len() - 1] - breaks[0];
+                for (r, w) in rounds.iter().flat_map(|r| breaks.windows(2).map(move |w| (r * round, w))) {
                     for k in 0..parts {
-                        let t = w[0] + (w[1] - w[0]) * k as f64 / parts as f64;
+                        let t = r + w[0] + (w[1] - w[0]) * k as f64 / parts as f64;
                         if t > a && t < b {
                             out.push(t);
                         }

@@ -4,6 +4,7 @@ use glam::{DVec3, DVec4};
 
 use super::basis::{Knots, Row};
 use crate::error::{Error, Place, Result};
+use crate::spatial::Aabb;
 
 /// A rational B-spline curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +14,11 @@ pub struct NurbsCurve {
     /// Control points times weight, and the weight.
     points: Vec<DVec4>,
     rational: bool,
+    closed: bool,
 }
+
+/// Ends of a curve nearer to each other than this share of its size are one point.
+const CLOSED: f64 = 1e-6;
 
 /// Homogeneous control points; all weights are 1 where none are given.
 fn homogeneous(points: &[DVec3], weights: Option<&[f64]>) -> Result<(Vec<DVec4>, bool)> {
@@ -42,8 +47,17 @@ impl NurbsCurve {
     /// positive.
     pub fn new(degree: usize, knots: Vec<f64>, points: &[DVec3], weights: Option<&[f64]>) -> Result<Self> {
         let knots = Knots::new(degree, knots, points.len())?;
+        let size = Aabb::around(points.iter().copied()).diagonal();
         let (points, rational) = homogeneous(points, weights)?;
-        Ok(Self { knots, points, rational })
+        let mut this = Self { knots, points, rational, closed: false };
+        let [a, b] = this.knots.domain();
+        this.closed = this.jet(a)[0].distance(this.jet(b)[0]) <= CLOSED * size;
+        Ok(this)
+    }
+
+    /// Whether the curve ends where it starts. It then goes on beyond its domain, round after round.
+    pub fn is_closed(&self) -> bool {
+        self.closed
     }
 
     /// A (rational) Bézier curve over 0..=1 (\[KUZ19\] 9, 21).
@@ -109,8 +123,10 @@ impl NurbsCurve {
         self.rational
     }
 
-    /// Point, first and second derivative. Outside its domain the curve ends.
+    /// Point, first and second derivative. Outside its domain an open curve ends.
     pub fn jet(&self, t: f64) -> [DVec3; 3] {
+        let [a, b] = self.knots.domain();
+        let t = if self.closed && !(a..=b).contains(&t) { a + (t - a).rem_euclid(b - a) } else { t };
         let (span, rows) = self.knots.basis(t);
         let p = self.knots.degree();
         let mut h = [DVec4::ZERO; 3];

@@ -1,11 +1,13 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
+mod brep;
 mod compare;
 mod leaf;
 mod mesh;
 mod report;
 
 pub use crate::implicit::part::{Part, SizeRequest};
+pub use brep::{is_step, load_step, mesh_step};
 pub use compare::{Comparison, Row, compare};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
 pub use report::{Info, LeafInfo, Report, info};

@@ -81,13 +81,44 @@ pub fn remesh_pieces(
     run: &Run,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<(TriMesh, ExactReport)> {
+    check_options(options)?;
+    let (work, cut) = cut_pieces(mesh, surface, options.cell, run)?;
+    let report = ExactReport { cut, ..ExactReport::default() };
+    let r = Remesher::new(work, surface, options, run)?;
+    remesh(mesh, r, report, observer)
+}
+
+/// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
+/// lends the names of faces and the groups.
+///
+/// Guarantees and errors are those of [`remesh_pieces`]; borders that are open stay as they are.
+pub fn remesh_patchwork(
+    work: Patchwork,
+    names: &TriMesh,
+    surface: &dyn Pieces,
+    options: &ExactOptions,
+    run: &Run,
+    observer: Option<&mut Observer<'_>>,
+) -> Result<(TriMesh, ExactReport)> {
+    check_options(options)?;
+    remesh(names, Remesher::new(work, surface, options, run)?, ExactReport::default(), observer)
+}
+
+fn check_options(options: &ExactOptions) -> Result<()> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
         return Err(Error::Usage("size, grading and cell must be positive".into()));
     }
-    let (work, cut) = cut_pieces(mesh, surface, options.cell, run)?;
-    let mut report = ExactReport { cut, ..ExactReport::default() };
-    let mut r = Remesher::new(work, surface, options, run)?;
+    Ok(())
+}
+
+fn remesh(
+    mesh: &TriMesh,
+    mut r: Remesher<'_>,
+    mut report: ExactReport,
+    observer: Option<&mut Observer<'_>>,
+) -> Result<(TriMesh, ExactReport)> {
+    let (surface, options, run) = (r.surface, r.options, r.run);
     r.merge_doubles();
     r.ask_sizes()?;
     let mut observer = observer;
