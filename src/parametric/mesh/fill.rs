@@ -83,6 +83,7 @@ pub(super) fn fill(
     };
     let mut found = Vec::new();
     f.scatter([lo, hi], &inside, size_at, &clear, &mut found)?;
+    f.rings(domain, &inside, size_at, &mut found);
     let mut nodes = Vec::with_capacity(found.len());
     for (uv, p) in found {
         let q = f.place(uv);
@@ -299,6 +300,43 @@ impl Filler<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Where the surface is so thin that no nodes fit between the two copies of a node of a seam, two are put there all the
+    /// same: a ring of less than three nodes is no surface.
+    fn rings(
+        &self,
+        domain: &Domain,
+        inside: &[bool],
+        size_at: &dyn Fn(DVec2) -> f64,
+        found: &mut Vec<(DVec2, DVec3)>,
+    ) {
+        let mut first: FxHashMap<u32, DVec2> = FxHashMap::default();
+        for c in domain.polygons.iter().flatten() {
+            let Some(&a) = first.get(&c.node) else {
+                first.insert(c.node, c.uv);
+                continue;
+            };
+            let d = c.uv - a;
+            let turn = (0..2).find(|&k| self.chart.periods[k].is_some_and(|p| (d[k].abs() - p).abs() < 1e-6 * p));
+            let Some(k) = turn else { continue };
+            if d[1 - k].abs() > 1e-6 * d[k].abs() && d[1 - k] != 0.0 {
+                continue;
+            }
+            let at = |s: f64| a + s * d;
+            let points = [0.0, 1.0 / 6.0, 1.0 / 3.0, 0.5, 2.0 / 3.0, 5.0 / 6.0].map(|s| self.chart.at(at(s)));
+            let around: f64 = (0..6).map(|i| points[i].distance(points[(i + 1) % 6])).sum();
+            let third = around / 3.0;
+            if !(around > 0.0) || third > 2.0 * size_at(at(0.5)) {
+                continue;
+            }
+            for (s, i) in [(1.0 / 3.0, 2), (2.0 / 3.0, 4)] {
+                let near = found.iter().any(|f| f.1.distance(points[i]) < 0.5 * third);
+                if !near && self.is_inside(at(s), inside) {
+                    found.push((at(s), points[i]));
+                }
+            }
+        }
     }
 
     fn is_inside(&self, uv: DVec2, inside: &[bool]) -> bool {

@@ -61,7 +61,7 @@ impl Lookup<'_> {
         if depth > DEEPEST {
             return note(record, "curves refer to each other without end");
         }
-        if record.parts.iter().any(|p| p.0 == "B_SPLINE_CURVE" || p.0.ends_with("_CURVE") && is_spline(&p.0)) {
+        if record.parts.iter().any(|p| p.0.contains("CURVE") && is_spline(&p.0)) {
             return self.spline(record);
         }
         let Some((name, values)) = record.parts.first() else { return note(record, "an empty record") };
@@ -123,7 +123,7 @@ impl Lookup<'_> {
         if depth > DEEPEST {
             return note(record, "surfaces refer to each other without end");
         }
-        if record.parts.iter().any(|p| p.0 == "B_SPLINE_SURFACE" || p.0.ends_with("_SURFACE") && is_spline(&p.0)) {
+        if record.parts.iter().any(|p| p.0.contains("SURFACE") && is_spline(&p.0)) {
             return self.net(record);
         }
         let Some((name, values)) = record.parts.first() else { return note(record, "an empty record") };
@@ -208,5 +208,5 @@ impl Lookup<'_> {
 }
 
 fn is_spline(name: &str) -> bool {
-    name.contains("B_SPLINE") || name.starts_with("BEZIER") || name.contains("UNIFORM_")
+    name.starts_with("B_SPLINE_") || name.starts_with("BEZIER_") || name.contains("UNIFORM_")
 }
