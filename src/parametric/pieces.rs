@@ -77,6 +77,31 @@ impl Parametric {
             .collect()
     }
 
+    /// Which edges are seams at which the surface has a crease: a closed profile with a corner where it closes.
+    pub fn creased_seams(&self) -> Vec<bool> {
+        // Cosine of the angle between normals on both sides: 10 degrees.
+        const SMOOTH: f64 = 0.985;
+        let uses = self.brep.uses();
+        let creased = |i: usize| -> Option<bool> {
+            let ([f], 2) = (&self.faces_of[i][..], uses[i]) else { return None };
+            let chart = &self.charts[*f as usize];
+            let e = &self.brep.edges[i];
+            let uv = chart.wrapped(chart.project(e.curve.at(0.5 * (e.range[0] + e.range[1]))));
+            let axis = (0..2).find(|&k| {
+                let [a, b] = chart.bounds[k];
+                chart.periods[k].is_some_and(|p| (uv[k] - a).abs().min((uv[k] - b).abs()) < 1e-6 * p)
+            })?;
+            let side = |v: f64| {
+                let mut uv = uv;
+                uv[axis] = v;
+                chart.surface.normal(uv)
+            };
+            let [a, b] = chart.bounds[axis];
+            Some(side(a)?.dot(side(b)?) < SMOOTH)
+        };
+        (0..self.brep.edges.len()).map(|i| creased(i).unwrap_or(false)).collect()
+    }
+
     /// Points of faces without a normal: tips of cones, and poles of swept and free-form surfaces.
     pub fn tips(&self) -> Vec<(u32, DVec3)> {
         let mut out = Vec::new();

@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
@@ -10,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
-use crate::mesh::{EditMesh, Group, TriMesh};
+use crate::mesh::{EditMesh, Group, TriMesh, self_intersections};
 use crate::optimize::Sizing;
 use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::parametric::Parametric;
@@ -26,6 +29,9 @@ const NAMED: usize = 20;
 const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
+
+/// A node this near to a point without a normal, as a share of the model, is on it.
+const AT_TIP: f64 = 1e-9;
 
 /// Whether a path is that of a STEP file.
 pub fn is_step(path: &Path) -> bool {
@@ -81,6 +87,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     run.progress("check", 0.0);
     let mut measured = check(&mesh, None, run)?;
     excuse_open(&solid, &mut measured, &mut report);
+    excuse_overlaps(&mesh, &mut measured, &mut report, run)?;
     report.judge(measured);
     Ok(Meshed { mesh, report })
 }
@@ -95,6 +102,30 @@ fn excuse_open(solid: &Parametric, check: &mut Check, report: &mut Report) {
     if open > 0 || !report.shortfalls.is_empty() {
         check.certificate.faults.retain(|f| !f.contains("open") && !f.contains("closed") && !f.contains("volume"));
     }
+}
+
+/// Triangles of bodies that have no node in common may intersect: then the model's bodies overlap or touch.
+fn excuse_overlaps(mesh: &TriMesh, check: &mut Check, report: &mut Report, run: &Run) -> Result<()> {
+    if check.self_intersections == 0 || check.components < 2 {
+        return Ok(());
+    }
+    let mut within = 0;
+    for (part, _) in components(mesh) {
+        let mut hit: Vec<u32> = self_intersections(&part, run)?.into_iter().flatten().collect();
+        hit.sort_unstable();
+        hit.dedup();
+        within += hit.len();
+    }
+    let between = check.self_intersections - within.min(check.self_intersections);
+    if between > 0 {
+        report.warnings.push(format!("bodies overlap or touch: {between} triangles intersect ones of other bodies"));
+    }
+    check.self_intersections = within;
+    check.certificate.faults.retain(|f| !f.contains("intersect"));
+    if within > 0 {
+        check.certificate.faults.push(format!("{within} triangles intersect others of their body"));
+    }
+    Ok(())
 }
 
 /// One group for every body where there are several, one for every color.
@@ -126,26 +157,106 @@ fn remeshed(
 ) -> Result<TriMesh> {
     let FaceMeshes { mut mesh, mut places, .. } = made;
     split_fans(&mut mesh, &mut places);
-    let edit = match EditMesh::new(&mesh) {
-        Ok(e) => e,
-        Err(Error::Cancelled) => return Err(Error::Cancelled),
-        Err(e) => {
-            report.shortfalls.push(format!("not remeshed: {e}"));
-            mesh.drop_unused_nodes();
-            return Ok(mesh);
-        }
-    };
-    let work = patchwork(solid, edit, &mesh, &places);
-    let (mut out, found) = remesh_patchwork(work, &mesh, solid, options, run, None)?;
-    if found.inverted > 0 {
-        report.shortfalls.push(format!("{} triangles face away from their surface", found.inverted));
+    let marks = Marks::new(solid);
+    // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
+    let parts = components(&mesh);
+    let done = AtomicUsize::new(0);
+    let count = parts.len();
+    let results: Vec<Result<(TriMesh, Option<String>)>> = run.install(|| {
+        parts
+            .into_par_iter()
+            .map(|(part, nodes)| {
+                run.check()?;
+                let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
+                let edit = match EditMesh::new(&part) {
+                    Ok(e) => e,
+                    Err(Error::Cancelled) => return Err(Error::Cancelled),
+                    Err(e) => return Ok((part, Some(format!("not remeshed: {e}")))),
+                };
+                let work = patchwork(solid, &marks, edit, &part, &places);
+                let quiet = Run::new().with_cancel(run.cancel_token());
+                let (out, found) = remesh_patchwork(work, &part, solid, options, &quiet, None)?;
+                run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+                let away = found.inverted;
+                Ok((out, (away > 0).then(|| format!("{away} triangles face away from their surface"))))
+            })
+            .collect()
+    });
+    let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    for r in results {
+        let (part, shortfall) = r?;
+        report.shortfalls.extend(shortfall);
+        let start = all.nodes.len() as u32;
+        all.nodes.extend(part.nodes);
+        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + start)));
+        all.labels.extend(part.labels);
     }
-    out.drop_unused_nodes();
-    Ok(out)
+    all.drop_unused_nodes();
+    Ok(all)
+}
+
+/// The connected parts of a mesh, each with the old numbers of its nodes.
+fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
+    let mut leader: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+    for t in &mesh.triangles {
+        for k in 1..3 {
+            let (a, b) = (find(&mut leader, t[0]), find(&mut leader, t[k]));
+            leader[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut number = vec![u32::MAX; mesh.nodes.len()];
+    let mut place = vec![u32::MAX; mesh.nodes.len()];
+    let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();
+    for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
+        let l = find(&mut leader, t[0]) as usize;
+        if number[l] == u32::MAX {
+            number[l] = parts.len() as u32;
+            parts.push((TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() }, Vec::new()));
+        }
+        let (part, nodes) = &mut parts[number[l] as usize];
+        for v in t {
+            if place[*v as usize] == u32::MAX {
+                place[*v as usize] = nodes.len() as u32;
+                nodes.push(*v);
+                part.nodes.push(mesh.nodes[*v as usize]);
+            }
+        }
+        part.triangles.push(t.map(|v| place[v as usize]));
+        part.labels.push(*label);
+    }
+    parts
+}
+
+/// The smallest number of a set, halving paths on the way.
+fn find(leader: &mut [u32], mut i: u32) -> u32 {
+    while leader[i as usize] != i {
+        leader[i as usize] = leader[leader[i as usize] as usize];
+        i = leader[i as usize];
+    }
+    i
+}
+
+/// What holds nodes and edges in their places.
+struct Marks {
+    corners: Vec<bool>,
+    seams: Vec<bool>,
+    tips: FxHashMap<u32, Vec<glam::DVec3>>,
+    near: f64,
+}
+
+impl Marks {
+    fn new(solid: &Parametric) -> Self {
+        let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
+        for (f, p) in solid.tips() {
+            tips.entry(f).or_default().push(p);
+        }
+        let near = AT_TIP * solid.bounds().diagonal();
+        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near }
+    }
 }
 
 /// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
-fn patchwork(solid: &Parametric, mut mesh: EditMesh, from: &TriMesh, places: &[Place]) -> Patchwork {
+fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMesh, places: &[Place]) -> Patchwork {
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
         for v in t {
@@ -158,20 +269,35 @@ fn patchwork(solid: &Parametric, mut mesh: EditMesh, from: &TriMesh, places: &[P
             mesh.set_sharp(h, true);
         }
     }
-    let corners = solid.corners();
-    let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
-    for (f, p) in solid.tips() {
-        tips.entry(f).or_default().push(p);
+    let on_seam = |v: u32| match places[v as usize] {
+        Place::Edge(e) => marks.seams[e as usize].then_some(e),
+        _ => None,
+    };
+    let ends = |v: u32, e: u32| match places[v as usize] {
+        Place::Edge(f) => e == f,
+        Place::Vertex(x) => solid.brep.edges[e as usize].ends.contains(&x),
+        Place::Face(_) => false,
+    };
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        let (a, b) = (mesh.origin(h), mesh.target(h));
+        if on_seam(a).or(on_seam(b)).is_some_and(|e| ends(a, e) && ends(b, e)) {
+            mesh.set_sharp(h, true);
+            mesh.set_pinned(a, true);
+            mesh.set_pinned(b, true);
+        }
     }
-    let near = 1e-9 * solid.bounds().diagonal();
+    let at_tip = |f: u32, v: usize| {
+        marks.tips.get(&f).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
+    };
     for (v, place) in places.iter().enumerate() {
-        let at_tip = |f: u32| tips.get(&f).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= near));
         let pinned = match *place {
-            Place::Vertex(x) => corners[x as usize] || sets[v].as_slice().iter().any(|f| at_tip(*f)),
-            Place::Face(f) => at_tip(f),
+            Place::Vertex(x) => marks.corners[x as usize] || sets[v].as_slice().iter().any(|f| at_tip(*f, v)),
+            Place::Face(f) => at_tip(f, v),
             Place::Edge(_) => false,
         };
-        mesh.set_pinned(v as u32, pinned);
+        if pinned {
+            mesh.set_pinned(v as u32, true);
+        }
     }
     let patches = (0..solid.brep.faces.len() as u32)
         .map(|f| Patch {
@@ -188,13 +314,6 @@ fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>) {
     // Triangles of a node that share an edge at it are of one fan: union-find over corners.
     let corners = 3 * mesh.triangles.len();
     let mut leader: Vec<u32> = (0..corners as u32).collect();
-    fn find(leader: &mut [u32], mut i: u32) -> u32 {
-        while leader[i as usize] != i {
-            leader[i as usize] = leader[leader[i as usize] as usize];
-            i = leader[i as usize];
-        }
-        i
-    }
     let mut seen: FxHashMap<[u32; 2], [u32; 2]> = FxHashMap::default();
     for (t, nodes) in mesh.triangles.iter().enumerate() {
         for k in 0..3 {

@@ -10,7 +10,7 @@ mod loops;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::brep::Brep;
 use super::chart::Chart;
@@ -156,7 +156,7 @@ impl Parametric {
                         if run.is_cancelled() {
                             return Err(Unfilled::Other("cancelled".into()));
                         }
-                        self.face(f as u32, &points, &chains, sizes)
+                        self.face(f as u32, &points, &chains, sizes, &FxHashSet::default())
                     })
                     .collect()
             });
@@ -177,8 +177,60 @@ impl Parametric {
                 round += 1;
                 continue;
             }
+            let filled = self.undoubled(filled, &points, &chains, sizes, run)?;
             return Ok(self.joined(points, places, filled, halved));
         }
+    }
+
+    /// Two faces may join the same two nodes of their borders across themselves: such edges are split in all faces that have
+    /// them.
+    fn undoubled(
+        &self,
+        mut filled: Vec<Result<Filled, Unfilled>>,
+        points: &[DVec3],
+        chains: &[Chain],
+        sizes: &MeshSizes<'_>,
+        run: &Run,
+    ) -> Result<Vec<Result<Filled, Unfilled>>> {
+        const ROUNDS: usize = 3;
+        let first = points.len() as u32;
+        let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
+        for _ in 0..ROUNDS {
+            run.check()?;
+            // Directed edges between nodes of borders; a sound edge comes once in each direction.
+            let mut seen: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+            for (f, made) in filled.iter().enumerate() {
+                let Ok(made) = made else { continue };
+                for t in &made.triangles {
+                    for k in 0..3 {
+                        let e = [t[k], t[(k + 1) % 3]];
+                        if e[0] < first && e[1] < first {
+                            seen.entry(e).or_default().push(f as u32);
+                        }
+                    }
+                }
+            }
+            let mut again: Vec<u32> = Vec::new();
+            for t in filled.iter().flatten().flat_map(|made| &made.triangles) {
+                for k in 0..3 {
+                    let e = [t[k], t[(k + 1) % 3]];
+                    if let Some(faces) = seen.get(&e).filter(|f| f.len() > 1) {
+                        doubled.insert([e[0].min(e[1]), e[0].max(e[1])]);
+                        again.extend(faces);
+                        again.extend(seen.get(&[e[1], e[0]]).into_iter().flatten());
+                    }
+                }
+            }
+            if again.is_empty() {
+                break;
+            }
+            again.sort_unstable();
+            again.dedup();
+            for f in again {
+                filled[f as usize] = self.face(f, points, chains, sizes, &doubled);
+            }
+        }
+        Ok(filled)
     }
 
     /// Nodes of vertices and edges.
@@ -208,7 +260,14 @@ impl Parametric {
         Ok((points, places, chains))
     }
 
-    fn face(&self, f: u32, points: &[DVec3], chains: &[Chain], sizes: &MeshSizes<'_>) -> Result<Filled, Unfilled> {
+    fn face(
+        &self,
+        f: u32,
+        points: &[DVec3],
+        chains: &[Chain],
+        sizes: &MeshSizes<'_>,
+        doubled: &FxHashSet<[u32; 2]>,
+    ) -> Result<Filled, Unfilled> {
         let face = &self.brep.faces[f as usize];
         let chart = &self.charts[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();
@@ -227,7 +286,7 @@ impl Parametric {
         let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
-        let mut filled = fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at)?;
+        let mut filled = fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled)?;
         if !face.outward {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }

@@ -45,9 +45,14 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
         b.notes.push(Note { id: 0, line: *line, message: what.clone() });
     }
     let tree = Tree::new(look, &mut b.notes);
+    // Roots that are products come first; other representations may list the same bodies again.
     let mut placed = FxHashSet::default();
-    for root in tree.roots() {
-        tree.place(root, Similarity::IDENTITY, 0, &mut b, &mut placed, run)?;
+    let (products, others): (Vec<usize>, Vec<usize>) = tree.roots().partition(|g| tree.is_product(*g));
+    for root in products {
+        tree.place(root, Similarity::IDENTITY, &mut Placing { b: &mut b, placed: &mut placed, again: true, run }, 0)?;
+    }
+    for root in others {
+        tree.place(root, Similarity::IDENTITY, &mut Placing { b: &mut b, placed: &mut placed, again: false, run }, 0)?;
     }
     // Bodies no representation leads to.
     for name in &BODIES[..5] {
@@ -133,6 +138,16 @@ fn refs(record: &Record) -> impl Iterator<Item = u64> + '_ {
         Value::List(l) => l.iter().filter_map(|v| if let Value::Ref(id) = v { Some(*id) } else { None }).collect(),
         _ => Vec::new(),
     })
+}
+
+/// What is carried along while bodies are placed.
+struct Placing<'p, 'a> {
+    b: &'p mut Builder<'a>,
+    /// Bodies that have been placed.
+    placed: &'p mut FxHashSet<u64>,
+    /// Whether a body may stand in several places.
+    again: bool,
+    run: &'p Run,
 }
 
 /// Representations, what is in them, and which stand in which.
@@ -304,39 +319,40 @@ impl<'a> Tree<'a> {
         (0..self.members.len()).filter(|&g| !self.members[g].is_empty() && !self.is_child[g])
     }
 
+    /// Whether a product definition leads to the group.
+    fn is_product(&self, group: usize) -> bool {
+        self.members[group].iter().any(|r| self.names.contains_key(r))
+    }
+
     /// Adds all bodies of a group and of what stands in it.
-    fn place(
-        &self,
-        group: usize,
-        place: Similarity,
-        depth: usize,
-        b: &mut Builder<'_>,
-        placed: &mut FxHashSet<u64>,
-        run: &Run,
-    ) -> Result<()> {
-        run.check()?;
-        if depth > DEEPEST || b.brep.bodies.len() > MOST_BODIES {
+    fn place(&self, group: usize, place: Similarity, at: &mut Placing<'_, '_>, depth: usize) -> Result<()> {
+        at.run.check()?;
+        if depth > DEEPEST || at.b.brep.bodies.len() > MOST_BODIES {
             let message = "the assembly is too deep or too large: parts of it are left out".into();
-            b.notes.push(Note { id: self.members[group][0], line: 0, message });
+            at.b.notes.push(Note { id: self.members[group][0], line: 0, message });
             return Ok(());
         }
         let product = self.members[group].iter().find_map(|r| self.names.get(r)).cloned().unwrap_or_default();
+        // Representations that are said to be equal may both list a body.
+        let mut here = FxHashSet::default();
         for &rep in &self.members[group] {
             let units = self.units(rep);
             let moved = place.after(&Similarity::scaled(units.length));
             for item in self.items(rep).unwrap_or_default() {
                 let Some(record) = self.look.file.get(item) else { continue };
                 let Some((_, values)) = record.parts.iter().find(|p| BODIES.contains(&p.0.as_str())) else { continue };
+                if !here.insert(item) || (!at.placed.insert(item) && !at.again) {
+                    continue;
+                }
                 let own = Args { record, values }.text(0).to_string();
                 let own = if own.eq_ignore_ascii_case("none") { String::new() } else { own };
                 let name = if own.is_empty() { product.clone() } else { own };
-                placed.insert(item);
-                let color = b.colors.get(&rep).copied();
-                b.body(item, moved, units, color, &name);
+                let color = at.b.colors.get(&rep).copied();
+                at.b.body(item, moved, units, color, &name);
             }
         }
         for (child, by) in &self.children[group] {
-            self.place(*child, place.after(by), depth + 1, b, placed, run)?;
+            self.place(*child, place.after(by), at, depth + 1)?;
         }
         Ok(())
     }
