@@ -88,7 +88,12 @@ impl Cutter<'_> {
         if !winding.is_empty() {
             polygons.push(self.open(winding, &mut plain)?);
         } else if !plain.iter().any(|c| area(&c.corners) > 0.0) {
-            polygons.push(self.whole(&plain)?);
+            match (self.whole(&plain), plain.len()) {
+                (Ok(p), _) => polygons.push(p),
+                // The only contour runs the wrong way round.
+                (Err(_), 1) => polygons.push(turned(&plain.remove(0).corners)),
+                (Err(e), _) => return Err(e),
+            }
         } else if self.chart.periods != [None, None] {
             // Outer contours come first: the others are brought into them.
             plain.sort_by(|a, b| area(&b.corners).total_cmp(&area(&a.corners)));
@@ -380,6 +385,12 @@ impl Cutter<'_> {
         out.extend(line(&column, DVec2::ZERO).into_iter().rev());
         Ok(out)
     }
+}
+
+/// A contour walked the other way.
+fn turned(c: &[Corner]) -> Vec<Corner> {
+    let n = c.len();
+    (0..n).rev().map(|i| Corner { edge: c[(i + n - 1) % n].edge, ..c[i] }).collect()
 }
 
 fn near(y: DVec2, p: DVec2, q: DVec2) -> bool {

@@ -19,9 +19,9 @@ const CLEAR: f64 = 0.6;
 const MOST_NODES: usize = 4_000_000;
 /// An edge inside whose middle is farther from the surface than this share of its length gets a node there: an arc of 90
 /// degrees is 0.21 of its chord away.
-const BEND: f64 = 0.25;
+const BEND: f64 = 0.3;
 /// How often that is done.
-const BENDS: usize = 4;
+const BENDS: usize = 8;
 /// Cells are not halved more often than this.
 const DEEPEST: u32 = 48;
 
@@ -334,12 +334,18 @@ impl Filler<'_> {
         let inside = self.inside(odd);
         let at = |v: u32, nodes: &[DVec3]| if v < first { points(v) } else { nodes[(v - first) as usize] };
         let mut splits = Vec::new();
+        // One split changes both triangles: their other edges wait for the next round.
+        let mut taken = vec![false; inside.len()];
         for e in self.cdt.undirected_edges() {
             if e.is_constraint_edge() {
                 continue;
             }
             let e = e.as_directed();
             if !inside[e.face().fix().index()] && !inside[e.rev().face().fix().index()] {
+                continue;
+            }
+            let sides = [e.face().fix().index(), e.rev().face().fix().index()];
+            if sides.iter().any(|t| taken[*t]) {
                 continue;
             }
             let [a, b] = e.vertices().map(|v| v.fix().index());
@@ -351,6 +357,7 @@ impl Filler<'_> {
             let far = away > BEND * p.distance(q) && away > 1e-6 * self.size;
             if far || doubled.contains(&[x.min(y), x.max(y)]) {
                 splits.push((uv, m));
+                sides.iter().for_each(|t| taken[*t] = true);
             }
         }
         let mut count = 0;

@@ -169,6 +169,11 @@ impl Parametric {
                 .collect();
             crossing.sort_unstable();
             crossing.dedup();
+            // Straight edges do not come nearer to themselves by more nodes.
+            let straight = |e: &u32| matches!(self.brep.edges[*e as usize].curve, super::curve::Curve::Line { .. });
+            if !crossing.iter().all(straight) {
+                crossing.retain(|e| !straight(e));
+            }
             if !crossing.is_empty() && round < HALVINGS {
                 for e in &crossing {
                     halved += usize::from(factor[*e as usize] == 1);

@@ -46,7 +46,7 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
     }
     let tree = Tree::new(look, &mut b.notes);
     // Roots that are products come first; other representations may list the same bodies again.
-    let mut placed = FxHashSet::default();
+    let mut placed: FxHashMap<u64, Vec<Similarity>> = FxHashMap::default();
     let (products, others): (Vec<usize>, Vec<usize>) = tree.roots().partition(|g| tree.is_product(*g));
     for root in products {
         tree.place(root, Similarity::IDENTITY, &mut Placing { b: &mut b, placed: &mut placed, again: true, run }, 0)?;
@@ -57,7 +57,8 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
     // Bodies no representation leads to.
     for name in &BODIES[..5] {
         for r in file.of(name) {
-            if placed.insert(r.id) {
+            if !placed.contains_key(&r.id) {
+                placed.insert(r.id, Vec::new());
                 let units = Units { length: 1.0, angle: 1.0 };
                 let units = tree.units.first().map_or(units, |u| u.1);
                 b.body(r.id, Similarity::scaled(units.length), units, None, "body");
@@ -143,8 +144,8 @@ fn refs(record: &Record) -> impl Iterator<Item = u64> + '_ {
 /// What is carried along while bodies are placed.
 struct Placing<'p, 'a> {
     b: &'p mut Builder<'a>,
-    /// Bodies that have been placed.
-    placed: &'p mut FxHashSet<u64>,
+    /// Bodies that have been placed, and where.
+    placed: &'p mut FxHashMap<u64, Vec<Similarity>>,
     /// Whether a body may stand in several places.
     again: bool,
     run: &'p Run,
@@ -253,14 +254,41 @@ impl<'a> Tree<'a> {
     /// Children by relationships with a transformation.
     fn link(&mut self, notes: &mut Vec<Note>) {
         let look = self.look;
+        let assemblies = self.assemblies();
         for r in look.file.of("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
-            if let Err(n) = self.link_one(r) {
+            if let Err(n) = self.link_one(r, &assemblies) {
                 notes.push(n);
             }
         }
     }
 
-    fn link_one(&mut self, record: &Record) -> Read<()> {
+    /// For each placement (by its record) a representation of the assembly that is placed into, where the file tells.
+    fn assemblies(&self) -> FxHashMap<u64, u64> {
+        let look = self.look;
+        let argument = |id: u64, names: &[&str], i: usize| look.args(id, names).ok().and_then(|a| a.optional(i));
+        // Representations of product definitions.
+        let mut shape: FxHashMap<u64, u64> = FxHashMap::default();
+        for r in look.file.of("SHAPE_DEFINITION_REPRESENTATION") {
+            let a = Args { record: r, values: &r.parts[0].1 };
+            let (Some(property), Some(rep)) = (a.optional(0), a.optional(1)) else { continue };
+            if let Some(definition) = argument(property, &["PRODUCT_DEFINITION_SHAPE"], 2) {
+                shape.insert(definition, rep);
+            }
+        }
+        let mut out = FxHashMap::default();
+        for r in look.file.of("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
+            let a = Args { record: r, values: &r.parts[0].1 };
+            let (Some(relation), Some(property)) = (a.optional(0), a.optional(1)) else { continue };
+            let usage = argument(property, &["PRODUCT_DEFINITION_SHAPE"], 2);
+            let names = ["NEXT_ASSEMBLY_USAGE_OCCURRENCE"];
+            if let Some(rep) = usage.and_then(|u| argument(u, &names, 3)).and_then(|p| shape.get(&p)) {
+                out.insert(relation, *rep);
+            }
+        }
+        out
+    }
+
+    fn link_one(&mut self, record: &Record, assemblies: &FxHashMap<u64, u64>) -> Read<()> {
         let (Some(pair), Some(by)) = (
             record.part("REPRESENTATION_RELATIONSHIP"),
             record.part("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION"),
@@ -269,9 +297,16 @@ impl<'a> Tree<'a> {
         };
         let pair = Args { record, values: pair };
         let by = Args { record, values: by }.reference(0)?;
-        let (child, parent) = (pair.reference(2)?, pair.reference(3)?);
+        let (mut child, mut parent) = (pair.reference(2)?, pair.reference(3)?);
         let t = self.look.args(by, &["ITEM_DEFINED_TRANSFORMATION"])?;
-        let (from, to) = (t.reference(2)?, t.reference(3)?);
+        let (mut from, mut to) = (t.reference(2)?, t.reference(3)?);
+        // Some systems name the assembly first; the usage of the product tells which is which.
+        if let Some(assembly) = assemblies.get(&record.id)
+            && self.group.get(assembly) == self.group.get(&child)
+        {
+            (child, parent) = (parent, child);
+            (from, to) = (to, from);
+        }
         let (Some(&c), Some(&p)) = (self.group.get(&child), self.group.get(&parent)) else {
             return note(record, "a placement of something that is no representation");
         };
@@ -341,9 +376,11 @@ impl<'a> Tree<'a> {
             for item in self.items(rep).unwrap_or_default() {
                 let Some(record) = self.look.file.get(item) else { continue };
                 let Some((_, values)) = record.parts.iter().find(|p| BODIES.contains(&p.0.as_str())) else { continue };
-                if !here.insert(item) || (!at.placed.insert(item) && !at.again) {
+                let places = at.placed.entry(item).or_default();
+                if !here.insert(item) || (!places.is_empty() && !at.again) || places.contains(&moved) {
                     continue;
                 }
+                places.push(moved);
                 let own = Args { record, values }.text(0).to_string();
                 let own = if own.eq_ignore_ascii_case("none") { String::new() } else { own };
                 let name = if own.is_empty() { product.clone() } else { own };
