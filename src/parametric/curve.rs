@@ -7,6 +7,8 @@ use glam::{DVec2, DVec3};
 use super::frame::{Frame, Similarity};
 use super::nurbs::NurbsCurve;
 
+/// Squares of distances that differ by less than this share count as equal.
+const FLAT: f64 = 1e-11;
 /// Newton steps before a projection is taken as it is.
 const NEWTON_STEPS: usize = 30;
 
@@ -213,7 +215,8 @@ impl Curve {
             for _ in 0..8 {
                 let next = (t + step).clamp(a, b);
                 let jet = self.jet(next);
-                if jet[0].distance_squared(p) <= c.distance_squared(p) {
+                // Near the foot squares of distances no longer tell better from worse; Newton's step does.
+                if jet[0].distance_squared(p) <= c.distance_squared(p) * (1.0 + FLAT) {
                     moved = next != t;
                     (t, [c, d, e]) = (next, jet);
                     break;

@@ -178,6 +178,11 @@ fn remeshed(
                 let (out, found) = remesh_patchwork(work, &part, solid, options, &quiet, None)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
                 let away = found.inverted;
+                if found.self_intersections + away > 0 && self_intersections(&part, run)?.is_empty() {
+                    // The first triangulation is sound where remeshing is not.
+                    let what = "a body is left as it was first triangulated: remeshing folded it";
+                    return Ok((part, Some(what.to_string())));
+                }
                 Ok((out, (away > 0).then(|| format!("{away} triangles face away from their surface"))))
             })
             .collect()

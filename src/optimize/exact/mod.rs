@@ -27,6 +27,8 @@ const POLISH: usize = 4;
 const MEND: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
+/// Nor is it when one triangle in this many intersects others.
+const FEW: usize = 4;
 /// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
 const MOST_REPAIRED: usize = 3;
 /// Refinement of such places stops at this share of the size.
@@ -151,7 +153,8 @@ fn remesh(
     let mut out = finish(mesh, &r);
     let mut bad = intersecting(&out, run)?;
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
-    while !bad.is_empty() && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
+    let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len();
+    while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let mut around: Vec<u32> =
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();

@@ -148,8 +148,8 @@ impl Cutter<'_> {
         let across = self.chart.periods[1 - axis];
         let polygon = match (&lower[..], &upper[..]) {
             ([a], [b]) => self.bridge(&a.corners, &b.corners, holes, period, across, &back),
-            ([a], []) => self.to_pole(&a.corners, 1.0, axis, period, holes, &back),
-            ([], [b]) => self.to_pole(&b.corners, -1.0, axis, period, holes, &back),
+            ([a], []) => self.up_to_pole(&a.corners, 1.0, axis, period, holes, &back),
+            ([], [b]) => self.up_to_pole(&b.corners, -1.0, axis, period, holes, &back),
             _ => Err(format!("{} contours wind around the surface", lower.len() + upper.len())),
         };
         for c in holes {
@@ -255,7 +255,7 @@ impl Cutter<'_> {
     }
 
     /// A polygon from one contour and the pole above (`side` 1) or below (-1) it.
-    fn to_pole(
+    fn up_to_pole(
         &mut self,
         a: &[Corner],
         side: f64,

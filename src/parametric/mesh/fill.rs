@@ -123,10 +123,36 @@ pub(super) fn fill(
             }
         }
     }
+    cancel_flaps(&mut triangles);
     if triangles.is_empty() {
         return Err(Unfilled::Other("the contour encloses nothing".into()));
     }
     Ok(Filled { triangles, nodes })
+}
+
+/// Removes pairs of triangles that are each other's back: between copies of a pole a node may be joined to nothing but the
+/// pole and one more node, and hang there as a flap.
+fn cancel_flaps(triangles: &mut Vec<[u32; 3]>) {
+    let key = |t: &[u32; 3]| {
+        let mut k = *t;
+        k.sort_unstable();
+        k
+    };
+    let mut seen: FxHashMap<[u32; 3], usize> = FxHashMap::default();
+    let mut dead = vec![false; triangles.len()];
+    for i in 0..triangles.len() {
+        match seen.remove(&key(&triangles[i])) {
+            Some(j) => (dead[i], dead[j]) = (true, true),
+            None => {
+                seen.insert(key(&triangles[i]), i);
+            }
+        }
+    }
+    let mut i = 0;
+    triangles.retain(|_| {
+        i += 1;
+        !dead[i - 1]
+    });
 }
 
 /// Mean lengths in space per unit of u and of v.

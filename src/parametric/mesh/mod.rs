@@ -361,3 +361,6 @@ fn whole(surface: &super::surface::Surface) -> Aabb {
     }
     Aabb::around(points)
 }
+
+#[cfg(test)]
+mod tests;

@@ -47,7 +47,10 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
     let tree = Tree::new(look, &mut b.notes);
     // Roots that are products come first; other representations may list the same bodies again.
     let mut placed: FxHashMap<u64, Vec<Similarity>> = FxHashMap::default();
-    let (products, others): (Vec<usize>, Vec<usize>) = tree.roots().partition(|g| tree.is_product(*g));
+    let (mut products, mut others): (Vec<usize>, Vec<usize>) = tree.roots().partition(|g| tree.is_product(*g));
+    if products.is_empty() {
+        std::mem::swap(&mut products, &mut others);
+    }
     for root in products {
         tree.place(root, Similarity::IDENTITY, &mut Placing { b: &mut b, placed: &mut placed, again: true, run }, 0)?;
     }
@@ -57,12 +60,12 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
     // Bodies no representation leads to.
     for name in &BODIES[..5] {
         for r in file.of(name) {
-            if !placed.contains_key(&r.id) {
-                placed.insert(r.id, Vec::new());
-                let units = Units { length: 1.0, angle: 1.0 };
-                let units = tree.units.first().map_or(units, |u| u.1);
-                b.body(r.id, Similarity::scaled(units.length), units, None, "body");
+            if placed.contains_key(&r.id) {
+                continue;
             }
+            placed.insert(r.id, Vec::new());
+            let units = tree.units.first().map_or(Units { length: 1.0, angle: 1.0 }, |u| u.1);
+            b.body(r.id, Similarity::scaled(units.length), units, None, "body");
         }
     }
     let Builder { mut brep, notes, .. } = b;

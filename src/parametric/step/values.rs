@@ -103,7 +103,7 @@ impl Args<'_> {
 
     pub(super) fn count(&self, i: usize) -> Read<usize> {
         match self.number(i)? {
-            x if x >= 0.0 && x <= 1e9 && x.fract() == 0.0 => Ok(x as usize),
+            x if (0.0..=1e9).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
             _ => self.bad(i, "a whole number"),
         }
     }
