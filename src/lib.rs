@@ -26,6 +26,7 @@ pub mod io;
 pub mod render;
 
 pub mod implicit;
+pub mod parametric;
 
 pub mod heal;
 

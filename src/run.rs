@@ -61,6 +61,11 @@ impl Run {
         self
     }
 
+    /// The token that stops this run, for runs within it.
+    pub fn cancel_token(&self) -> CancelToken {
+        self.cancel.clone()
+    }
+
     /// Reports to `progress`.
     pub fn with_progress(mut self, progress: Arc<dyn Progress>) -> Self {
         self.progress = Some(progress);

@@ -62,10 +62,14 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     }
     a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
-    let part = pipeline::load_part(&a.part.part, &a.part.define)?;
     let measure = a.report.is_some() || !a.common.quiet;
     let how = options(&a.how, a.method, measure);
-    let made = pipeline::mesh_part(&part, &how, &run).map_err(|e| e.in_file(&a.part.part))?;
+    let made = if pipeline::is_step(&a.part.part) {
+        pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
+    } else {
+        pipeline::mesh_part(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
+    };
+    let made = made.map_err(|e| e.in_file(&a.part.part))?;
     if !a.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
         && !c.is_sound()

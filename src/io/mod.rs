@@ -30,6 +30,7 @@ mod msh_read;
 mod obj;
 mod off;
 mod ply;
+pub mod step;
 mod stl;
 mod text;
 mod vtu;

@@ -17,7 +17,7 @@ use crate::quality::{Against, Check, check_tested};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
-const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
+pub(super) const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
 
 /// How a mesh is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,5 +1,6 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
+mod brep;
 mod compare;
 mod heal;
 mod leaf;
@@ -7,6 +8,7 @@ mod mesh;
 mod report;
 
 pub use crate::implicit::part::{Part, SizeRequest};
+pub use brep::{is_step, load_step, mesh_step};
 pub use compare::{Comparison, Row, compare};
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};

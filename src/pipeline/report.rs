@@ -29,7 +29,12 @@ pub struct Report {
 
 impl Report {
     pub(super) fn new(method: Method, size: f64, units: Option<String>) -> Self {
-        Report { method: method.name(), size, units, warnings: Vec::new(), shortfalls: Vec::new(), check: None }
+        Self::of(method.name(), size, units)
+    }
+
+    /// The report of a mesh made in a way of its own.
+    pub(super) fn of(method: &'static str, size: f64, units: Option<String>) -> Self {
+        Self { method, size, units, warnings: Vec::new(), shortfalls: Vec::new(), check: None }
     }
 
     /// Records what was measured, and as shortfalls what no mesh should have.

@@ -6,8 +6,6 @@
 //! combinatorial and cannot fail. Geometry enters before, where edges whose pieces do not meet near them (a third piece
 //! lies between) are split until they do, and after, when the nodes are put exactly where they belong.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use super::patchwork::{Patch, Patchwork, PieceSet};
@@ -286,7 +284,7 @@ impl Cutter<'_> {
         }
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         self.put_apexes(&sets);
-        Ok((Patchwork { mesh: self.mesh, sets, patches: Arc::new(patches) }, self.report))
+        Ok((Patchwork { mesh: self.mesh, sets, patches: patches.into() }, self.report))
     }
 }
 

@@ -38,6 +38,10 @@ const PLAIN: usize = 3;
 const MEND: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
+/// Nor is it when one triangle in this many intersects others.
+const FEW: usize = 4;
+/// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
+const MOST_REPAIRED: usize = 3;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
 
@@ -105,13 +109,44 @@ pub fn remesh_pieces(
     run: &Run,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
+    check_options(options)?;
+    let (work, cut) = cut_pieces(mesh, surface, options.cell, run)?;
+    let report = ExactReport { cut, ..ExactReport::default() };
+    let r = Remesher::new(work, surface, options, run)?;
+    remesh(mesh, r, report, observer)
+}
+
+/// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
+/// lends the names of faces and the groups.
+///
+/// Guarantees and errors are those of [`remesh_pieces`]; borders that are open stay as they are.
+pub fn remesh_patchwork(
+    work: Patchwork,
+    names: &TriMesh,
+    surface: &dyn Pieces,
+    options: &ExactOptions,
+    run: &Run,
+    observer: Option<&mut Observer<'_>>,
+) -> Result<ExactMesh> {
+    check_options(options)?;
+    remesh(names, Remesher::new(work, surface, options, run)?, ExactReport::default(), observer)
+}
+
+fn check_options(options: &ExactOptions) -> Result<()> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
         return Err(Error::Usage("size, grading and cell must be positive".into()));
     }
-    let (work, cut) = cut_pieces(mesh, surface, options.cell, run)?;
-    let mut report = ExactReport { cut, ..ExactReport::default() };
-    let mut r = Remesher::new(work, surface, options, run)?;
+    Ok(())
+}
+
+fn remesh(
+    mesh: &TriMesh,
+    mut r: Remesher<'_>,
+    mut report: ExactReport,
+    observer: Option<&mut Observer<'_>>,
+) -> Result<ExactMesh> {
+    let (options, run) = (r.options, r.run);
     r.merge_doubles();
     r.ask_sizes()?;
     let mut observer = observer;
@@ -146,7 +181,9 @@ pub fn remesh_pieces(
     polish(&mut r, LAST)?;
     let mut out = finish(mesh, &r);
     let mut bad = intersecting(&out, run)?;
-    while !bad.is_empty() && report.repairs < REPAIRS {
+    let most = MOST_REPAIRED * r.work.mesh.triangle_count();
+    let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len();
+    while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let mut around: Vec<u32> =
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
@@ -186,7 +223,7 @@ fn topology(out: &TriMesh, r: &Remesher<'_>) -> (Vec<[u32; 2]>, Vec<u32>) {
     let face = |h: u32| out.labels[order[(h / 3) as usize]];
     let seams = m
         .edges()
-        .filter(|&h| m.is_sharp(h) && face(h) == face(m.opposite(h)))
+        .filter(|&h| m.is_sharp(h) && m.opposite(h) != NONE && face(h) == face(m.opposite(h)))
         .map(|h| [m.origin(h), m.target(h)].map(|v| number[v as usize]))
         .collect();
     (seams, corners)

@@ -84,7 +84,7 @@ pub struct Patchwork {
     /// The pieces each node lies on.
     pub sets: Vec<PieceSet>,
     /// What triangle labels stand for.
-    pub patches: Arc<Vec<Patch>>,
+    pub patches: Arc<[Patch]>,
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,

@@ -151,6 +151,11 @@ impl<'a> Remesher<'a> {
         let set = self.edge_set(h);
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
+        // A crease inside one piece: nothing says where on the piece it runs.
+        let o = m.opposite(h);
+        if o == NONE || (m.is_sharp(h) && m.label(h / 3) == m.label(o / 3)) {
+            return false;
+        }
         let (p, q) = (self.point(a), self.point(b));
         let Some(x) = self.work.settle(self.surface, &set, 0.5 * (p + q), 0.5 * p.distance(q)) else { return false };
         let (mut before, mut after) = (f64::INFINITY, f64::INFINITY);

@@ -1,0 +1,189 @@
+//! B-spline basis functions: knots, spans, values and derivatives (\[KUZ19\] equations 23-25, with the index of the third
+//! function put right; L. Piegl, W. Tiller, "The NURBS Book", 2.1-2.3).
+
+use crate::error::{Error, Place, Result};
+
+/// The highest degree: enough for what systems write, and small enough for arrays on the stack.
+pub const MAX_DEGREE: usize = 25;
+
+/// Room for the basis functions that do not vanish in a span.
+pub type Row = [f64; MAX_DEGREE + 1];
+
+/// A degree and its knots, each repeated as often as it counts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knots {
+    degree: usize,
+    values: Vec<f64>,
+}
+
+impl Knots {
+    /// Knots for `points` control points. Errors: a degree of 0 or above [`MAX_DEGREE`], knots that fall, are not finite or
+    /// not `points + degree + 1` in number, or an empty domain.
+    pub fn new(degree: usize, values: Vec<f64>, points: usize) -> Result<Self> {
+        let wrong = |what: String| Err(Error::input(Place::Unknown, what));
+        if degree == 0 || degree > MAX_DEGREE {
+            return wrong(format!("a spline of degree {degree}"));
+        }
+        if points <= degree || values.len() != points + degree + 1 {
+            return wrong(format!("{} knots for {points} control points of degree {degree}", values.len()));
+        }
+        if !values.iter().all(|k| k.is_finite()) || values.windows(2).any(|w| w[0] > w[1]) {
+            return wrong("knots that are not ascending".into());
+        }
+        let this = Self { degree, values };
+        if !(this.domain()[0] < this.domain()[1]) {
+            return wrong("a spline with an empty domain".into());
+        }
+        Ok(this)
+    }
+
+    /// Knots of a clamped spline with inner knots at equal distances, over 0..=1.
+    pub fn uniform(degree: usize, points: usize) -> Result<Self> {
+        let spans = points.saturating_sub(degree).max(1);
+        let inner = (1..spans).map(|i| i as f64 / spans as f64);
+        let ends = |v: f64| std::iter::repeat_n(v, degree + 1);
+        Self::new(degree, ends(0.0).chain(inner).chain(ends(1.0)).collect(), points)
+    }
+
+    /// The degree.
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// How many control points belong to the knots.
+    pub fn points(&self) -> usize {
+        self.values.len() - self.degree - 1
+    }
+
+    /// Where the basis adds up to one.
+    pub fn domain(&self) -> [f64; 2] {
+        [self.values[self.degree], self.values[self.points()]]
+    }
+
+    /// The different knots within the domain, ascending.
+    pub fn breaks(&self) -> Vec<f64> {
+        let mut all = self.values[self.degree..=self.points()].to_vec();
+        all.dedup();
+        all
+    }
+
+    /// The span (index of its left knot) that holds `t`, which is clamped to the domain.
+    pub fn span(&self, t: f64) -> usize {
+        let (p, n) = (self.degree, self.points());
+        let after = self.values[p + 1..n].partition_point(|k| *k <= t);
+        let mut span = p + after;
+        // A knot of full multiplicity at the end leaves empty spans before it.
+        while span > p && !(self.values[span] < self.values[span + 1]) {
+            span -= 1;
+        }
+        span
+    }
+
+    /// The basis functions that do not vanish at `t`, in its span, and their first and second derivatives; the first
+    /// belongs to control point `span - degree`. `t` is clamped to the domain.
+    pub fn basis(&self, t: f64) -> (usize, [Row; 3]) {
+        let [lo, hi] = self.domain();
+        let t = t.clamp(lo, hi);
+        let (p, span, k) = (self.degree, self.span(t), &self.values);
+        let mut rows: [Row; 3] = [[0.0; MAX_DEGREE + 1]; 3];
+        // `now` holds the functions of degree q; those of degree p - 1 and p - 2 are kept for the derivatives.
+        let mut now: Row = [0.0; MAX_DEGREE + 1];
+        let (mut one, mut two): (Row, Row) = (now, now);
+        now[0] = 1.0;
+        for q in 1..=p {
+            if q + 1 == p {
+                two = now;
+            }
+            if q == p {
+                one = now;
+            }
+            let mut saved = 0.0;
+            for r in 0..q {
+                let (right, left) = (k[span + r + 1], k[span + r + 1 - q]);
+                let share = now[r] / (right - left);
+                now[r] = saved + (right - t) * share;
+                saved = (t - left) * share;
+            }
+            now[q] = saved;
+        }
+        rows[0] = now;
+        rows[1] = raised(&one, k, span, p);
+        if p >= 2 {
+            rows[2] = raised(&raised(&two, k, span, p - 1), k, span, p);
+        }
+        (span, rows)
+    }
+}
+
+/// Derivatives of the functions of degree `q` from values (or derivatives) of those of degree `q - 1`:
+/// N'_{i,q} = q (N_{i,q-1} / (t_{i+q} - t_i) - N_{i+1,q-1} / (t_{i+q+1} - t_{i+1})).
+fn raised(lower: &Row, k: &[f64], span: usize, q: usize) -> Row {
+    let mut out: Row = [0.0; MAX_DEGREE + 1];
+    for r in 0..=q {
+        let i = span + r - q;
+        let mut sum = 0.0;
+        if r > 0 {
+            sum += lower[r - 1] / (k[i + q] - k[i]);
+        }
+        if r < q {
+            sum -= lower[r] / (k[i + q + 1] - k[i + 1]);
+        }
+        out[r] = q as f64 * sum;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_basis_adds_up_to_one_and_derivatives_agree_with_differences(
+            degree in 1usize..6, steps in prop::collection::vec(0usize..3, 0..6), t in 0.01f64..0.99,
+        ) {
+            // Inner knots with gaps of 0, 1 or 2; multiplicity up to the degree.
+            let mut inner: Vec<f64> = Vec::new();
+            let mut at = 1.0;
+            for s in steps {
+                at += s as f64;
+                if inner.iter().filter(|k| **k == at).count() < degree {
+                    inner.push(at);
+                }
+            }
+            let end = at + 1.0;
+            let n = inner.len() + degree + 1;
+            let ends = |v: f64| std::iter::repeat_n(v, degree + 1);
+            let knots = Knots::new(degree, ends(0.0).chain(inner).chain(ends(end)).collect(), n).unwrap();
+            let t = t * end;
+            let (span, rows) = knots.basis(t);
+            prop_assert!((rows[0].iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            prop_assert!(rows[1].iter().sum::<f64>().abs() < 1e-9);
+            let e = 1e-5;
+            let (s0, a) = knots.basis(t - e);
+            let (s1, b) = knots.basis(t + e);
+            if s0 == span && s1 == span {
+                for i in 0..=degree {
+                    prop_assert!(((b[0][i] - a[0][i]) / (2.0 * e) - rows[1][i]).abs() < 1e-6);
+                    prop_assert!(((b[1][i] - a[1][i]) / (2.0 * e) - rows[2][i]).abs() < 1e-4);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn senseless_knots_are_refused() {
+        for (degree, knots, points) in [
+            (0, vec![0.0, 1.0], 1),
+            (1, vec![0.0, 0.0, 1.0], 2),
+            (1, vec![0.0, 0.0, 0.0, 0.0], 2),
+            (1, vec![0.0, 1.0, 0.5, 2.0], 2),
+            (1, vec![0.0, 0.0, f64::NAN, 1.0], 2),
+            (3, vec![0.0; 6], 2),
+            (26, vec![0.0; 60], 33),
+        ] {
+            assert!(Knots::new(degree, knots, points).is_err());
+        }
+    }
+}

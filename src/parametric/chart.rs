@@ -1,0 +1,360 @@
+//! A surface with what it takes to find parameters of points: closed forms where there are any, else a net of samples to
+//! start from and Newton's method.
+
+use glam::{DVec2, DVec3};
+
+use super::curve::Curve;
+use super::surface::{Pole, Surface};
+use crate::spatial::{Aabb, Bvh};
+
+/// Cells of the net of samples, at most.
+const MOST_CELLS: usize = 40_000;
+/// Cells of the net in each direction, at least.
+const LEAST_CELLS: usize = 8;
+/// Squares of distances that differ by less than this share count as equal.
+const FLAT: f64 = 1e-11;
+/// Steps of Newton's method, at most.
+const NEWTON_STEPS: usize = 20;
+
+/// A surface and how to find one's way on it.
+#[derive(Debug, Clone)]
+pub(super) struct Chart {
+    pub(super) surface: Surface,
+    /// Parameters that matter, finite but for surfaces with a closed form.
+    pub(super) bounds: [[f64; 2]; 2],
+    pub(super) periods: [Option<f64>; 2],
+    pub(super) poles: Vec<Pole>,
+    net: Option<Net>,
+}
+
+#[derive(Debug, Clone)]
+struct Net {
+    points: Vec<DVec3>,
+    values: [Vec<f64>; 2],
+    bvh: Bvh,
+}
+
+impl Chart {
+    /// A chart for the part of a surface that lies near the box.
+    pub(super) fn new(surface: Surface, around: &Aabb) -> Self {
+        let mut bounds = surface.domain();
+        let size = around.diagonal();
+        match &surface {
+            Surface::Extrusion { curve, direction } => {
+                bounds[0] = finite(curve, bounds[0], around);
+                let profile = Aabb::around(curve.pieces(bounds[0]).into_iter().map(|t| curve.at(t)));
+                let l = direction.length_squared();
+                let along = |b: &Aabb| {
+                    let t = b.corners().map(|c| c.dot(*direction) / l);
+                    (t.into_iter().fold(f64::INFINITY, f64::min), t.into_iter().fold(f64::NEG_INFINITY, f64::max))
+                };
+                let (a, b) = (along(around), along(&profile));
+                let margin = 0.1 * size / direction.length();
+                bounds[1] = [a.0 - b.1 - margin, a.1 - b.0 + margin];
+            }
+            Surface::Revolution { curve, .. } => bounds[1] = finite(curve, bounds[1], around),
+            _ => {}
+        }
+        let periods = surface.periods();
+        let poles = surface.poles();
+        let mut this = Self { surface, bounds, periods, poles, net: None };
+        if this.surface.foot(this.surface.at(this.middle())).is_none() || matches!(this.surface, Surface::Offset { .. })
+        {
+            this.net = Some(this.sampled());
+        }
+        this
+    }
+
+    fn middle(&self) -> DVec2 {
+        let m = self.bounds.map(|[a, b]| if (b - a).is_finite() { 0.5 * (a + b) } else { 0.0 });
+        DVec2::new(m[0], m[1])
+    }
+
+    fn sampled(&self) -> Net {
+        let mut values = [0, 1].map(|k| self.samples(k));
+        while (values[0].len() - 1) * (values[1].len() - 1) > MOST_CELLS {
+            let k = usize::from(values[1].len() > values[0].len());
+            let last = values[k][values[k].len() - 1];
+            values[k] = values[k].iter().copied().step_by(2).collect();
+            if values[k][values[k].len() - 1] != last {
+                values[k].push(last);
+            }
+        }
+        let points: Vec<DVec3> = values[0]
+            .iter()
+            .flat_map(|u| values[1].iter().map(move |v| (*u, *v)))
+            .map(|(u, v)| self.surface.at(DVec2::new(u, v)))
+            .collect();
+        let net = Net { points, bvh: Bvh::new(Vec::new()), values };
+        let count = 2 * (net.values[0].len() - 1) * (net.values[1].len() - 1);
+        let boxes = (0..count).map(|t| Aabb::around(net.triangle(t).map(|c| net.points[c]))).collect();
+        Net { bvh: Bvh::new(boxes), ..net }
+    }
+
+    /// Parameters at which the net is sampled.
+    fn samples(&self, axis: usize) -> Vec<f64> {
+        let [a, b] = self.bounds[axis];
+        let (breaks, parts) = match (&self.surface, axis) {
+            (Surface::Nurbs(n), 0) => (n.u.breaks(), n.u.degree() + 1),
+            (Surface::Nurbs(n), _) => (n.v.breaks(), n.v.degree() + 1),
+            (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => (curve.pieces([a, b]), 4),
+            (Surface::Extrusion { .. }, _) => (vec![a, b], 1),
+            (Surface::Offset { base, .. }, _) => {
+                let inner = Chart {
+                    surface: (**base).clone(),
+                    bounds: self.bounds,
+                    periods: self.periods,
+                    poles: Vec::new(),
+                    net: None,
+                };
+                return inner.samples(axis);
+            }
+            _ => (vec![a, b], 24),
+        };
+        let parts = parts.max(LEAST_CELLS.div_ceil(breaks.len().max(2) - 1));
+        let mut out: Vec<f64> = breaks
+            .windows(2)
+            .flat_map(|w| (0..parts).map(move |k| w[0] + (w[1] - w[0]) * k as f64 / parts as f64))
+            .collect();
+        out.push(b);
+        out
+    }
+
+    /// Brings parameters into the domain where they repeat.
+    pub(super) fn wrapped(&self, mut uv: DVec2) -> DVec2 {
+        for k in 0..2 {
+            let [a, b] = self.bounds[k];
+            if let Some(p) = self.periods[k]
+                && !(uv[k] >= a && uv[k] <= b)
+            {
+                uv[k] = a + (uv[k] - a).rem_euclid(p);
+            }
+        }
+        uv
+    }
+
+    /// Point and derivatives; parameters may be any number of periods away.
+    pub(super) fn jet(&self, uv: DVec2) -> [DVec3; 6] {
+        let uv = self.wrapped(uv);
+        self.surface.jet(uv.x, uv.y)
+    }
+
+    /// The point; parameters may be any number of periods away.
+    pub(super) fn at(&self, uv: DVec2) -> DVec3 {
+        self.surface.at(self.wrapped(uv))
+    }
+
+    /// Parameters of the nearest point.
+    pub(super) fn project(&self, p: DVec3) -> DVec2 {
+        let Some(net) = &self.net else { return self.surface.foot(p).unwrap_or_default() };
+        self.newton(p, net.nearest(p))
+    }
+
+    /// Parameters of the nearest point to about the spacing of the net; exact where there is a closed form.
+    pub(super) fn project_roughly(&self, p: DVec3) -> DVec2 {
+        match &self.net {
+            None => self.surface.foot(p).unwrap_or_default(),
+            Some(net) => net.nearest(p),
+        }
+    }
+
+    /// Parameters of the nearest point, as near to `last` as periods allow; where there are several feet, the one next to
+    /// `last` unless it is much farther away than another.
+    pub(super) fn project_near(&self, p: DVec3, last: DVec2) -> DVec2 {
+        if self.net.is_none() {
+            return self.unrolled(self.project(p), last);
+        }
+        let near = self.newton(p, self.wrapped(last));
+        let best = self.project(p);
+        let (dn, db) = (self.at(near).distance(p), self.at(best).distance(p));
+        let step = self.at(last).distance(p);
+        let uv = if dn <= db + 0.01 * step { near } else { best };
+        self.unrolled(uv, last)
+    }
+
+    /// The same point, whole periods away, with parameters as near to `last` as can be.
+    pub(super) fn unrolled(&self, mut uv: DVec2, last: DVec2) -> DVec2 {
+        for k in 0..2 {
+            if let Some(p) = self.periods[k] {
+                uv[k] -= ((uv[k] - last[k]) / p).round() * p;
+            }
+        }
+        uv
+    }
+
+    fn newton(&self, p: DVec3, start: DVec2) -> DVec2 {
+        let mut uv = start;
+        let mut jet = self.jet(uv);
+        for _ in 0..NEWTON_STEPS {
+            let [s, su, sv, suu, suv, svv] = jet;
+            let r = s - p;
+            let (gu, gv) = (r.dot(su), r.dot(sv));
+            let (e, f, g) = (su.length_squared(), su.dot(sv), sv.length_squared());
+            let (a, b, c) = (e + r.dot(suu), f + r.dot(suv), g + r.dot(svv));
+            let solve = |a: f64, b: f64, c: f64| {
+                let det = a * c - b * b;
+                (a > 0.0 && det > 1e-12 * a * c.abs()).then(|| DVec2::new(b * gv - c * gu, b * gu - a * gv) / det)
+            };
+            // Where the Hessian is not positive Gauss's step goes downhill, at poles the gradient does.
+            let step = solve(a, b, c).or_else(|| solve(e, f, g));
+            let mut step = step.unwrap_or_else(|| {
+                DVec2::new(if e > 0.0 { -gu / e } else { 0.0 }, if g > 0.0 { -gv / g } else { 0.0 })
+            });
+            let mut moved = false;
+            for _ in 0..6 {
+                let next = self.clamped(uv + step);
+                let there = self.jet(next);
+                // Near the foot squares of distances no longer tell better from worse; Newton's step does.
+                if there[0].distance_squared(p) <= s.distance_squared(p) * (1.0 + FLAT) {
+                    moved = next != uv;
+                    step = next - uv;
+                    (uv, jet) = (next, there);
+                    break;
+                }
+                step *= 0.5;
+            }
+            let length = (step.x * su + step.y * sv).length();
+            if !moved || length <= 1e-14 * (s.length() + r.length()) {
+                break;
+            }
+        }
+        uv
+    }
+
+    fn clamped(&self, mut uv: DVec2) -> DVec2 {
+        for k in 0..2 {
+            if self.periods[k].is_none() {
+                uv[k] = uv[k].clamp(self.bounds[k][0], self.bounds[k][1]);
+            }
+        }
+        uv
+    }
+
+    /// Unit normal Su x Sv at parameters; at a pole and other singular points, that of a point a little inside.
+    pub(super) fn normal(&self, uv: DVec2) -> Option<DVec3> {
+        let uv = self.wrapped(uv);
+        self.surface.normal(uv).or_else(|| {
+            let m = self.middle();
+            [1e-4, 1e-2].into_iter().find_map(|s| self.surface.normal(uv.lerp(m, s)))
+        })
+    }
+
+    /// The larger principal curvature at parameters; at singular points and borders that of a point a little inside, for
+    /// both parameters on their own (\[BOR20\]).
+    pub(super) fn curvature(&self, uv: DVec2) -> Option<f64> {
+        const INSIDE: f64 = 1e-3;
+        let mut uv = self.wrapped(uv);
+        for p in &self.poles {
+            let [a, b] = self.bounds[p.axis];
+            let range = if (b - a).is_finite() { b - a } else { p.value.abs().max(1.0) };
+            let off = uv[p.axis] - p.value;
+            if off.abs() < INSIDE * range {
+                let inward = if off != 0.0 {
+                    off.signum()
+                } else if p.value >= b {
+                    -1.0
+                } else {
+                    1.0
+                };
+                uv[p.axis] = p.value + inward * INSIDE * range;
+            }
+        }
+        self.surface.curvature(uv)
+    }
+}
+
+impl Net {
+    fn triangle(&self, t: usize) -> [usize; 3] {
+        let nv = self.values[1].len();
+        let (i, j) = ((t / 2) / (nv - 1), (t / 2) % (nv - 1));
+        let at = |i: usize, j: usize| i * nv + j;
+        if t.is_multiple_of(2) {
+            [at(i, j), at(i + 1, j), at(i + 1, j + 1)]
+        } else {
+            [at(i, j), at(i + 1, j + 1), at(i, j + 1)]
+        }
+    }
+
+    fn uv(&self, corner: usize) -> DVec2 {
+        let nv = self.values[1].len();
+        DVec2::new(self.values[0][corner / nv], self.values[1][corner % nv])
+    }
+
+    /// Parameters of the nearest point of the net's triangles.
+    fn nearest(&self, p: DVec3) -> DVec2 {
+        let corners = |t: u32| self.triangle(t as usize).map(|c| self.points[c]);
+        let found = self.bvh.nearest(p, f64::INFINITY, |t| crate::spatial::triangle_distance_squared(p, corners(t)));
+        let Some((t, _)) = found else { return self.uv(0) };
+        let c = self.triangle(t as usize);
+        let w = weights(p, corners(t));
+        (0..3).map(|k| w[k] * self.uv(c[k])).sum()
+    }
+}
+
+/// Barycentric weights of about the nearest point of a triangle.
+fn weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
+    let (u, v, w) = (b - a, c - a, p - a);
+    let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
+    let det = uu * vv - uv * uv;
+    if !(det > 1e-14 * uu * vv) {
+        // A triangle without area: along its longest side, taken from a.
+        let (side, d) = if uu >= vv { (0, u) } else { (1, v) };
+        let t = if d.length_squared() > 0.0 { (w.dot(d) / d.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+        return if side == 0 { [1.0 - t, t, 0.0] } else { [1.0 - t, 0.0, t] };
+    }
+    let (x, y) = ((vv * w.dot(u) - uv * w.dot(v)) / det, (uu * w.dot(v) - uv * w.dot(u)) / det);
+    let k = [(1.0 - x - y).max(0.0), x.max(0.0), y.max(0.0)];
+    let sum = k[0] + k[1] + k[2];
+    k.map(|k| k / sum)
+}
+
+/// A finite part of a curve's domain that holds all of it that can lie in the box.
+fn finite(curve: &Curve, [a, b]: [f64; 2], around: &Aabb) -> [f64; 2] {
+    if (b - a).is_finite() {
+        return [a, b];
+    }
+    let reach = |o: DVec3| o.distance(around.center()) + around.diagonal();
+    let t = match curve {
+        Curve::Line { origin, direction } => reach(*origin) / direction.length(),
+        Curve::Parabola { frame, focal } => (reach(frame.origin) / focal).sqrt(),
+        Curve::Hyperbola { frame, a, .. } => (reach(frame.origin) / a).max(1.0).acosh(),
+        _ => 1.0,
+    };
+    [-t, t]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parametric::frame::Frame;
+    use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
+    use proptest::prelude::*;
+
+    fn vase() -> Surface {
+        let p = [
+            DVec3::new(1.0, 0.0, 0.0),
+            DVec3::new(2.0, 0.0, 1.0),
+            DVec3::new(0.8, 0.0, 2.0),
+            DVec3::new(1.2, 0.0, 3.0),
+        ];
+        let curve = Curve::Nurbs(NurbsCurve::cubic(&p, SplineEnds::Natural).unwrap());
+        Surface::Revolution { curve, frame: Frame::WORLD }
+    }
+
+    proptest! {
+        #[test]
+        fn points_off_the_surface_come_back(s in 0.02f64..0.98, t in 0.02f64..0.98, off in -0.1f64..0.1) {
+            let around = Aabb::new(DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 3.0));
+            let chart = Chart::new(vase(), &around);
+            let uv = DVec2::new(s * std::f64::consts::TAU, t * chart.bounds[1][1]);
+            let p = chart.at(uv) + off * chart.normal(uv).unwrap();
+            prop_assert!(chart.at(chart.project(p)).distance(chart.at(uv)) < 1e-9);
+            let last = uv + DVec2::new(12.6, 0.05);
+            let near = chart.project_near(p, last);
+            // Among several feet the one next to the start may be a little farther away.
+            let slack = 0.02 * chart.at(last).distance(p);
+            prop_assert!(chart.at(near).distance(p) <= off.abs() + slack + 1e-9 && (near.x - last.x).abs() < 3.2);
+            prop_assert!(chart.at(chart.project_roughly(p)).distance(p) < 0.3);
+        }
+    }
+}

@@ -1,0 +1,430 @@
+//! Triangles of one face: constrained Delaunay of its contours in the parameter domain, and nodes inside.
+
+use std::collections::VecDeque;
+
+use glam::{DVec2, DVec3};
+use rustc_hash::{FxHashMap, FxHashSet};
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, PositionInTriangulation, Triangulation};
+
+use super::domain::Domain;
+use crate::parametric::chart::Chart;
+use crate::spatial::{Aabb, Bvh};
+
+/// Cells wider than this many wanted lengths are halved.
+const WIDE: f64 = 1.35;
+/// No node inside is nearer to a contour than this many wanted lengths.
+const CLEAR: f64 = 0.6;
+/// No face gets more nodes than this inside.
+const MOST_NODES: usize = 4_000_000;
+/// An edge inside whose middle is farther from the surface than this share of its length gets a node there: an arc of 90
+/// degrees is 0.21 of its chord away.
+const BEND: f64 = 0.3;
+/// How often that is done.
+const BENDS: usize = 8;
+/// Cells are not halved more often than this.
+const DEEPEST: u32 = 48;
+
+/// A face's triangles, counter-clockwise in the domain.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Filled {
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// New nodes; numbering goes on from the domain's.
+    pub(super) nodes: Vec<DVec3>,
+}
+
+/// Why a face has no triangles.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Unfilled {
+    /// These edges cross others in the domain: finer ones may not.
+    Crossing(Vec<u32>),
+    /// Something else.
+    Other(String),
+}
+
+type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
+
+struct Filler<'a> {
+    chart: &'a Chart,
+    cdt: Cdt,
+    /// Parameters to coordinates of the triangulation.
+    origin: DVec2,
+    scale: DVec2,
+    /// The node of every vertex of the triangulation.
+    node: Vec<u32>,
+    /// Size of the face in space.
+    size: f64,
+}
+
+/// Fills a domain; `points` are all nodes so far, the domain's own included; `size_at` gives the length wanted at
+/// parameters; edges between the pairs of nodes in `doubled` are avoided.
+pub(super) fn fill(
+    chart: &Chart,
+    domain: &Domain,
+    points: &dyn Fn(u32) -> DVec3,
+    first: u32,
+    size_at: &dyn Fn(DVec2) -> f64,
+    doubled: &FxHashSet<[u32; 2]>,
+) -> Result<Filled, Unfilled> {
+    let corners: Vec<DVec2> = domain.polygons.iter().flatten().map(|c| c.uv).collect();
+    if corners.len() < 3 || !corners.iter().all(|c| c.is_finite()) {
+        return Err(Unfilled::Other("the contour has no parameters".into()));
+    }
+    let (lo, hi) = corners.iter().fold((corners[0], corners[0]), |(a, b), c| (a.min(*c), b.max(*c)));
+    let scale = mean_metric(chart, &corners);
+    let extent = ((hi - lo) * scale).max_element();
+    if !(extent > 0.0) {
+        return Err(Unfilled::Other("the contour has no width".into()));
+    }
+    let size = Aabb::around(domain.polygons.iter().flatten().map(|c| points(c.node))).diagonal();
+    let mut f = Filler {
+        size,
+        chart,
+        cdt: Cdt::new(),
+        origin: lo,
+        scale: scale / extent,
+        node: Vec::with_capacity(corners.len()),
+    };
+    let odd = f.contours(domain)?;
+    let inside = f.inside(&odd);
+    let segments: Vec<[DVec3; 2]> = domain
+        .polygons
+        .iter()
+        .flat_map(|p| (0..p.len()).map(move |i| [points(p[i].node), points(p[(i + 1) % p.len()].node)]))
+        .collect();
+    let border = Bvh::new(segments.iter().map(|s| Aabb::around(*s)).collect());
+    let clear = |p: DVec3, h: f64| {
+        border.nearest(p, CLEAR * h, |i| segment_distance_squared(p, segments[i as usize])).is_none()
+    };
+    let mut found = Vec::new();
+    f.scatter([lo, hi], &inside, size_at, &clear, &mut found)?;
+    let mut nodes = Vec::with_capacity(found.len());
+    for (uv, p) in found {
+        let q = f.place(uv);
+        let Ok(h) = f.cdt.insert(q) else { continue };
+        if h.index() == f.node.len() {
+            f.node.push(first + nodes.len() as u32);
+            nodes.push(p);
+        }
+    }
+    for _ in 0..BENDS {
+        if f.bend(&odd, points, doubled, first, &mut nodes) == 0 {
+            break;
+        }
+    }
+    let inside = f.inside(&odd);
+    let mut triangles = Vec::new();
+    for t in f.cdt.inner_faces() {
+        if inside[t.fix().index()] {
+            let corners = t.vertices().map(|v| f.node[v.fix().index()]);
+            let [a, b, c] = corners;
+            if a != b && b != c && c != a {
+                triangles.push(corners);
+            }
+        }
+    }
+    cancel_flaps(&mut triangles);
+    if triangles.is_empty() {
+        return Err(Unfilled::Other("the contour encloses nothing".into()));
+    }
+    Ok(Filled { triangles, nodes })
+}
+
+/// Removes pairs of triangles that are each other's back: between copies of a pole a node may be joined to nothing but the
+/// pole and one more node, and hang there as a flap.
+fn cancel_flaps(triangles: &mut Vec<[u32; 3]>) {
+    let key = |t: &[u32; 3]| {
+        let mut k = *t;
+        k.sort_unstable();
+        k
+    };
+    let mut seen: FxHashMap<[u32; 3], usize> = FxHashMap::default();
+    let mut dead = vec![false; triangles.len()];
+    for i in 0..triangles.len() {
+        match seen.remove(&key(&triangles[i])) {
+            Some(j) => (dead[i], dead[j]) = (true, true),
+            None => {
+                seen.insert(key(&triangles[i]), i);
+            }
+        }
+    }
+    let mut i = 0;
+    triangles.retain(|_| {
+        i += 1;
+        !dead[i - 1]
+    });
+}
+
+/// Mean lengths in space per unit of u and of v.
+fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
+    let mut sum = DVec2::ZERO;
+    let (lo, hi) = corners.iter().fold((corners[0], corners[0]), |(a, b), c| (a.min(*c), b.max(*c)));
+    let inner = (1..6).flat_map(|i| (1..6).map(move |j| DVec2::new(f64::from(i), f64::from(j)) / 6.0));
+    for uv in inner.map(|s| lo + s * (hi - lo)) {
+        let [_, su, sv, ..] = chart.jet(uv);
+        sum += DVec2::new(su.length(), sv.length());
+    }
+    let mean = sum / 25.0;
+    let good = |x: f64| x.is_finite() && x > 0.0;
+    if good(mean.x) && good(mean.y) { mean } else { 1.0 / (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE)) }
+}
+
+fn segment_distance_squared(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    let d = b - a;
+    let l = d.length_squared();
+    let t = if l > 0.0 { ((p - a).dot(d) / l).clamp(0.0, 1.0) } else { 0.0 };
+    p.distance_squared(a + t * d)
+}
+
+impl Filler<'_> {
+    fn place(&self, uv: DVec2) -> Point2<f64> {
+        let q = (uv - self.origin) * self.scale;
+        // The triangulation takes no numbers that are tiny but not zero.
+        let tame = |x: f64| if x.abs() < 1e-30 { 0.0 } else { x };
+        Point2::new(tame(q.x), tame(q.y))
+    }
+
+    /// Puts in the contours. Returns for every constraint how often contours run along it, modulo 2.
+    fn contours(&mut self, domain: &Domain) -> Result<FxHashMap<[usize; 2], bool>, Unfilled> {
+        let mut handles: Vec<Vec<FixedVertexHandle>> = Vec::new();
+        for p in &domain.polygons {
+            let mut row = Vec::with_capacity(p.len());
+            for c in p {
+                let q = self.place(c.uv);
+                let h = self.cdt.insert(q).map_err(|e| Unfilled::Other(format!("{e:?}")))?;
+                if h.index() == self.node.len() {
+                    self.node.push(c.node);
+                } else if self.node[h.index()] != c.node {
+                    return Err(Unfilled::Other("two nodes have the same parameters".into()));
+                }
+                row.push(h);
+            }
+            handles.push(row);
+        }
+        let mut odd: FxHashMap<[usize; 2], bool> = FxHashMap::default();
+        let mut bad = Vec::new();
+        for (p, row) in domain.polygons.iter().zip(&handles) {
+            for i in 0..row.len() {
+                let (a, b) = (row[i], row[(i + 1) % row.len()]);
+                if a == b {
+                    continue;
+                }
+                let key = [a.index().min(b.index()), a.index().max(b.index())];
+                *odd.entry(key).or_insert(false) ^= true;
+                if self.cdt.exists_constraint(a, b) {
+                    continue;
+                }
+                let fits = self.cdt.can_add_constraint(a, b);
+                if fits {
+                    self.cdt.add_constraint(a, b);
+                }
+                if !fits || !self.cdt.exists_constraint(a, b) {
+                    bad.push(p[i].edge);
+                    bad.extend(self.crossed(a, b, domain, &handles));
+                }
+            }
+        }
+        if bad.is_empty() {
+            return Ok(odd);
+        }
+        bad.retain(|e| *e != u32::MAX);
+        bad.sort_unstable();
+        bad.dedup();
+        Err(if bad.is_empty() { Unfilled::Other("cuts cross".into()) } else { Unfilled::Crossing(bad) })
+    }
+
+    /// Edges of contours that the segment between two vertices crosses.
+    fn crossed(
+        &self,
+        a: FixedVertexHandle,
+        b: FixedVertexHandle,
+        domain: &Domain,
+        handles: &[Vec<FixedVertexHandle>],
+    ) -> Vec<u32> {
+        let at = |h: FixedVertexHandle| {
+            let p = self.cdt.vertex(h).position();
+            DVec2::new(p.x, p.y)
+        };
+        let (p, q) = (at(a), at(b));
+        let mut out = Vec::new();
+        for (polygon, row) in domain.polygons.iter().zip(handles) {
+            for i in 0..row.len() {
+                let (c, d) = (row[i], row[(i + 1) % row.len()]);
+                if [c, d].contains(&a) || [c, d].contains(&b) {
+                    continue;
+                }
+                let (r, s) = (at(c), at(d));
+                let side = |x: DVec2, y: DVec2, z: DVec2| crate::numeric::predicates::orient2d(x, y, z);
+                if side(p, q, r) * side(p, q, s) <= 0.0 && side(r, s, p) * side(r, s, q) <= 0.0 {
+                    out.push(polygon[i].edge);
+                }
+            }
+        }
+        out
+    }
+
+    /// Which triangles (by index of the face) lie inside: an odd number of contours away from the outside.
+    fn inside(&self, odd: &FxHashMap<[usize; 2], bool>) -> Vec<bool> {
+        let count = self.cdt.num_all_faces();
+        let mut state: Vec<Option<bool>> = vec![None; count];
+        let outer = self.cdt.outer_face().fix();
+        state[outer.index()] = Some(false);
+        let mut queue = VecDeque::new();
+        // The outer face is bordered by the hull.
+        let mut visit = |e: spade::handles::DirectedEdgeHandle<'_, _, _, _, _>, from: bool, queue: &mut VecDeque<_>| {
+            let t = e.rev().face().fix();
+            if state[t.index()].is_none() {
+                let (a, b) = (e.from().fix().index(), e.to().fix().index());
+                let flip = odd.get(&[a.min(b), a.max(b)]).copied().unwrap_or(false);
+                state[t.index()] = Some(from ^ flip);
+                queue.push_back((t, from ^ flip));
+            }
+        };
+        for e in self.cdt.convex_hull() {
+            // The hull is walked with the outer face on the left or on the right; look from the outer one.
+            let e = if e.face().is_outer() { e } else { e.rev() };
+            visit(e, false, &mut queue);
+        }
+        while let Some((t, is)) = queue.pop_front() {
+            if let Some(t) = self.cdt.face(t).as_inner() {
+                for e in t.adjacent_edges() {
+                    visit(e, is, &mut queue);
+                }
+            }
+        }
+        state.into_iter().map(|s| s.unwrap_or(false)).collect()
+    }
+
+    /// Nodes inside: centers of cells that are halved, the longer side first, until they are as wide as wanted.
+    fn scatter(
+        &self,
+        [lo, hi]: [DVec2; 2],
+        inside: &[bool],
+        size_at: &dyn Fn(DVec2) -> f64,
+        clear: &dyn Fn(DVec3, f64) -> bool,
+        found: &mut Vec<(DVec2, DVec3)>,
+    ) -> Result<(), Unfilled> {
+        let mut stack = vec![(lo, hi, 0u32)];
+        while let Some((a, b, depth)) = stack.pop() {
+            let m = 0.5 * (a + b);
+            let at = |u: f64, v: f64| self.chart.at(DVec2::new(u, v));
+            let center = self.chart.at(m);
+            let side = |p: DVec3, q: DVec3| p.distance(center) + q.distance(center);
+            let width = [side(at(a.x, m.y), at(b.x, m.y)), side(at(m.x, a.y), at(m.x, b.y))];
+            // Near poles the middle of a wide cell is short; its borders are not.
+            let rim = |p: DVec3, q: DVec3, r: DVec3| p.distance(q) + q.distance(r);
+            let wide = [
+                width[0].max(rim(at(a.x, a.y), at(m.x, a.y), at(b.x, a.y))).max(rim(
+                    at(a.x, b.y),
+                    at(m.x, b.y),
+                    at(b.x, b.y),
+                )),
+                width[1].max(rim(at(a.x, a.y), at(a.x, m.y), at(a.x, b.y))).max(rim(
+                    at(b.x, a.y),
+                    at(b.x, m.y),
+                    at(b.x, b.y),
+                )),
+            ];
+            let h = size_at(m);
+            if wide[0].max(wide[1]) > WIDE * h && depth < DEEPEST {
+                if found.len() > MOST_NODES {
+                    return Err(Unfilled::Other(format!("more than {MOST_NODES} nodes are needed")));
+                }
+                let (x, y) = (DVec2::new(m.x, b.y), DVec2::new(m.x, a.y));
+                let (z, w) = (DVec2::new(b.x, m.y), DVec2::new(a.x, m.y));
+                let halves = if wide[0] >= wide[1] { [(a, x), (y, b)] } else { [(a, z), (w, b)] };
+                for (p, q) in halves.into_iter().rev() {
+                    if depth < 6 || self.touches(p, q, inside) {
+                        stack.push((p, q, depth + 1));
+                    }
+                }
+                continue;
+            }
+            if self.is_inside(m, inside) && clear(center, h) {
+                found.push((m, center));
+            }
+        }
+        Ok(())
+    }
+
+    /// Edges inside that leave the surface too far, or that `doubled` says another face has too, get a node in their middle
+    /// (in the domain, on the surface). Returns how many.
+    fn bend(
+        &mut self,
+        odd: &FxHashMap<[usize; 2], bool>,
+        points: &dyn Fn(u32) -> DVec3,
+        doubled: &FxHashSet<[u32; 2]>,
+        first: u32,
+        nodes: &mut Vec<DVec3>,
+    ) -> usize {
+        let inside = self.inside(odd);
+        let at = |v: u32, nodes: &[DVec3]| if v < first { points(v) } else { nodes[(v - first) as usize] };
+        let mut splits = Vec::new();
+        // One split changes both triangles: their other edges wait for the next round.
+        let mut taken = vec![false; inside.len()];
+        for e in self.cdt.undirected_edges() {
+            if e.is_constraint_edge() {
+                continue;
+            }
+            let e = e.as_directed();
+            if !inside[e.face().fix().index()] && !inside[e.rev().face().fix().index()] {
+                continue;
+            }
+            let sides = [e.face().fix().index(), e.rev().face().fix().index()];
+            if sides.iter().any(|t| taken[*t]) {
+                continue;
+            }
+            let [a, b] = e.vertices().map(|v| v.fix().index());
+            let [x, y] = [self.node[a], self.node[b]];
+            let [p, q] = [at(x, nodes), at(y, nodes)];
+            let uv = 0.5 * (self.parameters(a) + self.parameters(b));
+            let m = self.chart.at(uv);
+            let away = segment_distance_squared(m, [p, q]).sqrt();
+            let far = away > BEND * p.distance(q) && away > 1e-6 * self.size;
+            if far || doubled.contains(&[x.min(y), x.max(y)]) {
+                splits.push((uv, m));
+                sides.iter().for_each(|t| taken[*t] = true);
+            }
+        }
+        let mut count = 0;
+        for (uv, p) in splits {
+            let Ok(h) = self.cdt.insert(self.place(uv)) else { continue };
+            if h.index() == self.node.len() {
+                self.node.push(first + nodes.len() as u32);
+                nodes.push(p);
+                count += 1;
+            }
+        }
+        count
+    }
+
+    /// Parameters of a vertex of the triangulation.
+    fn parameters(&self, vertex: usize) -> DVec2 {
+        let p = self.cdt.vertex(FixedVertexHandle::from_index(vertex)).position();
+        self.origin + DVec2::new(p.x, p.y) / self.scale
+    }
+
+    fn is_inside(&self, uv: DVec2, inside: &[bool]) -> bool {
+        match self.cdt.locate(self.place(uv)) {
+            PositionInTriangulation::OnFace(f) => inside[f.index()],
+            PositionInTriangulation::OnEdge(e) => {
+                let e = self.cdt.directed_edge(e);
+                !e.is_constraint_edge() && inside[e.face().fix().index()]
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a cell may hold a part of the inside.
+    fn touches(&self, a: DVec2, b: DVec2, inside: &[bool]) -> bool {
+        let m = 0.5 * (a + b);
+        let probes = [m, a, b, DVec2::new(a.x, b.y), DVec2::new(b.x, a.y)];
+        if probes.iter().any(|p| self.is_inside(*p, inside)) {
+            return true;
+        }
+        // No probe is inside: only a contour that passes through the cell could be.
+        let (p, q) = (self.place(a), self.place(b));
+        let mut any = self.cdt.get_vertices_in_rectangle(p, q);
+        any.next().is_some() || self.cdt.get_edges_in_rectangle(p, q).any(|e| e.is_constraint_edge())
+    }
+}

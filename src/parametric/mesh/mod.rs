@@ -1,0 +1,366 @@
+//! Meshing a boundary representation: edges first, once and in space, then each face between them in its parameter
+//! domain (\[BOR20\]).
+//!
+//! The result is node-matched, closed where the faces are, and coarse in its shapes: it is where remeshing starts.
+
+mod domain;
+mod edges;
+mod fill;
+mod loops;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::brep::Brep;
+use super::chart::Chart;
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use crate::run::Run;
+use crate::spatial::Aabb;
+use domain::Cutter;
+use edges::{Chain, Wish, divide, least_parts};
+use fill::{Filled, Unfilled, fill};
+use loops::Unroller;
+
+/// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
+const HALVINGS: usize = 5;
+/// A node this near to a pole, as a share of the face's size, is on it.
+const AT_POLE: f64 = 1e-6;
+
+/// What edge lengths are wanted.
+pub struct MeshSizes<'a> {
+    /// By curvature.
+    pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
+    /// By face, where one is asked for.
+    pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
+    /// How fast lengths may grow per length.
+    pub grading: f64,
+}
+
+/// Where a node lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// On a vertex.
+    Vertex(u32),
+    /// On an edge, between its ends.
+    Edge(u32),
+    /// Inside a face.
+    Face(u32),
+}
+
+/// A face without triangles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// The face.
+    pub face: u32,
+    /// Why.
+    pub reason: String,
+}
+
+/// The first mesh of a boundary representation.
+#[derive(Debug, Clone, Default)]
+pub struct FaceMeshes {
+    /// Nodes and triangles; labels are faces.
+    pub mesh: TriMesh,
+    /// Where each node lies.
+    pub places: Vec<Place>,
+    /// Faces that could not be meshed.
+    pub failures: Vec<Failure>,
+    /// Edges that were divided more finely than asked because contours crossed.
+    pub halved: usize,
+}
+
+/// A boundary representation ready to be asked and meshed.
+pub struct Parametric {
+    /// The model.
+    pub brep: Brep,
+    pub(super) charts: Vec<Chart>,
+    /// Faces of each edge.
+    pub(super) faces_of: Vec<Vec<u32>>,
+    /// The box around every face's edges.
+    pub(super) boxes: Vec<Aabb>,
+    /// The box around every edge.
+    pub(super) edge_boxes: Vec<Aabb>,
+    /// The edges two faces share.
+    pub(super) between: FxHashMap<[u32; 2], Vec<u32>>,
+}
+
+impl Parametric {
+    /// Looks at all surfaces: samples those without closed forms.
+    pub fn new(brep: Brep, run: &Run) -> Result<Self> {
+        let mut faces_of = vec![Vec::new(); brep.edges.len()];
+        for (i, f) in brep.faces.iter().enumerate() {
+            for c in f.loops.iter().flatten() {
+                let list: &mut Vec<u32> = &mut faces_of[c.edge as usize];
+                if list.last() != Some(&(i as u32)) {
+                    list.push(i as u32);
+                }
+            }
+        }
+        let edge_boxes: Vec<Aabb> = brep
+            .edges
+            .iter()
+            .map(|e| {
+                let around = Aabb::around(e.curve.pieces(e.range).into_iter().map(|t| e.curve.at(t)));
+                e.ends.iter().fold(around, |b, v| b.union(&Aabb::around([brep.vertices[*v as usize]])))
+            })
+            .collect();
+        let boxes: Vec<Aabb> = brep
+            .faces
+            .iter()
+            .map(|f| {
+                let b = f.loops.iter().flatten().fold(Aabb::EMPTY, |b, c| b.union(&edge_boxes[c.edge as usize]));
+                if b.is_empty() { whole(&f.surface) } else { b }
+            })
+            .collect();
+        let charts = run.install(|| {
+            (0..brep.faces.len())
+                .into_par_iter()
+                .map(|i| Chart::new(brep.faces[i].surface.clone(), &boxes[i]))
+                .collect()
+        });
+        run.check()?;
+        let mut between: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+        for (e, faces) in faces_of.iter().enumerate() {
+            if let [a, b] = faces[..] {
+                between.entry([a.min(b), a.max(b)]).or_default().push(e as u32);
+            }
+        }
+        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, between })
+    }
+
+    /// The box around the model.
+    pub fn bounds(&self) -> Aabb {
+        self.boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b))
+    }
+
+    /// Meshes all faces.
+    ///
+    /// *Guarantees*: faces that share an edge share its nodes; the same result for any number of threads.
+    /// *Does not guarantee*: that all faces come out, see [`FaceMeshes::failures`]; that triangles do not intersect.
+    /// *Errors*: cancellation.
+    pub fn mesh(&self, sizes: &MeshSizes<'_>, run: &Run) -> Result<FaceMeshes> {
+        let wish = Wish { size_at: sizes.size_at, grading: sizes.grading, face_size: sizes.face_size };
+        let least = least_parts(&self.brep);
+        let mut factor = vec![1usize; self.brep.edges.len()];
+        let mut halved = 0;
+        let mut round = 0;
+        loop {
+            run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
+            let (points, places, chains) = self.chains(&wish, &factor, &least, run)?;
+            let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
+                (0..self.brep.faces.len())
+                    .into_par_iter()
+                    .map(|f| {
+                        if run.is_cancelled() {
+                            return Err(Unfilled::Other("cancelled".into()));
+                        }
+                        self.face(f as u32, &points, &chains, sizes, &FxHashSet::default())
+                    })
+                    .collect()
+            });
+            run.check()?;
+            let mut crossing: Vec<u32> = filled
+                .iter()
+                .filter_map(|f| if let Err(Unfilled::Crossing(e)) = f { Some(e) } else { None })
+                .flatten()
+                .copied()
+                .collect();
+            crossing.sort_unstable();
+            crossing.dedup();
+            // Straight edges do not come nearer to themselves by more nodes.
+            let straight = |e: &u32| matches!(self.brep.edges[*e as usize].curve, super::curve::Curve::Line { .. });
+            if !crossing.iter().all(straight) {
+                crossing.retain(|e| !straight(e));
+            }
+            if !crossing.is_empty() && round < HALVINGS {
+                for e in &crossing {
+                    halved += usize::from(factor[*e as usize] == 1);
+                    factor[*e as usize] *= 2;
+                }
+                round += 1;
+                continue;
+            }
+            let filled = self.undoubled(filled, &points, &chains, sizes, run)?;
+            return Ok(self.joined(points, places, filled, halved));
+        }
+    }
+
+    /// Two faces may join the same two nodes of their borders across themselves: such edges are split in all faces that have
+    /// them.
+    fn undoubled(
+        &self,
+        mut filled: Vec<Result<Filled, Unfilled>>,
+        points: &[DVec3],
+        chains: &[Chain],
+        sizes: &MeshSizes<'_>,
+        run: &Run,
+    ) -> Result<Vec<Result<Filled, Unfilled>>> {
+        const ROUNDS: usize = 3;
+        let first = points.len() as u32;
+        let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
+        for _ in 0..ROUNDS {
+            run.check()?;
+            // Directed edges between nodes of borders; a sound edge comes once in each direction.
+            let mut seen: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+            for (f, made) in filled.iter().enumerate() {
+                let Ok(made) = made else { continue };
+                for t in &made.triangles {
+                    for k in 0..3 {
+                        let e = [t[k], t[(k + 1) % 3]];
+                        if e[0] < first && e[1] < first {
+                            seen.entry(e).or_default().push(f as u32);
+                        }
+                    }
+                }
+            }
+            let mut again: Vec<u32> = Vec::new();
+            for t in filled.iter().flatten().flat_map(|made| &made.triangles) {
+                for k in 0..3 {
+                    let e = [t[k], t[(k + 1) % 3]];
+                    if let Some(faces) = seen.get(&e).filter(|f| f.len() > 1) {
+                        doubled.insert([e[0].min(e[1]), e[0].max(e[1])]);
+                        again.extend(faces);
+                        again.extend(seen.get(&[e[1], e[0]]).into_iter().flatten());
+                    }
+                }
+            }
+            if again.is_empty() {
+                break;
+            }
+            again.sort_unstable();
+            again.dedup();
+            for f in again {
+                filled[f as usize] = self.face(f, points, chains, sizes, &doubled);
+            }
+        }
+        Ok(filled)
+    }
+
+    /// Nodes of vertices and edges.
+    fn chains(
+        &self,
+        wish: &Wish<'_>,
+        factor: &[usize],
+        least: &[usize],
+        run: &Run,
+    ) -> Result<(Vec<DVec3>, Vec<Place>, Vec<Chain>)> {
+        let mut points = self.brep.vertices.clone();
+        let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
+        let mut chains = Vec::with_capacity(self.brep.edges.len());
+        for (i, e) in self.brep.edges.iter().enumerate() {
+            run.check()?;
+            let charts: Vec<(u32, &Chart)> = self.faces_of[i].iter().map(|f| (*f, &self.charts[*f as usize])).collect();
+            let t = divide(e, &charts, wish, factor[i], least[i]);
+            let mut nodes = vec![e.ends[0]];
+            for t in &t[1..t.len() - 1] {
+                nodes.push(points.len() as u32);
+                points.push(e.curve.at(*t));
+                places.push(Place::Edge(i as u32));
+            }
+            nodes.push(e.ends[1]);
+            chains.push(Chain { t, nodes });
+        }
+        Ok((points, places, chains))
+    }
+
+    fn face(
+        &self,
+        f: u32,
+        points: &[DVec3],
+        chains: &[Chain],
+        sizes: &MeshSizes<'_>,
+        doubled: &FxHashSet<[u32; 2]>,
+    ) -> Result<Filled, Unfilled> {
+        let face = &self.brep.faces[f as usize];
+        let chart = &self.charts[f as usize];
+        let near = AT_POLE * self.boxes[f as usize].diagonal();
+        let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
+        let contours = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
+        let own = (sizes.face_size)(f);
+        let size_at = |uv: DVec2| {
+            let h = (sizes.size_at)(chart.curvature(uv).unwrap_or(0.0));
+            own.map_or(h, |s| s.min(h))
+        };
+        let vertices: Vec<u32> =
+            face.loops.iter().flatten().flat_map(|c| self.brep.edges[c.edge as usize].ends).collect();
+        let pole_node = |p: DVec3| vertices.iter().copied().find(|v| points[*v as usize].distance(p) <= near);
+        let first = points.len() as u32;
+        // Cuts are spaced for the curvature in the middle of the contours.
+        let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
+        let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
+        let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
+        let mut filled = fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled)?;
+        if !face.outward {
+            filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let mut nodes = domain.nodes;
+        nodes.append(&mut filled.nodes);
+        Ok(Filled { triangles: filled.triangles, nodes })
+    }
+
+    fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
+        let chart = &self.charts[f as usize];
+        let uv = chart.project(self.boxes[f as usize].center());
+        let h = (sizes.size_at)(chart.curvature(uv).unwrap_or(0.0));
+        (sizes.face_size)(f).map_or(h, |s| s.min(h))
+    }
+
+    fn joined(
+        &self,
+        points: Vec<DVec3>,
+        places: Vec<Place>,
+        filled: Vec<Result<Filled, Unfilled>>,
+        halved: usize,
+    ) -> FaceMeshes {
+        let mut out = FaceMeshes { places, halved, ..FaceMeshes::default() };
+        let first = points.len() as u32;
+        out.mesh.nodes = points;
+        out.mesh.faces = self.brep.faces.iter().map(|f| f.name.clone()).collect();
+        for (f, made) in filled.into_iter().enumerate() {
+            let face = f as u32;
+            match made {
+                Ok(made) => {
+                    let start = out.mesh.nodes.len() as u32;
+                    let number = |v: u32| if v < first { v } else { v - first + start };
+                    out.mesh.triangles.extend(made.triangles.iter().map(|t| t.map(number)));
+                    out.mesh.labels.resize(out.mesh.triangles.len(), face);
+                    out.places.extend(std::iter::repeat_n(Place::Face(face), made.nodes.len()));
+                    out.mesh.nodes.extend(made.nodes);
+                }
+                Err(why) => {
+                    let reason = match why {
+                        Unfilled::Other(what) => what,
+                        Unfilled::Crossing(edges) => {
+                            let ids: Vec<String> = edges
+                                .iter()
+                                .take(4)
+                                .map(|e| format!("#{}", self.brep.edges[*e as usize].source))
+                                .collect();
+                            format!("its edges {} cross others", ids.join(", "))
+                        }
+                    };
+                    out.failures.push(Failure { face, reason });
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The box around a surface that has no edges.
+fn whole(surface: &super::surface::Surface) -> Aabb {
+    let [u, v] = surface.domain().map(|[a, b]| if (b - a).is_finite() { [a, b] } else { [0.0, 1.0] });
+    let mut points = Vec::new();
+    for i in 0..=16 {
+        for j in 0..=16 {
+            let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 16.0;
+            points.push(surface.at(DVec2::new(at(u, i), at(v, j))));
+        }
+    }
+    Aabb::around(points)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,168 @@
+//! Meshes of small models against their geometry.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use super::*;
+use crate::geometry::Pieces;
+use crate::io::step::read_step;
+use crate::mesh::self_intersections;
+use crate::parametric::brep::{Body, Coedge, Edge, Face};
+use crate::parametric::nurbs::{NurbsCurve, NurbsSurface, SplineEnds};
+use crate::parametric::step::interpret;
+use crate::parametric::{Curve, Frame, Surface, basis::Knots};
+
+fn file(name: &str) -> Brep {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/step").join(name);
+    interpret(&read_step(&path).unwrap(), &Run::new()).unwrap().brep
+}
+
+/// Meshes with edges of about `share` of the diagonal, finer where it curves; all faces must come out, closed, a manifold,
+/// oriented outwards, without intersections, their nodes on their surfaces.
+fn sound(brep: Brep, share: f64) -> (Parametric, FaceMeshes) {
+    let p = Parametric::new(brep, &Run::new()).unwrap();
+    let size = share * p.bounds().diagonal();
+    let by = move |k: f64| size.min(0.35 / k.max(1e-300)).max(size / 6.0);
+    let m = p.mesh(&MeshSizes { size_at: &by, face_size: &|_| None, grading: 0.3 }, &Run::new()).unwrap();
+    assert!(m.failures.is_empty(), "{:?}", m.failures);
+    let mut mesh = m.mesh.clone();
+    mesh.drop_unused_nodes();
+    let d = mesh.defects();
+    assert!(d.is_closed() && d.is_manifold() && d.is_oriented(), "{d:?}");
+    assert!(mesh.volume() > 0.0);
+    assert!(self_intersections(&mesh, &Run::new()).unwrap().is_empty());
+    for (t, l) in m.mesh.triangles.iter().zip(&m.mesh.labels) {
+        for v in t {
+            let q = m.mesh.nodes[*v as usize];
+            assert!(p.foot(*l, q).unwrap().distance(q) < 1e-9 * p.bounds().diagonal());
+        }
+    }
+    (p, m)
+}
+
+fn near(found: f64, truth: f64, share: f64) {
+    assert!((found / truth - 1.0).abs() < share, "{found} {truth}");
+}
+
+#[test]
+fn faces_that_wind_around_are_cut_and_closed_again() {
+    for (name, volume, area, euler) in [
+        ("sphere.step", 32.0 * PI / 3.0, 16.0 * PI, 2),
+        ("torus.step", 6.0 * PI * PI, 12.0 * PI * PI, 0),
+        ("cone_with_apex.step", 16.0 * PI / 3.0, PI * 2.0 * (2.0 + 20f64.sqrt()), 2),
+        ("cylinder_without_seam.step", 12.0 * PI * 25.4f64.powi(3), 20.0 * PI * 25.4f64.powi(2), 2),
+    ] {
+        let (_, m) = sound(file(name), 0.04);
+        near(m.mesh.volume(), volume, 0.04);
+        near(m.mesh.area(), area, 0.02);
+        let mut mesh = m.mesh.clone();
+        mesh.drop_unused_nodes();
+        assert_eq!(mesh.topology(&mesh.defects()).euler, euler, "{name}");
+    }
+}
+
+#[test]
+fn the_same_for_any_number_of_threads() {
+    let one = |n| {
+        let run = Run::new().with_threads(n).unwrap();
+        let p = Parametric::new(file("cylinder_without_seam.step"), &run).unwrap();
+        p.mesh(&MeshSizes { size_at: &|_| 6.0, face_size: &|_| None, grading: 0.3 }, &run).unwrap().mesh
+    };
+    assert_eq!(one(1), one(3));
+}
+
+/// A solid of revolution of a spline that starts and ends on the axis: poles at both ends, a seam edge between.
+fn spindle() -> Brep {
+    let points = [DVec3::ZERO, DVec3::new(1.0, 0.0, 0.5), DVec3::new(0.7, 0.0, 2.0), DVec3::new(0.0, 0.0, 3.0)];
+    let curve = Curve::Nurbs(NurbsCurve::cubic(&points, SplineEnds::Natural).unwrap());
+    let range = curve.domain();
+    let edge = Edge { curve: curve.clone(), range, ends: [0, 1], source: 0 };
+    let surface = Surface::Revolution { curve, frame: Frame::WORLD };
+    // Up and down the seam; the poles are vertices.
+    let seam = |forward| Coedge { edge: 0, forward };
+    // Su x Sv points inwards for a profile that runs upwards seen from outside: t x d with t = y, d = z is x, outwards.
+    let face = Face {
+        surface,
+        outward: true,
+        loops: vec![vec![seam(true), seam(false)]],
+        name: "all".into(),
+        source: 0,
+        color: None,
+    };
+    let body = Body { name: "spindle".into(), faces: vec![0], solid: true };
+    Brep { vertices: vec![points[0], points[3]], edges: vec![edge], faces: vec![face], bodies: vec![body] }
+}
+
+#[test]
+fn poles_at_both_ends_of_a_seam_are_lines_of_the_domain() {
+    let (p, m) = sound(spindle(), 0.05);
+    // Pappus: the volume is the integral of pi r^2 dz along the profile.
+    let curve = &p.brep.edges[0].curve;
+    let [a, b] = p.brep.edges[0].range;
+    let n = 20_000;
+    let step = (b - a) / f64::from(n);
+    let slice = |i: i32| {
+        let [c, d, _] = curve.jet(a + (f64::from(i) + 0.5) * step);
+        PI * c.x * c.x * d.z * step
+    };
+    near(m.mesh.volume(), (0..n).map(slice).sum(), 0.02);
+    assert_eq!(m.places.iter().filter(|x| matches!(x, Place::Vertex(_))).count(), 2);
+}
+
+#[test]
+fn nurbs_patches_share_the_nodes_of_their_edges() {
+    // A pillow: two bicubic patches over a square, bulging up and down, with four common straight edges.
+    let k = || Knots::uniform(3, 4).unwrap();
+    let net = |bulge: f64| -> Vec<DVec3> {
+        let inner = |i: usize| (1..3).contains(&i);
+        let z = |i: usize, j: usize| if inner(i) && inner(j) { bulge } else { 0.0 };
+        (0..16).map(|n| DVec3::new((n / 4) as f64 / 3.0, (n % 4) as f64 / 3.0, z(n / 4, n % 4))).collect()
+    };
+    let patch = |bulge| Surface::Nurbs(NurbsSurface::new(k(), k(), &net(bulge), None).unwrap());
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y].to_vec();
+    let edges: Vec<Edge> = (0..4)
+        .map(|i| {
+            let j = (i + 1) % 4;
+            Edge {
+                curve: Curve::segment(vertices[i], vertices[j]),
+                range: [0.0, 1.0],
+                ends: [i as u32, j as u32],
+                source: 0,
+            }
+        })
+        .collect();
+    let around = |forward: bool| {
+        let mut l: Vec<Coedge> = (0..4).map(|edge| Coedge { edge, forward }).collect();
+        if !forward {
+            l.reverse();
+        }
+        vec![l]
+    };
+    let face = |bulge: f64, up: bool, name: &str| Face {
+        surface: patch(bulge),
+        outward: up,
+        loops: around(up),
+        name: name.into(),
+        source: 0,
+        color: None,
+    };
+    let faces = vec![face(0.6, true, "top"), face(-0.6, false, "bottom")];
+    let body = Body { name: "pillow".into(), faces: vec![0, 1], solid: true };
+    let (p, m) = sound(Brep { vertices, edges, faces, bodies: vec![body] }, 0.05);
+    // The Bernstein weights of the four inner points integrate to 1/16 each.
+    near(m.mesh.volume(), 2.0 * 0.6 * 4.0 / 16.0, 0.03);
+    let q = p.meet(&[0, 1], DVec3::new(0.3, 0.02, 0.01), 0.1).unwrap();
+    assert!(q.distance(DVec3::new(0.3, 0.0, 0.0)) < 1e-12);
+    assert_eq!(p.corners(), [true; 4]);
+}
+
+#[test]
+fn a_face_that_cannot_be_meshed_is_named() {
+    let mut b = file("cylinder_without_seam.step");
+    // The side loses one of its two loops: it winds around alone, without a pole.
+    b.faces[0].loops.pop();
+    let p = Parametric::new(b, &Run::new()).unwrap();
+    let m = p.mesh(&MeshSizes { size_at: &|_| 9.0, face_size: &|_| None, grading: 0.3 }, &Run::new()).unwrap();
+    assert_eq!(m.failures.iter().map(|f| f.face).collect::<Vec<_>>(), [0]);
+    assert!(m.failures[0].reason.contains("no pole") && !m.mesh.triangles.is_empty());
+}

@@ -1,0 +1,17 @@
+//! Boundary representations: curves, surfaces, faces between edges, read from STEP files and meshed face by face.
+
+pub mod basis;
+pub mod brep;
+mod chart;
+mod curve;
+mod frame;
+pub mod mesh;
+pub mod nurbs;
+mod pieces;
+pub mod step;
+mod surface;
+
+pub use curve::Curve;
+pub use frame::{Frame, Similarity};
+pub use mesh::Parametric;
+pub use surface::{Pole, Surface};

@@ -1,0 +1,365 @@
+//! From a STEP file to a mesh: faces between edges, remeshed on their surfaces.
+
+use std::path::Path;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
+use super::report::Report;
+use crate::error::{Error, Result};
+use crate::geometry::Pieces;
+use crate::implicit::part::SizeRequest;
+use crate::io::step::read_step;
+use crate::mesh::{EditMesh, Group, TriMesh, self_intersections};
+use crate::optimize::Sizing;
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::parametric::Parametric;
+use crate::parametric::brep::Brep;
+use crate::parametric::mesh::{FaceMeshes, MeshSizes, Place};
+use crate::parametric::step::{StepModel, interpret};
+use crate::quality::{Check, check};
+use crate::run::Run;
+
+/// How many things of one kind a report names.
+const NAMED: usize = 20;
+/// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
+const ANGLE: f64 = 20.0;
+/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
+const LEAST_SHARE: f64 = 4.0;
+
+/// A node this near to a point without a normal, as a share of the model, is on it.
+const AT_TIP: f64 = 1e-9;
+
+/// Whether a path is that of a STEP file.
+pub fn is_step(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("step") || e.eq_ignore_ascii_case("stp"))
+}
+
+/// Reads a STEP file. Errors name the file.
+pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
+    interpret(&read_step(path)?, run).map_err(|e| e.in_file(path))
+}
+
+/// Meshes a boundary representation; lengths are in millimeters.
+///
+/// Guarantees: faces that share an edge share its nodes; the same bytes for any number of threads; every face has
+/// triangles or is named in the report's `shortfalls`.
+///
+/// Errors: [`Error::Failed`] when no face can be meshed; cancellation.
+pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    let StepModel { brep, notes } = model;
+    let groups = groups(&brep);
+    let solid = Parametric::new(brep, run)?;
+    let size = match options.size.unwrap_or(DEFAULT_SIZE) {
+        SizeRequest::Length(h) => h,
+        SizeRequest::Share(s) => s * solid.bounds().diagonal(),
+    };
+    let mut report = Report::of("faces", size, Some("mm".into()));
+    for n in notes.iter().take(NAMED) {
+        report.warnings.push(n.to_string());
+    }
+    if notes.len() > NAMED {
+        report.warnings.push(format!("and {} more such notes", notes.len() - NAMED));
+    }
+    report.shortfalls.extend(notes.iter().filter(|n| n.message.contains("left out")).map(ToString::to_string));
+    let sizing = Sizing {
+        size,
+        nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
+        chord: options.tolerance,
+        least: options.least.unwrap_or(size / LEAST_SHARE),
+    };
+    let sizes = MeshSizes { size_at: &|k| sizing.at(k), face_size: &|_| None, grading: options.grading };
+    let made = solid.mesh(&sizes, run)?;
+    for f in &made.failures {
+        let face = &solid.brep.faces[f.face as usize];
+        let kind = face.surface.kind();
+        report.shortfalls.push(format!("face {} (#{}, {kind}) has no mesh: {}", face.name, face.source, f.reason));
+    }
+    if made.mesh.triangles.is_empty() {
+        return Err(Error::Failed(format!("no face could be meshed: {}", report.shortfalls.join("; "))));
+    }
+    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading, cell: size };
+    let mut mesh = remeshed(&solid, made, &exact, &mut report, run)?;
+    mesh.groups = groups;
+    run.progress("check", 0.0);
+    let mut measured = check(&mesh, None, run)?;
+    excuse_open(&solid, &mut measured, &mut report);
+    excuse_overlaps(&mesh, &mut measured, &mut report, run)?;
+    report.judge(measured);
+    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
+}
+
+/// A model with open edges, or one without the mesh of a face, has no closed mesh: that is told, but not a fault of the
+/// mesh.
+fn excuse_open(solid: &Parametric, check: &mut Check, report: &mut Report) {
+    let open = solid.brep.uses().iter().filter(|n| **n == 1).count();
+    if open > 0 {
+        report.warnings.push(format!("{open} edges of the model have a face on one side only: it is open there"));
+    }
+    if open > 0 || !report.shortfalls.is_empty() {
+        check.certificate.faults.retain(|f| !f.contains("open") && !f.contains("closed") && !f.contains("volume"));
+    }
+}
+
+/// Triangles of bodies that have no node in common may intersect: then the model's bodies overlap or touch.
+fn excuse_overlaps(mesh: &TriMesh, check: &mut Check, report: &mut Report, run: &Run) -> Result<()> {
+    if check.self_intersections == 0 || check.components < 2 {
+        return Ok(());
+    }
+    let mut within = 0;
+    for (part, _) in components(mesh) {
+        let mut hit: Vec<u32> = self_intersections(&part, run)?.into_iter().flatten().collect();
+        hit.sort_unstable();
+        hit.dedup();
+        within += hit.len();
+    }
+    let between = check.self_intersections - within.min(check.self_intersections);
+    if between > 0 {
+        report.warnings.push(format!("bodies overlap or touch: {between} triangles intersect ones of other bodies"));
+    }
+    check.self_intersections = within;
+    check.certificate.faults.retain(|f| !f.contains("intersect"));
+    if within > 0 {
+        check.certificate.faults.push(format!("{within} triangles intersect others of their body"));
+    }
+    Ok(())
+}
+
+/// One group for every body where there are several, one for every color.
+fn groups(brep: &Brep) -> Vec<Group> {
+    let mut out = Vec::new();
+    if brep.bodies.len() > 1 {
+        out.extend(brep.bodies.iter().map(|b| Group { name: b.name.clone(), faces: b.faces.clone() }));
+    }
+    let mut colors: Vec<(String, Vec<u32>)> = Vec::new();
+    for (i, f) in brep.faces.iter().enumerate() {
+        let Some(c) = f.color else { continue };
+        let [r, g, b] = c.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8);
+        let name = format!("color #{r:02x}{g:02x}{b:02x}");
+        match colors.iter_mut().find(|c| c.0 == name) {
+            Some(c) => c.1.push(i as u32),
+            None => colors.push((name, vec![i as u32])),
+        }
+    }
+    out.extend(colors.into_iter().map(|(name, faces)| Group { name, faces }));
+    out
+}
+
+fn remeshed(
+    solid: &Parametric,
+    made: FaceMeshes,
+    options: &ExactOptions,
+    report: &mut Report,
+    run: &Run,
+) -> Result<TriMesh> {
+    let FaceMeshes { mut mesh, mut places, .. } = made;
+    split_fans(&mut mesh, &mut places);
+    let marks = Marks::new(solid);
+    // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
+    let parts = components(&mesh);
+    let done = AtomicUsize::new(0);
+    let count = parts.len();
+    let results: Vec<Result<(TriMesh, Option<String>)>> = run.install(|| {
+        parts
+            .into_par_iter()
+            .map(|(part, nodes)| {
+                run.check()?;
+                let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
+                let edit = match EditMesh::new(&part) {
+                    Ok(e) => e,
+                    Err(Error::Cancelled) => return Err(Error::Cancelled),
+                    Err(e) => return Ok((part, Some(format!("not remeshed: {e}")))),
+                };
+                let work = patchwork(solid, &marks, edit, &part, &places);
+                let quiet = Run::new().with_cancel(run.cancel_token());
+                let ExactMesh { mesh: out, report: found, .. } =
+                    match remesh_patchwork(work, &part, solid, options, &quiet, None) {
+                        Err(Error::Input { message, .. }) => {
+                            return Ok((part, Some(format!("a body is left as it was first triangulated: {message}"))));
+                        }
+                        other => other?,
+                    };
+                run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+                let away = found.inverted;
+                if found.self_intersections + away > 0 && self_intersections(&part, run)?.is_empty() {
+                    // The first triangulation is sound where remeshing is not.
+                    let what = "a body is left as it was first triangulated: remeshing folded it";
+                    return Ok((part, Some(what.to_string())));
+                }
+                Ok((out, (away > 0).then(|| format!("{away} triangles face away from their surface"))))
+            })
+            .collect()
+    });
+    let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    for r in results {
+        let (part, shortfall) = r?;
+        report.shortfalls.extend(shortfall);
+        let start = all.nodes.len() as u32;
+        all.nodes.extend(part.nodes);
+        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + start)));
+        all.labels.extend(part.labels);
+    }
+    all.drop_unused_nodes();
+    Ok(all)
+}
+
+/// The connected parts of a mesh, each with the old numbers of its nodes.
+fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
+    let mut leader: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+    for t in &mesh.triangles {
+        for k in 1..3 {
+            let (a, b) = (find(&mut leader, t[0]), find(&mut leader, t[k]));
+            leader[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut number = vec![u32::MAX; mesh.nodes.len()];
+    let mut place = vec![u32::MAX; mesh.nodes.len()];
+    let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();
+    for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
+        let l = find(&mut leader, t[0]) as usize;
+        if number[l] == u32::MAX {
+            number[l] = parts.len() as u32;
+            parts.push((TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() }, Vec::new()));
+        }
+        let (part, nodes) = &mut parts[number[l] as usize];
+        for v in t {
+            if place[*v as usize] == u32::MAX {
+                place[*v as usize] = nodes.len() as u32;
+                nodes.push(*v);
+                part.nodes.push(mesh.nodes[*v as usize]);
+            }
+        }
+        part.triangles.push(t.map(|v| place[v as usize]));
+        part.labels.push(*label);
+    }
+    parts
+}
+
+/// The smallest number of a set, halving paths on the way.
+fn find(leader: &mut [u32], mut i: u32) -> u32 {
+    while leader[i as usize] != i {
+        leader[i as usize] = leader[leader[i as usize] as usize];
+        i = leader[i as usize];
+    }
+    i
+}
+
+/// What holds nodes and edges in their places.
+struct Marks {
+    corners: Vec<bool>,
+    seams: Vec<bool>,
+    tips: FxHashMap<u32, Vec<glam::DVec3>>,
+    near: f64,
+}
+
+impl Marks {
+    fn new(solid: &Parametric) -> Self {
+        let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
+        for (f, p) in solid.tips() {
+            tips.entry(f).or_default().push(p);
+        }
+        let near = AT_TIP * solid.bounds().diagonal();
+        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near }
+    }
+}
+
+/// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
+fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMesh, places: &[Place]) -> Patchwork {
+    let mut sets = vec![PieceSet::default(); from.nodes.len()];
+    for (t, l) in from.triangles.iter().zip(&from.labels) {
+        for v in t {
+            sets[*v as usize] = sets[*v as usize].union(&PieceSet::one(*l));
+        }
+    }
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        let o = mesh.opposite(h);
+        if o == crate::mesh::edit::NONE || mesh.label(h / 3) != mesh.label(o / 3) {
+            mesh.set_sharp(h, true);
+        }
+    }
+    let on_seam = |v: u32| match places[v as usize] {
+        Place::Edge(e) => marks.seams[e as usize].then_some(e),
+        _ => None,
+    };
+    let ends = |v: u32, e: u32| match places[v as usize] {
+        Place::Edge(f) => e == f,
+        Place::Vertex(x) => solid.brep.edges[e as usize].ends.contains(&x),
+        Place::Face(_) => false,
+    };
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        let (a, b) = (mesh.origin(h), mesh.target(h));
+        if on_seam(a).or(on_seam(b)).is_some_and(|e| ends(a, e) && ends(b, e)) {
+            mesh.set_sharp(h, true);
+            mesh.set_pinned(a, true);
+            mesh.set_pinned(b, true);
+        }
+    }
+    let at_tip = |f: u32, v: usize| {
+        marks.tips.get(&f).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
+    };
+    for (v, place) in places.iter().enumerate() {
+        let pinned = match *place {
+            Place::Vertex(x) => marks.corners[x as usize] || sets[v].as_slice().iter().any(|f| at_tip(*f, v)),
+            Place::Face(f) => at_tip(f, v),
+            Place::Edge(_) => false,
+        };
+        if pinned {
+            mesh.set_pinned(v as u32, true);
+        }
+    }
+    let patches = (0..solid.brep.faces.len() as u32)
+        .map(|f| Patch {
+            piece: f,
+            outward: if solid.brep.faces[f as usize].outward { 1.0 } else { -1.0 },
+            plane: solid.plane(f),
+        })
+        .collect();
+    Patchwork { mesh, sets, patches }
+}
+
+/// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
+fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>) {
+    // Triangles of a node that share an edge at it are of one fan: union-find over corners.
+    let corners = 3 * mesh.triangles.len();
+    let mut leader: Vec<u32> = (0..corners as u32).collect();
+    let mut seen: FxHashMap<[u32; 2], [u32; 2]> = FxHashMap::default();
+    for (t, nodes) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (i, j) = (3 * t + k, 3 * t + (k + 1) % 3);
+            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+            // Corners at the smaller and the larger node.
+            let own = if a < b { [i as u32, j as u32] } else { [j as u32, i as u32] };
+            match seen.get(&[a.min(b), a.max(b)]) {
+                Some(other) => {
+                    for s in 0..2 {
+                        let (x, y) = (find(&mut leader, own[s]), find(&mut leader, other[s]));
+                        leader[x.max(y) as usize] = x.min(y);
+                    }
+                }
+                None => {
+                    seen.insert([a.min(b), a.max(b)], own);
+                }
+            }
+        }
+    }
+    let mut first: Vec<u32> = vec![u32::MAX; mesh.nodes.len()];
+    let mut copy: FxHashMap<u32, u32> = FxHashMap::default();
+    for c in 0..corners {
+        let l = find(&mut leader, c as u32);
+        let v = mesh.triangles[c / 3][c % 3];
+        if first[v as usize] == u32::MAX {
+            first[v as usize] = l;
+        }
+        if first[v as usize] != l {
+            let new = *copy.entry(l).or_insert_with(|| {
+                mesh.nodes.push(mesh.nodes[v as usize]);
+                places.push(places[v as usize]);
+                mesh.nodes.len() as u32 - 1
+            });
+            mesh.triangles[c / 3][c % 3] = new;
+        }
+    }
+}
