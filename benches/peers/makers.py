@@ -2,9 +2,10 @@
 
     makers.py gmsh PART SIZE TRIANGLES REPS OUT.off       the part as exact B-rep, meshed by gmsh
     makers.py remesh IN.off SIZE TRIANGLES REPS OUT.off   a mesh, remeshed by pymeshlab
-    makers.py picture OUT.png LEFT TOP RIGHT BOTTOM WIDTH IN.png...   the same piece of several pictures, side by side
+    makers.py picture OUT.png SHEET.png CELLS CHOSEN...   some of the cells of a contact sheet, side by side
 
-SIZE is the edge length to start with; it is changed until the number of triangles is TRIANGLES to one part in a hundred.
+SIZE is the edge length to start with; it is changed, five tries at most, until TRIANGLES come out to one part in a hundred;
+the nearest try counts.
 Seconds are CPU seconds of this process, user and system. Imports, start-up, reading and writing are not counted.
 """
 import json
@@ -156,19 +157,20 @@ def by_pymeshlab(source, size, wanted, reps, out):
 
 # ---------------------------------------------------------------------------------------------------------- picture
 
-def side_by_side(out, box, width, sources):
+def side_by_side(out, sheet, count, chosen):
+    """Cells `chosen` of the contact sheet of `count` cells that `rvachev compare --png` draws."""
     from PIL import Image
 
-    left, top, right, bottom = map(int, box)
-    height = round(width * (bottom - top) / (right - left))
-    gap = 12
-    all_width = len(sources) * width + (len(sources) - 1) * gap
-    joined = Image.new("RGB", (all_width, height), "white")
-    for i, source in enumerate(sources):
-        piece = Image.open(source).convert("RGB").crop((left, top, right, bottom))
-        joined.paste(piece.resize((width, height), Image.Resampling.LANCZOS), (i * (width + gap), 0))
-    joined.quantize(128, dither=Image.Dither.NONE).save(out, optimize=True)
-    return {"width": all_width, "height": height}
+    columns, gap = 6, 12
+    sheet = Image.open(sheet).convert("RGB")
+    rows = -(-count // columns)
+    wide, high = (sheet.width - gap) // columns, (sheet.height - gap) // rows
+    joined = Image.new("RGB", (len(chosen) * wide + gap, high + gap), "white")
+    for i, k in enumerate(chosen):
+        left, top = k % columns * wide, k // columns * high
+        joined.paste(sheet.crop((left, top, left + wide + gap, top + high + gap)), (i * wide, 0))
+    joined.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(out, optimize=True)
+    return {"width": joined.width, "height": joined.height}
 
 
 def main(arguments):
@@ -177,8 +179,8 @@ def main(arguments):
             return by_gmsh(part, float(size), int(wanted), int(reps), out)
         case ["remesh", source, size, wanted, reps, out]:
             return by_pymeshlab(source, float(size), int(wanted), int(reps), out)
-        case ["picture", out, left, top, right, bottom, width, *sources]:
-            return side_by_side(out, (left, top, right, bottom), int(width), sources)
+        case ["picture", out, sheet, count, *chosen]:
+            return side_by_side(out, sheet, int(count), [int(c) for c in chosen])
     sys.exit(__doc__)
 
 

@@ -223,19 +223,19 @@ def line(cells):
 # ----------------------------------------------------------------------------------------------------------- picture
 
 def picture(peers, out):
-    """Marching cubes, the operators and the leaf method, the same corner and rim of each, colored by smallest angle."""
-    drawn = []
-    for method in ("mc", "operators", "leaf"):
-        mesh, png = OUT / f"won-{method}.off", OUT / f"won-{method}.png"
-        call([OURS, "mesh", part_file("cube_with_holes"), "--method", method, "--size", "0.15", "-q", "-o", mesh],
-             good=(0, 1))
-        call([OURS, "render", mesh, "--quality", "-q", "-o", png])
-        drawn.append(png)
-    peers.make("picture", out, *PICTURE_BOX, 400, *drawn)
-
-
-# Left, top, right, bottom of the piece, in pixels of what `rvachev render` draws of the cube.
-PICTURE_BOX = (480, 20, 980, 620)
+    """Where each method of `rvachev compare` ends, side by side; says what `compare` measured there."""
+    sheet, report = OUT / "compare.png", OUT / "compare.json"
+    say("cube_with_holes: rvachev compare")
+    call([OURS, "compare", part_file("cube_with_holes"), "--size", "0.15", "-q", "--png", sheet, "--json", report],
+         good=(0, 1))
+    stages = json.loads(report.read_text())["rows"]
+    last = {stage["method"]: i for i, stage in enumerate(stages)}
+    peers.make("picture", out, sheet, len(stages), *last.values())
+    for method, i in last.items():
+        check = stages[i]["check"]
+        print(f"{method}: {check['triangles']} triangles, smallest angle {check['quality']['min_angle']:.1f}, "
+              f"5th percentile {check['quality']['p05_angle']:.1f}, recall {check['features']['recall']:.3f}, "
+              f"corners {check['features']['corners_found']}")
 
 
 def main():
