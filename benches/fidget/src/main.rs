@@ -1,7 +1,9 @@
 //! Fidget and rvachev on the same parts, in one process, on one thread.
 //!
 //!     cargo run --release --manifest-path benches/fidget/Cargo.toml [-- FILTER...] [--reps N]
+//!     cargo run --release --manifest-path benches/fidget/Cargo.toml -- mesh PART N OUT.off [--reps N]
 //!
+//! The second writes fidget's mesh of one part, for other programs to go on with, and prints its CPU seconds.
 //! Times are seconds of this process's CPU, the least of N repetitions, the two programs taking turns. They run from the
 //! finished description of a solid to the finished mesh: fidget's shape, octree and dual contouring; our lowering, octree
 //! and marching cubes. Cells have the same size on both sides. Fidget works in f32 with machine code made on the spot,
@@ -73,13 +75,42 @@ fn main() {
         return;
     }
     let Some(options) = options(&arguments) else {
-        eprintln!("usage: fidget-bench [FILTER...] [--reps N]");
+        eprintln!("usage: fidget-bench [FILTER...] [--reps N]\n       fidget-bench mesh PART N OUT.off [--reps N]");
         std::process::exit(2);
     };
+    if let [command, part, n, out] = &options.filters[..]
+        && command == "mesh"
+    {
+        if let Err(why) = write_theirs(part, n, out, options.reps) {
+            eprintln!("{why}");
+            std::process::exit(2);
+        }
+        return;
+    }
     against_fidget(&options);
     against_ourselves(&options);
     growth(&options);
     memory(&options);
+}
+
+/// Fidget's mesh of one part as an OFF file; its least CPU seconds on the standard output. The writing is not timed.
+fn write_theirs(name: &str, n: &str, out: &str, reps: usize) -> Result<(), String> {
+    let parts = [part::cube_with_holes(), part::rotated_cube_with_holes(), part::bracket(), part::gyroid_block()];
+    let known = parts.each_ref().map(|p| p.name.as_str()).join(", ");
+    let part = parts.iter().find(|p| p.name == name).ok_or(format!("no part `{name}`; there are {known}"))?;
+    let cells = n.parse::<u32>().ok().filter(|n| n.is_power_of_two());
+    let cells = cells.ok_or(format!("the cells to the side are a power of two, not `{n}`"))?;
+    let tree = theirs::tree(&part.shape);
+    let mut mesh = None;
+    let mut run = || mesh.insert(theirs::mesh(&tree, part.half, cells)).triangles.len();
+    let times = race(reps, &mut [&mut run]);
+    let mesh = mesh.expect("at least one round");
+    let mut text = format!("OFF\n{} {} 0\n", mesh.vertices.len(), mesh.triangles.len());
+    mesh.vertices.iter().for_each(|v| text += &format!("{} {} {}\n", v.x, v.y, v.z));
+    mesh.triangles.iter().for_each(|t| text += &format!("3 {} {} {}\n", t.x, t.y, t.z));
+    std::fs::write(out, text).map_err(|e| format!("{out}: {e}"))?;
+    println!("{}", times[0].seconds);
+    Ok(())
 }
 
 fn against_fidget(options: &Options) {
@@ -95,7 +126,9 @@ fn against_fidget(options: &Options) {
             let tree = theirs::tree(&part.shape);
             let times = race(
                 options.reps,
-                &mut [&mut || theirs::mesh(&tree, part.half, n), &mut || ours::mesh(&part, n, RSystem::R0)],
+                &mut [&mut || theirs::mesh(&tree, part.half, n).triangles.len(), &mut || {
+                    ours::mesh(&part, n, RSystem::R0)
+                }],
             );
             row(&title(&part, n), &times);
         }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use rvachev::Run;
-use rvachev::implicit::{ExtractOptions, Implicit, Placement, RSystem, Solid, extract};
+use rvachev::implicit::{ExtractOptions, Implicit, Placement, Primitive, RSystem, Solid, Tpms, extract};
 
 use crate::part::{Part, Shape};
 
@@ -20,6 +20,9 @@ fn solid(shape: &Shape) -> Solid {
         Shape::Sphere(center, r) => Solid::sphere(*r, *center),
         Shape::Cylinder(center, axis, r, half) => Solid::cylinder(*r, *axis, *center, half.map(|h| 2.0 * h)),
         Shape::HalfSpace(normal, offset) => Solid::half_space(*normal, *normal * *offset),
+        Shape::Gyroid(period, thickness) => {
+            Primitive::Tpms { kind: Tpms::Gyroid, period: *period, thickness: *thickness, at: DVec3::ZERO }.into()
+        }
         Shape::All(of) => Solid::intersection(of.iter().map(solid)),
         Shape::Any(of) => Solid::union(of.iter().map(solid)),
         Shape::Not(of) => !solid(of),

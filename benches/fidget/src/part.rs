@@ -1,6 +1,6 @@
 //! The parts, described once for both programs.
 
-use glam::{DMat3, DQuat, DVec3, dvec3};
+use glam::{DMat3, DVec3, dvec3};
 
 /// A solid as set operations on primitives.
 pub enum Shape {
@@ -12,6 +12,8 @@ pub enum Shape {
     Cylinder(DVec3, DVec3, f64, Option<f64>),
     /// Where `normal . p <= offset`.
     HalfSpace(DVec3, f64),
+    /// A sheet of gyroid about the origin: period, and the thickness it about has.
+    Gyroid(f64, f64),
     /// Intersection.
     All(Vec<Shape>),
     /// Union.
@@ -58,9 +60,10 @@ fn cube() -> Shape {
     Shape::All([cuboid([-1.0; 3], [1.0; 3])].into_iter().chain(holes).collect())
 }
 
-/// The same in general position.
+/// The same in general position, as in `data/cube_with_holes_rotated.py`.
 pub fn rotated_cube_with_holes() -> Part {
-    let turn = DMat3::from_quat(DQuat::from_xyzw(0.46, -0.42, -0.73, 0.19).normalize());
+    let axis = dvec3(0.30529502354055693, -0.2801478599619021, -0.9101165448227702).normalize();
+    let turn = DMat3::from_axis_angle(axis, 179.85594446358624_f64.to_radians());
     Part { name: "rotated cube".into(), shape: Shape::Turned(turn, Box::new(cube())), half: HALF_TURNED }
 }
 
@@ -85,6 +88,12 @@ pub fn bracket() -> Part {
     holes.extend([0.4, -0.4].map(|y| bore([0.0, y, 0.4], DVec3::X, 0.07)));
     let shape = Shape::All([solid].into_iter().chain(holes.into_iter().map(not)).collect());
     Part { name: "bracket".into(), shape, half: HALF }
+}
+
+/// A block cut out of a sheet of gyroid.
+pub fn gyroid_block() -> Part {
+    let shape = Shape::All(vec![cuboid([-1.0; 3], [1.0; 3]), Shape::Gyroid(2.0, 0.3)]);
+    Part { name: "gyroid block".into(), shape, half: HALF }
 }
 
 /// A union of `n` small spheres and short cylinders, strewn at random, the same for each call.

@@ -2,7 +2,7 @@
 
 use fidget::context::Tree;
 use fidget::jit::JitFunction;
-use fidget::mesh::{Octree, Settings};
+use fidget::mesh::{Mesh, Octree, Settings};
 use fidget::shape::{BoundShape, Shape as FidgetShape};
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix4;
@@ -14,8 +14,8 @@ pub fn tree(shape: &Shape) -> Tree {
     field(shape, DMat3::IDENTITY)
 }
 
-/// Meshes the cube of half side `half` with 2^depth = `n` cells a side; the number of triangles.
-pub fn mesh(tree: &Tree, half: f64, n: u32) -> usize {
+/// Meshes the cube of half side `half` with 2^depth = `n` cells a side.
+pub fn mesh(tree: &Tree, half: f64, n: u32) -> Mesh {
     let shape = FidgetShape::<JitFunction>::from(tree.clone());
     let shape: BoundShape<_, f32> = shape.try_into().expect("no variables but x, y and z");
     let settings = Settings {
@@ -25,7 +25,7 @@ pub fn mesh(tree: &Tree, half: f64, n: u32) -> usize {
         ..Default::default()
     };
     let octree = Octree::build(&shape, &settings).expect("nobody cancels");
-    octree.walk_dual().triangles.len()
+    octree.walk_dual()
 }
 
 fn field(shape: &Shape, turn: DMat3) -> Tree {
@@ -52,11 +52,20 @@ fn field(shape: &Shape, turn: DMat3) -> Tree {
             }
         }
         Shape::HalfSpace(normal, offset) => plane(turn * *normal, *offset),
+        Shape::Gyroid(period, thickness) => gyroid(*period, *thickness, turn),
         Shape::All(of) => fold(of.iter().map(|s| field(s, turn)).collect(), |a, b| a.max(b)),
         Shape::Any(of) => fold(of.iter().map(|s| field(s, turn)).collect(), |a, b| a.min(b)),
         Shape::Not(of) => -field(of, turn),
         Shape::Turned(by, of) => field(of, turn * *by),
     }
+}
+
+/// |g(2 pi p / period)| period / 2 pi - thickness / 2
+fn gyroid(period: f64, thickness: f64, turn: DMat3) -> Tree {
+    let k = std::f64::consts::TAU / period;
+    let angle = DVec3::AXES.map(|a| plane(turn * a, 0.0) * constant(k));
+    let terms = (0..3).map(|i| angle[i].sin() * angle[(i + 1) % 3].cos());
+    fold(terms.collect(), |a, b| a + b).abs() * constant(1.0 / k) - constant(0.5 * thickness)
 }
 
 fn constant(x: f64) -> Tree {
