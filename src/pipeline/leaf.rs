@@ -69,6 +69,9 @@ pub(super) fn by_leaf(
 ) -> Result<ByLeaf> {
     let mut best: Option<(usize, ExactMesh, Extracted, f64)> = None;
     let mut first_error = None;
+    // Places left without an exact edge in the attempt before: where smaller cells do not halve them, still smaller ones
+    // will not either.
+    let mut last = None;
     for share in CELLS {
         let cell = share * ready.size;
         let extracted = match ready.extract(cell, options, run) {
@@ -86,6 +89,8 @@ pub(super) fn by_leaf(
         let report = &exact.report;
         let faults = report.self_intersections + report.inverted;
         let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
+        let found_more = last.is_none_or(|n: usize| 2 * report.cut.unresolved.len() < n);
+        last = Some(report.cut.unresolved.len());
         let better = best
             .as_ref()
             .is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.1.report.cut.unresolved.len()));
@@ -94,7 +99,7 @@ pub(super) fn by_leaf(
         }
         // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
         let sound = best.as_ref().is_some_and(|b| b.0 == 0);
-        if clean || (sound && 4 * triangles > MOST_TRIANGLES) {
+        if clean || !found_more || (sound && 4 * triangles > MOST_TRIANGLES) {
             break;
         }
     }
