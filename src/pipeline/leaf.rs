@@ -12,6 +12,9 @@ use crate::run::Run;
 const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 const MOST_TRIANGLES: usize = 1_500_000;
+/// Where this many places are left without an exact edge and smaller cells do not halve them, still smaller ones will not
+/// either.
+const MANY: usize = 100;
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
@@ -69,8 +72,7 @@ pub(super) fn by_leaf(
 ) -> Result<ByLeaf> {
     let mut best: Option<(usize, ExactMesh, Extracted, f64)> = None;
     let mut first_error = None;
-    // Places left without an exact edge in the attempt before: where smaller cells do not halve them, still smaller ones
-    // will not either.
+    // Places left without an exact edge in the attempt before.
     let mut last = None;
     for share in CELLS {
         let cell = share * ready.size;
@@ -89,8 +91,9 @@ pub(super) fn by_leaf(
         let report = &exact.report;
         let faults = report.self_intersections + report.inverted;
         let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
-        let found_more = last.is_none_or(|n: usize| 2 * report.cut.unresolved.len() < n);
-        last = Some(report.cut.unresolved.len());
+        let lost = report.cut.unresolved.len();
+        let found_more = lost < MANY || last.is_none_or(|n: usize| 2 * lost < n);
+        last = Some(lost);
         let better = best
             .as_ref()
             .is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.1.report.cut.unresolved.len()));
