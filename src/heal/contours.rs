@@ -1,4 +1,4 @@
-//! Contours of open edges, by the iteration of [BOR20] ("Formation and closing of open contours").
+//! Contours of open edges, by the iteration of \[BOR20\] ("Formation and closing of open contours").
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;

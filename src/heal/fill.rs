@@ -17,7 +17,7 @@ const ROUNDS: usize = 12;
 /// How to triangulate a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Way {
-    /// Ear cutting, as [BOR20].
+    /// Ear cutting, as \[BOR20\].
     Ears,
     /// The triangulation with the smallest worst bend, then area: P. Liepa, "Filling holes in meshes" (2003).
     Bend,
@@ -225,7 +225,7 @@ fn finish(
     })
 }
 
-/// [BOR20]: flips edges while the total area falls.
+/// \[BOR20\]: flips edges while the total area falls.
 fn shrink(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
     let area = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).length();
     for _ in 0..ROUNDS {

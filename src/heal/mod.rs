@@ -5,7 +5,7 @@
 //! 1. nodes at one place, triangles on a line, duplicates;
 //! 2. borders that nearly meet, T-junctions: joined at the smallest of a ladder of tolerances that joins them;
 //! 3. fins, orientation;
-//! 4. contours of open edges: found by the iteration of [BOR20], closed by ear cutting, flips while the area falls, and
+//! 4. contours of open edges: found by the iteration of \[BOR20\], closed by ear cutting, flips while the area falls, and
 //!    refinement to the surrounding size; a filling that would intersect is refused and another way tried;
 //! 5. what still intersects: taken out with its surroundings and closed again; drawn back, where a closed surface was pulled
 //!    through itself; or cut exactly along its crossings and parted, a gap of 1e-5 of the diagonal wide, into one closed
@@ -20,7 +20,7 @@
 //! overlap come out as a surface around all of them and one around what they share: nothing is lost, but the second lies
 //! inside the first.
 //!
-//! [BOR20]: O. N. Borisenko et al., "Algorithms of preprocessing singularities in geometric models to generate surface
+//! \[BOR20\]: O. N. Borisenko et al., "Algorithms of preprocessing singularities in geometric models to generate surface
 //! triangular grids in the LOGOS software package preprocessor" (in Russian), 2020.
 
 mod arrange;

@@ -49,7 +49,7 @@ pub enum Action {
     Filled,
     /// Closed by another triangulation, since ear cutting intersected.
     FilledOtherwise,
-    /// The contour was found by our continuation of the iteration of [BOR20], then filled.
+    /// The contour was found by our continuation of the iteration of \[BOR20\], then filled.
     FilledByContinuation,
     /// Taken out with its surroundings and closed again.
     Refilled,

@@ -1,4 +1,4 @@
-//! The functional merge of [LAZ]: fragments on a model, read as one mesh without building it.
+//! The functional merge of \[LAZ\]: fragments on a model, read as one mesh without building it.
 //!
 //! Nodes two fragments share are found from topology, never by distance, and a whole edge at a time. The merged mesh is a
 //! set of functions: the number of a node gives the fragment that keeps it, the number of a cell the numbers of its nodes.
@@ -11,7 +11,7 @@
 //! *Does not guarantee.* That the model is a closed surface, or that cells are well shaped. Fragments are compared by
 //! fingerprints of 64 bits.
 //!
-//! *References.* [LAZ] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
+//! *References.* \[LAZ\] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
 //! Russian), with the prefix sum of 4.3 without its -1, `s(i) <= j < s(i + 1)`, and an edge's inner nodes without its ends.
 
 mod numbering;

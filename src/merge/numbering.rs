@@ -70,7 +70,7 @@ impl Starts {
     }
 }
 
-/// The functions of [LAZ] section 4 for one model with its fragments.
+/// The functions of \[LAZ\] section 4 for one model with its fragments.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Numbering {
     /// Where the inner nodes of each edge begin, after one node per vertex.

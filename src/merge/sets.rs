@@ -1,4 +1,4 @@
-//! Sets in functional form ([LAZ] section 2): an element is computed from its number.
+//! Sets in functional form (\[LAZ\] section 2): an element is computed from its number.
 //!
 //! What the merge needs of the paper's four operations keeps within one kind of set: numbers in arithmetic progression,
 //! and unions of them. `Reverse` and `ExcludeBounds` of a progression are progressions, so is the selection of one from

@@ -106,7 +106,7 @@ impl<P, C, S> Merged<P, C, S> {
         Place::Face(f as u32, boundary.node((boundary.len() + i - faces.start(f)) as u32))
     }
 
-    /// Which cell of which face's fragment a cell is ([LAZ] 4.3, `c2c`).
+    /// Which cell of which face's fragment a cell is (\[LAZ\] 4.3, `c2c`).
     ///
     /// # Panics
     /// Where there is no such cell.
@@ -118,7 +118,7 @@ impl<P, C, S> Merged<P, C, S> {
         (f as u32, j - self.numbering.cells.start(f))
     }
 
-    /// The number a node of a face's fragment has in the merged mesh ([LAZ] 4.2, `l2g`).
+    /// The number a node of a face's fragment has in the merged mesh (\[LAZ\] 4.2, `l2g`).
     ///
     /// # Panics
     /// Where there is no such face or node.

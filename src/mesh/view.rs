@@ -119,7 +119,7 @@ pub trait MeshView: Sync {
     /// Refuses what cannot be read as the other functions promise.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) telling what is wrong. Whether corners and labels exist is not asked here.
+    /// [`Error::Input`] telling what is wrong. Whether corners and labels exist is not asked here.
     fn check(&self) -> Result<()> {
         Ok(())
     }

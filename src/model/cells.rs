@@ -1,6 +1,6 @@
 //! Cells of a face's fragment, and which of its nodes are on its border.
 //!
-//! *References.* [LAZ] section 3, with the correction that `INN(n_b) = 0`.
+//! *References.* \[LAZ\] section 3, with the correction that `INN(n_b) = 0`.
 
 use crate::error::{Error, Place, Result};
 
@@ -82,7 +82,7 @@ impl Cells {
     }
 }
 
-/// Which of a face's nodes are on its border: [LAZ]'s sets BN, IN, BNN and INN, as functions wherever there is one.
+/// Which of a face's nodes are on its border: \[LAZ\]'s sets BN, IN, BNN and INN, as functions wherever there is one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Boundary {
     /// The first so many, in the order of the loops.

@@ -5,7 +5,7 @@
 //! agree is known without looking at them again: each fragment carries a fingerprint of every stretch of its border,
 //! taken when the fragment was made or moved, so fragments are compared stretch by stretch, not node by node.
 //!
-//! *References.* [LAZ] section 3, with the correction that `INN(n_b) = 0`.
+//! *References.* \[LAZ\] section 3, with the correction that `INN(n_b) = 0`.
 
 use std::ops::Range;
 
@@ -56,7 +56,7 @@ impl EdgeFragment {
         &self.nodes
     }
 
-    /// The nodes without the first and the last ([LAZ] 4.1, `ExcludeBounds`); none for an edge of one segment.
+    /// The nodes without the first and the last (\[LAZ\] 4.1, `ExcludeBounds`); none for an edge of one segment.
     #[inline]
     pub fn inner(&self) -> &[DVec3] {
         &self.nodes[1..self.nodes.len() - 1]

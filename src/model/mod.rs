@@ -7,7 +7,7 @@
 //! Topology knows no coordinates: [`Model`] is generic over what describes a vertex, an edge and a face in space, and
 //! may carry nothing at all.
 //!
-//! *References.* [LAZ] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
+//! *References.* \[LAZ\] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
 //! Russian), sections 1 and 3.
 
 mod cells;

@@ -1,4 +1,4 @@
-//! Models and fragments: the rules, the sets of [LAZ], cutting meshes along borders.
+//! Models and fragments: the rules, the sets of \[LAZ\], cutting meshes along borders.
 
 use glam::DVec3;
 use proptest::prelude::*;

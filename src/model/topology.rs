@@ -121,7 +121,7 @@ impl<P, C, S> Default for Model<P, C, S> {
 }
 
 impl<P, C, S> Model<P, C, S> {
-    /// Index of the vertex a coedge begins at ([LAZ] 4.2, `BegVertex`). The coedge's edge must exist.
+    /// Index of the vertex a coedge begins at (\[LAZ\] 4.2, `BegVertex`). The coedge's edge must exist.
     pub fn begins(&self, coedge: Coedge) -> u32 {
         self.edges[coedge.edge as usize].ends[usize::from(coedge.reversed)]
     }

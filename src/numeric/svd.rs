@@ -7,49 +7,28 @@
 //! *Does not guarantee*: that the solution lies near the origin of the system; callers clamp.
 
 use glam::DVec3;
+use nalgebra::{Matrix3, SymmetricEigen};
+
+/// Steps within which the eigenvalues of a 3x3 matrix are found, many times over.
+const STEPS: usize = 100;
 
 /// Eigenvalues, largest first, and the matching unit eigenvectors of a symmetric 3x3 matrix given as
-/// `[xx, xy, xz, yy, yz, zz]`, by cyclic Jacobi rotations. For a positive semidefinite matrix these are its singular
-/// values and vectors.
-pub fn symmetric_eigen(m: [f64; 6]) -> ([f64; 3], [DVec3; 3]) {
-    let mut a = [[m[0], m[1], m[2]], [m[1], m[3], m[4]], [m[2], m[4], m[5]]];
-    let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    // Jacobi converges quadratically; a 3x3 matrix is diagonal to the last bit after at most 6 sweeps.
-    const SWEEPS: usize = 12;
-    for _ in 0..SWEEPS {
-        let off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
-        let diagonal = a[0][0] * a[0][0] + a[1][1] * a[1][1] + a[2][2] * a[2][2];
-        if off <= f64::EPSILON * f64::EPSILON * diagonal || !off.is_finite() {
-            break;
-        }
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if a[p][q] == 0.0 {
-                continue;
-            }
-            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-            let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-            let c = 1.0 / (t * t + 1.0).sqrt();
-            let s = t * c;
-            for k in 0..3 {
-                let (kp, kq) = (a[k][p], a[k][q]);
-                a[k][p] = c * kp - s * kq;
-                a[k][q] = s * kp + c * kq;
-            }
-            for k in 0..3 {
-                let (pk, qk) = (a[p][k], a[q][k]);
-                a[p][k] = c * pk - s * qk;
-                a[q][k] = s * pk + c * qk;
-            }
-            for row in &mut v {
-                let (kp, kq) = (row[p], row[q]);
-                row[p] = c * kp - s * kq;
-                row[q] = s * kp + c * kq;
-            }
-        }
+/// `[xx, xy, xz, yy, yz, zz]`. For a positive semidefinite matrix these are its singular values and vectors. `None` for
+/// NaN or infinite input.
+pub fn symmetric_eigen(m: [f64; 6]) -> Option<([f64; 3], [DVec3; 3])> {
+    if !m.iter().all(|x| x.is_finite()) {
+        return None;
     }
+    let [xx, xy, xz, yy, yz, zz] = m;
+    let a = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let e = SymmetricEigen::try_new(a, f64::EPSILON, STEPS)?;
     let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| a[j][j].total_cmp(&a[i][i]));
-    (order.map(|i| a[i][i]), order.map(|i| DVec3::new(v[0][i], v[1][i], v[2][i])))
+    order.sort_by(|&i, &j| e.eigenvalues[j].total_cmp(&e.eigenvalues[i]));
+    let vector = |i: usize| {
+        let v = e.eigenvectors.column(i);
+        DVec3::new(v[0], v[1], v[2])
+    };
+    Some((order.map(|i| e.eigenvalues[i]), order.map(vector)))
 }
 
 /// A sum of squared distances to planes, \[LIS14\] (9): collected plane by plane around an origin, then minimized.
@@ -98,13 +77,9 @@ impl Qef {
     /// nearest to the origin.
     pub fn solve(&self, cutoff: f64) -> QefStep {
         let none = QefStep { step: DVec3::ZERO, rank: 0 };
-        if !(self.a.iter().all(|x| x.is_finite()) && self.b.is_finite()) {
+        let Some((values, vectors)) = symmetric_eigen(self.a).filter(|e| e.0[0] > 0.0 && self.b.is_finite()) else {
             return none;
-        }
-        let (values, vectors) = symmetric_eigen(self.a);
-        if values[0] <= 0.0 {
-            return none;
-        }
+        };
         let mut out = none;
         for (value, vector) in values.into_iter().zip(vectors) {
             if value > cutoff * values[0] {
@@ -118,8 +93,10 @@ impl Qef {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
     use proptest::prelude::*;
+
+    use super::*;
 
     fn vector() -> impl Strategy<Value = DVec3> {
         (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(|(x, y, z)| DVec3::new(x, y, z))
@@ -128,15 +105,15 @@ mod tests {
     proptest! {
         #[test]
         fn eigenvectors_rebuild_the_matrix(m in prop::array::uniform6(-3.0f64..3.0)) {
-            let (w, v) = symmetric_eigen(m);
+            let (w, v) = symmetric_eigen(m).unwrap();
             prop_assert!(w[0] >= w[1] && w[1] >= w[2]);
             let full = [[m[0], m[1], m[2]], [m[1], m[3], m[4]], [m[2], m[4], m[5]]];
             for i in 0..3 {
                 for j in 0..3 {
                     let sum: f64 = (0..3).map(|k| w[k] * v[k][i] * v[k][j]).sum();
-                    prop_assert!((sum - full[i][j]).abs() < 1e-13);
+                    prop_assert!(abs_diff_eq!(sum, full[i][j], epsilon = 1e-12));
                     let unit = f64::from(u8::from(i == j));
-                    prop_assert!((v[i].dot(v[j]) - unit).abs() < 1e-14);
+                    prop_assert!(abs_diff_eq!(v[i].dot(v[j]), unit, epsilon = 1e-13));
                 }
             }
         }
@@ -160,8 +137,8 @@ mod tests {
         q.add(DVec3::new(0.0, 7.0, 2.0), DVec3::X, 1.0);
         let s = q.solve(0.1);
         assert_eq!(s.rank, 2);
-        assert!(s.step.distance(DVec3::new(-0.3, -0.2, 0.0)) < 1e-15);
-        assert!((q.error() - 0.5 * (0.09 + 0.04)).abs() < 1e-15);
+        assert!(s.step.distance(DVec3::new(-0.3, -0.2, 0.0)) < 1e-14);
+        assert_abs_diff_eq!(q.error(), 0.5 * (0.09 + 0.04), epsilon = 1e-15);
     }
 
     #[test]

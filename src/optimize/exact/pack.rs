@@ -1,6 +1,6 @@
 //! Packing a patch with nodes from its border inwards, each at the wanted distance from those before it.
 //!
-//! The packing of nodes as a front is that of [GUO]; here every node of the front completes the ring of its neighbors to
+//! The packing of nodes as a front is that of \[GUO\]; here every node of the front completes the ring of its neighbors to
 //! sectors of about 60 degrees, so the rows that leave a border stay rows of equilateral triangles until they meet others.
 //! Nodes enter the triangulation as it is: an old node nearby is moved, or the triangle under the place is split; old
 //! nodes that found no place are collapsed away at the end. So there is a valid mesh at every moment.
