@@ -2,9 +2,9 @@
 
 radius = 1.0
 height = 0.8
-period = 0.5
-thin = 0.06
-thick = 0.16
+period = 1.0
+thin = 0.2
+thick = 0.35
 
 units("mm")
 
