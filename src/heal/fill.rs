@@ -225,28 +225,34 @@ fn finish(
     })
 }
 
-/// \[BOR20\]: flips edges while the total area falls.
-fn shrink(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
-    let area = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).length();
+/// Flips edges that may be flipped and gain by it, until none does. `gains` gets the ends and the two opposite nodes.
+fn flip_while(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool, gains: impl Fn([DVec3; 4]) -> bool) {
     for _ in 0..ROUNDS {
-        let mut gained = false;
+        let mut changed = false;
         for h in 0..3 * edit.triangle_capacity() as u32 {
             if !edit.is_triangle(h / 3) || !edit.is_edge(h) || !edit.can_flip(h) {
                 continue;
             }
-            let o = edit.opposite(h);
-            let [a, b, c, d] = [edit.origin(h), edit.target(h), edit.apex(h), edit.apex(o)];
-            let [pa, pb, pc, pd] = [a, b, c, d].map(|v| edit.point(v));
-            let (before, after) = (area(pa, pb, pc) + area(pb, pa, pd), area(pa, pd, pc) + area(pd, pb, pc));
-            // a gain that rounding could have made is none, so the flips end
-            if free(c, d) && after < before * (1.0 - 1e-12) {
-                gained |= edit.flip(h);
+            let (c, d) = (edit.apex(h), edit.apex(edit.opposite(h)));
+            let points = [edit.origin(h), edit.target(h), c, d].map(|v| edit.point(v));
+            if free(c, d) && gains(points) {
+                changed |= edit.flip(h);
             }
         }
-        if !gained {
+        if !changed {
             return;
         }
     }
+}
+
+/// \[BOR20\]: flips edges while the total area falls.
+fn shrink(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
+    let area = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).length();
+    flip_while(edit, free, |[a, b, c, d]| {
+        let (before, after) = (area(a, b, c) + area(b, a, d), area(a, d, c) + area(d, b, c));
+        // a gain that rounding could have made is none, so the flips end
+        after < before * (1.0 - 1e-12)
+    });
 }
 
 /// Puts nodes into triangles that are large for their surroundings and flips edges toward Delaunay's rule, as P. Liepa.
@@ -279,30 +285,11 @@ fn densify(edit: &mut EditMesh, ring: &[u32], around: &[f64], free: impl Fn(u32,
 
 /// Flips edges whose opposite angles sum to more than a half turn, where the two triangles are nearly in one plane.
 fn relax(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
-    for _ in 0..ROUNDS {
-        let mut changed = false;
-        for h in 0..3 * edit.triangle_capacity() as u32 {
-            if !edit.is_triangle(h / 3) || !edit.is_edge(h) || !edit.can_flip(h) {
-                continue;
-            }
-            let o = edit.opposite(h);
-            let [a, b, c, d] = [edit.origin(h), edit.target(h), edit.apex(h), edit.apex(o)];
-            let [pa, pb, pc, pd] = [a, b, c, d].map(|v| edit.point(v));
-            let angles = (pa - pc).angle_between(pb - pc) + (pa - pd).angle_between(pb - pd);
-            let (m, n) = ((pb - pa).cross(pc - pa), (pa - pb).cross(pd - pb));
-            let (m2, n2) = ((pd - pa).cross(pc - pa), (pb - pd).cross(pc - pd));
-            let bent = |m: DVec3, n: DVec3| !(m.dot(n) > 0.9 * m.length() * n.length());
-            if angles > std::f64::consts::PI * (1.0 + 1e-9)
-                && free(c, d)
-                && !bent(m2, n2)
-                && !bent(m, m2)
-                && !bent(n, n2)
-            {
-                changed |= edit.flip(h);
-            }
-        }
-        if !changed {
-            return;
-        }
-    }
+    let bent = |m: DVec3, n: DVec3| !(m.dot(n) > 0.9 * m.length() * n.length());
+    flip_while(edit, free, |[a, b, c, d]| {
+        let angles = (a - c).angle_between(b - c) + (a - d).angle_between(b - d);
+        let (m, n) = ((b - a).cross(c - a), (a - b).cross(d - b));
+        let (m2, n2) = ((d - a).cross(c - a), (b - d).cross(c - d));
+        angles > std::f64::consts::PI * (1.0 + 1e-9) && !bent(m2, n2) && !bent(m, m2) && !bent(n, n2)
+    });
 }

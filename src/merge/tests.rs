@@ -9,30 +9,10 @@ use super::*;
 use crate::io::{self, Encoding, Format};
 use crate::mesh::view::par_ranges;
 use crate::mesh::{Group, MeshView, TriMesh};
+use crate::model::tests::torus;
 use crate::model::{
     Boundary, Cells, Coedge, Cut, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex, from_mesh,
 };
-
-/// A torus of `a` by `b` quadrilaterals, each two triangles.
-fn torus(a: u32, b: u32) -> TriMesh {
-    let turn = |i: u32, n: u32| (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
-    let mut nodes = Vec::new();
-    for j in 0..b {
-        for i in 0..a {
-            let ((su, cu), (sv, cv)) = (turn(i, a), turn(j, b));
-            nodes.push(DVec3::new((3.0 + cv) * cu, (3.0 + cv) * su, sv));
-        }
-    }
-    let at = |i: u32, j: u32| i % a + j % b * a;
-    let mut triangles = Vec::new();
-    for j in 0..b {
-        for i in 0..a {
-            let [p, q, r, s] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            triangles.extend([[p, q, r], [p, r, s]]);
-        }
-    }
-    TriMesh::new(nodes, triangles)
-}
 
 fn merged(cut: &Cut) -> Merged {
     Merged::new(cut.model.clone(), cut.fragments.clone()).unwrap()

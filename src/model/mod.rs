@@ -18,7 +18,7 @@ mod matching;
 mod topology;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use cells::{Boundary, Cells, Corners};
 pub use check::{Item, Violation};

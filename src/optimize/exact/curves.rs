@@ -180,9 +180,8 @@ impl Remesher<'_> {
             .filter(|&h| m.is_sharp(h) && m.can_collapse(h))
             .map(|h| (self.worst_after(h, self.point(m.target(h))), h))
             .max_by(|x, y| x.0.total_cmp(&y.0));
-        let Some((after, h)) = best.filter(|b| b.0 >= before.min(POOR)) else { return false };
+        let Some((_, h)) = best.filter(|b| b.0 >= before.min(POOR)) else { return false };
         let (to, p) = (self.work.mesh.target(h), self.point(self.work.mesh.target(h)));
-        debug_assert!(after > f64::NEG_INFINITY);
         if self.work.mesh.collapse(h, p) {
             self.rank[to as usize] = self.rank[to as usize].max(self.rank_of(to));
             return true;

@@ -34,9 +34,6 @@ const POLISH: usize = 4;
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
-/// Rounds of the same over the whole mesh where packing makes triangles intersect: edges have their lengths after three,
-/// five even the angles out.
-const GENTLE: usize = 5;
 /// Shapes below this are mended one by one: 35 degrees.
 const MEND: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
@@ -168,7 +165,6 @@ fn remesh(
     }
     show("untangle", &r);
     run.progress("remesh", 0.3);
-    let untangled = r.clone();
     r.space_curves()?;
     r.look_at_borders();
     r.flip(false)?;
@@ -185,16 +181,6 @@ fn remesh(
     polish(&mut r, LAST)?;
     let mut out = finish(mesh, &r);
     let mut bad = intersecting(&out, run)?;
-    if !bad.is_empty() {
-        // Where borders could not be found, packing between them may fold; changing little at a time folds less.
-        let mut gentle = untangled;
-        even_out_gently(&mut gentle)?;
-        let other = finish(mesh, &gentle);
-        let found = intersecting(&other, run)?;
-        if found.len() < bad.len() {
-            (r, out, bad) = (gentle, other, found);
-        }
-    }
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
     let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len();
     while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
@@ -258,21 +244,6 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// The loop of split, collapse, flip and relaxation over all patches at once, borders included.
-fn even_out_gently(r: &mut Remesher<'_>) -> Result<()> {
-    r.look_everywhere();
-    for _ in 0..GENTLE {
-        r.collapse_short(SHORT)?;
-        r.merge_doubles();
-        r.split_long()?;
-        r.ask_sizes()?;
-        r.flip(true)?;
-        r.relax()?;
-        r.relax()?;
-    }
-    polish(r, POLISH)
 }
 
 fn even_out(r: &mut Remesher<'_>) -> Result<()> {
