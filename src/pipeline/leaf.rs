@@ -7,6 +7,7 @@ use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, remesh_pieces};
 use crate::optimize::{Sizing, improve};
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones.
 const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -19,6 +20,8 @@ const MANY: usize = 100;
 const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
+/// How often what lies around triangles with faults is left as it was extracted, in cells around them: farther every time.
+const LEAVE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
@@ -62,6 +65,14 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
     }
 }
 
+/// Which triangles come within `reach` of some boxes.
+fn near(mesh: &TriMesh, boxes: &[Aabb], reach: f64) -> Vec<bool> {
+    let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+    let mut found = vec![false; mesh.triangles.len()];
+    boxes.iter().for_each(|b| tree.overlapping(&b.grown(reach), |t| found[t as usize] = true));
+    found
+}
+
 /// Runs the leaf method on ever smaller cells until it comes out clean, and falls back to the operators, at last to
 /// marching cubes, where no attempt comes out without faults.
 pub(super) fn by_leaf(
@@ -87,7 +98,7 @@ pub(super) fn by_leaf(
         };
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let wanted = exact_options(ready, options, cell);
-        let exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, run, observer.as_deref_mut())?;
+        let exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, &[], run, observer.as_deref_mut())?;
         let report = &exact.report;
         let faults = report.self_intersections + report.inverted;
         let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
@@ -106,9 +117,24 @@ pub(super) fn by_leaf(
             break;
         }
     }
-    let Some((faults, ExactMesh { mesh, seams, corners, report }, extracted, cell)) = best else {
+    let Some((mut faults, mut exact, extracted, cell)) = best else {
         return Err(first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())));
     };
+    let mut left = Vec::new();
+    if faults > 0 {
+        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let wanted = exact_options(ready, options, cell);
+        for reach in LEAVE {
+            left.extend(exact.report.faults.iter().copied());
+            let kept = near(&extracted.mesh, &left, reach * cell);
+            exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, &kept, run, observer.as_deref_mut())?;
+            faults = exact.report.self_intersections + exact.report.inverted;
+            if faults == 0 {
+                break;
+            }
+        }
+    }
+    let ExactMesh { mesh, seams, corners, report } = exact;
     let mut shortfalls: Vec<String> = report
         .cut
         .unresolved
@@ -121,6 +147,17 @@ pub(super) fn by_leaf(
     if report.cut.unresolved.len() > NAMED {
         shortfalls.push(format!("and at {} more places", report.cut.unresolved.len() - NAMED));
     }
+    shortfalls.extend(left.first().filter(|_| faults == 0).map(|b: &Aabb| {
+        let p = b.center();
+        format!(
+            "left as marching cubes made it around ({:.6}, {:.6}, {:.6}) and {} more places: exact edges there made \
+             triangles intersect",
+            p.x,
+            p.y,
+            p.z,
+            left.len() - 1
+        )
+    }));
     if faults == 0 {
         let intersecting = Some(report.self_intersections);
         return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method: Method::Leaf, shortfalls });

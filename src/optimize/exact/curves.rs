@@ -91,6 +91,9 @@ impl Remesher<'_> {
     fn space(&mut self, chain: &Chain) {
         let nodes = &chain.nodes;
         let segments = nodes.len() - 1;
+        if self.work.mesh.edge_between(nodes[0], nodes[1]).is_none_or(|h| self.work.beside_kept(h)) {
+            return;
+        }
         let mut steps = vec![0.0; nodes.len()];
         for i in 0..segments {
             let (a, b) = (nodes[i], nodes[i + 1]);

@@ -54,6 +54,10 @@ pub struct CutReport {
     pub unresolved: Vec<DVec3>,
 }
 
+/// Labels of triangles until the patches are known: those to be cut, and those that stay as they are.
+const CUT: u32 = 0;
+const KEPT: u32 = 1;
+
 struct Cutter<'a> {
     mesh: EditMesh,
     piece: Vec<u32>,
@@ -62,9 +66,20 @@ struct Cutter<'a> {
     report: CutReport,
 }
 
-/// Cuts `mesh`, whose nodes lie on the surface at about `cell` from each other, along all borders of pieces.
-pub fn cut_pieces(mesh: &TriMesh, surface: &dyn Pieces, cell: f64, run: &Run) -> Result<(Patchwork, CutReport)> {
-    let edit = EditMesh::new(mesh)?;
+/// Cuts `mesh`, whose nodes lie on the surface at about `cell` from each other, along all borders of pieces. Triangles with
+/// a `kept` of true are not cut: they become patches without a piece. None are where the list is empty.
+pub fn cut_pieces(
+    mesh: &TriMesh,
+    surface: &dyn Pieces,
+    cell: f64,
+    kept: &[bool],
+    run: &Run,
+) -> Result<(Patchwork, CutReport)> {
+    let mut edit = EditMesh::new(mesh)?;
+    for t in 0..mesh.triangles.len() as u32 {
+        let label = if kept.get(t as usize) == Some(&true) { KEPT } else { CUT };
+        edit.set_surface(t, label, DVec3::ZERO);
+    }
     let pieces = ask_all(run, edit.node_capacity(), |v| surface.piece_at(edit.point(v)))?;
     let piece: Vec<u32> = pieces.into_iter().map(|p| p.unwrap_or(NONE)).collect();
     let mut cutter = Cutter { mesh: edit, piece, surface, cell, report: CutReport::default() };
@@ -75,6 +90,14 @@ pub fn cut_pieces(mesh: &TriMesh, surface: &dyn Pieces, cell: f64, run: &Run) ->
 impl Cutter<'_> {
     fn differs(&self, a: u32, b: u32) -> bool {
         self.piece[a as usize] != self.piece[b as usize]
+    }
+
+    /// Whether an edge has to get a node where it crosses a border.
+    fn crosses(&self, h: u32) -> bool {
+        let m = &self.mesh;
+        let o = m.opposite(h);
+        let cut = m.label(h / 3) == CUT || (o != NONE && m.label(o / 3) == CUT);
+        cut && self.differs(m.origin(h), m.target(h))
     }
 
     /// Distance of `p` from a piece, to first order.
@@ -127,7 +150,7 @@ impl Cutter<'_> {
 
     fn has_three(&self, t: u32) -> bool {
         let [a, b, c] = self.mesh.corners(t);
-        self.differs(a, b) && self.differs(b, c) && self.differs(c, a)
+        self.mesh.label(t) == CUT && self.differs(a, b) && self.differs(b, c) && self.differs(c, a)
     }
 
     /// Splits edges and triangles whose pieces do not meet there.
@@ -136,8 +159,7 @@ impl Cutter<'_> {
             run.check()?;
             let this = &*self;
             let bad_edges = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
-                let crosses = this.mesh.is_edge(h) && this.differs(this.mesh.origin(h), this.mesh.target(h));
-                if !crosses || this.mesh.edge_length(h) < SHORTEST * this.cell {
+                if !(this.mesh.is_edge(h) && this.crosses(h)) || this.mesh.edge_length(h) < SHORTEST * this.cell {
                     return None;
                 }
                 matches!(this.crossing(h), Crossing::Nowhere).then_some(h)
@@ -223,7 +245,8 @@ impl Cutter<'_> {
     /// Moves to every apex the node of its piece that is nearest, and pins it there.
     fn put_apexes(&mut self, sets: &[PieceSet]) {
         for (piece, apex) in self.surface.apexes() {
-            let own = |v: &u32| sets[*v as usize] == PieceSet::one(piece) && !self.mesh.is_pinned(*v);
+            let free = |v: u32| !self.mesh.is_pinned(v) && self.mesh.outgoing(v).all(|h| self.mesh.label(h / 3) == CUT);
+            let own = |v: &u32| sets[*v as usize] == PieceSet::one(piece) && free(*v);
             let away = |v: &u32| self.mesh.point(*v).distance_squared(apex);
             let nearest = self.mesh.nodes().filter(own).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
             if let Some(v) = nearest.filter(|v| away(v) <= REACH * REACH * self.cell * self.cell) {
@@ -236,7 +259,7 @@ impl Cutter<'_> {
     fn cut(mut self, run: &Run) -> Result<(Patchwork, CutReport)> {
         let this = &self;
         let crossings = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
-            let crosses = this.mesh.is_edge(h) && this.differs(this.mesh.origin(h), this.mesh.target(h));
+            let crosses = this.mesh.is_edge(h) && this.crosses(h);
             crosses.then(|| (this.mesh.origin(h), this.mesh.target(h), this.crossing(h)))
         })?;
         let corners = ask_all(run, this.mesh.triangle_capacity(), |t| {
@@ -280,10 +303,10 @@ impl Cutter<'_> {
         let mut of_triangle = vec![NONE; self.mesh.triangle_capacity()];
         for t in 0..of_triangle.len() as u32 {
             let own = self.mesh.corners(t).into_iter().map(|v| sets[v as usize]).find(|s| s.len() == 1);
-            of_triangle[t as usize] = own.map_or(NONE, |s| s.as_slice()[0]);
+            of_triangle[t as usize] = own.filter(|_| self.mesh.label(t) == CUT).map_or(NONE, |s| s.as_slice()[0]);
         }
-        let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         self.put_apexes(&sets);
+        let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         Ok((Patchwork { mesh: self.mesh, sets, patches: patches.into() }, self.report))
     }
 }

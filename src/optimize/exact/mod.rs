@@ -20,6 +20,7 @@ use crate::geometry::Pieces;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
+use crate::spatial::Aabb;
 use remesh::{Rank, Remesher, SHORT};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
@@ -70,6 +71,8 @@ pub struct ExactReport {
     pub self_intersections: usize,
     /// Triangles that face away from their piece.
     pub inverted: usize,
+    /// The boxes around these triangles.
+    pub faults: Vec<Aabb>,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
 }
@@ -95,9 +98,10 @@ impl ExactReport {
 }
 
 /// Cuts `mesh` along the borders of pieces and remeshes it to the sizes asked for; `observer` sees the mesh after each stage.
+/// Triangles with a `kept` of true stay as they are; none do where the list is empty.
 ///
-/// *Guarantees*: a closed, oriented manifold stays one; every node lies on all pieces it belongs to, to rounding, except at
-/// the places the report lists as unresolved; labels are faces.
+/// *Guarantees*: a closed, oriented manifold stays one; every node outside the kept triangles lies on all pieces it belongs
+/// to, to rounding, except at the places the report lists as unresolved; labels are faces.
 /// *Does not guarantee*: that borders between pieces closer to each other than `cell` are found, nor that no two
 /// triangles intersect: the report tells.
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
@@ -106,11 +110,12 @@ pub fn remesh_pieces(
     mesh: &TriMesh,
     surface: &dyn Pieces,
     options: &ExactOptions,
+    kept: &[bool],
     run: &Run,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     check_options(options)?;
-    let (work, cut) = cut_pieces(mesh, surface, options.cell, run)?;
+    let (work, cut) = cut_pieces(mesh, surface, options.cell, kept, run)?;
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
     remesh(mesh, r, report, observer)
@@ -201,8 +206,10 @@ fn remesh(
         bad = intersecting(&out, run)?;
     }
     show("mend", &r);
-    report.self_intersections = bad.len();
-    report.inverted = r.folded();
+    let folded = r.folded();
+    (report.self_intersections, report.inverted) = (bad.len(), folded.len());
+    report.faults = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
+    report.faults.extend(folded.iter().map(|t| Aabb::around(r.work.mesh.corner_points(*t))));
     let (seams, corners) = topology(&out, &r);
     Ok(ExactMesh { mesh: out, seams, corners, report })
 }
@@ -232,10 +239,10 @@ fn topology(out: &TriMesh, r: &Remesher<'_>) -> (Vec<[u32; 2]>, Vec<u32>) {
 /// Packs a patch; where that folds it, as near the tip of a cone, the nodes that are there are evened out instead.
 fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     let before = r.clone();
-    let folded = before.folded();
+    let folded = before.folded().len();
     r.pack()?;
     even_out(r)?;
-    if r.folded() > folded {
+    if r.folded().len() > folded {
         *r = before;
         for _ in 0..PLAIN {
             r.collapse_short(SHORT)?;
@@ -281,8 +288,9 @@ fn finish(input: &TriMesh, r: &Remesher<'_>) -> TriMesh {
     let mut out = work.to_mesh();
     out.labels = (0..out.triangles.len())
         .map(|t| {
-            let piece = r.work.patches[out.labels[t] as usize].piece;
-            r.surface.face_at(piece, out.centroid(t)).unwrap_or(0)
+            let p = out.centroid(t);
+            let own = Some(r.work.patches[out.labels[t] as usize].piece).filter(|&k| k != NONE);
+            own.or_else(|| r.surface.piece_at(p)).and_then(|k| r.surface.face_at(k, p)).unwrap_or(0)
         })
         .collect();
     out.faces = input.faces.clone();

@@ -62,7 +62,9 @@ impl Remesher<'_> {
         let this = &*self;
         let one = |label: u32| {
             let mut alone = this.alone(label, &sorted);
-            work(&mut alone.0)?;
+            if this.work.patches[label as usize].piece != NONE {
+                work(&mut alone.0)?;
+            }
             let (r, nodes) = alone;
             Ok(Done { mesh: r.work.mesh, nodes, sets: r.work.sets, own: r.own, want: r.want })
         };

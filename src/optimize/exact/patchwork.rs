@@ -112,8 +112,22 @@ impl Patchwork {
         surface.direction(patch.piece, p).map_or(DVec3::ZERO, |n| n * patch.outward)
     }
 
-    /// [`shape`] of a triangle at the given corners, on the given patch.
+    /// Whether a triangle lies on no piece, and stays as it is.
+    pub(super) fn is_kept(&self, t: u32) -> bool {
+        self.patches[self.mesh.label(t) as usize].piece == NONE
+    }
+
+    /// The same of either triangle of an edge.
+    pub(super) fn beside_kept(&self, h: u32) -> bool {
+        let o = self.mesh.opposite(h);
+        self.is_kept(h / 3) || (o != NONE && self.is_kept(o / 3))
+    }
+
+    /// [`shape`] of a triangle at the given corners, on the given patch; on none all shapes are as good.
     pub(super) fn shape_at(&self, surface: &dyn Pieces, patch: u32, t: [DVec3; 3]) -> f64 {
+        if self.patches[patch as usize].piece == NONE {
+            return 1.0;
+        }
         shape(t, self.normal(surface, patch, (t[0] + t[1] + t[2]) / 3.0))
     }
 
@@ -128,6 +142,9 @@ impl Patchwork {
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, f64::INFINITY);
         for h in m.outgoing(v) {
             let label = m.label(h / 3);
+            if self.patches[label as usize].piece == NONE {
+                continue;
+            }
             if label != last {
                 (last, normal) = (label, self.normal(surface, label, p));
             }

@@ -89,6 +89,9 @@ impl<'a> Remesher<'a> {
         if !self.work.mesh.is_node(v) {
             return Rank::Face;
         }
+        if self.work.mesh.outgoing(v).any(|h| self.work.is_kept(h / 3)) {
+            return Rank::Corner;
+        }
         match self.work.mesh.outgoing(v).filter(|&h| self.work.mesh.is_sharp(h)).count() {
             _ if self.work.mesh.is_pinned(v) => Rank::Corner,
             0 => Rank::Face,
@@ -101,9 +104,9 @@ impl<'a> Remesher<'a> {
         self.work.mesh.point(v)
     }
 
-    /// How many triangles face the wrong way.
-    pub(super) fn folded(&self) -> usize {
-        self.work.mesh.triangles().filter(|&t| self.work.shape(self.surface, t) <= 0.0).count()
+    /// The triangles that face the wrong way.
+    pub(super) fn folded(&self) -> Vec<u32> {
+        self.work.mesh.triangles().filter(|&t| self.work.shape(self.surface, t) <= 0.0).collect()
     }
 
     fn wanted(&self, h: u32) -> f64 {
@@ -153,7 +156,7 @@ impl<'a> Remesher<'a> {
         let (a, b) = (m.origin(h), m.target(h));
         // A crease inside one piece: nothing says where on the piece it runs.
         let o = m.opposite(h);
-        if o == NONE || (m.is_sharp(h) && m.label(h / 3) == m.label(o / 3)) {
+        if o == NONE || (m.is_sharp(h) && m.label(h / 3) == m.label(o / 3)) || self.work.beside_kept(h) {
             return false;
         }
         let (p, q) = (self.point(a), self.point(b));
@@ -405,7 +408,7 @@ impl<'a> Remesher<'a> {
     pub(super) fn flip_one(&mut self, h: u32, valence: bool) -> bool {
         let m = &self.work.mesh;
         let o = m.opposite(h);
-        if o == NONE || m.is_sharp(h) {
+        if o == NONE || m.is_sharp(h) || self.work.is_kept(h / 3) {
             return false;
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
