@@ -24,6 +24,7 @@ mod polygon;
 mod rfunction;
 mod shapes;
 pub mod solid;
+mod splinters;
 mod split;
 mod tape;
 
@@ -40,4 +41,5 @@ pub use model::Implicit;
 pub use oracle::ImplicitOracle;
 pub use rfunction::RSystem;
 pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
+pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, thin_places};

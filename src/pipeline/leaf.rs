@@ -1,13 +1,15 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
+use glam::DVec3;
+
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::{Error, Result};
-use crate::implicit::{Extracted, ImplicitOracle};
+use crate::implicit::{Extracted, ImplicitOracle, drop_splinters};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, remesh_pieces};
 use crate::optimize::{Sizing, improve};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones.
 const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -22,6 +24,8 @@ const ANGLE: f64 = 20.0;
 const LEAST_SHARE: f64 = 4.0;
 /// How often what lies around triangles with faults is left as it was extracted, in cells around them: farther every time.
 const LEAVE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// A splinter is lost if the mesh does not come nearer to it than this many cells.
+const LOST: f64 = 3.0;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
@@ -73,21 +77,73 @@ fn near(mesh: &TriMesh, boxes: &[Aabb], reach: f64) -> Vec<bool> {
     found
 }
 
-/// Runs the leaf method on ever smaller cells until it comes out clean, and falls back to the operators, at last to
-/// marching cubes, where no attempt comes out without faults.
+/// What one size of cells gave.
+struct Attempt {
+    exact: ExactMesh,
+    extracted: Extracted,
+    cell: f64,
+    /// See [`drop_splinters`].
+    splinters: Vec<DVec3>,
+}
+
+impl Attempt {
+    fn faults(&self) -> usize {
+        self.exact.report.self_intersections + self.exact.report.inverted
+    }
+
+    fn unresolved(&self) -> &[DVec3] {
+        &self.exact.report.cut.unresolved
+    }
+
+    /// A splinter that the finished mesh does not come near to, if there is one.
+    fn lost(&self) -> Option<DVec3> {
+        let mesh = &self.exact.mesh;
+        if self.splinters.is_empty() {
+            return None;
+        }
+        let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+        let far = |p: &DVec3| {
+            let distance = |t: u32| triangle_distance_squared(*p, mesh.corners(t as usize));
+            tree.nearest(*p, LOST * self.cell, distance).is_none()
+        };
+        self.splinters.iter().copied().find(far)
+    }
+
+    fn shortfalls(&self) -> Vec<String> {
+        let unresolved = self.unresolved();
+        let mut list: Vec<String> = unresolved
+            .iter()
+            .take(NAMED)
+            .map(|p| format!("no exact edge found near {}: two faces come too close there", at(*p)))
+            .collect();
+        if unresolved.len() > NAMED {
+            list.push(format!("and at {} more places", unresolved.len() - NAMED));
+        }
+        list.extend(self.lost().map(|p| format!("the solid, or a gap, is thinner than the cells near {}", at(p))));
+        list
+    }
+}
+
+fn at(p: DVec3) -> String {
+    format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
+}
+
+/// Runs the leaf method on ever smaller cells until it comes out clean. Where no attempt does, the best one is made anew
+/// with the surroundings of its faults as they were extracted; falls back to the operators, at last to marching cubes,
+/// where that does not help.
 pub(super) fn by_leaf(
     ready: &Ready,
     options: &MeshOptions,
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let mut best: Option<(usize, ExactMesh, Extracted, f64)> = None;
+    let mut best: Option<Attempt> = None;
     let mut first_error = None;
     // Places left without an exact edge in the attempt before.
     let mut last = None;
     for share in CELLS {
         let cell = share * ready.size;
-        let extracted = match ready.extract(cell, options, run) {
+        let mut extracted = match ready.extract(cell, options, run) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // Nothing was found with these cells, or there is no memory for smaller ones: the first error tells the user.
@@ -96,73 +152,42 @@ pub(super) fn by_leaf(
                 continue;
             }
         };
+        let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let wanted = exact_options(ready, options, cell);
         let exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, &[], run, observer.as_deref_mut())?;
-        let report = &exact.report;
-        let faults = report.self_intersections + report.inverted;
-        let (clean, triangles) = (report.is_clean(), extracted.mesh.triangles.len());
-        let lost = report.cut.unresolved.len();
+        let triangles = extracted.mesh.triangles.len();
+        let this = Attempt { exact, extracted, cell, splinters };
+        let lost = this.unresolved().len();
+        let clean = lost == 0 && this.faults() == 0 && this.lost().is_none();
         let found_more = lost < MANY || last.is_none_or(|n: usize| 2 * lost < n);
         last = Some(lost);
-        let better = best
-            .as_ref()
-            .is_none_or(|b| (faults, report.cut.unresolved.len()) < (b.0, b.1.report.cut.unresolved.len()));
-        if better {
-            best = Some((faults, exact, extracted, cell));
+        if best.as_ref().is_none_or(|b| (this.faults(), lost) < (b.faults(), b.unresolved().len())) {
+            best = Some(this);
         }
         // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
-        let sound = best.as_ref().is_some_and(|b| b.0 == 0);
+        let sound = best.as_ref().is_some_and(|b| b.faults() == 0);
         if clean || !found_more || (sound && 4 * triangles > MOST_TRIANGLES) {
             break;
         }
     }
-    let Some((mut faults, mut exact, extracted, cell)) = best else {
+    let Some(mut best) = best else {
         return Err(first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())));
     };
-    let mut left = Vec::new();
-    if faults > 0 {
-        let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let wanted = exact_options(ready, options, cell);
-        for reach in LEAVE {
-            left.extend(exact.report.faults.iter().copied());
-            let kept = near(&extracted.mesh, &left, reach * cell);
-            exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, &kept, run, observer.as_deref_mut())?;
-            faults = exact.report.self_intersections + exact.report.inverted;
-            if faults == 0 {
-                break;
-            }
-        }
+    let found = best.exact.report.clone();
+    let left = if best.faults() > 0 { leave(ready, options, &mut best, run, observer)? } else { Vec::new() };
+    let mut shortfalls = best.shortfalls();
+    if best.faults() == 0 {
+        shortfalls.extend(left.first().map(|b| {
+            let more = left.len() - 1;
+            let what = "left as marching cubes made it around";
+            format!("{what} {} and {more} more places: exact edges there make triangles intersect", at(b.center()))
+        }));
+        let Attempt { exact: ExactMesh { mesh, seams, corners, .. }, extracted, cell, .. } = best;
+        let (intersecting, method) = (Some(0), Method::Leaf);
+        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method, shortfalls });
     }
-    let ExactMesh { mesh, seams, corners, report } = exact;
-    let mut shortfalls: Vec<String> = report
-        .cut
-        .unresolved
-        .iter()
-        .take(NAMED)
-        .map(|p| {
-            format!("no exact edge found near ({:.6}, {:.6}, {:.6}): two faces come too close there", p.x, p.y, p.z)
-        })
-        .collect();
-    if report.cut.unresolved.len() > NAMED {
-        shortfalls.push(format!("and at {} more places", report.cut.unresolved.len() - NAMED));
-    }
-    shortfalls.extend(left.first().filter(|_| faults == 0).map(|b: &Aabb| {
-        let p = b.center();
-        format!(
-            "left as marching cubes made it around ({:.6}, {:.6}, {:.6}) and {} more places: exact edges there made \
-             triangles intersect",
-            p.x,
-            p.y,
-            p.z,
-            left.len() - 1
-        )
-    }));
-    if faults == 0 {
-        let intersecting = Some(report.self_intersections);
-        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method: Method::Leaf, shortfalls });
-    }
-    let found = [(report.self_intersections, "intersect others"), (report.inverted, "are turned over")];
+    let found = [(found.self_intersections, "intersect others"), (found.inverted, "are turned over")];
     let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
     let found: Vec<String> = found.collect();
     let extracted = ready.extract(ready.size, options, run)?;
@@ -180,4 +205,28 @@ pub(super) fn by_leaf(
         method.name()
     ));
     Ok(ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls))
+}
+
+/// Makes an attempt again, and again, with ever more of what lies around its faults left as it was extracted, until there are
+/// none. Returns where it was left.
+fn leave(
+    ready: &Ready,
+    options: &MeshOptions,
+    attempt: &mut Attempt,
+    run: &Run,
+    mut observer: Option<&mut Observer<'_>>,
+) -> Result<Vec<Aabb>> {
+    let mesh = &attempt.extracted.mesh;
+    let oracle = ImplicitOracle::new(&ready.model, &attempt.extracted);
+    let wanted = exact_options(ready, options, attempt.cell);
+    let mut left = Vec::new();
+    for reach in LEAVE {
+        left.extend(attempt.exact.report.faults.iter().copied());
+        let kept = near(mesh, &left, reach * attempt.cell);
+        attempt.exact = remesh_pieces(mesh, &oracle, &wanted, &kept, run, observer.as_deref_mut())?;
+        if attempt.faults() == 0 {
+            break;
+        }
+    }
+    Ok(left)
 }
