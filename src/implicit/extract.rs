@@ -8,8 +8,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::batch::{Batch, SIDE, find_roots};
+use super::blunt::{Rows, blunt};
 use super::mc33;
 use super::model::Implicit;
+use super::newton::nearest;
 use super::octree::{BRICK, Bricks, Cell};
 use super::tape::{Scratch, Tape};
 use crate::error::{Error, Result};
@@ -26,12 +28,15 @@ pub struct ExtractOptions {
     pub root_tolerance: f64,
     /// The most bytes the mesh may take; a size that needs more is refused before the work.
     pub memory: u64,
+    /// Whether tips of sharp edges, solid or gap, are cut off where they are less than two cells thick. What is as thin
+    /// elsewhere is lost, and nodes of the fronts cut are put on the surface beside them.
+    pub blunt: bool,
 }
 
 impl ExtractOptions {
     /// Cells of the given size, nodes to 1e-12 of the part's diagonal, at most 8 GiB.
     pub fn new(size: f64) -> Self {
-        Self { size, root_tolerance: 1e-12, memory: 8 << 30 }
+        Self { size, root_tolerance: 1e-12, memory: 8 << 30, blunt: false }
     }
 }
 
@@ -58,8 +63,7 @@ struct Special {
 /// What the first pass keeps of a brick.
 #[derive(Debug, Clone)]
 struct Counted {
-    /// Sign bits: bit i of row j + 9 k is corner (i, j, k).
-    rows: [u16; SIDE * SIDE],
+    rows: Rows,
     special: Box<[Special]>,
     nodes: u32,
     triangles: u32,
@@ -73,7 +77,7 @@ struct Ranks {
 }
 
 impl Ranks {
-    fn new(rows: &[u16; SIDE * SIDE]) -> Self {
+    fn new(rows: &Rows) -> Self {
         let mut r = Ranks { base: [[0; 64]; 3], mask: [[0; 64]; 3], edges: 0 };
         for axis in 0..3 {
             for k in 0..BRICK {
@@ -103,7 +107,7 @@ impl Ranks {
 }
 
 /// Calls `f` with the cell's coordinates and corner mask for every cell whose corners differ.
-fn crossed_cells(rows: &[u16; SIDE * SIDE], mut f: impl FnMut([usize; 3], u8)) {
+fn crossed_cells(rows: &Rows, mut f: impl FnMut([usize; 3], u8)) {
     for k in 0..BRICK {
         for j in 0..BRICK {
             let r =
@@ -177,11 +181,15 @@ impl Extractor<'_> {
 
     fn extract(&self) -> Result<Extracted> {
         let mut bricks = Bricks::build(self.model, self.options.size, self.options.memory, self.run)?;
-        let counted = self.count(&bricks)?;
+        let mut rows = self.signs(&bricks)?;
+        if self.options.blunt {
+            blunt(&bricks, &mut rows);
+        }
+        let counted = self.count(&bricks, rows)?;
         let undecided: Vec<Cell> =
             bricks.cells.iter().zip(&counted).filter(|(_, c)| c.is_none()).map(|(cell, _)| cell.clone()).collect();
         bricks.retain(|i| counted[i].is_some());
-        let counted: Vec<Counted> = counted.into_iter().flatten().map(|c| *c).collect();
+        let counted: Vec<Counted> = counted.into_iter().flatten().collect();
         let mut first = Vec::with_capacity(counted.len());
         let (mut nodes, mut triangles) = (0u64, 0u64);
         for c in &counted {
@@ -205,7 +213,8 @@ impl Extractor<'_> {
         Ok(Extracted { mesh, bricks, undecided })
     }
 
-    fn count(&self, bricks: &Bricks) -> Result<Vec<Option<Box<Counted>>>> {
+    /// The signs at the corners of each brick, where it has both.
+    fn signs(&self, bricks: &Bricks) -> Result<Vec<Option<Box<Rows>>>> {
         let total = bricks.cells.len().max(1);
         bricks
             .cells
@@ -218,19 +227,19 @@ impl Extractor<'_> {
                         self.run.check()?;
                         self.run.progress("signs", i as f64 / total as f64);
                     }
-                    self.count_brick(bricks, cell, scratch, batch)
+                    self.signs_of(bricks, cell, scratch, batch)
                 },
             )
             .collect()
     }
 
-    fn count_brick(
+    fn signs_of(
         &self,
         bricks: &Bricks,
         cell: &Cell,
         scratch: &mut Scratch,
         batch: &mut Batch,
-    ) -> Result<Option<Box<Counted>>> {
+    ) -> Result<Option<Box<Rows>>> {
         batch.corners(&bricks.grid, cell.at);
         batch.eval(&cell.tape, self.model, scratch)?;
         let mut rows = [0u16; SIDE * SIDE];
@@ -240,9 +249,25 @@ impl Extractor<'_> {
             any |= *row;
             all &= *row;
         }
-        if any == 0 || all == 0x1ff {
-            return Ok(None);
-        }
+        Ok((any != 0 && all != 0x1ff).then(|| Box::new(rows)))
+    }
+
+    fn count(&self, bricks: &Bricks, rows: Vec<Option<Box<Rows>>>) -> Result<Vec<Option<Counted>>> {
+        bricks
+            .cells
+            .par_iter()
+            .zip(rows)
+            .enumerate()
+            .map(|(i, (cell, rows))| {
+                if i % 64 == 0 {
+                    self.run.check()?;
+                }
+                Ok(rows.map(|rows| self.count_brick(bricks, cell, *rows)))
+            })
+            .collect()
+    }
+
+    fn count_brick(&self, bricks: &Bricks, cell: &Cell, rows: Rows) -> Counted {
         let (mut triangles, mut interior) = (0, 0u32);
         let mut special = Vec::new();
         crossed_cells(&rows, |at, mask| {
@@ -265,7 +290,7 @@ impl Extractor<'_> {
             }
         });
         let nodes = u32::from(Ranks::new(&rows).edges) + interior;
-        Ok(Some(Box::new(Counted { rows, special: special.into(), nodes, triangles })))
+        Counted { rows, special: special.into(), nodes, triangles }
     }
 
     /// The asymptotic decider on each ambiguous face. A face belongs to one brick, whose tape gives the values, so that the
@@ -428,7 +453,39 @@ impl Extractor<'_> {
             }
         }
         out[ends.len()..].fill(DVec3::ZERO); // interior nodes wait for the crossings around them
+        if self.options.blunt {
+            return self.place_nodes_at_fronts(cell, &ends, out, scratch, batch);
+        }
         find_roots(self.model, self.tolerance(), &cell.tape, &ends, out, scratch, batch)
+    }
+
+    /// Puts nodes of edges without a change of sign beside them: where the active leaf is zero nearest to their middle.
+    fn place_nodes_at_fronts(
+        &self,
+        cell: &Cell,
+        ends: &[[DVec3; 2]],
+        out: &mut [DVec3],
+        scratch: &mut Scratch,
+        batch: &mut Batch,
+    ) -> Result<()> {
+        let leaves = &self.model.leaves;
+        let side = |p: DVec3| cell.tape.value(leaves, p) > 0.0;
+        let (crossing, fronts): (Vec<usize>, Vec<usize>) =
+            (0..ends.len()).partition(|i| side(ends[*i][0]) != side(ends[*i][1]));
+        let mut found = vec![DVec3::ZERO; crossing.len()];
+        let ends_of: Vec<[DVec3; 2]> = crossing.iter().map(|i| ends[*i]).collect();
+        find_roots(self.model, self.tolerance(), &cell.tape, &ends_of, &mut found, scratch, batch)?;
+        crossing.iter().zip(found).for_each(|(i, p)| out[*i] = p);
+        for i in fronts {
+            let middle = ends[i][0].midpoint(ends[i][1]);
+            let leaf = cell.tape.active(leaves, middle).leaf;
+            let reach = 2.0 * self.options.size;
+            let scale = self.model.bounds().diagonal();
+            let known = (leaf as usize) < leaves.len();
+            let foot = if known { nearest(leaves, &[leaf], middle, reach, scale) } else { None };
+            out[i] = foot.unwrap_or(middle);
+        }
+        Ok(())
     }
 
     /// Puts interior nodes where their cell's triangles want them, then onto the surface where it is met inside the cell on

@@ -6,6 +6,7 @@
 mod apex;
 mod batch;
 mod blend;
+mod blunt;
 pub mod expr;
 mod extract;
 mod features;

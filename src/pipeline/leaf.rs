@@ -11,8 +11,9 @@ use crate::optimize::{Sizing, improve};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
-/// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones.
-const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones; and
+/// whether tips of sharp edges are blunted.
+const CELLS: [(f64, bool); 5] = [(1.0, false), (1.0, true), (0.5, true), (0.25, true), (0.125, true)];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 const MOST_TRIANGLES: usize = 1_500_000;
 /// Where this many places are left without an exact edge and smaller cells do not halve them, still smaller ones will not
@@ -141,9 +142,9 @@ pub(super) fn by_leaf(
     let mut first_error = None;
     // Places left without an exact edge in the attempt before.
     let mut last = None;
-    for share in CELLS {
+    for (share, blunt) in CELLS {
         let cell = share * ready.size;
-        let mut extracted = match ready.extract(cell, options, run) {
+        let mut extracted = match ready.extract_as(cell, blunt, options, run) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // Nothing was found with these cells, or there is no memory for smaller ones: the first error tells the user.

@@ -151,7 +151,12 @@ impl Ready {
 
     /// The surface by marching cubes with the given cells.
     pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory };
+        self.extract_as(size, false, options, run)
+    }
+
+    /// The same; see [`ExtractOptions::blunt`].
+    pub(super) fn extract_as(&self, size: f64, blunt: bool, options: &MeshOptions, run: &Run) -> Result<Extracted> {
+        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory, blunt };
         let extracted = extract(&self.model, &e, run)?;
         if extracted.mesh.triangles.is_empty() {
             let (place, what) = match thin_places(&self.model, &extracted, size, run)?.first() {

@@ -23,6 +23,8 @@ const SPLITS: usize = 4;
 const SHORTEST: f64 = 0.05;
 /// Pieces are looked for this many edge lengths around the point an edge crosses their border.
 const REACH: f64 = 2.0;
+/// The same along the tips of sharp edges: 2 cells wide they are 15 cells long at 8 degrees.
+const TIP: f64 = 16.0;
 
 /// A node this close to a piece, as a share of the cell, counts as on it.
 const ON_BORDER: f64 = 1e-6;
@@ -115,9 +117,18 @@ impl Cutter<'_> {
         let (da, db) = (self.away(j, p), self.away(i, q));
         let t = if da + db > 0.0 { da / (da + db) } else { 0.5 };
         let start = p.lerp(q, t);
-        match self.surface.meet(&[i, j], start, REACH * p.distance(q).max(SHORTEST * self.cell)) {
+        let length = p.distance(q).max(SHORTEST * self.cell);
+        match self.surface.meet(&[i, j], start, REACH * length) {
             Some(x) if self.surface.bounds(&[i, j], x) => Crossing::At(x),
             Some(x) => self.at_corner(h, [i, j], x),
+            _ => self.at_tip(start, [i, j], length),
+        }
+    }
+
+    /// Where two pieces close in on each other slowly, the edge they make is far from where the mesh ends between them.
+    fn at_tip(&self, start: DVec3, pieces: [u32; 2], length: f64) -> Crossing {
+        match self.surface.meet(&pieces, start, TIP * length) {
+            Some(x) if self.surface.bounds(&pieces, x) => Crossing::At(x),
             _ => Crossing::Nowhere,
         }
     }
