@@ -6,14 +6,15 @@ use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::{Error, Result};
 use crate::implicit::{Extracted, ImplicitOracle, drop_splinters};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, remesh_pieces};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, Raw, remesh_pieces};
 use crate::optimize::{Sizing, improve};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones; and
 /// whether tips of sharp edges are blunted.
-const CELLS: [(f64, bool); 5] = [(1.0, false), (1.0, true), (0.5, true), (0.25, true), (0.125, true)];
+const CELLS: [(f64, bool); 8] =
+    [(1.0, false), (1.0, true), (0.5, false), (0.5, true), (0.25, false), (0.25, true), (0.125, false), (0.125, true)];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 const MOST_TRIANGLES: usize = 1_500_000;
 /// Where this many places are left without an exact edge and smaller cells do not halve them, still smaller ones will not
@@ -59,14 +60,13 @@ impl ByLeaf {
 }
 
 /// What the remesher aims at.
-pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> ExactOptions {
+pub(super) fn exact_options(ready: &Ready, options: &MeshOptions) -> ExactOptions {
     let angle = options.angle.unwrap_or(ANGLE).to_radians();
     let least = options.least.unwrap_or(ready.size / LEAST_SHARE);
     ExactOptions {
         sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord: options.tolerance, least },
         face_sizes: ready.model.faces().iter().map(|f| f.size).collect(),
         grading: options.grading,
-        cell,
     }
 }
 
@@ -83,6 +83,7 @@ struct Attempt {
     exact: ExactMesh,
     extracted: Extracted,
     cell: f64,
+    blunt: bool,
     /// See [`drop_splinters`].
     splinters: Vec<DVec3>,
 }
@@ -140,9 +141,13 @@ pub(super) fn by_leaf(
 ) -> Result<ByLeaf> {
     let mut best: Option<Attempt> = None;
     let mut first_error = None;
-    // Places left without an exact edge in the attempt before.
-    let mut last = None;
+    // Places left without an exact edge in the attempt before, of each kind; a kind that no smaller cells help is given up.
+    let mut last = [None; 2];
+    let mut given_up = [false; 2];
     for (share, blunt) in CELLS {
+        if given_up[usize::from(blunt)] {
+            continue;
+        }
         let cell = share * ready.size;
         let mut extracted = match ready.extract_as(cell, blunt, options, run) {
             Ok(e) => e,
@@ -155,20 +160,21 @@ pub(super) fn by_leaf(
         };
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let wanted = exact_options(ready, options, cell);
-        let exact = remesh_pieces(&extracted.mesh, &oracle, &wanted, &[], run, observer.as_deref_mut())?;
+        let wanted = exact_options(ready, options);
+        let raw = Raw { mesh: &extracted.mesh, cell, kept: &[], blunt };
+        let exact = remesh_pieces(&raw, &oracle, &wanted, run, observer.as_deref_mut())?;
         let triangles = extracted.mesh.triangles.len();
-        let this = Attempt { exact, extracted, cell, splinters };
+        let this = Attempt { exact, extracted, cell, blunt, splinters };
         let lost = this.unresolved().len();
         let clean = lost == 0 && this.faults() == 0 && this.lost().is_none();
-        let found_more = lost < MANY || last.is_none_or(|n: usize| 2 * lost < n);
-        last = Some(lost);
+        let before = last[usize::from(blunt)].replace(lost);
+        given_up[usize::from(blunt)] = lost >= MANY && before.is_some_and(|n: usize| 2 * lost >= n);
         if best.as_ref().is_none_or(|b| (this.faults(), lost) < (b.faults(), b.unresolved().len())) {
             best = Some(this);
         }
         // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
         let sound = best.as_ref().is_some_and(|b| b.faults() == 0);
-        if clean || !found_more || (sound && 4 * triangles > MOST_TRIANGLES) {
+        if clean || (sound && 4 * triangles > MOST_TRIANGLES) {
             break;
         }
     }
@@ -219,12 +225,13 @@ fn leave(
 ) -> Result<Vec<Aabb>> {
     let mesh = &attempt.extracted.mesh;
     let oracle = ImplicitOracle::new(&ready.model, &attempt.extracted);
-    let wanted = exact_options(ready, options, attempt.cell);
+    let wanted = exact_options(ready, options);
     let mut left = Vec::new();
     for reach in LEAVE {
         left.extend(attempt.exact.report.faults.iter().copied());
         let kept = near(mesh, &left, reach * attempt.cell);
-        attempt.exact = remesh_pieces(mesh, &oracle, &wanted, &kept, run, observer.as_deref_mut())?;
+        let raw = Raw { mesh, cell: attempt.cell, kept: &kept, blunt: attempt.blunt };
+        attempt.exact = remesh_pieces(&raw, &oracle, &wanted, run, observer.as_deref_mut())?;
         if attempt.faults() == 0 {
             break;
         }

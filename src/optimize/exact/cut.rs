@@ -65,18 +65,26 @@ struct Cutter<'a> {
     piece: Vec<u32>,
     surface: &'a dyn Pieces,
     cell: f64,
+    blunt: bool,
     report: CutReport,
 }
 
-/// Cuts `mesh`, whose nodes lie on the surface at about `cell` from each other, along all borders of pieces. Triangles with
-/// a `kept` of true are not cut: they become patches without a piece. None are where the list is empty.
-pub fn cut_pieces(
-    mesh: &TriMesh,
-    surface: &dyn Pieces,
-    cell: f64,
-    kept: &[bool],
-    run: &Run,
-) -> Result<(Patchwork, CutReport)> {
+/// What is to be cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Raw<'a> {
+    /// A closed, oriented manifold; its nodes lie on the surface.
+    pub mesh: &'a TriMesh,
+    /// About the distance of its nodes from each other.
+    pub cell: f64,
+    /// Triangles that stay as they are, by index: they become patches without a piece. None where the list is empty.
+    pub kept: &'a [bool],
+    /// Whether tips of sharp edges are not there: the edges are looked for farther away then.
+    pub blunt: bool,
+}
+
+/// Cuts a mesh along all borders of pieces.
+pub fn cut_pieces(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwork, CutReport)> {
+    let Raw { mesh, cell, kept, blunt } = *raw;
     let mut edit = EditMesh::new(mesh)?;
     for t in 0..mesh.triangles.len() as u32 {
         let label = if kept.get(t as usize) == Some(&true) { KEPT } else { CUT };
@@ -84,7 +92,7 @@ pub fn cut_pieces(
     }
     let pieces = ask_all(run, edit.node_capacity(), |v| surface.piece_at(edit.point(v)))?;
     let piece: Vec<u32> = pieces.into_iter().map(|p| p.unwrap_or(NONE)).collect();
-    let mut cutter = Cutter { mesh: edit, piece, surface, cell, report: CutReport::default() };
+    let mut cutter = Cutter { mesh: edit, piece, surface, cell, blunt, report: CutReport::default() };
     cutter.resolve(run)?;
     cutter.cut(run)
 }
@@ -121,16 +129,35 @@ impl Cutter<'_> {
         match self.surface.meet(&[i, j], start, REACH * length) {
             Some(x) if self.surface.bounds(&[i, j], x) => Crossing::At(x),
             Some(x) => self.at_corner(h, [i, j], x),
-            _ => self.at_tip(start, [i, j], length),
+            _ => self.at_tip(start, &[i, j], length),
         }
     }
 
     /// Where two pieces close in on each other slowly, the edge they make is far from where the mesh ends between them.
-    fn at_tip(&self, start: DVec3, pieces: [u32; 2], length: f64) -> Crossing {
-        match self.surface.meet(&pieces, start, TIP * length) {
-            Some(x) if self.surface.bounds(&pieces, x) => Crossing::At(x),
+    fn at_tip(&self, start: DVec3, pieces: &[u32], length: f64) -> Crossing {
+        let found = if self.blunt { self.surface.meet(pieces, start, TIP * length) } else { None };
+        match found {
+            Some(x) if self.surface.bounds(pieces, x) => Crossing::At(x),
             _ => Crossing::Nowhere,
         }
+    }
+
+    /// A point on a third piece that cuts off the edge which the pieces of an edge's ends would make, and that piece.
+    fn between(&self, h: u32) -> Option<(DVec3, u32)> {
+        let m = &self.mesh;
+        let (a, b) = (m.origin(h), m.target(h));
+        let pieces = [self.piece[a as usize], self.piece[b as usize]];
+        if !self.blunt {
+            return None;
+        }
+        let reach = TIP * m.edge_length(h);
+        let x = self.surface.meet(&pieces, m.point(a).midpoint(m.point(b)), reach)?;
+        let on = |k: u32| {
+            let y = self.surface.meet(&[k], x, reach)?;
+            self.surface.bounds(&[k], y).then_some((y, k))
+        };
+        let others = self.surface.near(x).into_iter().filter(|k| !pieces.contains(k));
+        others.filter_map(on).min_by(|y, z| y.0.distance(x).total_cmp(&z.0.distance(x)).then(y.1.cmp(&z.1)))
     }
 
     /// A corner of the two pieces and a third that the edge passes.
@@ -149,9 +176,10 @@ impl Cutter<'_> {
         if pieces.contains(&NONE) {
             return Crossing::Nowhere;
         }
-        match self.surface.meet(&pieces, self.mesh.centroid(t), REACH * self.longest(t)) {
+        let (start, length) = (self.mesh.centroid(t), self.longest(t));
+        match self.surface.meet(&pieces, start, REACH * length) {
             Some(x) if self.surface.bounds(&pieces, x) => Crossing::At(x),
-            _ => Crossing::Nowhere,
+            _ => self.at_tip(start, &pieces, length),
         }
     }
 
@@ -204,12 +232,13 @@ impl Cutter<'_> {
             for (a, b) in ends {
                 let Some(h) = self.mesh.edge_between(a, b) else { continue };
                 let (p, q) = (self.mesh.point(a), self.mesh.point(b));
-                let Some(foot) = self.surface.project(0.5 * (p + q), p.distance(q)) else { continue };
-                let piece = self.surface.piece_at(foot.point).unwrap_or(NONE);
-                if foot.point.distance(p).min(foot.point.distance(q)) < 1e-3 * p.distance(q) {
+                let foot = || self.surface.project(0.5 * (p + q), p.distance(q)).map(|f| f.point);
+                let halfway = || foot().map(|x| (x, self.surface.piece_at(x).unwrap_or(NONE)));
+                let Some((x, piece)) = self.between(h).or_else(halfway) else { continue };
+                if x.distance(p).min(x.distance(q)) < 1e-3 * p.distance(q) {
                     continue;
                 }
-                self.mesh.split_edge(h, foot.point);
+                self.mesh.split_edge(h, x);
                 self.piece.push(piece);
                 self.report.splits += 1;
             }

@@ -11,7 +11,7 @@ mod patches;
 mod patchwork;
 mod remesh;
 
-pub use cut::{CutReport, cut_pieces};
+pub use cut::{CutReport, Raw, cut_pieces};
 pub use patchwork::{Patch, Patchwork, PieceSet};
 
 use super::size::Sizing;
@@ -58,8 +58,6 @@ pub struct ExactOptions {
     pub face_sizes: Vec<Option<f64>>,
     /// How fast edge lengths may grow per length.
     pub grading: f64,
-    /// Spacing of the nodes of the mesh that is cut.
-    pub cell: f64,
 }
 
 /// What [`remesh_pieces`] met.
@@ -97,28 +95,29 @@ impl ExactReport {
     }
 }
 
-/// Cuts `mesh` along the borders of pieces and remeshes it to the sizes asked for; `observer` sees the mesh after each stage.
-/// Triangles with a `kept` of true stay as they are; none do where the list is empty.
+/// Cuts a mesh along the borders of pieces and remeshes it to the sizes asked for; `observer` sees the mesh after each stage.
 ///
 /// *Guarantees*: a closed, oriented manifold stays one; every node outside the kept triangles lies on all pieces it belongs
 /// to, to rounding, except at the places the report lists as unresolved; labels are faces.
-/// *Does not guarantee*: that borders between pieces closer to each other than `cell` are found, nor that no two
+/// *Does not guarantee*: that borders between pieces closer to each other than the cells are found, nor that no two
 /// triangles intersect: the report tells.
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
 /// [`Error::Cancelled`].
 pub fn remesh_pieces(
-    mesh: &TriMesh,
+    raw: &Raw<'_>,
     surface: &dyn Pieces,
     options: &ExactOptions,
-    kept: &[bool],
     run: &Run,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     check_options(options)?;
-    let (work, cut) = cut_pieces(mesh, surface, options.cell, kept, run)?;
+    if !(raw.cell.is_finite() && raw.cell > 0.0) {
+        return Err(Error::Usage(format!("the cell size must be positive, not {}", raw.cell)));
+    }
+    let (work, cut) = cut_pieces(raw, surface, run)?;
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    remesh(mesh, r, report, observer)
+    remesh(raw.mesh, r, report, observer)
 }
 
 /// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
@@ -139,8 +138,8 @@ pub fn remesh_patchwork(
 
 fn check_options(options: &ExactOptions) -> Result<()> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
-    if ![options.sizing.size, options.grading, options.cell].into_iter().all(positive) {
-        return Err(Error::Usage("size, grading and cell must be positive".into()));
+    if ![options.sizing.size, options.grading].into_iter().all(positive) {
+        return Err(Error::Usage("size and grading must be positive".into()));
     }
     Ok(())
 }
