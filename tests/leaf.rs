@@ -35,13 +35,15 @@ fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> Solid {
     Solid::cuboid(lo.into(), hi.into())
 }
 
-fn turned(solid: Solid) -> Solid {
+/// Rotation and shift of [`turned`].
+fn turn() -> (DMat3, DVec3) {
     let axis = DVec3::new(0.3, -0.5, 0.8).normalize();
-    solid.placed(Placement {
-        rotation: DMat3::from_axis_angle(axis, 0.7),
-        scale: 1.0,
-        shift: DVec3::new(0.01, 0.02, 0.03),
-    })
+    (DMat3::from_axis_angle(axis, 0.7), DVec3::new(0.01, 0.02, 0.03))
+}
+
+fn turned(solid: Solid) -> Solid {
+    let (rotation, shift) = turn();
+    solid.placed(Placement { rotation, scale: 1.0, shift })
 }
 
 fn cube_with_holes() -> Solid {
@@ -218,4 +220,41 @@ fn a_part_is_a_model_with_a_fragment_for_every_face() {
     let merged = Merged::new(cut.model, cut.fragments).unwrap();
     assert_eq!((merged.node_count(), merged.cell_count()), (made.mesh.nodes.len(), made.mesh.triangles.len()));
     assert_eq!(merged.node(0), made.mesh.nodes[cut.nodes[0] as usize]);
+}
+
+#[test]
+fn pipes_of_equal_radius_cross_in_two_joints() {
+    // Each bore is two faces that touch in the joints only: with the cube's sides ten faces.
+    let straight = cube_with_holes();
+    for (solid, (rotation, shift)) in [(straight.clone(), (DMat3::IDENTITY, DVec3::ZERO)), (turned(straight), turn())] {
+        let made = made(solid, 0.1, |_| {});
+        assert_eq!(made.report.shortfalls, Vec::<String>::new());
+        let cut = made.model().unwrap();
+        assert_eq!(cut.model.check(), []);
+        assert_eq!(cut.model.faces.len(), 10);
+        for at in [DVec3::Y * 0.4, DVec3::NEG_Y * 0.4] {
+            let near = |p: &DVec3| p.distance(rotation * at + shift);
+            let joint = made.corners.iter().map(|v| made.mesh.nodes[*v as usize]).map(|p| near(&p)).fold(1.0, f64::min);
+            assert!(joint < 1e-9, "{joint}");
+        }
+    }
+}
+
+#[test]
+fn sharp_wedges_are_exact_to_their_tips() {
+    // Two half-spaces at an angle make the edge along z; cells see its tip as scattered bits.
+    for degrees in [12.0_f64, 20.0, 30.0, 42.0, 60.0] {
+        let (s, c) = (0.5 * degrees.to_radians()).sin_cos();
+        let wedge = cuboid([-2.0, -1.0, -0.5], [1.0, 1.0, 0.5])
+            & Solid::half_space(DVec3::new(-s, c, 0.0), DVec3::ZERO)
+            & Solid::half_space(DVec3::new(-s, -c, 0.0), DVec3::ZERO);
+        for solid in [wedge.clone(), turned(wedge.clone())] {
+            let made = made(solid, 0.07, |_| {});
+            let check = made.report.check.as_ref().unwrap();
+            assert_eq!(made.report.shortfalls, Vec::<String>::new(), "{degrees} degrees");
+            assert_eq!((check.components, check.euler), (1, 2), "{degrees} degrees");
+            let width = (0.5 * degrees.to_radians()).tan();
+            assert!((check.volume - width).abs() < 1e-9, "{degrees} degrees: {} {width}", check.volume);
+        }
+    }
 }

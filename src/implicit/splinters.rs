@@ -31,7 +31,8 @@ pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: 
     }
     let bounds = |part: &[(u32, u32)]| Aabb::around(part.iter().flat_map(|(_, t)| mesh.corners(*t as usize)));
     let small: Vec<bool> = parts.iter().map(|p| bounds(p).diagonal() <= LARGEST * cell).collect();
-    let mut large: Vec<u32> = parts.iter().zip(&small).filter(|(_, s)| !**s).flat_map(|(p, _)| p.iter()).map(|x| x.1).collect();
+    let mut large: Vec<u32> =
+        parts.iter().zip(&small).filter(|(_, s)| !**s).flat_map(|(p, _)| p.iter()).map(|x| x.1).collect();
     large.sort_unstable();
     let tree = Bvh::new(large.iter().map(|t| Aabb::around(mesh.corners(*t as usize))).collect());
     let mut middles = Vec::new();
@@ -48,7 +49,9 @@ pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: 
         let same = |p: DVec3| (extracted.tape_at(model, p).value(&model.leaves, p) > 0.0) == solid;
         let mut near: Vec<(f64, u32)> = Vec::new();
         tree.overlapping(&Aabb::around([middle]).grown(REACH * cell), |i| {
-            near.extend(mesh.triangles[large[i as usize] as usize].map(|v| (mesh.nodes[v as usize].distance(middle), v)));
+            near.extend(
+                mesh.triangles[large[i as usize] as usize].map(|v| (mesh.nodes[v as usize].distance(middle), v)),
+            );
         });
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.dedup();

@@ -60,11 +60,13 @@ pub struct CutReport {
 const CUT: u32 = 0;
 const KEPT: u32 = 1;
 
-struct Cutter<'a> {
-    mesh: EditMesh,
-    piece: Vec<u32>,
-    surface: &'a dyn Pieces,
-    cell: f64,
+pub(super) struct Cutter<'a> {
+    pub(super) mesh: EditMesh,
+    pub(super) piece: Vec<u32>,
+    /// Nodes on two pieces that touch there; `piece` has one of the two.
+    pub(super) joints: Vec<(u32, [u32; 2])>,
+    pub(super) surface: &'a dyn Pieces,
+    pub(super) cell: f64,
     blunt: bool,
     report: CutReport,
 }
@@ -92,18 +94,23 @@ pub fn cut_pieces(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Pat
     }
     let pieces = ask_all(run, edit.node_capacity(), |v| surface.piece_at(edit.point(v)))?;
     let piece: Vec<u32> = pieces.into_iter().map(|p| p.unwrap_or(NONE)).collect();
-    let mut cutter = Cutter { mesh: edit, piece, surface, cell, blunt, report: CutReport::default() };
+    let mut cutter =
+        Cutter { mesh: edit, piece, joints: Vec::new(), surface, cell, blunt, report: CutReport::default() };
+    cutter.put_joints();
     cutter.resolve(run)?;
     cutter.cut(run)
 }
 
 impl Cutter<'_> {
     fn differs(&self, a: u32, b: u32) -> bool {
-        self.piece[a as usize] != self.piece[b as usize]
+        let (i, j) = (self.piece[a as usize], self.piece[b as usize]);
+        let joins =
+            |v: u32, k: u32| self.mesh.is_pinned(v) && self.joints.iter().any(|(w, pair)| *w == v && pair.contains(&k));
+        i != j && !joins(a, j) && !joins(b, i)
     }
 
     /// Whether an edge has to get a node where it crosses a border.
-    fn crosses(&self, h: u32) -> bool {
+    pub(super) fn crosses(&self, h: u32) -> bool {
         let m = &self.mesh;
         let o = m.opposite(h);
         let cut = m.label(h / 3) == CUT || (o != NONE && m.label(o / 3) == CUT);
@@ -253,7 +260,7 @@ impl Cutter<'_> {
         nodes.sort_unstable();
         nodes.dedup();
         let mut changed = 0;
-        for v in nodes {
+        for v in nodes.into_iter().filter(|v| self.joints.iter().all(|j| j.0 != *v)).collect::<Vec<_>>() {
             let p = self.mesh.point(v);
             let own = self.piece[v as usize];
             let mut others: Vec<u32> = self.mesh.neighbors(v).map(|x| self.piece[x as usize]).collect();
@@ -306,6 +313,7 @@ impl Cutter<'_> {
             (this.mesh.is_triangle(t) && this.has_three(t)).then(|| (t, this.corner(t)))
         })?;
         let mut sets: Vec<PieceSet> = self.piece.iter().map(|&p| PieceSet::one(p)).collect();
+        self.joints.iter().for_each(|(v, pair)| sets[*v as usize] = PieceSet::of(pair));
         for (t, found) in corners.into_iter().flatten() {
             let set = PieceSet::of(&self.mesh.corners(t).map(|v| self.piece[v as usize]));
             let p = match found {

@@ -5,6 +5,7 @@ mod curves;
 mod cut;
 mod field;
 mod grid;
+mod joints;
 mod moves;
 mod pack;
 mod patches;

@@ -1,0 +1,189 @@
+//! Joints: points where two pieces touch and the curves they meet in cross, as on two pipes of equal radius whose axes meet.
+//!
+//! Around a joint the two pieces take turns on the surface, four times. Cells see that only by luck, so joints are found
+//! before the cut, by Newton's method on the difference of the pieces' normals, and get a node with a neighbor in each of
+//! the four sectors.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::cut::Cutter;
+use crate::geometry::Pieces;
+use crate::mesh::edit::{NONE, next};
+
+/// Pieces at a smaller angle than this (its cosine) to each other may touch nearby.
+const CLOSE: f64 = 0.85;
+/// A joint is looked for up to this many cells away.
+const REACH: f64 = 3.0;
+/// Starts from where the same pieces were tried, in cells, are not tried again.
+const APART: f64 = 1.0;
+/// Starts tried for two pieces: along a seam at which they touch everywhere all of them fail.
+const TRIES: usize = 64;
+/// Steps of Newton's method.
+const STEPS: usize = 20;
+/// Step of differences, and where the iteration has settled, as shares of the cell.
+const DIFFERENCE: f64 = 1e-4;
+const SETTLED: f64 = 1e-9;
+/// Pieces touch where they are nearer to each other than this share of the cell.
+const TOUCHING: f64 = 1e-8;
+/// The surroundings are looked at this many cells away, in so many directions.
+const RADIUS: f64 = 0.5;
+const DIRECTIONS: usize = 24;
+/// Edges crossed at most on the way into a sector.
+const WAY: usize = 6;
+/// A node lies ahead if its direction is within 40 degrees of the sector's (the cosine).
+const AHEAD: f64 = 0.766;
+
+/// Where two pieces touch.
+struct Joint {
+    at: DVec3,
+    normal: DVec3,
+    /// In each of the four sectors: the direction of its middle, and the piece that is the surface there.
+    sectors: Vec<(DVec3, u32)>,
+}
+
+impl Cutter<'_> {
+    /// Puts a node at every joint.
+    pub(super) fn put_joints(&mut self) {
+        for (pair, start) in self.starts() {
+            let Some(joint) = find(self.surface, pair, start, self.cell) else { continue };
+            let near = |v: &u32| self.mesh.point(*v).distance_squared(joint.at);
+            if self.joints.iter().any(|(v, _)| near(v) < (SETTLED * self.cell).sqrt()) {
+                continue;
+            }
+            let own = |v: &u32| pair.contains(&self.piece[*v as usize]) && !self.mesh.is_pinned(*v);
+            let nearest = self.mesh.nodes().filter(own).min_by(|a, b| near(a).total_cmp(&near(b)).then(a.cmp(b)));
+            let Some(v) = nearest.filter(|v| near(v) < (2.0 * self.cell).powi(2)) else { continue };
+            self.mesh.set_point(v, joint.at);
+            self.mesh.set_pinned(v, true);
+            self.joints.push((v, pair));
+            self.fill_sectors(v, &joint);
+        }
+    }
+
+    /// Places on edges between nodes of different pieces from which a joint may be found, with the pieces.
+    fn starts(&self) -> Vec<([u32; 2], DVec3)> {
+        let m = &self.mesh;
+        let mut found: Vec<([u32; 2], DVec3)> = Vec::new();
+        for h in (0..3 * m.triangle_capacity() as u32).filter(|&h| m.is_edge(h) && self.crosses(h)) {
+            let (a, b) = (m.origin(h), m.target(h));
+            let (i, j) = (self.piece[a as usize], self.piece[b as usize]);
+            if i == NONE || j == NONE || (self.surface.plane(i).is_some() && self.surface.plane(j).is_some()) {
+                continue;
+            }
+            let x = m.point(a).midpoint(m.point(b));
+            let (Some(n), Some(o)) = (self.surface.direction(i, x), self.surface.direction(j, x)) else { continue };
+            if n.dot(o).abs() > CLOSE {
+                found.push(([i.min(j), i.max(j)], x));
+            }
+        }
+        found.sort_by_key(|f| f.0);
+        let mut kept: Vec<([u32; 2], DVec3)> = Vec::new();
+        let mut first = 0;
+        for (pair, x) in found {
+            if kept.last().is_some_and(|k| k.0 != pair) {
+                first = kept.len();
+            }
+            let apart = |k: &([u32; 2], DVec3)| k.1.distance_squared(x) > (APART * self.cell).powi(2);
+            if kept.len() - first < TRIES && kept[first..].iter().all(apart) {
+                kept.push((pair, x));
+            }
+        }
+        kept
+    }
+
+    /// Sees to it that from a joint's node a way over nodes on the right piece leads into each sector.
+    fn fill_sectors(&mut self, v: u32, joint: &Joint) {
+        let up: DVec3 = self.mesh.outgoing(v).map(|h| self.mesh.area_vector(h / 3)).sum();
+        let n = if up.dot(joint.normal) < 0.0 { -joint.normal } else { joint.normal };
+        for &(direction, piece) in &joint.sectors {
+            let mut from = v;
+            for _ in 0..WAY {
+                let m = &self.mesh;
+                let away = |w: u32| {
+                    let d = m.point(w) - m.point(from);
+                    d - n * n.dot(d)
+                };
+                let ahead = |w: u32| away(w).dot(direction) > AHEAD * away(w).length();
+                if m.neighbors(from).any(|w| self.piece[w as usize] == piece && ahead(w)) {
+                    break;
+                }
+                let across = m.outgoing(from).find(|&h| {
+                    let (a, b) = (away(m.target(h)), away(m.apex(h)));
+                    a.cross(direction).dot(n) >= 0.0 && direction.cross(b).dot(n) > 0.0 && a.cross(b).dot(n) > 0.0
+                });
+                let Some(h) = across.filter(|&h| m.opposite(next(h)) != NONE) else { break };
+                let (a, b) = (away(m.target(h)), away(m.apex(h)));
+                let t = a.cross(direction).dot(n) / (a - b).cross(direction).dot(n);
+                let x = m.point(m.target(h)).lerp(m.point(m.apex(h)), t.clamp(0.0, 1.0));
+                let Some(p) = self.surface.meet(&[piece], x, self.cell) else { break };
+                from = self.mesh.split_edge(next(h), p);
+                self.piece.push(piece);
+            }
+        }
+    }
+}
+
+/// Finds the joint of two pieces from a place near it.
+fn find(surface: &dyn Pieces, [i, j]: [u32; 2], start: DVec3, cell: f64) -> Option<Joint> {
+    let mut p = surface.meet(&[i], start, REACH * cell)?;
+    let sign = surface.direction(i, p)?.dot(surface.direction(j, p)?).signum();
+    let apart = |p: DVec3| Some(surface.direction(i, p)? - sign * surface.direction(j, p)?);
+    let mut settled = false;
+    for _ in 0..STEPS {
+        let n = surface.direction(i, p)?;
+        let (e, f) = n.any_orthonormal_pair();
+        let r = apart(p)?;
+        let d = DIFFERENCE * cell;
+        let slope = |t: DVec3| Some((apart(p + d * t)? - apart(p - d * t)?) / (2.0 * d));
+        let (se, sf) = (slope(e)?, slope(f)?);
+        let (a, b, c, g) = (se.dot(e), sf.dot(e), se.dot(f), sf.dot(f));
+        let det = a * g - b * c;
+        // Along a seam at which they touch everywhere there is no single point.
+        if !(det.abs() > 1e-3 * (a * a + b * b + c * c + g * g)) {
+            return None;
+        }
+        let (x, y) = (r.dot(e), r.dot(f));
+        let step = (e * (b * y - g * x) + f * (c * x - a * y)) / det;
+        p = surface.meet(&[i], p + step.clamp_length_max(cell), REACH * cell)?;
+        if p.distance(start) > REACH * cell {
+            return None;
+        }
+        settled = step.length() < SETTLED * cell;
+        if settled {
+            break;
+        }
+    }
+    if !settled || surface.meet(&[j], p, cell)?.distance(p) > TOUCHING * cell {
+        return None;
+    }
+    let normal = surface.direction(i, p)?;
+    let (e, f) = normal.any_orthonormal_pair();
+    let towards = |k: f64| {
+        let (s, c) = (TAU * k / DIRECTIONS as f64).sin_cos();
+        c * e + s * f
+    };
+    let on = |k: u32, q: DVec3| surface.meet(&[k], q, cell).filter(|x| surface.bounds(&[k], *x));
+    let mut around: Vec<(f64, u32)> = Vec::new();
+    for k in 0..DIRECTIONS {
+        let q = p + RADIUS * cell * towards(k as f64);
+        match (on(i, q), on(j, q)) {
+            (Some(_), None) => around.push((k as f64, i)),
+            (None, Some(_)) => around.push((k as f64, j)),
+            // On the curve between them, to rounding.
+            (Some(_), Some(_)) => {}
+            (None, None) if surface.piece_at(q).is_some_and(|k| k == i || k == j) => {}
+            (None, None) => return None,
+        }
+    }
+    let first = (1..around.len()).find(|&k| around[k].1 != around[k - 1].1)?;
+    around.rotate_left(first);
+    (around.len() - first..around.len()).for_each(|k| around[k].0 += DIRECTIONS as f64);
+    let sectors: Vec<(DVec3, u32)> =
+        around.chunk_by(|a, b| a.1 == b.1).map(|s| (towards(0.5 * (s[0].0 + s[s.len() - 1].0)), s[0].1)).collect();
+    if sectors.len() != 4 {
+        return None;
+    }
+    Some(Joint { at: p, normal, sectors })
+}
