@@ -8,6 +8,7 @@
 
 use glam::DVec3;
 
+use super::bridges::{Parted, part_bridges};
 use super::patchwork::{Patch, Patchwork, PieceSet};
 use crate::error::Result;
 use crate::geometry::Pieces;
@@ -84,8 +85,19 @@ pub struct Raw<'a> {
     pub blunt: bool,
 }
 
-/// Cuts a mesh along all borders of pieces.
+/// Cuts a mesh along all borders of pieces. Where that leaves borders of pieces that do not meet, the mesh is tried without
+/// the triangles that join them.
 pub fn cut_pieces(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwork, CutReport)> {
+    let first = cut_as_is(raw, surface, run)?;
+    if first.1.unresolved.is_empty() {
+        return Ok(first);
+    }
+    let Some(Parted { mesh, kept }) = part_bridges(raw, surface, run)? else { return Ok(first) };
+    let second = cut_as_is(&Raw { mesh: &mesh, kept: &kept, ..*raw }, surface, run)?;
+    Ok(if second.1.unresolved.len() < first.1.unresolved.len() { second } else { first })
+}
+
+fn cut_as_is(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwork, CutReport)> {
     let Raw { mesh, cell, kept, blunt } = *raw;
     let mut edit = EditMesh::new(mesh)?;
     for t in 0..mesh.triangles.len() as u32 {
