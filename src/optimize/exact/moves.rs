@@ -9,6 +9,9 @@ use crate::mesh::edit::NONE;
 /// Halvings of a move that is refused.
 const BACKTRACKS: usize = 3;
 
+/// A node inside a patch with no more neighbors than this is one too many where they make bad shapes.
+const LONELY: usize = 4;
+
 /// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
 const FLAT: f64 = 0.05;
 
@@ -103,6 +106,9 @@ impl Remesher<'_> {
         if any {
             return true;
         }
+        if self.work.mesh.corners(t).into_iter().any(|v| self.drop_lonely(v)) {
+            return true;
+        }
         let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
         edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
         if self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1]) {
@@ -136,6 +142,24 @@ impl Remesher<'_> {
             }
         }
         false
+    }
+
+    /// Takes out a node inside a patch that has few neighbors, where that leaves better shapes.
+    fn drop_lonely(&mut self, v: u32) -> bool {
+        let m = &self.work.mesh;
+        if self.rank[v as usize] != Rank::Face || m.outgoing(v).count() > LONELY {
+            return false;
+        }
+        let fits = |h: &u32| {
+            let (to, p) = (m.target(*h), self.point(m.target(*h)));
+            let long = |x: u32| p.distance(self.point(x)) > LONG * self.want[to as usize].max(self.want[x as usize]);
+            m.can_collapse(*h) && !m.neighbors(v).any(long)
+        };
+        let after = |h: u32| (self.worst_after(h, self.point(m.target(h))), h);
+        let best = m.outgoing(v).filter(fits).map(after).max_by(|x, y| x.0.total_cmp(&y.0));
+        let Some((_, h)) = best.filter(|b| b.0 > self.worst(v, self.point(v))) else { return false };
+        let p = self.point(m.target(h));
+        self.work.mesh.collapse(h, p)
     }
 
     fn worst(&self, v: u32, p: DVec3) -> f64 {
