@@ -6,6 +6,9 @@
 mod geometry;
 mod topology;
 mod values;
+mod write;
+
+pub use write::write_step;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
