@@ -1,7 +1,7 @@
 //! What a boundary representation measures: areas, volume, boxes, parameter ranges.
 //!
-//! Faces are meshed and every triangle bent to its surface and to the curves of its edges by a node in the middle of each
-//! side, so the error falls with the fourth power of the triangles' size.
+//! Faces are meshed and every triangle bent to its surface and to the curves of its edges by nodes in the middle of its
+//! sides, once as a whole and once in quarters, so the error falls with the sixth power of the triangles' size.
 
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -95,15 +95,15 @@ impl Parametric {
                 run.check()?;
             }
             let label = made.mesh.labels[t] as usize;
-            let six = bent.six(t);
-            let (area, volume) = integrals(&six);
+            let fine = bent.fifteen(t);
+            let (area, volume) = bent_integrals(&fine);
             let face = &mut out.faces[label];
             face.area = face.area.map(|a| a + area);
-            face.bounds = face.bounds.union(&Aabb::around(six));
+            face.bounds = face.bounds.union(&Aabb::around(fine));
             if let Some(v) = out.volumes.get_mut(body[label]) {
                 *v += volume;
             }
-            points[label].extend(six);
+            points[label].extend(&fine[..6]);
         }
         for f in &made.failures {
             out.faces[f.face as usize].area = None;
@@ -117,6 +117,13 @@ impl Parametric {
             out.bounds = out.bounds.union(&out.faces[f].bounds);
         }
         Ok(out)
+    }
+
+    /// Unit normal of a face near a point, out of the solid.
+    pub fn outward_normal(&self, face: u32, p: DVec3) -> Option<DVec3> {
+        let chart = self.charts.get(face as usize)?;
+        let n = chart.normal(chart.project(p))?;
+        Some(if self.brep.faces[face as usize].outward { n } else { -n })
     }
 
     /// The ranges of parameters of points of a face.
@@ -159,30 +166,44 @@ struct Bent<'a> {
 }
 
 impl Bent<'_> {
-    /// A triangle's nodes and the middles of its sides: 01, 12, 20.
-    fn six(&self, t: usize) -> [DVec3; 6] {
+    /// A triangle's nodes, the middles of its sides 01, 12, 20, then the middles of halves: two on each of these sides, in
+    /// order, and the sides of the triangle in the middle.
+    fn fifteen(&self, t: usize) -> [DVec3; 15] {
         let (nodes, label) = (self.made.mesh.triangles[t], self.made.mesh.labels[t]);
         let p = nodes.map(|v| self.made.mesh.nodes[v as usize]);
-        let middle = |k: usize| self.middle(nodes[k], nodes[(k + 1) % 3], label);
-        [p[0], p[1], p[2], middle(0), middle(1), middle(2)]
+        let mut out = [DVec3::ZERO; 15];
+        out[..3].copy_from_slice(&p);
+        for k in 0..3 {
+            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+            let [near, middle, far] = self.side(a.min(b), a.max(b), label);
+            out[3 + k] = middle;
+            (out[6 + 2 * k], out[7 + 2 * k]) = if a < b { (near, far) } else { (far, near) };
+        }
+        for k in 0..3 {
+            out[12 + k] = self.between(out[3 + k], out[3 + (k + 1) % 3], label, &[]);
+        }
+        out
     }
 
-    fn middle(&self, a: u32, b: u32, label: u32) -> DVec3 {
-        let (a, b) = (a.min(b), a.max(b));
-        let m = 0.5 * (self.made.mesh.nodes[a as usize] + self.made.mesh.nodes[b as usize]);
-        let length = self.made.mesh.nodes[a as usize].distance(self.made.mesh.nodes[b as usize]);
-        let near = |q: DVec3| q.distance(m) <= 0.5 * length;
-        if self.borders.get(&(label, [a, b])) == Some(&1) {
-            let found = self.edges_between(a, b, label).into_iter().map(|e| {
-                let e = &self.solid.brep.edges[e as usize];
-                e.curve.at(e.curve.project(m, e.range, None))
-            });
-            let best = found.min_by(|x, y| x.distance_squared(m).total_cmp(&y.distance_squared(m)));
-            if let Some(q) = best.filter(|q| near(*q)) {
-                return q;
-            }
-        }
-        self.solid.foot(label, m).filter(|q| near(*q)).unwrap_or(m)
+    /// Points at about a quarter, a half and three quarters of a side.
+    fn side(&self, a: u32, b: u32, label: u32) -> [DVec3; 3] {
+        let [p, q] = [a, b].map(|v| self.made.mesh.nodes[v as usize]);
+        let border = self.borders.get(&(label, [a, b])) == Some(&1);
+        let edges = if border { self.edges_between(a, b, label) } else { Vec::new() };
+        let middle = self.between(p, q, label, &edges);
+        [self.between(p, middle, label, &edges), middle, self.between(middle, q, label, &edges)]
+    }
+
+    /// The middle between two points, on the nearest of some edges, or else on the face.
+    fn between(&self, p: DVec3, q: DVec3, label: u32, edges: &[u32]) -> DVec3 {
+        let m = 0.5 * (p + q);
+        let near = |x: &DVec3| x.distance(m) <= 0.5 * p.distance(q);
+        let on_edges = edges.iter().map(|e| {
+            let e = &self.solid.brep.edges[*e as usize];
+            e.curve.at(e.curve.project(m, e.range, None))
+        });
+        let best = on_edges.min_by(|x, y| x.distance_squared(m).total_cmp(&y.distance_squared(m)));
+        best.filter(near).or_else(|| self.solid.foot(label, m).filter(near)).unwrap_or(m)
     }
 
     /// Edges of a face that may hold two nodes.
@@ -199,6 +220,19 @@ impl Bent<'_> {
         })
         .collect()
     }
+}
+
+/// Area and volume of a triangle as one and as four quadratic ones, taken to the limit: errors are 16 times smaller each time.
+fn bent_integrals(x: &[DVec3; 15]) -> (f64, f64) {
+    let pick = |i: [usize; 6]| i.map(|k| x[k]);
+    let whole = integrals(&pick([0, 1, 2, 3, 4, 5]));
+    let parts = [[0, 3, 5, 6, 14, 11], [3, 1, 4, 7, 8, 12], [5, 4, 2, 13, 9, 10], [3, 4, 5, 12, 13, 14]];
+    let (mut area, mut volume) = (0.0, 0.0);
+    for p in parts {
+        let (a, v) = integrals(&pick(p));
+        (area, volume) = (area + a, volume + v);
+    }
+    (area + (area - whole.0) / 15.0, volume + (volume - whole.1) / 15.0)
 }
 
 /// Area, and the volume between a quadratic triangle and the origin.

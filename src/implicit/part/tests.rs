@@ -19,7 +19,7 @@ fn part(source: &str) -> Part {
 }
 
 fn model(part: &Part) -> Result<Implicit> {
-    Implicit::new(&part.solid, part.rsystem, part.domain)
+    Implicit::new(part.solid.as_ref().unwrap(), part.rsystem, part.domain)
 }
 
 fn inside(model: &Implicit, p: [f64; 3]) -> bool {

@@ -78,7 +78,7 @@ impl Assembly {
         sides: Vec<Side>,
         name: &str,
     ) {
-        let single = sides.len() == 1;
+        let single = sides.iter().flatten().count() == 1;
         for (i, side) in sides.into_iter().enumerate() {
             let Some((surface, outward)) = side else { continue };
             let back = |c: Along| c.map(|c| Coedge { forward: !c.forward, ..c });
