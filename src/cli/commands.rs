@@ -185,7 +185,7 @@ pub fn info(a: &Info) -> Result<bool> {
         return Ok(good);
     }
     let part = pipeline::load_part(path, &a.part.define)?;
-    if let Some(brep) = pipeline::build(&part).map_err(|e| e.in_file(path))? {
+    if let Some(brep) = pipeline::build(&part, &run).map_err(|e| e.in_file(path))? {
         let info = pipeline::brep_info(brep.into(), part.units.as_deref(), &run)?;
         show(info.to_string(), to_json(&info))?;
         if part.solid.is_none() {
@@ -213,7 +213,7 @@ pub fn convert(a: &Convert) -> Result<bool> {
         return Ok(model.notes.is_empty());
     }
     let part = pipeline::load_part(path, &a.part.define)?;
-    let Some(brep) = pipeline::build(&part).map_err(|e| e.in_file(path))? else {
+    let Some(brep) = pipeline::build(&part, &run).map_err(|e| e.in_file(path))? else {
         let what = "STEP files hold solids built from edges; a solid of R-functions can only be meshed";
         return Err(Error::input(Place::Unknown, what).in_file(path));
     };

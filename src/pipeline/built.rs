@@ -7,12 +7,14 @@ use super::brep::mesh_step;
 use super::mesh::{MeshOptions, Meshed, finish_names};
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
-use crate::implicit::part::Part;
 use crate::implicit::part::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe};
+use crate::implicit::part::{Part, glob};
 use crate::io::write_atomic;
 use crate::mesh::{Group, TriMesh};
 use crate::parametric::brep::Brep;
-use crate::parametric::build::{Axis, Extrusion, Loft, Section, Wire, extrude_edges, loft, revolve_edges, sweep_edges};
+use crate::parametric::build::{
+    Axis, Extrusion, Loft, Section, Wire, extrude_edges, flat_face, loft, revolve_edges, sew, sweep_edges,
+};
 use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
 use crate::parametric::step::write_step;
 use crate::parametric::{Curve, Frame, Similarity};
@@ -21,6 +23,8 @@ use crate::run::Run;
 
 /// The unit of a part that names none.
 const UNIT: &str = "mm";
+/// How many names a message lists.
+const NAMED: usize = 12;
 
 fn similarity(p: &Placement) -> Similarity {
     Similarity { scale: p.scale, rotation: p.rotation, translation: p.shift }
@@ -49,16 +53,22 @@ fn wires(all: &[Edges]) -> Result<Vec<Wire>> {
     all.iter().map(wire).collect()
 }
 
-fn build_one(r: &Recipe) -> Result<Brep> {
+fn build_one(r: &Recipe, run: &Run) -> Result<Brep> {
     let made = match &r.build {
-        Build::Extrude { edges, direction, distance, scale, center, solid } => {
-            let (direction, distance, scale, center) = (*direction, *distance, *scale, *center);
-            extrude_edges(&wires(edges)?, &Extrusion { direction, distance, scale, center, caps: *solid })?
+        Build::Extrude { edges, direction, distance, scale, center, hole_scale, solid } => {
+            let how = Extrusion {
+                scale: *scale,
+                center: *center,
+                hole_scale: *hole_scale,
+                caps: *solid,
+                ..Extrusion::new(*direction, *distance)
+            };
+            extrude_edges(&wires(edges)?, &how)?
         }
         Build::Revolve { edges, at, axis, degrees, solid } => {
             revolve_edges(&wire(edges)?, &Axis { origin: *at, direction: *axis }, *degrees, *solid)?
         }
-        Build::Loft { sections, ruled, round, solid } => {
+        Build::Loft { sections, ruled, round, square, solid } => {
             let sections: Result<Vec<Section>> = sections
                 .iter()
                 .map(|s| match s {
@@ -66,28 +76,34 @@ fn build_one(r: &Recipe) -> Result<Brep> {
                     SectionRecipe::Point(p) => Ok(Section::Point(*p)),
                 })
                 .collect();
-            loft(&sections?, &Loft { ruled: *ruled, caps: *solid, round: *round })?
+            loft(&sections?, &Loft { ruled: *ruled, caps: *solid, round: *round, square: *square })?
         }
         Build::Sweep { edges, path, solid } => sweep_edges(&wires(edges)?, &wire(path)?, *solid)?,
+        Build::Flat(edges) => flat_face(&wires(edges)?)?,
+        Build::Sew { parts, tolerance, solid } => sew(build_all(parts, run)?, *tolerance, *solid, run)?,
     };
-    let placed = made.moved(&similarity(&r.placement));
+    for p in &r.without {
+        if !made.faces.iter().any(|f| glob(p, &f.name)) {
+            let names: Vec<&str> = made.faces.iter().take(NAMED).map(|f| f.name.as_str()).collect();
+            let what = format!("no face is called {p:?}; there are {}", names.join(", "));
+            return Err(Error::input(Place::Unknown, what));
+        }
+    }
+    let left = made.without(|name| r.without.iter().any(|p| glob(p, name)));
+    let placed = left.moved(&similarity(&r.placement));
     Ok(match &r.name {
         Some(name) => placed.named(name),
         None => placed,
     })
 }
 
-/// Builds what a part file says of solids made from edges; `None` where it says nothing. Lengths are in the part's unit.
-///
-/// Errors: what cannot be built, with its place in the file.
-pub fn build(part: &Part) -> Result<Option<Brep>> {
-    if part.built.is_empty() {
-        return Ok(None);
-    }
-    let several = part.built.len() > 1;
-    let mut all = Vec::with_capacity(part.built.len());
-    for (i, r) in part.built.iter().enumerate() {
-        let made = build_one(r).map_err(|e| match e {
+/// Builds several; errors have the place in the file.
+fn build_all(recipes: &[Recipe], run: &Run) -> Result<Vec<Brep>> {
+    let several = recipes.len() > 1;
+    let mut all = Vec::with_capacity(recipes.len());
+    for (i, r) in recipes.iter().enumerate() {
+        run.check()?;
+        let made = build_one(r, run).map_err(|e| match e {
             Error::Input { place: Place::Unknown, message, help, file } => {
                 Error::Input { file, place: r.place.clone(), message, help }
             }
@@ -96,7 +112,17 @@ pub fn build(part: &Part) -> Result<Option<Brep>> {
         // Faces of several solids without names would be called alike.
         all.push(if several && r.name.is_none() { made.named(&format!("solid{}", i + 1)) } else { made });
     }
-    Ok(Some(Brep::together(all)))
+    Ok(all)
+}
+
+/// Builds what a part file says of solids made from edges; `None` where it says nothing. Lengths are in the part's unit.
+///
+/// Errors: what cannot be built, with its place in the file; cancellation.
+pub fn build(part: &Part, run: &Run) -> Result<Option<Brep>> {
+    if part.built.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Brep::together(build_all(&part.built, run)?)))
 }
 
 /// Meshes a part whose solids are built from edges, beside its solid of R-functions where it has one.

@@ -203,7 +203,7 @@ impl Ready {
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    if let Some(brep) = build(part)? {
+    if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
     let ready = Ready::new(part, options.size)?;
@@ -239,7 +239,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
 
 /// Measures a mesh file's mesh against a part; cells for the oracle follow the mesh's edges.
 pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
-    if let Some(brep) = build(part)? {
+    if let Some(brep) = build(part, run)? {
         if part.solid.is_some() {
             let what =
                 "a mesh is measured against solids of one kind: the part has some of R-functions and some of edges";

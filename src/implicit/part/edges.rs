@@ -10,12 +10,12 @@ use super::super::solid::Placement;
 use super::arguments::{Argument, Bound};
 use super::interpreter::Interpreter;
 use super::methods;
-use super::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe};
+use super::recipe::{Build, DEEPEST, EdgeKind, Edges, Recipe, SectionRecipe};
 use super::value::Value;
 use crate::error::Result;
 
 /// All functions of this file.
-pub(super) const NAMES: [&str; 12] = [
+pub(super) const NAMES: [&str; 14] = [
     "polyline",
     "spline",
     "bezier",
@@ -28,6 +28,8 @@ pub(super) const NAMES: [&str; 12] = [
     "loft",
     "ruled",
     "sweep_edges",
+    "flat_face",
+    "sew",
 ];
 
 type It<'a> = Interpreter<'a>;
@@ -162,7 +164,7 @@ pub(super) fn call<'a>(
             return Ok(Value::Edges(Rc::new(Edges { parts })));
         }
         "extrude_edges" => {
-            let b = bind(&["edges", "direction", "distance", "scale", "center", "solid"])?;
+            let b = bind(&["edges", "direction", "distance", "scale", "center", "hole_scale", "solid"])?;
             b.need(it, "direction")?;
             Build::Extrude {
                 edges: chains(it, &b, "edges")?,
@@ -170,6 +172,7 @@ pub(super) fn call<'a>(
                 distance: b.positive(it, "distance")?,
                 scale: if b.get("scale").is_some() { b.positive(it, "scale")? } else { 1.0 },
                 center: optional(it, &b, "center")?,
+                hole_scale: b.get("hole_scale").is_some().then(|| b.positive(it, "hole_scale")).transpose()?,
                 solid: truth(it, &b, "solid", true)?,
             }
         }
@@ -184,26 +187,25 @@ pub(super) fn call<'a>(
             }
         }
         "loft" => {
-            let b = bind(&["sections", "ruled", "round", "solid"])?;
-            let round = match b.get("round") {
-                None => [false; 2],
-                Some(a) => match (&a.value, a.value.items()) {
-                    (Value::Bool(t), _) => [*t; 2],
-                    (_, Some([Value::Bool(s), Value::Bool(e)])) => [*s, *e],
-                    _ => return Err(it.error(a.range, "\"round\" is True, False or a pair of them")),
-                },
-            };
+            let b = bind(&["sections", "ruled", "round", "square", "solid"])?;
             Build::Loft {
                 sections: sections(it, &b)?,
                 ruled: truth(it, &b, "ruled", false)?,
-                round,
+                round: pair(it, &b, "round")?,
+                square: pair(it, &b, "square")?,
                 solid: truth(it, &b, "solid", true)?,
             }
+        }
+        "flat_face" => Build::Flat(chains(it, &bind(&["edges"])?, "edges")?),
+        "sew" => {
+            let b = bind(&["parts", "tolerance", "solid"])?;
+            let tolerance = b.get("tolerance").is_some().then(|| b.positive(it, "tolerance")).transpose()?;
+            Build::Sew { parts: recipes(it, &b)?, tolerance, solid: truth(it, &b, "solid", true)? }
         }
         "ruled" => {
             let b = bind(&["a", "b"])?;
             let pair = [chain(it, &b, "a")?, chain(it, &b, "b")?].map(SectionRecipe::Edges);
-            Build::Loft { sections: pair.to_vec(), ruled: true, round: [false; 2], solid: false }
+            Build::Loft { sections: pair.to_vec(), ruled: true, round: [false; 2], square: [false; 2], solid: false }
         }
         _ => {
             let b = bind(&["edges", "path", "solid"])?;
@@ -211,12 +213,42 @@ pub(super) fn call<'a>(
             Build::Sweep { edges, path: chain(it, &b, "path")?, solid: truth(it, &b, "solid", true)? }
         }
     };
-    let recipe = Recipe { build, placement: Placement::IDENTITY, name: None, place: it.place(range) };
+    let depth = match &build {
+        Build::Sew { parts, .. } => 1 + parts.iter().map(|p| p.depth).max().unwrap_or(0),
+        _ => 0,
+    };
+    if depth > DEEPEST {
+        return Err(it.error(range, format!("sheets are sewn to sheets that are sewn: the limit is {DEEPEST} times")));
+    }
+    let (placement, place) = (Placement::IDENTITY, it.place(range));
+    let recipe = Recipe { build, placement, name: None, without: Vec::new(), depth, place };
     Ok(Value::Built(Rc::new(recipe)))
 }
 
 fn edge<'a>(kind: EdgeKind) -> Result<Value<'a>> {
     Ok(Value::Edges(Rc::new(Edges { parts: vec![(Arc::new(kind), Placement::IDENTITY)] })))
+}
+
+/// A truth value, or one for the start and one for the end.
+fn pair(it: &It<'_>, b: &Bound<'_>, name: &str) -> Result<[bool; 2]> {
+    let Some(a) = b.get(name) else { return Ok([false; 2]) };
+    match (&a.value, a.value.items()) {
+        (Value::Bool(t), _) => Ok([*t; 2]),
+        (_, Some([Value::Bool(s), Value::Bool(e)])) => Ok([*s, *e]),
+        _ => Err(it.error(a.range, format!("{name:?} is True, False or a pair of them"))),
+    }
+}
+
+/// Things to sew together.
+fn recipes<'a>(it: &It<'a>, b: &Bound<'a>) -> Result<Vec<Recipe>> {
+    let a = b.need(it, "parts")?;
+    let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
+    let one = |v: &Value<'a>| match v {
+        Value::Built(r) => Ok((**r).clone()),
+        other => Err(it.error(a.range, format!("sew() takes what is built from edges, not {}", other.kind()))),
+    };
+    it.grow(a.range, items.len())?;
+    items.iter().map(one).collect()
 }
 
 fn sections<'a>(it: &It<'a>, b: &Bound<'a>) -> Result<Vec<SectionRecipe>> {
@@ -258,6 +290,20 @@ pub(super) fn method<'a>(
         let Value::Built(r) = object else { return Err(it.error(range, "nothing to name")) };
         let name = Some(methods::name_of(it, Bound::new(it, "name", &["name"], arguments, range)?)?);
         return Ok(Value::Built(Rc::new(Recipe { name, ..(**r).clone() })));
+    }
+    if method == "without" {
+        let Value::Built(r) = object else {
+            return Err(it.error(range, format!(".without() is not for {}", object.kind())));
+        };
+        let mut all = (**r).clone();
+        for a in &arguments {
+            match &a.value {
+                Value::Str(s) => all.without.push(s.to_string()),
+                other => return Err(it.error(a.range, format!("faces are left out by name, not by {}", other.kind()))),
+            }
+        }
+        it.grow(range, all.without.len())?;
+        return Ok(Value::Built(Rc::new(all)));
     }
     let by = match method {
         "move" => {

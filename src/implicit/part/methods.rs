@@ -11,7 +11,7 @@ use super::value::Value;
 use crate::error::Result;
 
 /// All methods.
-pub(super) const NAMES: [&str; 6] = ["move", "rotate", "scale", "mirror", "name", "size"];
+pub(super) const NAMES: [&str; 7] = ["move", "rotate", "scale", "mirror", "name", "size", "without"];
 
 pub(super) fn call<'a>(
     it: &Interpreter<'a>,
@@ -28,6 +28,10 @@ pub(super) fn call<'a>(
     };
     if matches!(object, Value::Edges(_) | Value::Built(_)) {
         return edges::method(it, range, &object, method, arguments);
+    }
+    if *method == "without" {
+        let e = it.error(name_range, ".without() is for what is built from edges: it leaves faces out");
+        return Err(e);
     }
     let Some(s) = object.solid() else {
         return Err(it.error(name_range, format!(".{name}() is a method of solids, not of {}", object.kind())));

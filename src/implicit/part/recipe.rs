@@ -72,6 +72,8 @@ pub enum Build {
         distance: f64,
         /// Size of the far end.
         scale: f64,
+        /// Size of the far ends of holes, about their own middles.
+        hole_scale: Option<f64>,
         /// What stays in place when the end is scaled.
         center: Option<DVec3>,
         /// Whether it is a solid.
@@ -98,6 +100,8 @@ pub enum Build {
         ruled: bool,
         /// Whether points at the start, at the end, are round.
         round: [bool; 2],
+        /// Whether sides are square to contours at the start, at the end.
+        square: [bool; 2],
         /// Whether it is a solid.
         solid: bool,
     },
@@ -110,7 +114,21 @@ pub enum Build {
         /// Whether it is a solid.
         solid: bool,
     },
+    /// A flat sheet.
+    Flat(Vec<Edges>),
+    /// Others sewn together.
+    Sew {
+        /// The sheets.
+        parts: Vec<Recipe>,
+        /// Points nearer than this are one.
+        tolerance: Option<f64>,
+        /// Whether it is a solid.
+        solid: bool,
+    },
 }
+
+/// Recipes inside recipes, at most.
+pub const DEEPEST: usize = 32;
 
 /// A solid or a sheet to be built.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,6 +139,10 @@ pub struct Recipe {
     pub placement: Placement,
     /// What it is called.
     pub name: Option<String>,
+    /// Patterns of names of faces to leave out.
+    pub without: Vec<String>,
+    /// How many recipes are inside each other.
+    pub depth: usize,
     /// Where the part file says so.
     pub place: Place,
 }

@@ -36,10 +36,16 @@ pub(super) type Side = Option<(Surface, bool)>;
 #[derive(Debug, Default)]
 pub(super) struct Assembly {
     pub(super) brep: Brep,
+    /// Chains that touch within this share a vertex.
+    pub(super) touch: Option<f64>,
 }
 
 impl Assembly {
     pub(super) fn vertex(&mut self, p: DVec3) -> u32 {
+        let known = self.touch.and_then(|r| self.brep.vertices.iter().position(|q| p.distance(*q) <= r));
+        if let Some(i) = known {
+            return i as u32;
+        }
         self.brep.vertices.push(p);
         self.brep.vertices.len() as u32 - 1
     }
@@ -131,34 +137,36 @@ impl Assembly {
         let faces = (0..self.brep.faces.len() as u32).collect();
         // Vertices and edges nothing refers to are left from chains that were points.
         self.brep.bodies.push(Body { name: name.to_string(), faces, solid });
-        drop_unused(&mut self.brep);
+        self.brep.compact();
         self.brep
     }
 }
 
-/// Drops edges of no face and vertices of no edge.
-fn drop_unused(brep: &mut Brep) {
-    let uses = brep.uses();
-    let mut number = vec![u32::MAX; brep.edges.len()];
-    let mut kept = Vec::new();
-    for (i, e) in std::mem::take(&mut brep.edges).into_iter().enumerate() {
-        if uses[i] > 0 {
-            number[i] = kept.len() as u32;
-            kept.push(e);
+impl Brep {
+    /// Drops edges of no face and vertices of no edge.
+    pub(super) fn compact(&mut self) {
+        let uses = self.uses();
+        let mut number = vec![u32::MAX; self.edges.len()];
+        let mut kept = Vec::new();
+        for (i, e) in std::mem::take(&mut self.edges).into_iter().enumerate() {
+            if uses[i] > 0 {
+                number[i] = kept.len() as u32;
+                kept.push(e);
+            }
         }
-    }
-    brep.edges = kept;
-    brep.faces.iter_mut().for_each(|f| f.loops.iter_mut().flatten().for_each(|c| c.edge = number[c.edge as usize]));
-    let mut place = vec![u32::MAX; brep.vertices.len()];
-    let mut vertices = Vec::new();
-    for v in brep.edges.iter_mut().flat_map(|e| &mut e.ends) {
-        if place[*v as usize] == u32::MAX {
-            place[*v as usize] = vertices.len() as u32;
-            vertices.push(brep.vertices[*v as usize]);
+        self.edges = kept;
+        self.faces.iter_mut().for_each(|f| f.loops.iter_mut().flatten().for_each(|c| c.edge = number[c.edge as usize]));
+        let mut place = vec![u32::MAX; self.vertices.len()];
+        let mut vertices = Vec::new();
+        for v in self.edges.iter_mut().flat_map(|e| &mut e.ends) {
+            if place[*v as usize] == u32::MAX {
+                place[*v as usize] = vertices.len() as u32;
+                vertices.push(self.vertices[*v as usize]);
+            }
+            *v = place[*v as usize];
         }
-        *v = place[*v as usize];
+        self.vertices = vertices;
     }
-    brep.vertices = vertices;
 }
 
 /// The surface as a side: whether Su x Sv at its point nearest to `at` looks along `out`. For surfaces with a foot.
@@ -188,8 +196,10 @@ pub(super) fn region(wires: &[Wire], up: DVec3) -> Result<Vec<Wire>> {
     }
     if let Some((outer, holes)) = out.split_first() {
         for h in holes {
-            if !encloses(outer, h.start(), up) {
-                return refuse(format!("the hole that starts at {} is not inside the first contour", h.start()));
+            // A hole may touch the border in a point.
+            let outside = h.pieces().iter().map(|p| p.at(0.5)).find(|p| !encloses(outer, *p, up));
+            if let Some(p) = outside {
+                return refuse(format!("the hole at {p} is not inside the first contour"));
             }
         }
     }

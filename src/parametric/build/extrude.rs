@@ -25,6 +25,9 @@ pub struct Extrusion {
     pub scale: f64,
     /// What stays in its place when the end is scaled: the middle of the box around the edges, where this is `None`.
     pub center: Option<DVec3>,
+    /// Size of the far ends of holes relative to the near ones, each scaled about its own middle: a draft. As the border where
+    /// this is `None`.
+    pub hole_scale: Option<f64>,
     /// Whether the ends are closed by flat faces, which makes a solid of closed contours.
     pub caps: bool,
 }
@@ -32,7 +35,7 @@ pub struct Extrusion {
 impl Extrusion {
     /// A solid along a direction, not scaled.
     pub fn new(direction: DVec3, distance: f64) -> Self {
-        Self { direction, distance, scale: 1.0, center: None, caps: true }
+        Self { direction, distance, scale: 1.0, center: None, hole_scale: None, caps: true }
     }
 }
 
@@ -48,8 +51,10 @@ pub fn extrude_edges(wires: &[Wire], how: &Extrusion) -> Result<Brep> {
     if !(how.distance > 0.0 && how.distance.is_finite()) {
         return refuse(format!("the distance of an extrusion must be positive, not {}", how.distance));
     }
-    if !(how.scale > 0.0 && how.scale.is_finite()) {
-        return refuse(format!("the end scale of an extrusion must be positive, not {}", how.scale));
+    for s in [Some(how.scale), how.hole_scale].into_iter().flatten() {
+        if !(s > 0.0 && s.is_finite()) {
+            return refuse(format!("the end scale of an extrusion must be positive, not {s}"));
+        }
     }
     if wires.is_empty() {
         return refuse("nothing to extrude");
@@ -58,11 +63,16 @@ pub fn extrude_edges(wires: &[Wire], how: &Extrusion) -> Result<Brep> {
     let all = wires.iter().fold(crate::spatial::Aabb::EMPTY, |b, w| b.union(&w.bounds()));
     let center = how.center.unwrap_or(all.center());
     let mut a = Assembly::default();
-    let strip = Strip { shift: direction * how.distance, scale: how.scale, center };
+    a.touch = Some(wires.iter().map(Wire::tolerance).fold(0.0, f64::max));
+    let shift = direction * how.distance;
     let (mut first, mut last, mut ends) = (Vec::new(), Vec::new(), Vec::new());
     for (i, w) in wires.iter().enumerate() {
         let from = a.border(w);
         let name = if i == 0 { "side".to_string() } else { format!("hole{i}.side") };
+        let strip = match how.hole_scale.filter(|_| i > 0) {
+            Some(scale) => Strip { shift, scale, center: w.bounds().center() },
+            None => Strip { shift, scale: how.scale, center },
+        };
         let (end, to) = strip.add(&mut a, w, &from, &name)?;
         first.push(from);
         last.push(to);

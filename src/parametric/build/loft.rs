@@ -50,11 +50,13 @@ pub struct Loft {
     pub caps: bool,
     /// Whether a point at the start, at the end, is round as the pole of an ellipsoid, not pointed. Smooth lofts only.
     pub round: [bool; 2],
+    /// Whether the sides leave a contour at the start, arrive at one at the end, square to its plane. Smooth lofts only.
+    pub square: [bool; 2],
 }
 
 impl Default for Loft {
     fn default() -> Self {
-        Self { ruled: false, caps: true, round: [false; 2] }
+        Self { ruled: false, caps: true, round: [false; 2], square: [false; 2] }
     }
 }
 
@@ -184,6 +186,13 @@ fn smooth(a: &mut Assembly, sections: &[Section], [from, to]: [&Border; 2], how:
             if how.round[k] && matches!(sections[tip], Section::Point(_)) {
                 let step = t[next] - t[tip];
                 *slope = Some(round(&c[next], sections[tip].center(), sections[next].center(), step));
+            }
+            if let (true, Section::Wire(w)) = (how.square[k], &sections[tip]) {
+                let way = sections[n - 1].center() - sections[0].center();
+                let far = sections[next].center().distance(sections[tip].center());
+                let normal = w.area_vector().normalize_or_zero();
+                let along = normal * normal.dot(way).signum() * (far / (t[next] - t[tip]).abs());
+                *slope = Some(c[tip].weighted().iter().map(|p| (along * p.w).extend(0.0)).collect());
             }
         }
         surfaces.push(NurbsSurface::through(c, &t, &slopes)?);

@@ -14,6 +14,7 @@ mod assembly;
 mod extrude;
 mod loft;
 mod revolve;
+mod sew;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ mod wire;
 pub use extrude::{Extrusion, extrude_edges};
 pub use loft::{Loft, Section, loft, ruled};
 pub use revolve::{Axis, revolve_edges};
+pub use sew::{flat_face, sew};
 pub use sweep::sweep_edges;
 pub use wire::{Gap, Piece, Wire};
 
