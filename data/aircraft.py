@@ -6,7 +6,7 @@ units("m")
 
 radius = 1.9
 span = 16
-edge = 0.012  # half the thickness of trailing edges, as a share of the chord
+edge = 0.015
 
 # --------------------------------------------------------------------------------------------------------- fuselage
 low = -55
@@ -104,12 +104,12 @@ def wing_profiles(side):
         profile(5.2, 0.16).move((12.5, side * 3.2, -0.95)),
         profile(4.2, 0.14).move((13.9, side * 5.6, -0.78)),
         profile(2.9, 0.12).move((15.9, side * 9.8, -0.45)),
-        profile(1.5, 0.11).move((18.6, side * span, 0.1)),
+        profile(1.8, 0.13).move((18.6, side * span, 0.1)),
     ]
 
 
 def tail_profiles(side):
-    return [profile(2.6, 0.13).move((27.5, side * 1.6, 0.66)), profile(1.2, 0.1).move((29.5, side * 5.2, 1))]
+    return [profile(2.6, 0.15).move((27.5, side * 1.6, 0.66)), profile(1.5, 0.14).move((29.5, side * 5.2, 1))]
 
 
 # Profiles upright: their thickness across.
@@ -123,9 +123,9 @@ right = wing(window(frames[0], frames[1], low, high), wing_profiles(1)).name("ri
 left = wing(window(frames[0], frames[1], 180 - low, 180 - high), wing_profiles(-1)).name("left")
 right_tail = wing(window(ends[0], ends[1], low, high), tail_profiles(1)).name("right_tail")
 left_tail = wing(window(ends[0], ends[1], 180 - low, 180 - high), tail_profiles(-1)).name("left_tail")
-upper = [upright(2.6, 0.12).move((27.4, 0, 2.3)), upright(1.4, 0.1).move((29.7, 0, 6.4))]
+upper = [upright(2.6, 0.15).move((27.4, 0, 2.3)), upright(1.6, 0.14).move((29.7, 0, 6.4))]
 rudder = wing(window(ends[0], ends[1], fin, 180 - fin), upper).name("fin")
 
 part(sew([nose, cabin, bay, aft, rear, stern, cone, right, left, right_tail, left_tail, rudder]).name("aircraft"))
-mesh(size="0.8%")
+mesh(size="0.5%", size_min=0.03)
 group("wings", faces("aircraft.right.*", "aircraft.left.*"))

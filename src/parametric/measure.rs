@@ -1,7 +1,7 @@
 //! What a boundary representation measures: areas, volume, boxes, parameter ranges.
 //!
 //! Faces are meshed and every triangle bent to its surface and to the curves of its edges by nodes in the middle of its
-//! sides, once as a whole and once in quarters, so the error falls with the sixth power of the triangles' size.
+//! sides, once as a whole and once in quarters, which are divided on until both agree.
 
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -11,12 +11,20 @@ use crate::error::Result;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
-/// Neighboring sides of triangles turn by about this angle, in radians: errors of areas are about 1e-6 then.
-const TURN: f64 = 0.12;
+/// Neighboring sides of triangles turn by about this angle, in radians: a start for what is divided on.
+const TURN: f64 = 0.2;
 /// The longest side, as a share of the model.
 const LONGEST: f64 = 0.05;
 /// The shortest side curvature asks for, as a share of the model.
-const SHORTEST: f64 = 0.002;
+const SHORTEST: f64 = 0.0008;
+/// A triangle is divided until its quarters' area is within this share of its own; what is left is 16 times smaller yet.
+const SETTLED: f64 = 3e-5;
+/// Nor is it divided for less than this share of the square of the model's size.
+const LEAST: f64 = 3e-10;
+/// Triangles are divided this many times, at most.
+const DEEPEST: usize = 6;
+/// Where a face cannot be meshed, the same is tried with edges this many times as long.
+const COARSER: [f64; 3] = [1.0, 1.7, 3.0];
 /// Gaps in a periodic parameter of more than this share of the period are where a face has none.
 const OPEN: f64 = 0.15;
 
@@ -74,8 +82,17 @@ impl Parametric {
     /// *Errors*: cancellation.
     pub fn measure(&self, run: &Run) -> Result<Measures> {
         let size = self.bounds().diagonal();
-        let by = move |k: f64| (TURN / k.max(1e-300)).clamp(SHORTEST * size, LONGEST * size);
-        let made = self.mesh(&MeshSizes { size_at: &by, face_size: &|_| None, grading: 0.3 }, run)?;
+        let mut made = FaceMeshes::default();
+        for (i, coarser) in COARSER.into_iter().enumerate() {
+            let by = move |k: f64| coarser * (TURN / k.max(1e-300)).clamp(SHORTEST * size, LONGEST * size);
+            let next = self.mesh(&MeshSizes { size_at: &by, face_size: &|_| None, grading: 0.3 }, run)?;
+            if i == 0 || next.failures.len() < made.failures.len() {
+                made = next;
+            }
+            if made.failures.is_empty() {
+                break;
+            }
+        }
         let mut body = vec![usize::MAX; self.brep.faces.len()];
         for (b, f) in self.brep.bodies.iter().enumerate().flat_map(|(b, x)| x.faces.iter().map(move |f| (b, f))) {
             body[*f as usize] = b;
@@ -88,22 +105,22 @@ impl Parametric {
             volumes: vec![0.0; self.brep.bodies.len()],
             bounds: Aabb::EMPTY,
         };
-        let bent = Bent { solid: self, made: &made, borders: borders(&made) };
+        let bent = Bent { solid: self, made: &made, borders: borders(&made), least: LEAST * size * size };
         let mut points: Vec<Vec<DVec3>> = vec![Vec::new(); self.brep.faces.len()];
         for t in 0..made.mesh.triangles.len() {
             if t % 1024 == 0 {
                 run.check()?;
             }
             let label = made.mesh.labels[t] as usize;
-            let fine = bent.fifteen(t);
-            let (area, volume) = bent_integrals(&fine);
+            let mut seen = Vec::new();
+            let (area, volume) = bent.integral(t, &mut seen);
             let face = &mut out.faces[label];
             face.area = face.area.map(|a| a + area);
-            face.bounds = face.bounds.union(&Aabb::around(fine));
+            face.bounds = face.bounds.union(&Aabb::around(seen.iter().copied()));
             if let Some(v) = out.volumes.get_mut(body[label]) {
                 *v += volume;
             }
-            points[label].extend(&fine[..6]);
+            points[label].extend(&seen[..6]);
         }
         for f in &made.failures {
             out.faces[f.face as usize].area = None;
@@ -163,35 +180,58 @@ struct Bent<'a> {
     solid: &'a Parametric,
     made: &'a FaceMeshes,
     borders: FxHashMap<(u32, [u32; 2]), u32>,
+    /// Differences of areas that matter to nothing.
+    least: f64,
 }
 
 impl Bent<'_> {
-    /// A triangle's nodes, the middles of its sides 01, 12, 20, then the middles of halves: two on each of these sides, in
-    /// order, and the sides of the triangle in the middle.
-    fn fifteen(&self, t: usize) -> [DVec3; 15] {
+    /// Area and volume of a triangle and of its four quarters, taken to the limit; quarters are halved on where both differ.
+    /// Every node on the way goes to `seen`.
+    fn integral(&self, t: usize, seen: &mut Vec<DVec3>) -> (f64, f64) {
         let (nodes, label) = (self.made.mesh.triangles[t], self.made.mesh.labels[t]);
-        let p = nodes.map(|v| self.made.mesh.nodes[v as usize]);
-        let mut out = [DVec3::ZERO; 15];
-        out[..3].copy_from_slice(&p);
-        for k in 0..3 {
+        let side = |k: usize| {
             let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
-            let [near, middle, far] = self.side(a.min(b), a.max(b), label);
-            out[3 + k] = middle;
-            (out[6 + 2 * k], out[7 + 2 * k]) = if a < b { (near, far) } else { (far, near) };
-        }
-        for k in 0..3 {
-            out[12 + k] = self.between(out[3 + k], out[3 + (k + 1) % 3], label, &[]);
-        }
-        out
+            let border = self.borders.get(&(label, [a.min(b), a.max(b)])) == Some(&1);
+            if border { self.edges_between(a, b, label) } else { Vec::new() }
+        };
+        let sides = [side(0), side(1), side(2)];
+        let p = nodes.map(|v| self.made.mesh.nodes[v as usize]);
+        let six = self.six(p, [&sides[0], &sides[1], &sides[2]], label);
+        self.halved(&six, [&sides[0], &sides[1], &sides[2]], label, 0, seen)
     }
 
-    /// Points at about a quarter, a half and three quarters of a side.
-    fn side(&self, a: u32, b: u32, label: u32) -> [DVec3; 3] {
-        let [p, q] = [a, b].map(|v| self.made.mesh.nodes[v as usize]);
-        let border = self.borders.get(&(label, [a, b])) == Some(&1);
-        let edges = if border { self.edges_between(a, b, label) } else { Vec::new() };
-        let middle = self.between(p, q, label, &edges);
-        [self.between(p, middle, label, &edges), middle, self.between(middle, q, label, &edges)]
+    /// Corners, and the middles of the sides 01, 12, 20.
+    fn six(&self, p: [DVec3; 3], sides: [&[u32]; 3], label: u32) -> [DVec3; 6] {
+        let middle = |k: usize| self.between(p[k], p[(k + 1) % 3], label, sides[k]);
+        [p[0], p[1], p[2], middle(0), middle(1), middle(2)]
+    }
+
+    fn halved(
+        &self,
+        x: &[DVec3; 6],
+        sides: [&[u32]; 3],
+        label: u32,
+        depth: usize,
+        seen: &mut Vec<DVec3>,
+    ) -> (f64, f64) {
+        const INSIDE: &[u32] = &[];
+        let [a, b, c] = sides;
+        let whole = integrals(x);
+        let parts = [
+            ([x[0], x[3], x[5]], [a, INSIDE, c]),
+            ([x[3], x[1], x[4]], [a, b, INSIDE]),
+            ([x[5], x[4], x[2]], [INSIDE, b, c]),
+            ([x[3], x[4], x[5]], [INSIDE; 3]),
+        ]
+        .map(|(p, s)| (self.six(p, s, label), s));
+        seen.extend(x);
+        let sum = parts.iter().map(|p| integrals(&p.0)).fold((0.0, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
+        let off = (sum.0 - whole.0).abs();
+        if off > SETTLED * sum.0 && off > self.least && depth < DEEPEST {
+            let deeper = parts.iter().map(|(y, s)| self.halved(y, *s, label, depth + 1, seen));
+            return deeper.fold((0.0, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
+        }
+        (sum.0 + (sum.0 - whole.0) / 15.0, sum.1 + (sum.1 - whole.1) / 15.0)
     }
 
     /// The middle between two points, on the nearest of some edges, or else on the face.
@@ -220,19 +260,6 @@ impl Bent<'_> {
         })
         .collect()
     }
-}
-
-/// Area and volume of a triangle as one and as four quadratic ones, taken to the limit: errors are 16 times smaller each time.
-fn bent_integrals(x: &[DVec3; 15]) -> (f64, f64) {
-    let pick = |i: [usize; 6]| i.map(|k| x[k]);
-    let whole = integrals(&pick([0, 1, 2, 3, 4, 5]));
-    let parts = [[0, 3, 5, 6, 14, 11], [3, 1, 4, 7, 8, 12], [5, 4, 2, 13, 9, 10], [3, 4, 5, 12, 13, 14]];
-    let (mut area, mut volume) = (0.0, 0.0);
-    for p in parts {
-        let (a, v) = integrals(&pick(p));
-        (area, volume) = (area + a, volume + v);
-    }
-    (area + (area - whole.0) / 15.0, volume + (volume - whole.1) / 15.0)
 }
 
 /// Area, and the volume between a quadratic triangle and the origin.

@@ -203,6 +203,7 @@ impl Ready {
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..*options };
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }

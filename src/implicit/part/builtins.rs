@@ -479,7 +479,10 @@ fn declaration<'a>(
             it.groups.push(PartGroup { name: group, patterns, place: it.place(range) });
         }
         "mesh" => {
-            let b = Bound::new(it, name, &["size"], arguments, range)?;
+            let b = Bound::new(it, name, &["size", "size_min"], arguments, range)?;
+            if b.get("size_min").is_some() {
+                it.mesh.least = Some(b.positive(it, "size_min")?);
+            }
             if let Some(a) = b.get("size") {
                 it.mesh.size = Some(match &a.value {
                     Value::Str(s) => it.at(a.range, s.parse())?,

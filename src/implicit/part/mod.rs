@@ -80,6 +80,8 @@ impl FromStr for SizeRequest {
 pub struct MeshDefaults {
     /// The cell size.
     pub size: Option<SizeRequest>,
+    /// Curvature makes no edges shorter than this.
+    pub least: Option<f64>,
 }
 
 /// A named set of faces.

@@ -62,8 +62,8 @@ pub fn extrude_edges(wires: &[Wire], how: &Extrusion) -> Result<Brep> {
     let wires = if how.caps { region(wires, direction)? } else { wires.to_vec() };
     let all = wires.iter().fold(crate::spatial::Aabb::EMPTY, |b, w| b.union(&w.bounds()));
     let center = how.center.unwrap_or(all.center());
-    let mut a = Assembly::default();
-    a.touch = Some(wires.iter().map(Wire::tolerance).fold(0.0, f64::max));
+    let touch = Some(wires.iter().map(Wire::tolerance).fold(0.0, f64::max));
+    let mut a = Assembly { touch, ..Assembly::default() };
     let shift = direction * how.distance;
     let (mut first, mut last, mut ends) = (Vec::new(), Vec::new(), Vec::new());
     for (i, w) in wires.iter().enumerate() {

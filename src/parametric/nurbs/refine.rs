@@ -436,7 +436,7 @@ mod tests {
             prop_assert!(part.jet(t)[0].distance(c.jet(t)[0]) < 1e-12);
             prop_assert!(c.elevated().unwrap().jet(t)[0].distance(c.jet(t)[0]) < 1e-12);
             prop_assert!(c.reversed().unwrap().jet(1.0 - t)[0].distance(c.jet(t)[0]) < 1e-12);
-            let [first, second] = c.split(t.max(0.01).min(0.99)).unwrap();
+            let [first, second] = c.split(t.clamp(0.01, 0.99)).unwrap();
             prop_assert!(first.weighted().len() + second.weighted().len() >= 8);
             let line = NurbsCurve::bezier(&[DVec3::X, DVec3::Y], None).unwrap();
             let both = compatible(&[c.clone(), line.clone(), part.clone()]).unwrap();
