@@ -157,3 +157,40 @@ fn ctrl_c_stops_within_a_second_and_leaves_nothing() {
     assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
     nothing_left(dir.path());
 }
+
+#[test]
+fn solids_built_from_edges_are_told_of_converted_and_checked() {
+    let dir = TempDir::new().unwrap();
+    let part = data("troubles/torus.py");
+    let told = |args: &[&str]| {
+        let out = rvachev().current_dir(&dir).args(args).output().unwrap();
+        assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let text = told(&["info", &part]);
+    for s in [
+        "1 bodies (1 solids), 1 faces",
+        "sewn",
+        "face ring.side (#1): torus",
+        "area 473.741",
+        "volume 473.741",
+        "u 0 .. 6.28319",
+    ] {
+        assert!(text.contains(s), "{text}");
+    }
+    told(&["convert", &part, "-o", "ring.step"]);
+    let told_again = told(&["info", "ring.step", "--json"]);
+    let info: Value = serde_json::from_str(&told_again).unwrap();
+    assert_eq!((info["sewn"].as_bool(), info["faces"][0]["surface"].as_str()), (Some(true), Some("torus")));
+    told(&["mesh", "ring.step", "-o", "ring.stl", "--size", "5%", "-q"]);
+    let check: Value = serde_json::from_str(&told(&["check", "ring.stl", "--against", "ring.step", "--json"])).unwrap();
+    assert_eq!(check["deviation"]["inverted"], 0);
+    let ball = data("cube_with_holes.py");
+    rvachev()
+        .current_dir(&dir)
+        .args(["convert", &ball, "-o", "c.step"])
+        .assert()
+        .code(3)
+        .stderr(contains("built from edges"));
+    rvachev().current_dir(&dir).args(["convert", &part, "-o", "c.stl"]).assert().code(2).stderr(contains(".step"));
+}

@@ -26,6 +26,8 @@ pub enum Command {
     Heal(Heal),
     /// Tell what is in a part
     Info(Info),
+    /// Write solids built from edges, or read from STEP, as STEP (AP214)
+    Convert(Convert),
     /// Draw a mesh
     Render(Render),
 }
@@ -44,7 +46,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py)
+    /// Part file (.py) or STEP file (.step, .stp)
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -123,7 +125,7 @@ pub struct Compare {
 pub struct Check {
     /// Mesh file
     pub mesh: PathBuf,
-    /// Part file the mesh should be of
+    /// Part file or STEP file the mesh should be of
     #[arg(long, value_name = "PART")]
     pub against: Option<PathBuf>,
     /// Override a top-level number of the part file
@@ -160,6 +162,19 @@ pub struct Info {
     /// One JSON object instead of a table
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Convert {
+    #[command(flatten)]
+    pub part: PartFile,
+    /// STEP file to write
+    #[arg(short, long, value_name = "STEP")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
 }
 
 #[derive(Debug, Args)]

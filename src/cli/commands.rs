@@ -7,10 +7,10 @@ use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{self, MeshOptions, Method};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
-use rvachev::{Error, Result, Run};
+use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
-use super::arguments::{Check, Compare, Heal, How, Info, Mesh, Render};
+use super::arguments::{Check, Compare, Convert, Heal, How, Info, Mesh, Render};
 use super::console::{note, run, say, writable};
 
 /// Pictures of a comparison stand in rows of this many.
@@ -134,6 +134,9 @@ pub fn check(a: &Check) -> Result<bool> {
     let run = run(&a.common)?;
     let mesh = io::read(&a.mesh, &run)?;
     let check = match &a.against {
+        Some(path) if pipeline::is_step(path) => {
+            pipeline::against_step(&mesh, pipeline::load_step(path, &run)?, &run).map_err(|e| e.in_file(path))?
+        }
         Some(path) => {
             let part = pipeline::load_part(path, &a.define)?;
             pipeline::against(&mesh, &part, &run).map_err(|e| e.in_file(path))?
@@ -167,10 +170,59 @@ pub fn heal(a: &Heal) -> Result<bool> {
 }
 
 pub fn info(a: &Info) -> Result<bool> {
-    let part = pipeline::load_part(&a.part.part, &a.part.define)?;
-    let info = pipeline::info(&part).map_err(|e| e.in_file(&a.part.part))?;
-    say(&if a.json { to_json(&info)? } else { info.to_string() });
+    let path = &a.part.part;
+    let run = run(&a.common)?;
+    let show = |text: String, json: Result<String>| -> Result<()> {
+        say(&if a.json { json? } else { text });
+        Ok(())
+    };
+    if pipeline::is_step(path) {
+        let model = pipeline::load_step(path, &run)?;
+        let good = model.notes.is_empty();
+        let info = pipeline::brep_info(model, Some("mm"), &run)?;
+        drop(run);
+        show(info.to_string(), to_json(&info))?;
+        return Ok(good);
+    }
+    let part = pipeline::load_part(path, &a.part.define)?;
+    if let Some(brep) = pipeline::build(&part, &run).map_err(|e| e.in_file(path))? {
+        let info = pipeline::brep_info(brep.into(), part.units.as_deref(), &run)?;
+        show(info.to_string(), to_json(&info))?;
+        if part.solid.is_none() {
+            return Ok(true);
+        }
+    }
+    drop(run);
+    let info = pipeline::info(&part).map_err(|e| e.in_file(path))?;
+    show(info.to_string(), to_json(&info))?;
     Ok(true)
+}
+
+pub fn convert(a: &Convert) -> Result<bool> {
+    if !pipeline::is_step(&a.output) {
+        return Err(Error::Usage(format!("convert writes .step or .stp files, not {}", a.output.display())));
+    }
+    writable(&a.output)?;
+    let path = &a.part.part;
+    let run = run(&a.common)?;
+    if pipeline::is_step(path) {
+        let model = pipeline::load_step(path, &run)?;
+        pipeline::save_step(&a.output, &model.brep, None)?;
+        drop(run);
+        note("falls short", &model.notes.iter().map(ToString::to_string).collect::<Vec<_>>());
+        return Ok(model.notes.is_empty());
+    }
+    let part = pipeline::load_part(path, &a.part.define)?;
+    let Some(brep) = pipeline::build(&part, &run).map_err(|e| e.in_file(path))? else {
+        let what = "STEP files hold solids built from edges; a solid of R-functions can only be meshed";
+        return Err(Error::input(Place::Unknown, what).in_file(path));
+    };
+    pipeline::save_step(&a.output, &brep, part.units.as_deref())?;
+    drop(run);
+    if part.solid.is_some() {
+        note("falls short", &["the part's solid of R-functions is not in the file".to_string()]);
+    }
+    Ok(part.solid.is_none())
 }
 
 pub fn render(a: &Render) -> Result<bool> {

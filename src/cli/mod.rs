@@ -28,6 +28,7 @@ pub fn main() -> ExitCode {
         Command::Check(a) => commands::check(a),
         Command::Heal(a) => commands::heal(a),
         Command::Info(a) => commands::info(a),
+        Command::Convert(a) => commands::convert(a),
         Command::Render(a) => commands::render(a),
     };
     match result {

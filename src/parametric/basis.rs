@@ -50,6 +50,11 @@ impl Knots {
         self.degree
     }
 
+    /// The knots, each as often as it counts.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
     /// How many control points belong to the knots.
     pub fn points(&self) -> usize {
         self.values.len() - self.degree - 1

@@ -255,7 +255,7 @@ pub(super) fn into_range(t: f64, period: f64, [a, b]: [f64; 2], cost: impl Fn(f6
 }
 
 /// Gauss's rule with five points.
-fn gauss(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn gauss(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
     const X: [f64; 3] = [0.0, 0.538_469_310_105_683_1, 0.906_179_845_938_664];
     const W: [f64; 3] = [0.568_888_888_888_888_9, 0.478_628_670_499_366_47, 0.236_926_885_056_189_08];
     let (m, r) = (0.5 * (a + b), 0.5 * (b - a));

@@ -2,9 +2,12 @@
 
 pub mod basis;
 pub mod brep;
+pub mod build;
 mod chart;
 mod curve;
+pub mod family;
 mod frame;
+pub mod measure;
 pub mod mesh;
 pub mod nurbs;
 mod pieces;

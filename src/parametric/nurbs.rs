@@ -6,6 +6,9 @@ use super::basis::{Knots, Row};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
+mod refine;
+pub use refine::{EndSlopes, compatible};
+
 /// A rational B-spline curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NurbsCurve {

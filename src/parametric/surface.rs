@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use super::curve::Curve;
+use super::family::{Family, Over, Shift};
 use super::frame::{Frame, Similarity};
 use super::nurbs::NurbsSurface;
 
@@ -78,6 +79,10 @@ pub enum Surface {
     },
     /// A rational B-spline.
     Nurbs(NurbsSurface),
+    /// A surface over a family of curves.
+    Family(Box<Family>),
+    /// A profile shifted along a path.
+    Shift(Box<Shift>),
     /// A surface at a distance along the normal of another.
     Offset {
         /// The other.
@@ -161,6 +166,8 @@ impl Surface {
                 [mix(0), mix(1), q[0] - p[0], mix(2), q[1] - p[1], O]
             }
             Surface::Nurbs(n) => n.jet(u, v),
+            Surface::Family(f) => Over::Family(f).jet(u, v),
+            Surface::Shift(s) => Over::Shift(s).jet(u, v),
             Surface::Offset { base, distance } => {
                 let first = |u: f64, v: f64| offset_jet(base, *distance, u, v);
                 let [s, su, sv] = first(u, v);
@@ -197,6 +204,8 @@ impl Surface {
             Surface::Revolution { curve, .. } => [[0.0, TAU], curve.domain()],
             Surface::Ruled { .. } => [[0.0, 1.0]; 2],
             Surface::Nurbs(n) => [n.u.domain(), n.v.domain()],
+            Surface::Family(f) => Over::Family(f).domain(),
+            Surface::Shift(s) => Over::Shift(s).domain(),
             Surface::Offset { base, .. } => base.domain(),
         }
     }
@@ -388,6 +397,8 @@ impl Surface {
                 Surface::Ruled { curves: Box::new([curves[0].moved(m), curves[1].moved(m)]), ranges: *ranges }
             }
             Surface::Nurbs(n) => Surface::Nurbs(n.map(|p| m.point(p))),
+            Surface::Family(f) => Over::Family(f).moved(m),
+            Surface::Shift(s) => Over::Shift(s).moved(m),
             Surface::Offset { base, distance } => {
                 Surface::Offset { base: Box::new(base.moved(m)), distance: s * distance }
             }
@@ -406,6 +417,8 @@ impl Surface {
             Surface::Revolution { .. } => "revolution",
             Surface::Ruled { .. } => "ruled",
             Surface::Nurbs(_) => "nurbs",
+            Surface::Family(_) => "family",
+            Surface::Shift(_) => "shift",
             Surface::Offset { .. } => "offset",
         }
     }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
+use super::built::{build, mesh_built};
 use super::leaf::{ByLeaf, by_leaf};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
@@ -141,7 +142,13 @@ pub(super) struct Ready {
 
 impl Ready {
     pub(super) fn new(part: &Part, size: Option<SizeRequest>) -> Result<Self> {
-        let model = Implicit::new(&part.solid, part.rsystem, part.domain)?;
+        let Some(solid) = &part.solid else {
+            return Err(Error::input(
+                Place::Unknown,
+                "the part has no solid of R-functions, only ones built from edges",
+            ));
+        };
+        let model = Implicit::new(solid, part.rsystem, part.domain)?;
         let size = match size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
             SizeRequest::Length(h) => h,
             SizeRequest::Share(s) => s * model.bounds().diagonal(),
@@ -197,8 +204,14 @@ impl Ready {
 /// Guarantees: a closed, oriented 2-manifold; nodes on the boundary; the same bytes for any number of threads. What falls
 /// short of what was asked (a wall thinner than a cell, a self-intersection) is in the report's `shortfalls`.
 ///
-/// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere.
+/// Solids the part builds from edges are meshed as [`mesh_step`](super::mesh_step) does, beside the one of R-functions.
+///
+/// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..*options };
+    if let Some(brep) = build(part, run)? {
+        return mesh_built(part, brep, options, run);
+    }
     let ready = Ready::new(part, options.size)?;
     let made = if options.method == Method::Leaf {
         by_leaf(&ready, options, run, None)?
@@ -232,6 +245,14 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
 
 /// Measures a mesh file's mesh against a part; cells for the oracle follow the mesh's edges.
 pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
+    if let Some(brep) = build(part, run)? {
+        if part.solid.is_some() {
+            let what =
+                "a mesh is measured against solids of one kind: the part has some of R-functions and some of edges";
+            return Err(Error::input(Place::Unknown, what));
+        }
+        return super::against_step(mesh, brep.into(), run);
+    }
     let h = mesh.mean_edge_length();
     let ready = Ready::new(part, (h > 0.0).then_some(SizeRequest::Length(h)))?;
     // a mesh may be far coarser or finer than is good for cells

@@ -1,6 +1,9 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
 mod brep;
+mod brep_info;
+mod brep_oracle;
+mod built;
 mod compare;
 mod heal;
 mod leaf;
@@ -9,6 +12,8 @@ mod report;
 
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use brep::{is_step, load_step, mesh_step};
+pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info};
+pub use built::{build, save_step};
 pub use compare::{Comparison, Row, compare};
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::mesh::Method;
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::implicit::Implicit;
 use crate::implicit::part::Part;
 use crate::quality::Check;
@@ -79,9 +79,12 @@ pub struct Info {
     pub groups: Vec<String>,
 }
 
-/// Looks at a part without meshing it.
+/// Looks at a part's solid of R-functions without meshing it. Errors: there is none; what lowering refuses.
 pub fn info(part: &Part) -> Result<Info> {
-    let model = Implicit::new(&part.solid, part.rsystem, part.domain)?;
+    let Some(solid) = &part.solid else {
+        return Err(Error::input(Place::Unknown, "the part has no solid of R-functions"));
+    };
+    let model = Implicit::new(solid, part.rsystem, part.domain)?;
     let b = model.bounds();
     Ok(Info {
         leaves: model.leaf_count(),

@@ -10,8 +10,10 @@ use super::super::polygon::polygon_tree;
 use super::super::rfunction::RSystem;
 use super::super::solid::{Primitive, Solid, Tpms};
 use super::arguments::{Argument, Bound};
+use super::edges;
 use super::interpreter::{Declared, Interpreter};
 use super::operators;
+use super::recipe::Recipe;
 use super::value::{Value, condition_solid};
 use super::{PartGroup, SizeRequest};
 use crate::error::Result;
@@ -84,7 +86,7 @@ pub(super) fn constant<'a>(name: &str) -> Option<Value<'a>> {
         "y" => Some(Value::Formula(Expr::y())),
         "z" => Some(Value::Formula(Expr::z())),
         "pi" => Some(Value::Float(std::f64::consts::PI)),
-        _ => NAMES.iter().find(|n| **n == name).map(|n| Value::Builtin(n)),
+        _ => NAMES.iter().chain(&edges::NAMES).find(|n| **n == name).map(|n| Value::Builtin(n)),
     }
 }
 
@@ -106,6 +108,7 @@ pub(super) fn call<'a>(
         "units" | "part" | "group" | "faces" | "mesh" => declaration(it, range, name, arguments),
         "range" | "len" | "sum" | "enumerate" | "zip" | "int" | "float" | "round" | "str" | "list" | "tuple"
         | "degrees" | "radians" | "floor" | "ceil" => plain(it, range, name, arguments),
+        _ if edges::NAMES.contains(&name) => edges::call(it, range, name, arguments),
         _ => shape(it, range, name, arguments),
     }
 }
@@ -308,10 +311,10 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             for a in &arguments {
                 let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
                 for v in items {
-                    all.push(
-                        v.solid()
-                            .ok_or_else(|| it.error(a.range, format!("{name}() takes solids, not {}", v.kind())))?,
-                    );
+                    all.push(v.solid().ok_or_else(|| {
+                        let e = it.error(a.range, format!("{name}() takes solids, not {}", v.kind()));
+                        if matches!(v, Value::Built(_)) { e.with_help(operators::APART) } else { e }
+                    })?);
                 }
             }
             if all.is_empty() {
@@ -476,7 +479,10 @@ fn declaration<'a>(
             it.groups.push(PartGroup { name: group, patterns, place: it.place(range) });
         }
         "mesh" => {
-            let b = Bound::new(it, name, &["size"], arguments, range)?;
+            let b = Bound::new(it, name, &["size", "size_min"], arguments, range)?;
+            if b.get("size_min").is_some() {
+                it.mesh.least = Some(b.positive(it, "size_min")?);
+            }
             if let Some(a) = b.get("size") {
                 it.mesh.size = Some(match &a.value {
                     Value::Str(s) => it.at(a.range, s.parse())?,
@@ -489,7 +495,7 @@ fn declaration<'a>(
             if it.declared.is_some() {
                 return Err(it.error(range, "part() is said twice: a file describes one part"));
             }
-            let solid = b.solid(it, "solid")?;
+            let (solid, built) = solids(it, &b)?;
             let rsystem = match b.get("rsystem") {
                 None => RSystem::default(),
                 Some(a) => it.at(a.range, rsystem(it, a).and_then(RSystem::checked))?,
@@ -498,10 +504,37 @@ fn declaration<'a>(
                 None => None,
                 Some(a) => Some(domain(it, a)?),
             };
-            it.declared = Some(Declared { solid, rsystem, domain });
+            it.declared = Some(Declared { solid, built, rsystem, domain });
         }
     }
     Ok(Value::None)
+}
+
+/// What a part is made of: a solid, ones built from edges, or a list of such.
+fn solids<'a>(it: &It<'a>, b: &Bound<'a>) -> Result<(Option<Solid>, Vec<Recipe>)> {
+    let a = b.need(it, "solid")?;
+    let (mut solid, mut built) = (None, Vec::new());
+    let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
+    for v in items {
+        match v {
+            Value::Built(r) => built.push((**r).clone()),
+            v if v.solid().is_some() && solid.is_some() => {
+                return Err(it
+                    .error(a.range, "a part is made of one solid of R-functions at most")
+                    .with_help("union([...]) makes one of several"));
+            }
+            v if v.solid().is_some() => solid = v.solid(),
+            _ if items.len() == 1 && a.value.items().is_none() => {
+                return b.solid(it, "solid").map(|s| (Some(s), built));
+            }
+            v => return Err(it.error(a.range, format!("a part is made of solids, not of {}", v.kind()))),
+        }
+    }
+    if solid.is_none() && built.is_empty() {
+        return Err(it.error(a.range, "a part needs a solid"));
+    }
+    it.grow(a.range, built.len())?;
+    Ok((solid, built))
 }
 
 fn rsystem<'a>(it: &It<'a>, a: &Argument<'a>) -> Result<RSystem> {

@@ -10,8 +10,10 @@ use rustc_hash::FxHashMap;
 
 use super::arguments::Argument;
 use super::builtins;
+use super::edges;
 use super::methods;
 use super::operators;
+use super::recipe::Recipe;
 use super::refused;
 use super::value::{Function, Value};
 use super::{MeshDefaults, Part, PartGroup, limits, place};
@@ -22,7 +24,8 @@ use crate::spatial::Aabb;
 
 /// What `part(...)` said.
 pub(super) struct Declared {
-    pub(super) solid: Solid,
+    pub(super) solid: Option<Solid>,
+    pub(super) built: Vec<Recipe>,
     pub(super) rsystem: RSystem,
     pub(super) domain: Option<Aabb>,
 }
@@ -94,7 +97,8 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
         return Err(Error::input(place(source, source.len(), source.len()), "the file declares no part")
             .with_help("end it with part(solid)"));
     };
-    Ok(Part { solid: d.solid, rsystem: d.rsystem, domain: d.domain, units: it.units, groups: it.groups, mesh: it.mesh })
+    let Declared { solid, built, rsystem, domain } = d;
+    Ok(Part { solid, built, rsystem, domain, units: it.units, groups: it.groups, mesh: it.mesh })
 }
 
 impl<'a> Interpreter<'a> {
@@ -234,7 +238,7 @@ impl<'a> Interpreter<'a> {
             return Ok(v);
         }
         let e = self.error(range, format!("nothing is called {name:?}"));
-        let known = self.globals.keys().map(String::as_str).chain(builtins::NAMES.iter().copied());
+        let known = self.globals.keys().map(String::as_str).chain(builtins::NAMES.iter().chain(&edges::NAMES).copied());
         let mut near: Vec<(usize, &str)> = known.map(|k| (refused::edit_distance(k, name), k)).collect();
         near.sort_unstable();
         Err(match near.first() {

@@ -5,12 +5,13 @@ use ruff_text_size::TextRange;
 
 use super::super::solid::{Placement, Solid};
 use super::arguments::{Argument, Bound};
+use super::edges;
 use super::interpreter::Interpreter;
 use super::value::Value;
 use crate::error::Result;
 
 /// All methods.
-pub(super) const NAMES: [&str; 6] = ["move", "rotate", "scale", "mirror", "name", "size"];
+pub(super) const NAMES: [&str; 7] = ["move", "rotate", "scale", "mirror", "name", "size", "without"];
 
 pub(super) fn call<'a>(
     it: &Interpreter<'a>,
@@ -25,6 +26,13 @@ pub(super) fn call<'a>(
             .error(name_range, format!("there is no method {name:?}"))
             .with_help(format!("methods of solids: {}", NAMES.join(", "))));
     };
+    if matches!(object, Value::Edges(_) | Value::Built(_)) {
+        return edges::method(it, range, &object, method, arguments);
+    }
+    if *method == "without" {
+        let e = it.error(name_range, ".without() is for what is built from edges: it leaves faces out");
+        return Err(e);
+    }
     let Some(s) = object.solid() else {
         return Err(it.error(name_range, format!(".{name}() is a method of solids, not of {}", object.kind())));
     };
@@ -52,14 +60,7 @@ pub(super) fn call<'a>(
             let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
             s.placed(about(DMat3::IDENTITY - outer * 2.0, b.point(it, "at")?))
         }
-        "name" => {
-            let b = bind(&["name"])?;
-            let text = b.text(it, "name")?;
-            if text.is_empty() || text.chars().any(char::is_control) {
-                return Err(it.error(b.range, "a name needs at least one character, and no control characters"));
-            }
-            s.name(&text)
-        }
+        "name" => s.name(&name_of(it, bind(&["name"])?)?),
         _ => {
             let b = bind(&["h"])?;
             s.size(b.positive(it, "h")?)
@@ -68,8 +69,17 @@ pub(super) fn call<'a>(
     Ok(Value::Solid(made))
 }
 
+/// The name a call of `.name()` gives.
+pub(super) fn name_of<'a>(it: &Interpreter<'a>, b: Bound<'a>) -> Result<String> {
+    let text = b.text(it, "name")?;
+    if text.is_empty() || text.chars().any(char::is_control) {
+        return Err(it.error(b.range, "a name needs at least one character, and no control characters"));
+    }
+    Ok(text)
+}
+
 /// The rotation about an axis; quarter turns about the coordinate axes are exact.
-fn rotation(axis: DVec3, degrees: f64) -> DMat3 {
+pub(super) fn rotation(axis: DVec3, degrees: f64) -> DMat3 {
     let turn = degrees.rem_euclid(360.0);
     let (s, c) = match turn {
         0.0 => (0.0, 1.0),

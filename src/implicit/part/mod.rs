@@ -6,10 +6,12 @@
 
 mod arguments;
 mod builtins;
+mod edges;
 mod guard;
 mod interpreter;
 mod methods;
 mod operators;
+pub mod recipe;
 mod refused;
 #[cfg(test)]
 mod tests;
@@ -78,6 +80,8 @@ impl FromStr for SizeRequest {
 pub struct MeshDefaults {
     /// The cell size.
     pub size: Option<SizeRequest>,
+    /// Curvature makes no edges shorter than this.
+    pub least: Option<f64>,
 }
 
 /// A named set of faces.
@@ -94,8 +98,10 @@ pub struct PartGroup {
 /// A part: a solid with everything needed to mesh it.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// The solid.
-    pub solid: Solid,
+    /// The solid of R-functions, where there is one.
+    pub solid: Option<Solid>,
+    /// Solids and sheets to be built from edges, which stand apart from it.
+    pub built: Vec<recipe::Recipe>,
     /// The system of R-functions.
     pub rsystem: RSystem,
     /// Where to cut the solid off.
@@ -112,7 +118,8 @@ impl Part {
     /// A part with nothing said but the solid.
     pub fn from_solid(solid: Solid) -> Self {
         Part {
-            solid,
+            solid: Some(solid),
+            built: Vec::new(),
             rsystem: RSystem::default(),
             domain: None,
             units: None,

@@ -13,11 +13,21 @@ use crate::error::Result;
 
 type It<'a> = Interpreter<'a>;
 
+/// How solids of two gates go into one part.
+pub(super) const APART: &str =
+    "solids built from edges take no part in set operations; part([a, b]) takes several that stand apart";
+
 pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'a>, r: Value<'a>) -> Result<Value<'a>> {
     let mismatch = || {
         let e = it.error(range, format!("{} {} {} has no meaning", l.kind(), op.as_str(), r.kind()));
         let mixed = matches!((&l, &r), (Value::Solid(_), Value::Formula(_)) | (Value::Formula(_), Value::Solid(_)));
-        if mixed { e.with_help("make a solid of the formula: solid(f >= 0)") } else { e }
+        if matches!(l, Value::Built(_)) || matches!(r, Value::Built(_)) {
+            e.with_help(APART)
+        } else if mixed {
+            e.with_help("make a solid of the formula: solid(f >= 0)")
+        } else {
+            e
+        }
     };
     // set operations
     if matches!(l, Value::Solid(_) | Value::Condition(_)) || matches!(r, Value::Solid(_) | Value::Condition(_)) {

@@ -6,6 +6,7 @@ use ruff_python_ast::StmtFunctionDef;
 
 use super::super::expr::Expr;
 use super::super::solid::{Primitive, Solid};
+use super::recipe::{Edges, Recipe};
 
 /// A value.
 #[derive(Clone)]
@@ -23,6 +24,10 @@ pub(super) enum Value<'a> {
     Condition(Rc<Vec<Expr>>),
     Solid(Solid),
     Polygon(Rc<Vec<[f64; 2]>>),
+    /// A chain of edges in space.
+    Edges(Rc<Edges>),
+    /// A solid or sheet to be built from edges.
+    Built(Rc<Recipe>),
     /// Patterns of face names.
     Faces(Rc<Vec<String>>),
     Function(Rc<Function<'a>>),
@@ -50,6 +55,8 @@ impl Value<'_> {
             Value::Condition(_) => "a condition on formulas",
             Value::Solid(_) => "a solid",
             Value::Polygon(_) => "a polygon",
+            Value::Edges(_) => "a chain of edges",
+            Value::Built(_) => "a solid built from edges",
             Value::Faces(_) => "a set of faces",
             Value::Function(_) | Value::Builtin(_) => "a function",
         }

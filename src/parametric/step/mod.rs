@@ -6,6 +6,9 @@
 mod geometry;
 mod topology;
 mod values;
+mod write;
+
+pub use write::write_step;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -31,6 +34,12 @@ pub struct StepModel {
     pub brep: Brep,
     /// What was not understood, or had to be put right.
     pub notes: Vec<Note>,
+}
+
+impl From<Brep> for StepModel {
+    fn from(brep: Brep) -> Self {
+        Self { brep, notes: Vec::new() }
+    }
 }
 
 /// Interprets a file.
@@ -91,7 +100,9 @@ fn name_faces(brep: &mut Brep) {
         for (k, f) in body.faces.iter().enumerate() {
             let face = &mut brep.faces[*f as usize];
             let own = if face.name.is_empty() { format!("face{}", k + 1) } else { face.name.clone() };
-            let full = if several { format!("{}.{own}", body.name) } else { own };
+            // Names that tell their body already stay.
+            let told = own.strip_prefix(&body.name).is_some_and(|rest| rest.starts_with('.'));
+            let full = if several && !told { format!("{}.{own}", body.name) } else { own };
             face.name = unique(full, &mut names);
         }
     }

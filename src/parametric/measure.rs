@@ -1,0 +1,281 @@
+//! What a boundary representation measures: areas, volume, boxes, parameter ranges.
+//!
+//! Faces are meshed and every triangle bent to its surface and to the curves of its edges by nodes in the middle of its
+//! sides, once as a whole and once in quarters, which are divided on until both agree.
+
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+
+use super::mesh::{FaceMeshes, MeshSizes, Parametric, Place};
+use crate::error::Result;
+use crate::run::Run;
+use crate::spatial::Aabb;
+
+/// Neighboring sides of triangles turn by about this angle, in radians: a start for what is divided on.
+const TURN: f64 = 0.2;
+/// The longest side, as a share of the model.
+const LONGEST: f64 = 0.05;
+/// The shortest side curvature asks for, as a share of the model.
+const SHORTEST: f64 = 0.0008;
+/// A triangle is divided until its quarters' area is within this share of its own; what is left is 16 times smaller yet.
+const SETTLED: f64 = 3e-5;
+/// Nor is it divided for less than this share of the square of the model's size.
+const LEAST: f64 = 3e-10;
+/// Triangles are divided this many times, at most.
+const DEEPEST: usize = 6;
+/// Where a face cannot be meshed, the same is tried with edges this many times as long.
+const COARSER: [f64; 3] = [1.0, 1.7, 3.0];
+/// Gaps in a periodic parameter of more than this share of the period are where a face has none.
+const OPEN: f64 = 0.15;
+
+/// Points and weights of a rule of degree 5 for triangles (R. Cowper, 1973).
+const RULE: [(f64, f64, f64); 7] = {
+    const A: f64 = 0.101_286_507_323_456_34;
+    const B: f64 = 0.470_142_064_105_115_1;
+    const WA: f64 = 0.125_939_180_544_827_14;
+    const WB: f64 = 0.132_394_152_788_506_2;
+    [
+        (1.0 / 3.0, 1.0 / 3.0, 0.225),
+        (A, A, WA),
+        (1.0 - 2.0 * A, A, WA),
+        (A, 1.0 - 2.0 * A, WA),
+        (B, B, WB),
+        (1.0 - 2.0 * B, B, WB),
+        (B, 1.0 - 2.0 * B, WB),
+    ]
+};
+
+/// One face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceMeasure {
+    /// Its area; `None` where it could not be meshed.
+    pub area: Option<f64>,
+    /// A box around it.
+    pub bounds: Aabb,
+    /// The parameters it covers, u and v. A face that winds all around has a whole period.
+    pub parameters: [[f64; 2]; 2],
+}
+
+/// A whole model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measures {
+    /// Its faces.
+    pub faces: Vec<FaceMeasure>,
+    /// Volume by body, signed: positive where faces look outwards. Of a body that is not closed it means nothing.
+    pub volumes: Vec<f64>,
+    /// A box around everything.
+    pub bounds: Aabb,
+}
+
+impl Measures {
+    /// The area of all faces that could be measured.
+    pub fn area(&self) -> f64 {
+        self.faces.iter().filter_map(|f| f.area).sum()
+    }
+}
+
+impl Parametric {
+    /// Measures everything.
+    ///
+    /// *Guarantees*: the same numbers for any number of threads.
+    /// *Does not guarantee*: more digits than five or six; parameter ranges are those of nodes.
+    /// *Errors*: cancellation.
+    pub fn measure(&self, run: &Run) -> Result<Measures> {
+        let size = self.bounds().diagonal();
+        let mut made = FaceMeshes::default();
+        for (i, coarser) in COARSER.into_iter().enumerate() {
+            let by = move |k: f64| coarser * (TURN / k.max(1e-300)).clamp(SHORTEST * size, LONGEST * size);
+            let next = self.mesh(&MeshSizes { size_at: &by, face_size: &|_| None, grading: 0.3 }, run)?;
+            if i == 0 || next.failures.len() < made.failures.len() {
+                made = next;
+            }
+            if made.failures.is_empty() {
+                break;
+            }
+        }
+        let mut body = vec![usize::MAX; self.brep.faces.len()];
+        for (b, f) in self.brep.bodies.iter().enumerate().flat_map(|(b, x)| x.faces.iter().map(move |f| (b, f))) {
+            body[*f as usize] = b;
+        }
+        let mut out = Measures {
+            faces: vec![
+                FaceMeasure { area: Some(0.0), bounds: Aabb::EMPTY, parameters: [[0.0; 2]; 2] };
+                self.brep.faces.len()
+            ],
+            volumes: vec![0.0; self.brep.bodies.len()],
+            bounds: Aabb::EMPTY,
+        };
+        let bent = Bent { solid: self, made: &made, borders: borders(&made), least: LEAST * size * size };
+        let mut points: Vec<Vec<DVec3>> = vec![Vec::new(); self.brep.faces.len()];
+        for t in 0..made.mesh.triangles.len() {
+            if t % 1024 == 0 {
+                run.check()?;
+            }
+            let label = made.mesh.labels[t] as usize;
+            let mut seen = Vec::new();
+            let (area, volume) = bent.integral(t, &mut seen);
+            let face = &mut out.faces[label];
+            face.area = face.area.map(|a| a + area);
+            face.bounds = face.bounds.union(&Aabb::around(seen.iter().copied()));
+            if let Some(v) = out.volumes.get_mut(body[label]) {
+                *v += volume;
+            }
+            points[label].extend(&seen[..6]);
+        }
+        for f in &made.failures {
+            out.faces[f.face as usize].area = None;
+            let edges =
+                self.brep.faces[f.face as usize].loops.iter().flatten().map(|c| &self.brep.edges[c.edge as usize]);
+            let ends = edges.flat_map(|e| e.curve.pieces(e.range).into_iter().map(|t| e.curve.at(t)));
+            out.faces[f.face as usize].bounds = Aabb::around(ends);
+        }
+        for (f, list) in points.iter().enumerate() {
+            out.faces[f].parameters = self.covered(f, list);
+            out.bounds = out.bounds.union(&out.faces[f].bounds);
+        }
+        Ok(out)
+    }
+
+    /// Unit normal of a face near a point, out of the solid.
+    pub fn outward_normal(&self, face: u32, p: DVec3) -> Option<DVec3> {
+        let chart = self.charts.get(face as usize)?;
+        let n = chart.normal(chart.project(p))?;
+        Some(if self.brep.faces[face as usize].outward { n } else { -n })
+    }
+
+    /// The ranges of parameters of points of a face.
+    fn covered(&self, face: usize, points: &[DVec3]) -> [[f64; 2]; 2] {
+        let chart = &self.charts[face];
+        let uv: Vec<DVec2> = points.iter().map(|p| chart.wrapped(chart.project(*p))).collect();
+        [0, 1].map(|k| {
+            let mut t: Vec<f64> = uv.iter().map(|q| q[k]).collect();
+            t.sort_by(f64::total_cmp);
+            let (Some(&lo), Some(&hi)) = (t.first(), t.last()) else { return [0.0; 2] };
+            let Some(period) = chart.periods[k] else { return [lo, hi] };
+            // The widest gap on the circle is where the face is not.
+            let inner = t.windows(2).map(|w| (w[1] - w[0], w[1], w[0]));
+            let around = [(lo + period - hi, lo, hi)];
+            let widest = inner.chain(around).max_by(|a, b| a.0.total_cmp(&b.0));
+            match widest {
+                Some((gap, from, to)) if gap > OPEN * period => [from, if to < from { to + period } else { to }],
+                _ => [chart.bounds[k][0], chart.bounds[k][0] + period],
+            }
+        })
+    }
+}
+
+/// Sides of triangles that are borders of their faces: not shared with another triangle of the face.
+fn borders(made: &FaceMeshes) -> FxHashMap<(u32, [u32; 2]), u32> {
+    let mut count: FxHashMap<(u32, [u32; 2]), u32> = FxHashMap::default();
+    for (t, l) in made.mesh.triangles.iter().zip(&made.mesh.labels) {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            *count.entry((*l, [a.min(b), a.max(b)])).or_insert(0) += 1;
+        }
+    }
+    count
+}
+
+struct Bent<'a> {
+    solid: &'a Parametric,
+    made: &'a FaceMeshes,
+    borders: FxHashMap<(u32, [u32; 2]), u32>,
+    /// Differences of areas that matter to nothing.
+    least: f64,
+}
+
+impl Bent<'_> {
+    /// Area and volume of a triangle and of its four quarters, taken to the limit; quarters are halved on where both differ.
+    /// Every node on the way goes to `seen`.
+    fn integral(&self, t: usize, seen: &mut Vec<DVec3>) -> (f64, f64) {
+        let (nodes, label) = (self.made.mesh.triangles[t], self.made.mesh.labels[t]);
+        let side = |k: usize| {
+            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+            let border = self.borders.get(&(label, [a.min(b), a.max(b)])) == Some(&1);
+            if border { self.edges_between(a, b, label) } else { Vec::new() }
+        };
+        let sides = [side(0), side(1), side(2)];
+        let p = nodes.map(|v| self.made.mesh.nodes[v as usize]);
+        let six = self.six(p, [&sides[0], &sides[1], &sides[2]], label);
+        self.halved(&six, [&sides[0], &sides[1], &sides[2]], label, 0, seen)
+    }
+
+    /// Corners, and the middles of the sides 01, 12, 20.
+    fn six(&self, p: [DVec3; 3], sides: [&[u32]; 3], label: u32) -> [DVec3; 6] {
+        let middle = |k: usize| self.between(p[k], p[(k + 1) % 3], label, sides[k]);
+        [p[0], p[1], p[2], middle(0), middle(1), middle(2)]
+    }
+
+    fn halved(
+        &self,
+        x: &[DVec3; 6],
+        sides: [&[u32]; 3],
+        label: u32,
+        depth: usize,
+        seen: &mut Vec<DVec3>,
+    ) -> (f64, f64) {
+        const INSIDE: &[u32] = &[];
+        let [a, b, c] = sides;
+        let whole = integrals(x);
+        let parts = [
+            ([x[0], x[3], x[5]], [a, INSIDE, c]),
+            ([x[3], x[1], x[4]], [a, b, INSIDE]),
+            ([x[5], x[4], x[2]], [INSIDE, b, c]),
+            ([x[3], x[4], x[5]], [INSIDE; 3]),
+        ]
+        .map(|(p, s)| (self.six(p, s, label), s));
+        seen.extend(x);
+        let sum = parts.iter().map(|p| integrals(&p.0)).fold((0.0, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
+        let off = (sum.0 - whole.0).abs();
+        if off > SETTLED * sum.0 && off > self.least && depth < DEEPEST {
+            let deeper = parts.iter().map(|(y, s)| self.halved(y, *s, label, depth + 1, seen));
+            return deeper.fold((0.0, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
+        }
+        (sum.0 + (sum.0 - whole.0) / 15.0, sum.1 + (sum.1 - whole.1) / 15.0)
+    }
+
+    /// The middle between two points, on the nearest of some edges, or else on the face.
+    fn between(&self, p: DVec3, q: DVec3, label: u32, edges: &[u32]) -> DVec3 {
+        let m = 0.5 * (p + q);
+        let near = |x: &DVec3| x.distance(m) <= 0.5 * p.distance(q);
+        let on_edges = edges.iter().map(|e| {
+            let e = &self.solid.brep.edges[*e as usize];
+            e.curve.at(e.curve.project(m, e.range, None))
+        });
+        let best = on_edges.min_by(|x, y| x.distance_squared(m).total_cmp(&y.distance_squared(m)));
+        best.filter(near).or_else(|| self.solid.foot(label, m).filter(near)).unwrap_or(m)
+    }
+
+    /// Edges of a face that may hold two nodes.
+    fn edges_between(&self, a: u32, b: u32, label: u32) -> Vec<u32> {
+        let places = [a, b].map(|v| self.made.places[v as usize]);
+        if let Some(e) = places.iter().find_map(|p| if let Place::Edge(e) = p { Some(*e) } else { None }) {
+            return vec![e];
+        }
+        let [Place::Vertex(x), Place::Vertex(y)] = places else { return Vec::new() };
+        let all = self.solid.brep.faces[label as usize].loops.iter().flatten().map(|c| c.edge);
+        all.filter(|e| {
+            let ends = self.solid.brep.edges[*e as usize].ends;
+            ends == [x, y] || ends == [y, x]
+        })
+        .collect()
+    }
+}
+
+/// Area, and the volume between a quadratic triangle and the origin.
+fn integrals(x: &[DVec3; 6]) -> (f64, f64) {
+    let (mut area, mut volume) = (0.0, 0.0);
+    for (r, s, w) in RULE {
+        let q = 1.0 - r - s;
+        let at = q * (2.0 * q - 1.0) * x[0]
+            + r * (2.0 * r - 1.0) * x[1]
+            + s * (2.0 * s - 1.0) * x[2]
+            + 4.0 * (q * r * x[3] + r * s * x[4] + s * q * x[5]);
+        let dr = (4.0 * r - 1.0) * x[1] - (4.0 * q - 1.0) * x[0] + 4.0 * ((q - r) * x[3] + s * x[4] - s * x[5]);
+        let ds = (4.0 * s - 1.0) * x[2] - (4.0 * q - 1.0) * x[0] + 4.0 * (r * x[4] - r * x[3] + (q - s) * x[5]);
+        let n = dr.cross(ds);
+        area += 0.5 * w * n.length();
+        volume += 0.5 * w * at.dot(n) / 3.0;
+    }
+    (area, volume)
+}

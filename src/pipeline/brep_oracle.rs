@@ -1,0 +1,84 @@
+//! The true surface of a boundary representation inside its borders: which face is nearest is asked of a fine mesh, where on
+//! it of its surface.
+
+use glam::DVec3;
+
+use crate::error::Result;
+use crate::geometry::{Foot, SurfaceOracle};
+use crate::mesh::TriMesh;
+use crate::parametric::Parametric;
+use crate::parametric::mesh::MeshSizes;
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
+
+/// Edges of the fine mesh, as a share of the model.
+const FINE: f64 = 0.02;
+
+/// A model with a mesh to find faces by.
+pub(super) struct Trimmed<'a> {
+    solid: &'a Parametric,
+    mesh: TriMesh,
+    bvh: Bvh,
+}
+
+impl<'a> Trimmed<'a> {
+    pub(super) fn new(solid: &'a Parametric, run: &Run) -> Result<Self> {
+        let size = FINE * solid.bounds().diagonal();
+        let by = move |k: f64| (0.2 / k.max(1e-300)).clamp(0.1 * size, size);
+        let made = solid.mesh(&MeshSizes { size_at: &by, face_size: &|_| None, grading: 0.3 }, run)?;
+        let mut mesh = made.mesh;
+        mesh.drop_unused_nodes();
+        let corners = |t: &[u32; 3]| t.map(|v| mesh.nodes[v as usize]);
+        let bvh = Bvh::new(mesh.triangles.iter().map(|t| Aabb::around(corners(t))).collect());
+        Ok(Self { solid, mesh, bvh })
+    }
+
+    /// Points of the true surface.
+    pub(super) fn points(&self) -> &[DVec3] {
+        &self.mesh.nodes
+    }
+
+    fn corners(&self, t: u32) -> [DVec3; 3] {
+        self.mesh.triangles[t as usize].map(|v| self.mesh.nodes[v as usize])
+    }
+}
+
+impl SurfaceOracle for Trimmed<'_> {
+    fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
+        let (t, d) = self.bvh.nearest(p, f64::INFINITY, |t| triangle_distance_squared(p, self.corners(t)))?;
+        let face = self.mesh.labels[t as usize];
+        let point = self.solid.foot(face, p)?;
+        let slack = self.corners(t).iter().map(|q| q.distance(p)).fold(0.0, f64::max);
+        // The foot must be near the triangle that led to it: the surface goes on beyond the face.
+        let near = triangle_distance_squared(point, self.corners(t)).sqrt() <= d.sqrt().max(0.5 * slack);
+        (near && point.distance(p) <= reach)
+            .then(|| self.solid.outward_normal(face, point).map(|normal| Foot { point, normal, face }))
+            .flatten()
+    }
+
+    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
+        // Newton's method on the line, against the tangent planes of the feet.
+        const STEPS: usize = 20;
+        let mut t: f64 = 0.0;
+        for _ in 0..STEPS {
+            let foot = self.project(p + t * direction, reach)?;
+            let slope = direction.dot(foot.normal);
+            let gap = (foot.point - p - t * direction).dot(foot.normal);
+            if !(slope.abs() > 1e-3) {
+                return None;
+            }
+            t += gap / slope;
+            if t.abs() > reach {
+                return None;
+            }
+            if gap.abs() <= 1e-14 * (p.length() + reach) {
+                break;
+            }
+        }
+        self.project(p + t * direction, reach)
+    }
+
+    fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]> {
+        self.solid.curvatures(foot)
+    }
+}

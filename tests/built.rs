@@ -1,0 +1,194 @@
+//! Solids built from edges, by part files and by programs: named troubles of [BOR20], sewing, STEP there and back.
+
+use std::path::{Path, PathBuf};
+
+use rvachev::implicit::part::{Part, parse};
+use rvachev::parametric::brep::Brep;
+use rvachev::parametric::build::{Extrusion, Wire, extrude_edges, flat_face, sew};
+use rvachev::parametric::{Frame, Surface};
+use rvachev::pipeline::{
+    BrepInfo, MeshOptions, SizeRequest, against_step, brep_info, build, load_part, load_step, mesh_part, save_step,
+};
+use rvachev::{DVec3, Error, Run};
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)
+}
+
+fn info(part: &Part) -> BrepInfo {
+    let run = Run::new();
+    brep_info(build(part, &run).unwrap().unwrap().into(), part.units.as_deref(), &run).unwrap()
+}
+
+/// Meshes a part: sound, nothing short, every face there; its volume within a share of the exact one.
+fn sound(name: &str, share: f64) {
+    let part = load_part(&data(name), &[]).unwrap();
+    let exact = info(&part);
+    assert!(exact.sewn && exact.bodies.iter().all(|b| b.solid), "{name}");
+    let made = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{name}: {:?}", made.report.shortfalls);
+    let check = made.report.check.as_ref().unwrap();
+    assert!(check.certificate.is_sound(), "{name}: {:?}", check.certificate.faults);
+    assert_eq!(made.mesh.faces.len(), exact.faces.len(), "{name}");
+    let volume: f64 = exact.bodies.iter().map(|b| b.volume.unwrap()).sum();
+    assert!((made.mesh.volume() / volume - 1.0).abs() < share, "{name}: {} {volume}", made.mesh.volume());
+    assert_eq!(check.components, exact.bodies.len(), "{name}");
+}
+
+/// A hole whose rim falls together, contours that cross when they are divided, ones that touch, seams, poles, a surface
+/// periodic both ways, curvature at the border, narrow faces, narrow regions.
+#[test]
+fn the_named_troubles_mesh() {
+    for (name, share) in [
+        ("small_hole", 1e-3),
+        ("thin_ring", 0.02),
+        ("seam", 0.01),
+        ("poles", 0.02),
+        ("torus", 0.02),
+        ("touching_contours", 1e-9),
+        ("border_curvature", 0.02),
+        ("narrow_face", 1e-9),
+        ("narrow_region", 1e-9),
+    ] {
+        sound(&format!("troubles/{name}.py"), share);
+    }
+}
+
+#[test]
+fn the_aircraft_is_one_sewn_solid() {
+    let i = info(&load_part(&data("aircraft.py"), &[]).unwrap());
+    assert!(i.sewn && i.bodies.len() == 1 && i.bodies[0].solid);
+    assert_eq!(i.vertices as i64 - i.edges as i64 + i.faces.len() as i64, 2);
+    assert!(i.bodies[0].volume.unwrap() > 250.0 && i.faces.iter().all(|f| f.area.is_some()));
+}
+
+#[test]
+fn step_files_of_parts_read_back_and_their_meshes_lie_on_them() {
+    let dir = tempfile::TempDir::new().unwrap();
+    let run = Run::new();
+    let text = "units(\"in\")\n\
+        a = revolve_edges(spline([(0, 0, 0), (2, 0, 1), (1, 0, 3), (0, 0, 4)]), \"z\").name(\"vase\")\n\
+        b = sweep_edges([circle(0.5), circle(0.3)], arc((0, 0, 0), (0.87867966, 0, 2.12132034), (3, 0, 3)))\n\
+        part([a, b.move((0, 5, 0)).name(\"bend\")])\nmesh(size=\"3%\")\n";
+    let part = parse(text, &[]).unwrap();
+    let brep = build(&part, &run).unwrap().unwrap();
+    let path = dir.path().join("both.step");
+    save_step(&path, &brep, part.units.as_deref()).unwrap();
+    let back = load_step(&path, &run).unwrap();
+    assert!(back.notes.is_empty(), "{:?}", back.notes);
+    let names = |b: &Brep| b.faces.iter().map(|f| f.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&brep), names(&back.brep));
+    let (one, two) = (info(&part), brep_info(back.clone(), Some("mm"), &run).unwrap());
+    assert!((two.area / one.area / (25.4 * 25.4) - 1.0).abs() < 1e-6);
+    assert!(two.to_string().contains("2 bodies (2 solids)") && two.to_string().contains("sewn"));
+    let made = mesh_part(&part, &MeshOptions::default(), &run).unwrap();
+    let check = against_step(&made.mesh, brep.into(), &run).unwrap();
+    let d = check.deviation.unwrap();
+    assert_eq!((d.unprojected, d.inverted), (0, 0));
+    assert!(d.max < 0.05 && d.normal < 0.01, "{d:?}");
+}
+
+#[test]
+fn solids_of_both_gates_go_into_one_mesh() {
+    let text = "ball = sphere(1, at=(5, 0, 0)).name(\"ball\")\nrod = extrude_edges(circle(1), \"z\", 3).name(\"rod\")\n\
+        part([ball, rod])\nmesh(size=0.3)\ngroup(\"round\", faces(\"ball\", \"rod.side\"))\n";
+    let part = parse(text, &[]).unwrap();
+    let made = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    assert_eq!(made.report.check.as_ref().unwrap().components, 2);
+    let round = made.mesh.groups.iter().find(|g| g.name == "round").unwrap();
+    assert_eq!(
+        round.faces.iter().map(|f| made.mesh.faces[*f as usize].as_str()).collect::<Vec<_>>(),
+        ["rod.side", "ball"]
+    );
+    let truth = std::f64::consts::PI * (4.0 / 3.0 + 3.0);
+    assert!((made.mesh.volume() / truth - 1.0).abs() < 0.03);
+}
+
+#[test]
+fn the_mesh_is_the_same_for_any_number_of_threads() {
+    let part = load_part(&data("troubles/poles.py"), &[]).unwrap();
+    let how = MeshOptions { size: Some(SizeRequest::Share(0.05)), ..MeshOptions::default() };
+    let one = |n| mesh_part(&part, &how, &Run::new().with_threads(n).unwrap()).unwrap().mesh;
+    assert_eq!(one(1), one(3));
+}
+
+fn square(z: f64, side: f64) -> Wire {
+    let p = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(side * x, side * y, z));
+    Wire::polygon(&p).unwrap()
+}
+
+#[test]
+fn sheets_are_sewn_and_turned_to_one_solid() {
+    let run = Run::new();
+    let sheet = Extrusion { caps: false, ..Extrusion::new(DVec3::Z, 2.0) };
+    let side = extrude_edges(&[square(0.0, 1.0)], &sheet).unwrap();
+    let inner = Wire::circle(Frame { origin: DVec3::new(0.0, 0.0, 2.0), ..Frame::WORLD }, 0.5).unwrap();
+    // A blind hole from above, lids in both directions.
+    let down = Extrusion { caps: false, ..Extrusion::new(-DVec3::Z, 1.0) };
+    let bore = extrude_edges(std::slice::from_ref(&inner), &down).unwrap();
+    let low = Wire::circle(Frame { origin: DVec3::Z, ..Frame::WORLD }, 0.5).unwrap();
+    let lids = [
+        flat_face(&[square(0.0, 1.0)]).unwrap(),
+        flat_face(&[square(2.0, 1.0).reversed(), inner]).unwrap(),
+        flat_face(&[low]).unwrap(),
+    ];
+    let all = || [vec![side.clone(), bore.clone()], lids.to_vec()].concat();
+    let b = sew(all(), None, true, &run).unwrap();
+    assert_eq!((b.bodies.len(), b.faces.len(), b.bodies[0].solid), (1, 8, true));
+    assert!(b.uses().iter().all(|n| *n == 2));
+    let i = brep_info(b.into(), None, &run).unwrap();
+    let truth = 8.0 - 0.25 * std::f64::consts::PI;
+    assert!((i.bodies[0].volume.unwrap() / truth - 1.0).abs() < 1e-7, "{i}");
+    // Without its bottom, and with one sheet too many.
+    let mut open = all();
+    open.remove(2);
+    let says = |r: rvachev::Result<Brep>, what: &str| {
+        let e = r.unwrap_err().to_string();
+        assert!(e.contains(what), "{e}");
+    };
+    says(sew(open.clone(), None, true, &run), "has a face on one side only, and 3 more");
+    assert!(!sew(open, None, false, &run).unwrap().bodies[0].solid);
+    let mut more = all();
+    more.push(flat_face(&[square(0.0, 1.0)]).unwrap());
+    says(sew(more, None, true, &run), "has 3 faces");
+    // A solid without a face, closed again by a pyramid's sides: the plane faces stay what they are.
+    let opened = extrude_edges(&[square(0.0, 1.0)], &Extrusion::new(DVec3::Z, 2.0)).unwrap().without(|n| n == "end");
+    assert!(!opened.bodies[0].solid && opened.faces.iter().all(|f| matches!(f.surface, Surface::Plane { .. })));
+    let tip = rvachev::parametric::build::Section::Point(DVec3::new(0.0, 0.0, 5.0));
+    let base = rvachev::parametric::build::Section::Wire(square(2.0, 1.0));
+    let how = rvachev::parametric::build::Loft { ruled: true, caps: false, ..Default::default() };
+    let roof = rvachev::parametric::build::loft(&[base, tip], &how).unwrap();
+    let i = brep_info(sew(vec![opened, roof], None, true, &run).unwrap().into(), None, &run).unwrap();
+    assert!((i.bodies[0].volume.unwrap() / 12.0 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_a_part_file_cannot_build_is_told_with_its_place() {
+    let line = "edges = polyline([(0, 0), (2, 0), (2, 1)])\n";
+    for (text, says) in [
+        (
+            "part(extrude_edges(edges, \"z\", 1))\n",
+            "line 2, column 6: a solid needs a closed contour; this one has a gap of 2.23",
+        ),
+        ("part(revolve_edges(edges, \"x\", degrees=400))\n", "line 2, column 6: the angle of a revolution"),
+        (
+            "part(loft([edges, (0, 0, 1)], solid=False).without(\"top\"))\n",
+            "no face is called \"top\"; there are side1, side2",
+        ),
+        ("part(extrude_edges(edges, \"z\", 1, solid=False) & sphere(1))\n", "has no meaning"),
+        ("part([sphere(1), sphere(2)])\n", "one solid of R-functions at most"),
+        ("part([edges])\n", "a part is made of solids, not of a chain of edges"),
+        ("part(extrude_edges([(0, 0)], \"z\", 1))\n", "must be a list of edges, not of a tuple"),
+        ("part(sew([sphere(1)]))\n", "takes what is built from edges"),
+        ("part(edges.mirror(\"x\"))\n", ".mirror() is not for a chain of edges"),
+        ("part(polyline([(0, 0, 0, 0)]))\n", "point 0 must be two or three finite numbers"),
+    ] {
+        let made = parse(&format!("{line}{text}"), &[]).and_then(|p| build(&p, &Run::new()));
+        let Err(e) = made else { panic!("{text} is built") };
+        assert!(matches!(e, Error::Input { .. }) && e.to_string().contains(says), "{text}{e}");
+    }
+    let e = parse(&format!("{line}a = extrude_edges(edges, \"z\", 1)\npart(union(a, a))\n"), &[]).unwrap_err();
+    let Error::Input { help, .. } = e else { panic!("{e}") };
+    assert!(help.unwrap().contains("part([a, b])"));
+}
