@@ -71,7 +71,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         chord: options.tolerance,
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let sizes = MeshSizes { size_at: &|k| sizing.at(k), face_size: &|_| None, grading: options.grading };
+    let sizes = MeshSizes { size, least: sizing.least, size_at: &|k| sizing.at(k), face_size: &|_| None, grading: options.grading };
     let made = solid.mesh(&sizes, run)?;
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];
@@ -155,8 +155,8 @@ fn remeshed(
     report: &mut Report,
     run: &Run,
 ) -> Result<TriMesh> {
-    let FaceMeshes { mut mesh, mut places, .. } = made;
-    split_fans(&mut mesh, &mut places);
+    let FaceMeshes { mut mesh, mut places, mut sizes, .. } = made;
+    split_fans(&mut mesh, &mut places, &mut sizes);
     let marks = Marks::new(solid);
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
@@ -173,7 +173,8 @@ fn remeshed(
                     Err(Error::Cancelled) => return Err(Error::Cancelled),
                     Err(e) => return Ok((part, Some(format!("not remeshed: {e}")))),
                 };
-                let work = patchwork(solid, &marks, edit, &part, &places);
+                let sizes = nodes.iter().map(|v| sizes[*v as usize]).collect();
+                let work = patchwork(solid, &marks, edit, &part, &places, sizes);
                 let quiet = Run::new().with_cancel(run.cancel_token());
                 let ExactMesh { mesh: out, report: found, .. } =
                     match remesh_patchwork(work, &part, solid, options, &quiet, None) {
@@ -183,7 +184,8 @@ fn remeshed(
                         other => other?,
                     };
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-                let away = found.inverted;
+                // Where edges are longer than the radius of a bend its triangles face any way; that is no fold.
+                let away = found.inverted.saturating_sub(found.inverted_before);
                 if found.self_intersections + away > 0 && self_intersections(&part, run)?.is_empty() {
                     // The first triangulation is sound where remeshing is not.
                     let what = "a body is left as it was first triangulated: remeshing folded it";
@@ -267,7 +269,14 @@ impl Marks {
 }
 
 /// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
-fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMesh, places: &[Place]) -> Patchwork {
+fn patchwork(
+    solid: &Parametric,
+    marks: &Marks,
+    mut mesh: EditMesh,
+    from: &TriMesh,
+    places: &[Place],
+    sizes: Vec<f64>,
+) -> Patchwork {
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
         for v in t {
@@ -317,11 +326,11 @@ fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMe
             plane: solid.plane(f),
         })
         .collect();
-    Patchwork { mesh, sets, patches }
+    Patchwork { mesh, sets, sizes, patches }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
-fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>) {
+fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
     // Triangles of a node that share an edge at it are of one fan: union-find over corners.
     let corners = 3 * mesh.triangles.len();
     let mut leader: Vec<u32> = (0..corners as u32).collect();
@@ -357,6 +366,7 @@ fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>) {
             let new = *copy.entry(l).or_insert_with(|| {
                 mesh.nodes.push(mesh.nodes[v as usize]);
                 places.push(places[v as usize]);
+                sizes.push(sizes[v as usize]);
                 mesh.nodes.len() as u32 - 1
             });
             mesh.triangles[c / 3][c % 3] = new;

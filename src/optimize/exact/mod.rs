@@ -70,6 +70,8 @@ pub struct ExactReport {
     pub self_intersections: usize,
     /// Triangles that face away from their piece.
     pub inverted: usize,
+    /// The same before anything was done.
+    pub inverted_before: usize,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
 }
@@ -147,6 +149,8 @@ fn remesh(
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     let (options, run) = (r.options, r.run);
+    // A patchwork that brings its sizes has borders that are divided by them.
+    let spaced = !r.work.sizes.is_empty();
     r.merge_doubles();
     r.ask_sizes()?;
     let mut observer = observer;
@@ -156,25 +160,10 @@ fn remesh(
         }
     };
     show("cut", &r);
-    // Inside the patches packing will put everything right.
-    r.look_at_borders();
-    r.collapse_short(TINY)?;
-    for _ in 0..2 {
-        r.flip(false)?;
-        r.mend_worst(POOR)?;
+    report.inverted_before = if spaced { r.folded() } else { 0 };
+    if !spaced {
+        prepare_borders(&mut r, &mut show)?;
     }
-    show("untangle", &r);
-    run.progress("remesh", 0.3);
-    r.space_curves()?;
-    r.look_at_borders();
-    r.flip(false)?;
-    for _ in 0..POLISH {
-        if r.mend_worst(POOR)? == 0 {
-            break;
-        }
-        r.flip(false)?;
-    }
-    show("curves", &r);
     r.look_everywhere();
     r.each_patch(remesh_patch)?;
     show("pack", &r);
@@ -205,6 +194,30 @@ fn remesh(
     report.inverted = r.folded();
     let (seams, corners) = topology(&out, &r);
     Ok(ExactMesh { mesh: out, seams, corners, report })
+}
+
+/// Puts the nodes of borders that cutting left anywhere where they belong.
+fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> Result<()> {
+    // Inside the patches packing will put everything right.
+    r.look_at_borders();
+    r.collapse_short(TINY)?;
+    for _ in 0..2 {
+        r.flip(false)?;
+        r.mend_worst(POOR)?;
+    }
+    show("untangle", r);
+    r.run.progress("remesh", 0.3);
+    r.space_curves()?;
+    r.look_at_borders();
+    r.flip(false)?;
+    for _ in 0..POLISH {
+        if r.mend_worst(POOR)? == 0 {
+            break;
+        }
+        r.flip(false)?;
+    }
+    show("curves", r);
+    Ok(())
 }
 
 /// Borders inside faces and the corners of all borders, in the numbers of the finished mesh.

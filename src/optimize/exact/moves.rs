@@ -13,8 +13,9 @@ const BACKTRACKS: usize = 3;
 const FLAT: f64 = 0.05;
 
 impl Remesher<'_> {
-    /// Moves every free node towards the centroid of its surroundings: over faces weighted by area, along curves to the
-    /// middle of the neighbors.
+    /// Moves every free node towards the centroid of its surroundings: over faces weighted by area over the fourth power of
+    /// the wanted length, the density whose centroids are spaced by it (Q. Du, D. Wang, "Tetrahedral mesh generation and
+    /// optimization based on centroidal Voronoi tessellations", 2003); along curves to the middle of the neighbors.
     pub(super) fn relax(&mut self) -> Result<usize> {
         let mut moved = 0;
         for v in 0..self.work.mesh.node_capacity() as u32 {
@@ -33,8 +34,10 @@ impl Remesher<'_> {
             } else {
                 let m = &self.work.mesh;
                 let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+                let own = self.want[v as usize];
                 for h in m.outgoing(v) {
-                    let w = m.area_vector(h / 3).length();
+                    let others = self.want[m.target(h) as usize] + self.want[m.apex(h) as usize];
+                    let w = m.area_vector(h / 3).length() * (3.0 * own / (own + others)).powi(4);
                     sum += w * m.centroid(h / 3);
                     weight += w;
                 }

@@ -90,6 +90,7 @@ impl Remesher<'_> {
             work: Patchwork {
                 mesh: part.mesh,
                 sets: part.nodes.iter().map(|&v| self.work.sets[v as usize]).collect(),
+                sizes: Vec::new(),
                 patches: self.work.patches.clone(),
             },
         };
@@ -179,7 +180,7 @@ impl Remesher<'_> {
             }
         }
         (0..pinned.len()).filter(|&v| pinned[v]).for_each(|v| mesh.set_pinned(v as u32, true));
-        self.work = Patchwork { mesh, sets, patches: self.work.patches.clone() };
+        self.work = Patchwork { mesh, sets, sizes: Vec::new(), patches: self.work.patches.clone() };
         (self.own, self.want) = (own, want);
         self.rank = (0..self.want.len() as u32).map(|v| self.rank_of(v)).collect();
         Ok(())

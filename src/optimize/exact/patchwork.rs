@@ -83,6 +83,8 @@ pub struct Patchwork {
     pub mesh: EditMesh,
     /// The pieces each node lies on.
     pub sets: Vec<PieceSet>,
+    /// The edge length wanted at each node, where that is known already and borders are divided by it; else empty.
+    pub sizes: Vec<f64>,
     /// What triangle labels stand for.
     pub patches: Arc<[Patch]>,
 }

@@ -7,6 +7,7 @@ mod domain;
 mod edges;
 mod fill;
 mod loops;
+mod sizes;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -17,9 +18,9 @@ use super::chart::Chart;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Graded};
 use domain::Cutter;
-use edges::{Chain, Wish, divide, least_parts};
+use edges::{Chain, Sampled, divide, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::Unroller;
 
@@ -30,7 +31,11 @@ const AT_POLE: f64 = 1e-6;
 
 /// What edge lengths are wanted.
 pub struct MeshSizes<'a> {
-    /// By curvature.
+    /// The greatest.
+    pub size: f64,
+    /// Narrow places ask for no less than this.
+    pub least: f64,
+    /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
     /// By face, where one is asked for.
     pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
@@ -65,6 +70,8 @@ pub struct FaceMeshes {
     pub mesh: TriMesh,
     /// Where each node lies.
     pub places: Vec<Place>,
+    /// The edge length wanted at each node.
+    pub sizes: Vec<f64>,
     /// Faces that could not be meshed.
     pub failures: Vec<Failure>,
     /// Edges that were divided more finely than asked because contours crossed.
@@ -141,14 +148,25 @@ impl Parametric {
     /// *Does not guarantee*: that all faces come out, see [`FaceMeshes::failures`]; that triangles do not intersect.
     /// *Errors*: cancellation.
     pub fn mesh(&self, sizes: &MeshSizes<'_>, run: &Run) -> Result<FaceMeshes> {
-        let wish = Wish { size_at: sizes.size_at, grading: sizes.grading, face_size: sizes.face_size };
         let least = least_parts(&self.brep);
+        let sampled: Vec<Sampled> = run.install(|| {
+            (0..self.brep.edges.len())
+                .into_par_iter()
+                .map(|i| {
+                    let charts: Vec<(u32, &Chart)> =
+                        self.faces_of[i].iter().map(|f| (*f, &self.charts[*f as usize])).collect();
+                    sample(&self.brep.edges[i], &charts, sizes)
+                })
+                .collect()
+        });
+        run.check()?;
+        let field = sizes::field(&self.brep, &self.faces_of, &sampled, sizes, run)?;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
-            let (points, places, chains) = self.chains(&wish, &factor, &least, run)?;
+            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, &least);
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
                     .into_par_iter()
@@ -156,7 +174,7 @@ impl Parametric {
                         if run.is_cancelled() {
                             return Err(Unfilled::Other("cancelled".into()));
                         }
-                        self.face(f as u32, &points, &chains, sizes, &FxHashSet::default())
+                        self.face(f as u32, &points, &chains, sizes, &field, &FxHashSet::default())
                     })
                     .collect()
             });
@@ -182,8 +200,8 @@ impl Parametric {
                 round += 1;
                 continue;
             }
-            let filled = self.undoubled(filled, &points, &chains, sizes, run)?;
-            return Ok(self.joined(points, places, filled, halved));
+            let filled = self.undoubled(filled, &points, &chains, sizes, &field, run)?;
+            return Ok(self.joined(points, places, wants, filled, halved));
         }
     }
 
@@ -195,6 +213,7 @@ impl Parametric {
         points: &[DVec3],
         chains: &[Chain],
         sizes: &MeshSizes<'_>,
+        field: &Graded,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
         const ROUNDS: usize = 3;
@@ -232,37 +251,46 @@ impl Parametric {
             again.sort_unstable();
             again.dedup();
             for f in again {
-                filled[f as usize] = self.face(f, points, chains, sizes, &doubled);
+                filled[f as usize] = self.face(f, points, chains, sizes, field, &doubled);
             }
         }
         Ok(filled)
     }
 
-    /// Nodes of vertices and edges.
+    /// Nodes of vertices and edges, where they lie, and the lengths wanted there.
     fn chains(
         &self,
-        wish: &Wish<'_>,
+        sampled: &[Sampled],
+        field: &Graded,
         factor: &[usize],
         least: &[usize],
-        run: &Run,
-    ) -> Result<(Vec<DVec3>, Vec<Place>, Vec<Chain>)> {
+    ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
+        let mut wants = vec![f64::INFINITY; points.len()];
         let mut chains = Vec::with_capacity(self.brep.edges.len());
         for (i, e) in self.brep.edges.iter().enumerate() {
-            run.check()?;
-            let charts: Vec<(u32, &Chart)> = self.faces_of[i].iter().map(|f| (*f, &self.charts[*f as usize])).collect();
-            let t = divide(e, &charts, wish, factor[i], least[i]);
+            let s = &sampled[i];
+            let t = divide(e, s, field, factor[i], least[i]);
             let mut nodes = vec![e.ends[0]];
+            let mut at = 0;
             for t in &t[1..t.len() - 1] {
                 nodes.push(points.len() as u32);
-                points.push(e.curve.at(*t));
+                let p = e.curve.at(*t);
+                points.push(p);
                 places.push(Place::Edge(i as u32));
+                while at + 2 < s.t.len() && s.t[at + 1] < *t {
+                    at += 1;
+                }
+                wants.push(field.at(p, s.own[at].min(s.own[at + 1])));
             }
             nodes.push(e.ends[1]);
+            for (v, own) in e.ends.iter().zip([s.own[0], s.own[s.own.len() - 1]]) {
+                wants[*v as usize] = wants[*v as usize].min(field.at(points[*v as usize], own));
+            }
             chains.push(Chain { t, nodes });
         }
-        Ok((points, places, chains))
+        (points, places, wants, chains)
     }
 
     fn face(
@@ -271,6 +299,7 @@ impl Parametric {
         points: &[DVec3],
         chains: &[Chain],
         sizes: &MeshSizes<'_>,
+        field: &Graded,
         doubled: &FxHashSet<[u32; 2]>,
     ) -> Result<Filled, Unfilled> {
         let face = &self.brep.faces[f as usize];
@@ -279,9 +308,9 @@ impl Parametric {
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
         let contours = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
         let own = (sizes.face_size)(f);
-        let size_at = |uv: DVec2| {
+        let size_at = |uv: DVec2, p: DVec3| {
             let h = (sizes.size_at)(chart.curvature(uv).unwrap_or(0.0));
-            own.map_or(h, |s| s.min(h))
+            field.at(p, own.map_or(h, |s| s.min(h)))
         };
         let vertices: Vec<u32> =
             face.loops.iter().flatten().flat_map(|c| self.brep.edges[c.edge as usize].ends).collect();
@@ -296,8 +325,10 @@ impl Parametric {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
         let mut nodes = domain.nodes;
+        let mut wants: Vec<f64> = nodes.iter().map(|p| size_at(chart.project(*p), *p)).collect();
         nodes.append(&mut filled.nodes);
-        Ok(Filled { triangles: filled.triangles, nodes })
+        wants.append(&mut filled.sizes);
+        Ok(Filled { triangles: filled.triangles, nodes, sizes: wants })
     }
 
     fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
@@ -311,10 +342,11 @@ impl Parametric {
         &self,
         points: Vec<DVec3>,
         places: Vec<Place>,
+        sizes: Vec<f64>,
         filled: Vec<Result<Filled, Unfilled>>,
         halved: usize,
     ) -> FaceMeshes {
-        let mut out = FaceMeshes { places, halved, ..FaceMeshes::default() };
+        let mut out = FaceMeshes { places, sizes, halved, ..FaceMeshes::default() };
         let first = points.len() as u32;
         out.mesh.nodes = points;
         out.mesh.faces = self.brep.faces.iter().map(|f| f.name.clone()).collect();
@@ -328,6 +360,7 @@ impl Parametric {
                     out.mesh.labels.resize(out.mesh.triangles.len(), face);
                     out.places.extend(std::iter::repeat_n(Place::Face(face), made.nodes.len()));
                     out.mesh.nodes.extend(made.nodes);
+                    out.sizes.extend(made.sizes);
                 }
                 Err(why) => {
                     let reason = match why {
