@@ -71,7 +71,13 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         chord: options.tolerance,
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let sizes = MeshSizes { size, least: sizing.least, size_at: &|k| sizing.at(k), face_size: &|_| None, grading: options.grading };
+    let sizes = MeshSizes {
+        size,
+        least: sizing.least,
+        size_at: &|k| sizing.at(k),
+        face_size: &|_| None,
+        grading: options.grading,
+    };
     let made = solid.mesh(&sizes, run)?;
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];

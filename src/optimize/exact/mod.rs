@@ -34,8 +34,8 @@ const POLISH: usize = 4;
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
-/// Shapes below this are mended one by one: 35 degrees.
-const MEND: f64 = 0.8;
+/// Shapes below this are mended one by one: 42 degrees.
+const MEND: f64 = 0.92;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Nor is it when one triangle in this many intersects others.

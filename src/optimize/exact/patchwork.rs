@@ -126,14 +126,22 @@ impl Patchwork {
 
     /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
+        self.worst_triangle(surface, v, p).0
+    }
+
+    /// The same, and the half-edge that leaves the node in the triangle with that shape.
+    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> (f64, u32) {
         let m = &self.mesh;
-        let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, f64::INFINITY);
+        let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         for h in m.outgoing(v) {
             let label = m.label(h / 3);
             if label != last {
                 (last, normal) = (label, self.normal(surface, label, p));
             }
-            worst = worst.min(shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal));
+            let shape = shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal);
+            if worst.1 == NONE || shape < worst.0 {
+                worst = (shape, h);
+            }
         }
         worst
     }

@@ -89,6 +89,8 @@ pub struct Parametric {
     pub(super) boxes: Vec<Aabb>,
     /// The box around every edge.
     pub(super) edge_boxes: Vec<Aabb>,
+    /// Points of every edge and their parameters: where a search for the nearest one starts.
+    pub(super) samples: Vec<Vec<(f64, DVec3)>>,
     /// The edges two faces share.
     pub(super) between: FxHashMap<[u32; 2], Vec<u32>>,
 }
@@ -128,13 +130,14 @@ impl Parametric {
                 .collect()
         });
         run.check()?;
+        let samples = brep.edges.iter().map(samples_of).collect();
         let mut between: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
         for (e, faces) in faces_of.iter().enumerate() {
             if let [a, b] = faces[..] {
                 between.entry([a.min(b), a.max(b)]).or_default().push(e as u32);
             }
         }
-        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, between })
+        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, samples, between })
     }
 
     /// The box around the model.
@@ -380,6 +383,17 @@ impl Parametric {
         }
         out
     }
+}
+
+/// Points along an edge, several on each of its smooth pieces; none where the curve knows its feet in closed form.
+fn samples_of(e: &super::brep::Edge) -> Vec<(f64, DVec3)> {
+    const PARTS: usize = 4;
+    if e.curve.has_closed_foot() {
+        return Vec::new();
+    }
+    let pieces = e.curve.pieces(e.range);
+    let inner = pieces.windows(2).flat_map(|w| (0..PARTS).map(|k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
+    inner.chain([e.range[1]]).map(|t| (t, e.curve.at(t))).collect()
 }
 
 /// The box around a surface that has no edges.
