@@ -30,6 +30,9 @@ const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
 
+/// Bends narrower than the least length make edges shorter than it down to this share of it.
+const DEEP: f64 = 0.5;
+
 /// A node this near to a point without a normal, as a share of the model, is on it.
 const AT_TIP: f64 = 1e-9;
 
@@ -71,13 +74,12 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         chord: options.tolerance,
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let sizes = MeshSizes {
-        size,
-        least: sizing.least,
-        size_at: &|k| sizing.at(k),
-        face_size: &|_| None,
-        grading: options.grading,
+    let by_curvature = |k: f64| {
+        // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
+        sizing.at(k).min((1.0 / k).max(DEEP * sizing.least))
     };
+    let sizes =
+        MeshSizes { size, least: sizing.least, size_at: &by_curvature, face_size: &|_| None, grading: options.grading };
     let made = solid.mesh(&sizes, run)?;
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];
@@ -168,50 +170,101 @@ fn remeshed(
     let parts = components(&mesh);
     let done = AtomicUsize::new(0);
     let count = parts.len();
-    let results: Vec<Result<(TriMesh, Option<String>)>> = run.install(|| {
+    let results: Vec<Result<Remeshed>> = run.install(|| {
         parts
             .into_par_iter()
             .map(|(part, nodes)| {
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
-                let edit = match EditMesh::new(&part) {
-                    Ok(e) => e,
-                    Err(Error::Cancelled) => return Err(Error::Cancelled),
-                    Err(e) => return Ok((part, Some(format!("not remeshed: {e}")))),
-                };
-                let sizes = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let work = patchwork(solid, &marks, edit, &part, &places, sizes);
-                let quiet = Run::new().with_cancel(run.cancel_token());
-                let ExactMesh { mesh: out, report: found, .. } =
-                    match remesh_patchwork(work, &part, solid, options, &quiet, None) {
-                        Err(Error::Input { message, .. }) => {
-                            return Ok((part, Some(format!("a body is left as it was first triangulated: {message}"))));
-                        }
-                        other => other?,
-                    };
+                let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
+                let out = remeshed_body(solid, &marks, part, &places, &sizes, options, run)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-                // Where edges are longer than the radius of a bend its triangles face any way; that is no fold.
-                let away = found.inverted.saturating_sub(found.inverted_before);
-                if found.self_intersections + away > 0 && self_intersections(&part, run)?.is_empty() {
-                    // The first triangulation is sound where remeshing is not.
-                    let what = "a body is left as it was first triangulated: remeshing folded it";
-                    return Ok((part, Some(what.to_string())));
-                }
-                Ok((out, (away > 0).then(|| format!("{away} triangles face away from their surface"))))
+                Ok(out)
             })
             .collect()
     });
     let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    let mut kept: Vec<u32> = Vec::new();
     for r in results {
-        let (part, shortfall) = r?;
-        report.shortfalls.extend(shortfall);
+        let part = r?;
+        report.shortfalls.extend(part.shortfall);
+        kept.extend(part.kept);
         let start = all.nodes.len() as u32;
-        all.nodes.extend(part.nodes);
-        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + start)));
-        all.labels.extend(part.labels);
+        all.nodes.extend(part.mesh.nodes);
+        all.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|v| v + start)));
+        all.labels.extend(part.mesh.labels);
+    }
+    if !kept.is_empty() {
+        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
+        let names = names.join(", ");
+        report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
     }
     all.drop_unused_nodes();
     Ok(all)
+}
+
+/// A body after remeshing.
+struct Remeshed {
+    mesh: TriMesh,
+    /// Faces that were left as they were first triangulated.
+    kept: Vec<u32>,
+    shortfall: Option<String>,
+}
+
+/// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
+/// where this does not help the whole body is.
+fn remeshed_body(
+    solid: &Parametric,
+    marks: &Marks,
+    part: TriMesh,
+    places: &[Place],
+    sizes: &[f64],
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<Remeshed> {
+    const TRIES: usize = 4;
+    let as_it_was = |part: TriMesh, why: String| {
+        let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
+        Ok(Remeshed { mesh: part, kept: Vec::new(), shortfall })
+    };
+    let mut kept: Vec<u32> = Vec::new();
+    let mut best: Option<(usize, TriMesh)> = None;
+    for _ in 0..TRIES {
+        let edit = match EditMesh::new(&part) {
+            Ok(e) => e,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(e) => return as_it_was(part, e.to_string()),
+        };
+        let work = patchwork(solid, marks, edit, &part, places, sizes.to_vec(), &kept);
+        let quiet = Run::new().with_cancel(run.cancel_token());
+        let ExactMesh { mesh: out, report: found, .. } =
+            match remesh_patchwork(work, &part, solid, options, &quiet, None) {
+                Err(Error::Input { message, .. }) => return as_it_was(part, message),
+                other => other?,
+            };
+        if found.self_intersections == 0 {
+            return Ok(Remeshed { mesh: out, kept, shortfall: None });
+        }
+        let mut folded: Vec<u32> =
+            self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
+        folded.sort_unstable();
+        folded.dedup();
+        let before = kept.len();
+        kept.extend(folded);
+        kept.sort_unstable();
+        kept.dedup();
+        if best.as_ref().is_none_or(|b| found.self_intersections < b.0) {
+            best = Some((found.self_intersections, out));
+        }
+        if kept.len() == before {
+            break;
+        }
+    }
+    let first = self_intersections(&part, run)?.len();
+    match best {
+        Some((count, out)) if count <= first => Ok(Remeshed { mesh: out, kept: Vec::new(), shortfall: None }),
+        _ => as_it_was(part, "remeshing folded it".into()),
+    }
 }
 
 /// The connected parts of a mesh, each with the old numbers of its nodes.
@@ -282,6 +335,7 @@ fn patchwork(
     from: &TriMesh,
     places: &[Place],
     sizes: Vec<f64>,
+    kept: &[u32],
 ) -> Patchwork {
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
@@ -332,7 +386,12 @@ fn patchwork(
             plane: solid.plane(f),
         })
         .collect();
-    Patchwork { mesh, sets, sizes, patches }
+    for (t, l) in from.triangles.iter().zip(&from.labels) {
+        if kept.binary_search(l).is_ok() {
+            t.iter().for_each(|v| mesh.set_pinned(*v, true));
+        }
+    }
+    Patchwork { mesh, sets, sizes, patches, frozen: kept.to_vec() }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

@@ -284,7 +284,10 @@ impl Cutter<'_> {
         }
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         self.put_apexes(&sets);
-        Ok((Patchwork { mesh: self.mesh, sets, sizes: Vec::new(), patches: patches.into() }, self.report))
+        Ok((
+            Patchwork { mesh: self.mesh, sets, sizes: Vec::new(), patches: patches.into(), frozen: Vec::new() },
+            self.report,
+        ))
     }
 }
 

@@ -87,6 +87,8 @@ pub struct Patchwork {
     pub sizes: Vec<f64>,
     /// What triangle labels stand for.
     pub patches: Arc<[Patch]>,
+    /// Patches that stay as they are: ascending labels.
+    pub frozen: Vec<u32>,
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,

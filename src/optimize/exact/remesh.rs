@@ -405,7 +405,7 @@ impl<'a> Remesher<'a> {
     pub(super) fn flip_one(&mut self, h: u32, valence: bool) -> bool {
         let m = &self.work.mesh;
         let o = m.opposite(h);
-        if o == NONE || m.is_sharp(h) {
+        if o == NONE || m.is_sharp(h) || self.work.frozen.binary_search(&m.label(h / 3)).is_ok() {
             return false;
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));

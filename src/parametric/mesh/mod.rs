@@ -29,6 +29,9 @@ const HALVINGS: usize = 5;
 /// A node this near to a pole, as a share of the face's size, is on it.
 const AT_POLE: f64 = 1e-6;
 
+/// Vertices of a face nearer to each other than this share of its size are one.
+const SAME_PLACE: f64 = 1e-9;
+
 /// What edge lengths are wanted.
 pub struct MeshSizes<'a> {
     /// The greatest.
@@ -97,7 +100,8 @@ pub struct Parametric {
 
 impl Parametric {
     /// Looks at all surfaces: samples those without closed forms.
-    pub fn new(brep: Brep, run: &Run) -> Result<Self> {
+    pub fn new(mut brep: Brep, run: &Run) -> Result<Self> {
+        join_vertices(&mut brep);
         let mut faces_of = vec![Vec::new(); brep.edges.len()];
         for (i, f) in brep.faces.iter().enumerate() {
             for c in f.loops.iter().flatten() {
@@ -383,6 +387,37 @@ impl Parametric {
         }
         out
     }
+}
+
+/// Makes vertices of one face that lie at one place one: contours that touch there are joined (\[BOR20\]).
+fn join_vertices(brep: &mut Brep) {
+    let mut leader: Vec<u32> = (0..brep.vertices.len() as u32).collect();
+    for f in &brep.faces {
+        let mut own: Vec<u32> = f.loops.iter().flatten().flat_map(|c| brep.edges[c.edge as usize].ends).collect();
+        own.sort_unstable();
+        own.dedup();
+        let at = |v: u32| brep.vertices[v as usize];
+        let near = SAME_PLACE * Aabb::around(own.iter().map(|v| at(*v))).diagonal();
+        own.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
+        for (i, &a) in own.iter().enumerate() {
+            for &b in own[i + 1..].iter().take_while(|b| at(**b).x - at(a).x <= near) {
+                if at(a).distance(at(b)) <= near {
+                    let (x, y) = (first(&leader, a), first(&leader, b));
+                    leader[x.max(y) as usize] = x.min(y);
+                }
+            }
+        }
+    }
+    for e in &mut brep.edges {
+        e.ends = e.ends.map(|v| first(&leader, v));
+    }
+}
+
+fn first(leader: &[u32], mut v: u32) -> u32 {
+    while leader[v as usize] != v {
+        v = leader[v as usize];
+    }
+    v
 }
 
 /// Points along an edge, several on each of its smooth pieces; none where the curve knows its feet in closed form.

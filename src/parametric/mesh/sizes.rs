@@ -18,6 +18,8 @@ const ACROSS: f64 = 1.0;
 const AROUND: f64 = 3.0;
 /// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
 const INTO: f64 = 0.3;
+/// Narrow places ask for lengths down to this share of the least length.
+const NARROW: f64 = 0.25;
 /// Edges of borders that are short ask for their own length down to this share of the least length.
 const SHORT: f64 = 0.1;
 
@@ -137,7 +139,7 @@ fn narrow_places(
             length * length
         };
         if let Some((_, d)) = tree.nearest(at, sizes.size / ACROSS, across) {
-            let h = (ACROSS * d.sqrt()).max(sizes.least);
+            let h = (ACROSS * d.sqrt()).max(NARROW * sizes.least);
             if h < sizes.size {
                 out.push((at, h));
             }
