@@ -11,6 +11,10 @@ use crate::spatial::{Aabb, Bvh};
 
 /// Cells of the net of samples, at most.
 const MOST_CELLS: usize = 40_000;
+/// Cells of the net per span of a spline, at most; a spline of few spans gets more by the next constant.
+const MOST_PARTS: usize = 4;
+/// How many times as long as wide cells may be.
+const LONG_CELL: f64 = 2.0;
 /// Cells of the net in each direction, at least.
 const LEAST_CELLS: usize = 8;
 /// Squares of distances that differ by less than this share count as equal.
@@ -90,6 +94,19 @@ impl Chart {
 
     fn sampled(&self) -> Net {
         let mut values = [0, 1].map(|k| self.samples(k));
+        // Long cells have boxes that hold much else: they are divided until they are about as wide as long.
+        let length = [0, 1].map(|k| self.cell_length(&values, k));
+        for k in 0..2 {
+            let cells = (values[0].len() - 1) * (values[1].len() - 1);
+            let most = (MOST_CELLS / cells.max(1)).max(1);
+            let parts = ((length[k] / length[1 - k] / LONG_CELL) as usize).clamp(1, most);
+            if parts > 1 {
+                let inner = values[k].windows(2);
+                let last = values[k][values[k].len() - 1];
+                let part = |w: &[f64], i: usize| w[0] + (w[1] - w[0]) * i as f64 / parts as f64;
+                values[k] = inner.flat_map(|w| (0..parts).map(move |i| part(w, i))).chain([last]).collect();
+            }
+        }
         while (values[0].len() - 1) * (values[1].len() - 1) > MOST_CELLS {
             let k = usize::from(values[1].len() > values[0].len());
             let last = values[k][values[k].len() - 1];
@@ -112,12 +129,25 @@ impl Chart {
         Net { bvh: Bvh::new(boxes), ..net }
     }
 
+    /// Mean length of cells along an axis, from a few lines.
+    fn cell_length(&self, values: &[Vec<f64>; 2], axis: usize) -> f64 {
+        let across = &values[1 - axis];
+        let mut sum = 0.0;
+        for k in 1..4 {
+            let fixed = across[k * (across.len() - 1) / 4];
+            let at = |t: f64| self.surface.at(if axis == 0 { DVec2::new(t, fixed) } else { DVec2::new(fixed, t) });
+            sum += values[axis].windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum::<f64>();
+        }
+        (sum / (3 * (values[axis].len() - 1)) as f64).max(f64::MIN_POSITIVE)
+    }
+
     /// Parameters at which the net is sampled.
     fn samples(&self, axis: usize) -> Vec<f64> {
         let [a, b] = self.bounds[axis];
+        let spline = |k: &super::basis::Knots| (k.breaks(), (k.degree() + 1).min(MOST_PARTS));
         let (breaks, parts) = match (&self.surface, axis) {
-            (Surface::Nurbs(n), 0) => (n.u.breaks(), n.u.degree() + 1),
-            (Surface::Nurbs(n), _) => (n.v.breaks(), n.v.degree() + 1),
+            (Surface::Nurbs(n), 0) => spline(&n.u),
+            (Surface::Nurbs(n), _) => spline(&n.v),
             (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => (curve.pieces([a, b]), 4),
             (Surface::Extrusion { .. }, _) => (vec![a, b], 1),
             (Surface::Offset { base, .. }, _) => {

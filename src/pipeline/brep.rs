@@ -30,6 +30,12 @@ const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
 
+/// Without a wish for more, bends and narrow places make at most this many times the nodes the size alone asks for.
+const MOST_DETAIL: f64 = 3.0;
+/// So many nodes are never too many.
+const MANY: usize = 80_000;
+/// Where there are too many the least length grows by this factor.
+const LESS: f64 = 1.6;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
 
@@ -68,19 +74,37 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         report.warnings.push(format!("and {} more such notes", notes.len() - NAMED));
     }
     report.shortfalls.extend(notes.iter().filter(|n| n.message.contains("left out")).map(ToString::to_string));
-    let sizing = Sizing {
+    let mut sizing = Sizing {
         size,
         nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
         chord: options.tolerance,
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let by_curvature = |k: f64| {
-        // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-        sizing.at(k).min((1.0 / k).max(DEEP * sizing.least))
+    let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
+    let first = |sizing: &Sizing, most: usize| {
+        let by_curvature = |k: f64| {
+            // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
+            sizing.at(k).min((1.0 / k).max(DEEP * sizing.least))
+        };
+        let (least, grading) = (sizing.least, options.grading);
+        let sizes = MeshSizes { size, least, size_at: &by_curvature, face_size: &|_| None, grading, most };
+        solid.mesh(&sizes, run)
     };
-    let sizes =
-        MeshSizes { size, least: sizing.least, size_at: &by_curvature, face_size: &|_| None, grading: options.grading };
-    let made = solid.mesh(&sizes, run)?;
+    let mut made = first(&sizing, if free { MANY } else { usize::MAX })?;
+    if made.too_many {
+        let plain = first(&Sizing { least: size, ..sizing }, usize::MAX)?;
+        let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);
+        while made.too_many {
+            sizing.least = (LESS * sizing.least).min(size);
+            made = first(&sizing, if sizing.least < size { most } else { usize::MAX })?;
+        }
+    }
+    if free && sizing.least > size / LEAST_SHARE {
+        report.warnings.push(format!(
+            "bends and narrow places are not followed below {:.6}: there would be too many triangles",
+            sizing.least
+        ));
+    }
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];
         let kind = face.surface.kind();

@@ -1,6 +1,7 @@
 //! Triangles of one face: constrained Delaunay of its contours in the parameter domain, and nodes inside.
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -15,8 +16,8 @@ use crate::spatial::{Aabb, Bvh};
 const WIDE: f64 = 1.35;
 /// No node inside is nearer to a contour than this many wanted lengths.
 const CLEAR: f64 = 0.6;
-/// No face gets more nodes than this inside.
-const MOST_NODES: usize = 4_000_000;
+/// Faces never get more nodes than this inside.
+const MOST_NODES: usize = 40_000_000;
 /// An edge inside whose middle is farther from the surface than this share of its length gets a node there: an arc of 90
 /// degrees is 0.21 of its chord away.
 const BEND: f64 = 0.3;
@@ -67,6 +68,7 @@ pub(super) fn fill(
     first: u32,
     size_at: &dyn Fn(DVec2, DVec3) -> f64,
     doubled: &FxHashSet<[u32; 2]>,
+    (count, most): (&AtomicUsize, usize),
 ) -> Result<Filled, Unfilled> {
     let corners: Vec<DVec2> = domain.polygons.iter().flatten().map(|c| c.uv).collect();
     if corners.len() < 3 || !corners.iter().all(|c| c.is_finite()) {
@@ -99,7 +101,7 @@ pub(super) fn fill(
         border.nearest(p, CLEAR * h, |i| segment_distance_squared(p, segments[i as usize])).is_none()
     };
     let mut found = Vec::new();
-    f.scatter([lo, hi], &inside, size_at, &clear, &mut found)?;
+    f.scatter([lo, hi], &inside, size_at, &clear, (count, most.min(MOST_NODES)), &mut found)?;
     let (mut nodes, mut sizes) = (Vec::with_capacity(found.len()), Vec::with_capacity(found.len()));
     for (uv, p, h) in found {
         let size = h;
@@ -308,6 +310,7 @@ impl Filler<'_> {
         inside: &[bool],
         size_at: &dyn Fn(DVec2, DVec3) -> f64,
         clear: &dyn Fn(DVec3, f64) -> bool,
+        (count, most): (&AtomicUsize, usize),
         found: &mut Vec<(DVec2, DVec3, f64)>,
     ) -> Result<(), Unfilled> {
         let mut stack = vec![(lo, hi, 0u32)];
@@ -333,8 +336,8 @@ impl Filler<'_> {
             ];
             let h = size_at(m, center);
             if wide[0].max(wide[1]) > WIDE * h && depth < DEEPEST {
-                if found.len() > MOST_NODES {
-                    return Err(Unfilled::Other(format!("more than {MOST_NODES} nodes are needed")));
+                if count.load(Ordering::Relaxed) > most {
+                    return Err(Unfilled::Other(format!("more than {most} nodes are needed")));
                 }
                 let (x, y) = (DVec2::new(m.x, b.y), DVec2::new(m.x, a.y));
                 let (z, w) = (DVec2::new(b.x, m.y), DVec2::new(a.x, m.y));
@@ -348,6 +351,7 @@ impl Filler<'_> {
             }
             if self.is_inside(m, inside) && clear(center, h) {
                 found.push((m, center, h));
+                count.fetch_add(1, Ordering::Relaxed);
             }
         }
         Ok(())

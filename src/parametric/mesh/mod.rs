@@ -9,6 +9,8 @@ mod fill;
 mod loops;
 mod sizes;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -44,6 +46,8 @@ pub struct MeshSizes<'a> {
     pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
     /// How fast lengths may grow per length.
     pub grading: f64,
+    /// With more nodes inside faces than this meshing ends at once, see [`FaceMeshes::too_many`].
+    pub most: usize,
 }
 
 /// Where a node lies.
@@ -77,6 +81,8 @@ pub struct FaceMeshes {
     pub sizes: Vec<f64>,
     /// Faces that could not be meshed.
     pub failures: Vec<Failure>,
+    /// Whether there would be more nodes than allowed: then faces are missing.
+    pub too_many: bool,
     /// Edges that were divided more finely than asked because contours crossed.
     pub halved: usize,
 }
@@ -173,6 +179,7 @@ impl Parametric {
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
+            let count = AtomicUsize::new(0);
             let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, &least);
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
@@ -181,11 +188,14 @@ impl Parametric {
                         if run.is_cancelled() {
                             return Err(Unfilled::Other("cancelled".into()));
                         }
-                        self.face(f as u32, &points, &chains, sizes, &field, &FxHashSet::default())
+                        self.face(f as u32, &points, &chains, sizes, &field, &FxHashSet::default(), &count)
                     })
                     .collect()
             });
             run.check()?;
+            if count.load(Ordering::Relaxed) > sizes.most {
+                return Ok(FaceMeshes { too_many: true, ..FaceMeshes::default() });
+            }
             let mut crossing: Vec<u32> = filled
                 .iter()
                 .filter_map(|f| if let Err(Unfilled::Crossing(e)) = f { Some(e) } else { None })
@@ -258,7 +268,7 @@ impl Parametric {
             again.sort_unstable();
             again.dedup();
             for f in again {
-                filled[f as usize] = self.face(f, points, chains, sizes, field, &doubled);
+                filled[f as usize] = self.face(f, points, chains, sizes, field, &doubled, &AtomicUsize::new(0));
             }
         }
         Ok(filled)
@@ -308,6 +318,7 @@ impl Parametric {
         sizes: &MeshSizes<'_>,
         field: &Graded,
         doubled: &FxHashSet<[u32; 2]>,
+        count: &AtomicUsize,
     ) -> Result<Filled, Unfilled> {
         let face = &self.brep.faces[f as usize];
         let chart = &self.charts[f as usize];
@@ -327,7 +338,8 @@ impl Parametric {
         let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
-        let mut filled = fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled)?;
+        let mut filled =
+            fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled, (count, sizes.most))?;
         if !face.outward {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }

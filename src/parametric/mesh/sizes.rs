@@ -19,7 +19,7 @@ const AROUND: f64 = 3.0;
 /// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
 const INTO: f64 = 0.3;
 /// Narrow places ask for lengths down to this share of the least length.
-const NARROW: f64 = 0.25;
+const NARROW: f64 = 0.1;
 /// Edges of borders that are short ask for their own length down to this share of the least length.
 const SHORT: f64 = 0.1;
 

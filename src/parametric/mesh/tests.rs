@@ -24,7 +24,10 @@ fn sound(brep: Brep, share: f64) -> (Parametric, FaceMeshes) {
     let size = share * p.bounds().diagonal();
     let by = move |k: f64| size.min(0.35 / k.max(1e-300)).max(size / 6.0);
     let m = p
-        .mesh(&MeshSizes { size, least: size / 6.0, size_at: &by, face_size: &|_| None, grading: 0.3 }, &Run::new())
+        .mesh(
+            &MeshSizes { size, least: size / 6.0, size_at: &by, face_size: &|_| None, grading: 0.3, most: usize::MAX },
+            &Run::new(),
+        )
         .unwrap();
     assert!(m.failures.is_empty(), "{:?}", m.failures);
     let mut mesh = m.mesh.clone();
@@ -68,9 +71,19 @@ fn the_same_for_any_number_of_threads() {
     let one = |n| {
         let run = Run::new().with_threads(n).unwrap();
         let p = Parametric::new(file("cylinder_without_seam.step"), &run).unwrap();
-        p.mesh(&MeshSizes { size: 6.0, least: 1.5, size_at: &|_| 6.0, face_size: &|_| None, grading: 0.3 }, &run)
-            .unwrap()
-            .mesh
+        p.mesh(
+            &MeshSizes {
+                size: 6.0,
+                least: 1.5,
+                size_at: &|_| 6.0,
+                face_size: &|_| None,
+                grading: 0.3,
+                most: usize::MAX,
+            },
+            &run,
+        )
+        .unwrap()
+        .mesh
     };
     assert_eq!(one(1), one(3));
 }
@@ -167,7 +180,17 @@ fn a_face_that_cannot_be_meshed_is_named() {
     b.faces[0].loops.pop();
     let p = Parametric::new(b, &Run::new()).unwrap();
     let m = p
-        .mesh(&MeshSizes { size: 9.0, least: 3.0, size_at: &|_| 9.0, face_size: &|_| None, grading: 0.3 }, &Run::new())
+        .mesh(
+            &MeshSizes {
+                size: 9.0,
+                least: 3.0,
+                size_at: &|_| 9.0,
+                face_size: &|_| None,
+                grading: 0.3,
+                most: usize::MAX,
+            },
+            &Run::new(),
+        )
         .unwrap();
     assert_eq!(m.failures.iter().map(|f| f.face).collect::<Vec<_>>(), [0]);
     assert!(m.failures[0].reason.contains("no pole") && !m.mesh.triangles.is_empty());
