@@ -437,6 +437,9 @@ mod tests {
             let slack = 0.02 * chart.at(last).distance(p);
             prop_assert!(chart.at(near).distance(p) <= off.abs() + slack + 1e-9 && (near.x - last.x).abs() < 3.2);
             prop_assert!(chart.at(chart.project_roughly(p)).distance(p) < 0.3);
+            // Normals between those of the net's corners are a few degrees away from the exact ones.
+            prop_assert!(chart.normal_near(p).unwrap().dot(chart.normal(uv).unwrap()) > 0.98);
+            prop_assert!(chart.foot(p).distance(chart.at(uv)) < 1e-9);
         }
     }
 }
