@@ -27,7 +27,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 TARGET = HERE.parent.parent / "target"
-OURS = TARGET / "release" / "rvachev"
+OURS = Path(os.environ.get("RVACHEV", TARGET / "release" / "rvachev"))
 OUT = TARGET / "parametric-bench"
 LIMIT = 60
 CLEAN = {**{k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")},
