@@ -6,8 +6,8 @@ use crate::error::{Error, Place, Result};
 /// The highest degree: enough for what systems write, and small enough for arrays on the stack.
 pub const MAX_DEGREE: usize = 25;
 
-/// Room for the basis functions that do not vanish in a span.
-pub type Row = [f64; MAX_DEGREE + 1];
+/// Room for the basis functions of any degree that do not vanish in a span.
+pub const ANY: usize = MAX_DEGREE + 1;
 
 /// A degree and its knots, each repeated as often as it counts.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,15 +85,18 @@ impl Knots {
     }
 
     /// The basis functions that do not vanish at `t`, in its span, and their first and second derivatives; the first
-    /// belongs to control point `span - degree`. `t` is clamped to the domain.
-    pub fn basis(&self, t: f64) -> (usize, [Row; 3]) {
+    /// belongs to control point `span - degree`. `t` is clamped to the domain. `N` is the room for them, more than the
+    /// degree.
+    pub fn basis<const N: usize>(&self, t: f64) -> (usize, [[f64; N]; 3]) {
         let [lo, hi] = self.domain();
         let t = t.clamp(lo, hi);
-        let (p, span, k) = (self.degree, self.span(t), &self.values);
-        let mut rows: [Row; 3] = [[0.0; MAX_DEGREE + 1]; 3];
+        let (p, span) = (self.degree, self.span(t));
+        // The knots around the span: of those more than a degree away none counts.
+        let k = &self.values[span + 1 - p..=span + p];
+        let mut rows = [[0.0; N]; 3];
         // `now` holds the functions of degree q; those of degree p - 1 and p - 2 are kept for the derivatives.
-        let mut now: Row = [0.0; MAX_DEGREE + 1];
-        let (mut one, mut two): (Row, Row) = (now, now);
+        let mut now = [0.0; N];
+        let (mut one, mut two) = (now, now);
         now[0] = 1.0;
         for q in 1..=p {
             if q + 1 == p {
@@ -104,7 +107,7 @@ impl Knots {
             }
             let mut saved = 0.0;
             for r in 0..q {
-                let (right, left) = (k[span + r + 1], k[span + r + 1 - q]);
+                let (right, left) = (k[p + r], k[p + r - q]);
                 let share = now[r] / (right - left);
                 now[r] = saved + (right - t) * share;
                 saved = (t - left) * share;
@@ -112,29 +115,25 @@ impl Knots {
             now[q] = saved;
         }
         rows[0] = now;
-        rows[1] = raised(&one, k, span, p);
+        rows[1] = raised(&one, k, p, p);
         if p >= 2 {
-            rows[2] = raised(&raised(&two, k, span, p - 1), k, span, p);
+            rows[2] = raised(&raised(&two, k, p, p - 1), k, p, p);
         }
         (span, rows)
     }
 }
 
-/// Derivatives of the functions of degree `q` from values (or derivatives) of those of degree `q - 1`:
-/// N'_{i,q} = q (N_{i,q-1} / (t_{i+q} - t_i) - N_{i+1,q-1} / (t_{i+q+1} - t_{i+1})).
-fn raised(lower: &Row, k: &[f64], span: usize, q: usize) -> Row {
-    let mut out: Row = [0.0; MAX_DEGREE + 1];
-    for r in 0..=q {
-        let i = span + r - q;
-        let mut sum = 0.0;
-        if r > 0 {
-            sum += lower[r - 1] / (k[i + q] - k[i]);
-        }
-        if r < q {
-            sum -= lower[r] / (k[i + q + 1] - k[i + 1]);
-        }
-        out[r] = q as f64 * sum;
+/// Derivatives of the functions of degree `q` from values (or derivatives) of those of degree `q - 1`, both in the span
+/// that begins at knot `p - 1` of `k`: N'_{i,q} = q (N_{i,q-1} / (t_{i+q} - t_i) - N_{i+1,q-1} / (t_{i+q+1} - t_{i+1})).
+fn raised<const N: usize>(lower: &[f64; N], k: &[f64], p: usize, q: usize) -> [f64; N] {
+    let mut out = [0.0; N];
+    let mut before = 0.0;
+    for r in 0..q {
+        let share = lower[r] / (k[p + r] - k[p + r - q]);
+        out[r] = q as f64 * (before - share);
+        before = share;
     }
+    out[q] = q as f64 * before;
     out
 }
 
@@ -162,12 +161,12 @@ mod tests {
             let ends = |v: f64| std::iter::repeat_n(v, degree + 1);
             let knots = Knots::new(degree, ends(0.0).chain(inner).chain(ends(end)).collect(), n).unwrap();
             let t = t * end;
-            let (span, rows) = knots.basis(t);
+            let (span, rows) = knots.basis::<ANY>(t);
             prop_assert!((rows[0].iter().sum::<f64>() - 1.0).abs() < 1e-12);
             prop_assert!(rows[1].iter().sum::<f64>().abs() < 1e-9);
             let e = 1e-5;
-            let (s0, a) = knots.basis(t - e);
-            let (s1, b) = knots.basis(t + e);
+            let (s0, a) = knots.basis::<ANY>(t - e);
+            let (s1, b) = knots.basis::<ANY>(t + e);
             if s0 == span && s1 == span {
                 for i in 0..=degree {
                     prop_assert!(((b[0][i] - a[0][i]) / (2.0 * e) - rows[1][i]).abs() < 1e-6);

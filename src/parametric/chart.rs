@@ -1,6 +1,8 @@
 //! A surface with what it takes to find parameters of points: closed forms where there are any, else a net of samples to
 //! start from and Newton's method.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::{DVec2, DVec3};
 
 use super::curve::Curve;
@@ -9,10 +11,16 @@ use crate::spatial::{Aabb, Bvh};
 
 /// Cells of the net of samples, at most.
 const MOST_CELLS: usize = 40_000;
+/// Cells of the net per span of a spline, at most; a spline of few spans gets more by the next constant.
+const MOST_PARTS: usize = 4;
+/// How many times as long as wide cells may be.
+const LONG_CELL: f64 = 2.0;
 /// Cells of the net in each direction, at least.
 const LEAST_CELLS: usize = 8;
 /// Squares of distances that differ by less than this share count as equal.
 const FLAT: f64 = 1e-11;
+/// Cosine of the angle between normals at corners of a cell up to which those between are taken from them: 25 degrees.
+const FLAT_CELL: f64 = 0.9;
 /// Steps of Newton's method, at most.
 const NEWTON_STEPS: usize = 20;
 
@@ -30,8 +38,22 @@ pub(super) struct Chart {
 #[derive(Debug, Clone)]
 struct Net {
     points: Vec<DVec3>,
+    /// Unit normals Su x Sv, zero where there is none.
+    normals: Vec<DVec3>,
     values: [Vec<f64>; 2],
     bvh: Bvh,
+    last: Last,
+}
+
+/// The triangle found last: where the next search starts. It bounds the search and does not change what is found, so it
+/// does not matter which thread left it there.
+#[derive(Debug, Default)]
+struct Last(AtomicU32);
+
+impl Clone for Last {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl Chart {
@@ -72,6 +94,19 @@ impl Chart {
 
     fn sampled(&self) -> Net {
         let mut values = [0, 1].map(|k| self.samples(k));
+        // Long cells have boxes that hold much else: they are divided until they are about as wide as long.
+        let length = [0, 1].map(|k| self.cell_length(&values, k));
+        for k in 0..2 {
+            let cells = (values[0].len() - 1) * (values[1].len() - 1);
+            let most = (MOST_CELLS / cells.max(1)).max(1);
+            let parts = ((length[k] / length[1 - k] / LONG_CELL) as usize).clamp(1, most);
+            if parts > 1 {
+                let inner = values[k].windows(2);
+                let last = values[k][values[k].len() - 1];
+                let part = |w: &[f64], i: usize| w[0] + (w[1] - w[0]) * i as f64 / parts as f64;
+                values[k] = inner.flat_map(|w| (0..parts).map(move |i| part(w, i))).chain([last]).collect();
+            }
+        }
         while (values[0].len() - 1) * (values[1].len() - 1) > MOST_CELLS {
             let k = usize::from(values[1].len() > values[0].len());
             let last = values[k][values[k].len() - 1];
@@ -80,23 +115,39 @@ impl Chart {
                 values[k].push(last);
             }
         }
-        let points: Vec<DVec3> = values[0]
+        let (points, normals): (Vec<DVec3>, Vec<DVec3>) = values[0]
             .iter()
             .flat_map(|u| values[1].iter().map(move |v| (*u, *v)))
-            .map(|(u, v)| self.surface.at(DVec2::new(u, v)))
-            .collect();
-        let net = Net { points, bvh: Bvh::new(Vec::new()), values };
+            .map(|(u, v)| {
+                let [s, su, sv, ..] = self.surface.jet(u, v);
+                (s, super::surface::unit_normal(su, sv).unwrap_or(DVec3::ZERO))
+            })
+            .unzip();
+        let net = Net { points, normals, bvh: Bvh::new(Vec::new()), values, last: Last::default() };
         let count = 2 * (net.values[0].len() - 1) * (net.values[1].len() - 1);
         let boxes = (0..count).map(|t| Aabb::around(net.triangle(t).map(|c| net.points[c]))).collect();
         Net { bvh: Bvh::new(boxes), ..net }
     }
 
+    /// Mean length of cells along an axis, from a few lines.
+    fn cell_length(&self, values: &[Vec<f64>; 2], axis: usize) -> f64 {
+        let across = &values[1 - axis];
+        let mut sum = 0.0;
+        for k in 1..4 {
+            let fixed = across[k * (across.len() - 1) / 4];
+            let at = |t: f64| self.surface.at(if axis == 0 { DVec2::new(t, fixed) } else { DVec2::new(fixed, t) });
+            sum += values[axis].windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum::<f64>();
+        }
+        (sum / (3 * (values[axis].len() - 1)) as f64).max(f64::MIN_POSITIVE)
+    }
+
     /// Parameters at which the net is sampled.
     fn samples(&self, axis: usize) -> Vec<f64> {
         let [a, b] = self.bounds[axis];
+        let spline = |k: &super::basis::Knots| (k.breaks(), (k.degree() + 1).min(MOST_PARTS));
         let (breaks, parts) = match (&self.surface, axis) {
-            (Surface::Nurbs(n), 0) => (n.u.breaks(), n.u.degree() + 1),
-            (Surface::Nurbs(n), _) => (n.v.breaks(), n.v.degree() + 1),
+            (Surface::Nurbs(n), 0) => spline(&n.u),
+            (Surface::Nurbs(n), _) => spline(&n.v),
             (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => (curve.pieces([a, b]), 4),
             (Surface::Extrusion { .. }, _) => (vec![a, b], 1),
             (Surface::Offset { base, .. }, _) => {
@@ -150,12 +201,34 @@ impl Chart {
         self.newton(p, net.nearest(p))
     }
 
+    /// The point nearest to `p`.
+    pub(super) fn foot(&self, p: DVec3) -> DVec3 {
+        match self.surface.nearest(p) {
+            Some((q, _)) => q,
+            None => self.at(self.project(p)),
+        }
+    }
+
     /// Parameters of the nearest point to about the spacing of the net; exact where there is a closed form.
     pub(super) fn project_roughly(&self, p: DVec3) -> DVec2 {
         match &self.net {
             None => self.surface.foot(p).unwrap_or_default(),
             Some(net) => net.nearest(p),
         }
+    }
+
+    /// Unit normal Su x Sv near a point: exact where there is a closed form, else between those of the net's corners.
+    pub(super) fn normal_near(&self, p: DVec3) -> Option<DVec3> {
+        if let Some((_, n)) = self.surface.nearest(p) {
+            return Some(n);
+        }
+        let Some(net) = &self.net else { return self.normal(self.surface.foot(p)?) };
+        let (c, w) = net.found(p)?;
+        let [a, b, d] = c.map(|k| net.normals[k]);
+        if a.dot(b).min(b.dot(d)).min(d.dot(a)) > FLAT_CELL {
+            return (w[0] * a + w[1] * b + w[2] * d).try_normalize();
+        }
+        self.normal((0..3).map(|k| w[k] * net.uv(c[k])).sum())
     }
 
     /// Parameters of the nearest point, as near to `last` as periods allow; where there are several feet, the one next to
@@ -282,12 +355,21 @@ impl Net {
 
     /// Parameters of the nearest point of the net's triangles.
     fn nearest(&self, p: DVec3) -> DVec2 {
-        let corners = |t: u32| self.triangle(t as usize).map(|c| self.points[c]);
-        let found = self.bvh.nearest(p, f64::INFINITY, |t| crate::spatial::triangle_distance_squared(p, corners(t)));
-        let Some((t, _)) = found else { return self.uv(0) };
-        let c = self.triangle(t as usize);
-        let w = weights(p, corners(t));
+        let Some((c, w)) = self.found(p) else { return self.uv(0) };
         (0..3).map(|k| w[k] * self.uv(c[k])).sum()
+    }
+
+    /// Corners of the nearest triangle, and the weights of its nearest point.
+    fn found(&self, p: DVec3) -> Option<([usize; 3], [f64; 3])> {
+        let corners = |t: u32| self.triangle(t as usize).map(|c| self.points[c]);
+        let away = |t: u32| crate::spatial::triangle_distance_squared(p, corners(t));
+        // The triangle found last is near, so it leaves little to look at.
+        let bound = away(self.last.0.load(Ordering::Relaxed)).sqrt() * (1.0 + 1e-9);
+        let found = self.bvh.nearest(p, bound, away).or_else(|| self.bvh.nearest(p, f64::INFINITY, away));
+        let (t, _) = found?;
+        self.last.0.store(t, Ordering::Relaxed);
+        let c = self.triangle(t as usize);
+        Some((c, weights(p, corners(t))))
     }
 }
 
@@ -355,6 +437,9 @@ mod tests {
             let slack = 0.02 * chart.at(last).distance(p);
             prop_assert!(chart.at(near).distance(p) <= off.abs() + slack + 1e-9 && (near.x - last.x).abs() < 3.2);
             prop_assert!(chart.at(chart.project_roughly(p)).distance(p) < 0.3);
+            // Normals between those of the net's corners are a few degrees away from the exact ones.
+            prop_assert!(chart.normal_near(p).unwrap().dot(chart.normal(uv).unwrap()) > 0.98);
+            prop_assert!(chart.foot(p).distance(chart.at(uv)) < 1e-9);
         }
     }
 }

@@ -161,6 +161,15 @@ impl Curve {
         self.pieces(range).windows(2).map(|w| gauss(w[0], w[1], |t| self.jet(t)[1].length())).sum()
     }
 
+    /// Whether [`project`](Self::project) needs no start: lines and circles.
+    pub fn has_closed_foot(&self) -> bool {
+        match self {
+            Curve::Line { .. } => true,
+            Curve::Ellipse { a, b, .. } => a == b,
+            _ => false,
+        }
+    }
+
     /// The parameter in `range` of the point nearest to `p`. With `near`, the local one there; without, the best of all
     /// that the [`pieces`](Self::pieces) lead to. On a curve that repeats itself the answer is the one inside `range`.
     pub fn project(&self, p: DVec3, range: [f64; 2], near: Option<f64>) -> f64 {

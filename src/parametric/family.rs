@@ -3,7 +3,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::basis::Knots;
+use super::basis::{ANY, Knots};
 use super::curve::Curve;
 use super::frame::Similarity;
 use super::nurbs::{NurbsCurve, NurbsSurface, compatible};
@@ -114,7 +114,7 @@ impl Family {
                 }
             }
             Across::Spline { knots, .. } => {
-                let (span, rows) = knots.basis(v);
+                let (span, rows) = knots.basis::<ANY>(v);
                 let p = knots.degree();
                 for r in 0..=p {
                     out[span - p + r] = [rows[0][r], rows[1][r], rows[2][r]];

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::basis::{Knots, Row};
+use super::basis::{ANY, Knots};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
@@ -130,7 +130,15 @@ impl NurbsCurve {
     pub fn jet(&self, t: f64) -> [DVec3; 3] {
         let [a, b] = self.knots.domain();
         let t = if self.closed && !(a..=b).contains(&t) { a + (t - a).rem_euclid(b - a) } else { t };
-        let (span, rows) = self.knots.basis(t);
+        match self.knots.degree() {
+            0..=3 => self.jet_by::<4>(t),
+            4..=8 => self.jet_by::<9>(t),
+            _ => self.jet_by::<ANY>(t),
+        }
+    }
+
+    fn jet_by<const N: usize>(&self, t: f64) -> [DVec3; 3] {
+        let (span, rows) = self.knots.basis::<N>(t);
         let p = self.knots.degree();
         let mut h = [DVec4::ZERO; 3];
         for (r, point) in self.points[span - p..=span].iter().enumerate() {
@@ -260,7 +268,15 @@ impl NurbsSurface {
 
     /// Point and derivatives: S, Su, Sv, Suu, Suv, Svv. Outside its domain the surface ends.
     pub fn jet(&self, u: f64, v: f64) -> [DVec3; 6] {
-        let ((su, a), (sv, b)) = (self.u.basis(u), self.v.basis(v));
+        match self.u.degree().max(self.v.degree()) {
+            0..=3 => self.jet_by::<4>(u, v),
+            4..=8 => self.jet_by::<9>(u, v),
+            _ => self.jet_by::<ANY>(u, v),
+        }
+    }
+
+    fn jet_by<const N: usize>(&self, u: f64, v: f64) -> [DVec3; 6] {
+        let ((su, a), (sv, b)) = (self.u.basis::<N>(u), self.v.basis::<N>(v));
         let (p, q, nv) = (self.u.degree(), self.v.degree(), self.v.points());
         let mut h = [DVec4::ZERO; 6];
         for r in 0..=p {
@@ -271,16 +287,12 @@ impl NurbsSurface {
                     s[k] += b[k][c] * *point;
                 }
             }
-            let weight = |k: usize| -> f64 {
-                let row: &Row = &a[k];
-                row[r]
-            };
-            h[0] += weight(0) * s[0];
-            h[1] += weight(1) * s[0];
-            h[2] += weight(0) * s[1];
-            h[3] += weight(2) * s[0];
-            h[4] += weight(1) * s[1];
-            h[5] += weight(0) * s[2];
+            h[0] += a[0][r] * s[0];
+            h[1] += a[1][r] * s[0];
+            h[2] += a[0][r] * s[1];
+            h[3] += a[2][r] * s[0];
+            h[4] += a[1][r] * s[1];
+            h[5] += a[0][r] * s[2];
         }
         if !self.rational {
             return h.map(|x| x.truncate() / h[0].w);

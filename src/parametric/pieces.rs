@@ -10,21 +10,22 @@ use crate::geometry::{Foot, Pieces, SurfaceOracle};
 impl Parametric {
     /// Unit normal of a face's surface near a point, to the side of Su x Sv.
     fn normal_near(&self, face: u32, p: DVec3) -> Option<DVec3> {
-        let chart = self.charts.get(face as usize)?;
-        chart.normal(chart.project_roughly(p))
+        self.charts.get(face as usize)?.normal_near(p)
     }
 
     /// The point of a face's surface nearest to `p`; the surface is taken as a whole, without its borders.
     pub fn foot(&self, face: u32, p: DVec3) -> Option<DVec3> {
-        let chart = self.charts.get(face as usize)?;
-        let q = chart.at(chart.project(p));
+        let q = self.charts.get(face as usize)?.foot(p);
         q.is_finite().then_some(q)
     }
 
     /// The point nearest to `p` on an edge.
     fn on_edge(&self, edge: u32, p: DVec3) -> DVec3 {
-        let e = &self.brep.edges[edge as usize];
-        e.curve.at(e.curve.project(p, e.range, None))
+        let (e, samples) = (&self.brep.edges[edge as usize], &self.samples[edge as usize]);
+        // Between the neighbors of the nearest sample the curve turns little: Newton's method finds the foot there.
+        let near = samples.iter().map(|s| s.1.distance_squared(p)).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let t = near.map(|n| samples[n.0].0);
+        e.curve.at(e.curve.project(p, e.range, t))
     }
 
     /// The point nearest to `p` on the edges two faces share.

@@ -12,6 +12,8 @@ use super::nurbs::NurbsSurface;
 /// A boundary of the parameters that is shorter than this share of the surface is a point; one whose opposite is nearer
 /// than that is its continuation. Files give coordinates to some eight digits.
 const SAME: f64 = 1e-6;
+/// Nearer to an axis than this share of the distance from its origin directions around it are not trusted.
+const AXIS: f64 = 1e-9;
 /// Step for derivatives that are not known in closed form, as a share of the parameter's range.
 const STEP: f64 = 1e-5;
 
@@ -349,6 +351,46 @@ impl Surface {
         }
     }
 
+    /// The point nearest to `p` and the unit normal Su x Sv there, without parameters, for surfaces with a closed form and
+    /// off their axes; the same as by [`foot`](Self::foot) to rounding, and several times faster.
+    pub fn nearest(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
+        let upright = |frame: &Frame| {
+            let d = p - frame.origin;
+            let z = d.dot(frame.z());
+            let out = d - z * frame.z();
+            let rho = out.length();
+            (rho > AXIS * d.length()).then(|| (z, rho, out / rho))
+        };
+        match self {
+            Surface::Plane { frame } => {
+                let n = frame.z();
+                Some((p - n * n.dot(p - frame.origin), n))
+            }
+            Surface::Cylinder { frame, radius } => {
+                let (z, _, r) = upright(frame)?;
+                Some((frame.origin + z * frame.z() + *radius * r, r))
+            }
+            Surface::Sphere { frame, radius } => {
+                let n = (p - frame.origin).try_normalize()?;
+                Some((frame.origin + *radius * n, n))
+            }
+            Surface::Cone { frame, radius, slope } => {
+                let (z, rho, r) = upright(frame)?;
+                let v = ((rho - radius) * slope + z) / (1.0 + slope * slope);
+                let at = radius + slope * v;
+                // Near the tip the other half may be nearer.
+                let n = (r - *slope * frame.z()) / (1.0 + slope * slope).sqrt();
+                (at > 0.5 * rho).then(|| (frame.origin + at * r + v * frame.z(), n))
+            }
+            Surface::Torus { frame, major, minor } if major > minor => {
+                let (z, rho, r) = upright(frame)?;
+                let n = ((rho - major) * r + z * frame.z()).try_normalize()?;
+                Some((frame.origin + *major * r + *minor * n, n))
+            }
+            _ => None,
+        }
+    }
+
     /// Unit normal Su x Sv, `None` where it vanishes.
     pub fn normal(&self, uv: DVec2) -> Option<DVec3> {
         let [_, su, sv, ..] = self.jet(uv.x, uv.y);
@@ -425,7 +467,7 @@ impl Surface {
 }
 
 /// The unit vector along `su x sv`, unless these are parallel to rounding.
-fn unit_normal(su: DVec3, sv: DVec3) -> Option<DVec3> {
+pub(super) fn unit_normal(su: DVec3, sv: DVec3) -> Option<DVec3> {
     let n = su.cross(sv);
     if n.length() > 1e-12 * su.length() * sv.length() { n.try_normalize() } else { None }
 }

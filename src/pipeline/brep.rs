@@ -30,6 +30,15 @@ const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
 
+/// Without a wish for more, bends and narrow places make at most this many times the nodes the size alone asks for.
+const MOST_DETAIL: f64 = 3.0;
+/// So many nodes are never too many.
+const MANY: usize = 80_000;
+/// Where there are too many the least length grows by this factor.
+const LESS: f64 = 1.6;
+/// Bends narrower than the least length make edges shorter than it down to this share of it.
+const DEEP: f64 = 0.5;
+
 /// A node this near to a point without a normal, as a share of the model, is on it.
 const AT_TIP: f64 = 1e-9;
 
@@ -65,14 +74,37 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         report.warnings.push(format!("and {} more such notes", notes.len() - NAMED));
     }
     report.shortfalls.extend(notes.iter().filter(|n| n.message.contains("left out")).map(ToString::to_string));
-    let sizing = Sizing {
+    let mut sizing = Sizing {
         size,
         nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
         chord: options.tolerance,
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let sizes = MeshSizes { size_at: &|k| sizing.at(k), face_size: &|_| None, grading: options.grading };
-    let made = solid.mesh(&sizes, run)?;
+    let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
+    let first = |sizing: &Sizing, most: usize| {
+        let by_curvature = |k: f64| {
+            // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
+            sizing.at(k).min((1.0 / k).max(DEEP * sizing.least))
+        };
+        let (least, grading) = (sizing.least, options.grading);
+        let sizes = MeshSizes { size, least, size_at: &by_curvature, face_size: &|_| None, grading, most };
+        solid.mesh(&sizes, run)
+    };
+    let mut made = first(&sizing, if free { MANY } else { usize::MAX })?;
+    if made.too_many {
+        let plain = first(&Sizing { least: size, ..sizing }, usize::MAX)?;
+        let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);
+        while made.too_many {
+            sizing.least = (LESS * sizing.least).min(size);
+            made = first(&sizing, if sizing.least < size { most } else { usize::MAX })?;
+        }
+    }
+    if free && sizing.least > size / LEAST_SHARE {
+        report.warnings.push(format!(
+            "bends and narrow places are not followed below {:.6}: there would be too many triangles",
+            sizing.least
+        ));
+    }
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];
         let kind = face.surface.kind();
@@ -155,55 +187,108 @@ fn remeshed(
     report: &mut Report,
     run: &Run,
 ) -> Result<TriMesh> {
-    let FaceMeshes { mut mesh, mut places, .. } = made;
-    split_fans(&mut mesh, &mut places);
+    let FaceMeshes { mut mesh, mut places, mut sizes, .. } = made;
+    split_fans(&mut mesh, &mut places, &mut sizes);
     let marks = Marks::new(solid);
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
     let done = AtomicUsize::new(0);
     let count = parts.len();
-    let results: Vec<Result<(TriMesh, Option<String>)>> = run.install(|| {
+    let results: Vec<Result<Remeshed>> = run.install(|| {
         parts
             .into_par_iter()
             .map(|(part, nodes)| {
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
-                let edit = match EditMesh::new(&part) {
-                    Ok(e) => e,
-                    Err(Error::Cancelled) => return Err(Error::Cancelled),
-                    Err(e) => return Ok((part, Some(format!("not remeshed: {e}")))),
-                };
-                let work = patchwork(solid, &marks, edit, &part, &places);
-                let quiet = Run::new().with_cancel(run.cancel_token());
-                let ExactMesh { mesh: out, report: found, .. } =
-                    match remesh_patchwork(work, &part, solid, options, &quiet, None) {
-                        Err(Error::Input { message, .. }) => {
-                            return Ok((part, Some(format!("a body is left as it was first triangulated: {message}"))));
-                        }
-                        other => other?,
-                    };
+                let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
+                let out = remeshed_body(solid, &marks, part, &places, &sizes, options, run)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-                let away = found.inverted;
-                if found.self_intersections + away > 0 && self_intersections(&part, run)?.is_empty() {
-                    // The first triangulation is sound where remeshing is not.
-                    let what = "a body is left as it was first triangulated: remeshing folded it";
-                    return Ok((part, Some(what.to_string())));
-                }
-                Ok((out, (away > 0).then(|| format!("{away} triangles face away from their surface"))))
+                Ok(out)
             })
             .collect()
     });
     let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    let mut kept: Vec<u32> = Vec::new();
     for r in results {
-        let (part, shortfall) = r?;
-        report.shortfalls.extend(shortfall);
+        let part = r?;
+        report.shortfalls.extend(part.shortfall);
+        kept.extend(part.kept);
         let start = all.nodes.len() as u32;
-        all.nodes.extend(part.nodes);
-        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + start)));
-        all.labels.extend(part.labels);
+        all.nodes.extend(part.mesh.nodes);
+        all.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|v| v + start)));
+        all.labels.extend(part.mesh.labels);
+    }
+    if !kept.is_empty() {
+        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
+        let names = names.join(", ");
+        report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
     }
     all.drop_unused_nodes();
     Ok(all)
+}
+
+/// A body after remeshing.
+struct Remeshed {
+    mesh: TriMesh,
+    /// Faces that were left as they were first triangulated.
+    kept: Vec<u32>,
+    shortfall: Option<String>,
+}
+
+/// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
+/// where this does not help the whole body is.
+fn remeshed_body(
+    solid: &Parametric,
+    marks: &Marks,
+    part: TriMesh,
+    places: &[Place],
+    sizes: &[f64],
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<Remeshed> {
+    const TRIES: usize = 4;
+    let as_it_was = |part: TriMesh, why: String| {
+        let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
+        Ok(Remeshed { mesh: part, kept: Vec::new(), shortfall })
+    };
+    let mut kept: Vec<u32> = Vec::new();
+    let mut best: Option<(usize, TriMesh)> = None;
+    for _ in 0..TRIES {
+        let edit = match EditMesh::new(&part) {
+            Ok(e) => e,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(e) => return as_it_was(part, e.to_string()),
+        };
+        let work = patchwork(solid, marks, edit, &part, places, sizes.to_vec(), &kept);
+        let quiet = Run::new().with_cancel(run.cancel_token());
+        let ExactMesh { mesh: out, report: found, .. } =
+            match remesh_patchwork(work, &part, solid, options, &quiet, None) {
+                Err(Error::Input { message, .. }) => return as_it_was(part, message),
+                other => other?,
+            };
+        if found.self_intersections == 0 {
+            return Ok(Remeshed { mesh: out, kept, shortfall: None });
+        }
+        let mut folded: Vec<u32> =
+            self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
+        folded.sort_unstable();
+        folded.dedup();
+        let before = kept.len();
+        kept.extend(folded);
+        kept.sort_unstable();
+        kept.dedup();
+        if best.as_ref().is_none_or(|b| found.self_intersections < b.0) {
+            best = Some((found.self_intersections, out));
+        }
+        if kept.len() == before {
+            break;
+        }
+    }
+    let first = self_intersections(&part, run)?.len();
+    match best {
+        Some((count, out)) if count <= first => Ok(Remeshed { mesh: out, kept: Vec::new(), shortfall: None }),
+        _ => as_it_was(part, "remeshing folded it".into()),
+    }
 }
 
 /// The connected parts of a mesh, each with the old numbers of its nodes.
@@ -267,7 +352,15 @@ impl Marks {
 }
 
 /// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
-fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMesh, places: &[Place]) -> Patchwork {
+fn patchwork(
+    solid: &Parametric,
+    marks: &Marks,
+    mut mesh: EditMesh,
+    from: &TriMesh,
+    places: &[Place],
+    sizes: Vec<f64>,
+    kept: &[u32],
+) -> Patchwork {
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
         for v in t {
@@ -317,11 +410,16 @@ fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMe
             plane: solid.plane(f),
         })
         .collect();
-    Patchwork { mesh, sets, patches }
+    for (t, l) in from.triangles.iter().zip(&from.labels) {
+        if kept.binary_search(l).is_ok() {
+            t.iter().for_each(|v| mesh.set_pinned(*v, true));
+        }
+    }
+    Patchwork { mesh, sets, sizes, patches, frozen: kept.to_vec() }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
-fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>) {
+fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
     // Triangles of a node that share an edge at it are of one fan: union-find over corners.
     let corners = 3 * mesh.triangles.len();
     let mut leader: Vec<u32> = (0..corners as u32).collect();
@@ -357,6 +455,7 @@ fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>) {
             let new = *copy.entry(l).or_insert_with(|| {
                 mesh.nodes.push(mesh.nodes[v as usize]);
                 places.push(places[v as usize]);
+                sizes.push(sizes[v as usize]);
                 mesh.nodes.len() as u32 - 1
             });
             mesh.triangles[c / 3][c % 3] = new;

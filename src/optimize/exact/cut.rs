@@ -367,7 +367,10 @@ impl Cutter<'_> {
         }
         self.put_apexes(&sets);
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
-        Ok((Patchwork { mesh: self.mesh, sets, patches: patches.into() }, self.report))
+        Ok((
+            Patchwork { mesh: self.mesh, sets, sizes: Vec::new(), patches: patches.into(), frozen: Vec::new() },
+            self.report,
+        ))
     }
 }
 

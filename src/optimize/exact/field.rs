@@ -8,6 +8,10 @@ use crate::optimize::guard::ask_all;
 impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for.
     pub(super) fn ask_sizes(&mut self) -> Result<()> {
+        if !self.work.sizes.is_empty() {
+            self.own = std::mem::take(&mut self.work.sizes);
+            return self.grade();
+        }
         let this = &*self;
         let own =
             ask_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;

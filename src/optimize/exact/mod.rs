@@ -37,8 +37,8 @@ const POLISH: usize = 4;
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
-/// Shapes below this are mended one by one: 35 degrees.
-const MEND: f64 = 0.8;
+/// Shapes below this are mended one by one: 42 degrees.
+const MEND: f64 = 0.92;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Nor is it when one triangle in this many intersects others.
@@ -73,6 +73,8 @@ pub struct ExactReport {
     pub inverted: usize,
     /// The boxes around these triangles.
     pub faults: Vec<Aabb>,
+    /// The same before anything was done.
+    pub inverted_before: usize,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
 }
@@ -153,6 +155,8 @@ fn remesh(
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     let (options, run) = (r.options, r.run);
+    // A patchwork that brings its sizes has borders that are divided by them.
+    let spaced = !r.work.sizes.is_empty();
     r.merge_doubles();
     r.ask_sizes()?;
     let mut observer = observer;
@@ -162,25 +166,10 @@ fn remesh(
         }
     };
     show("cut", &r);
-    // Inside the patches packing will put everything right.
-    r.look_at_borders();
-    r.collapse_short(TINY)?;
-    for _ in 0..2 {
-        r.flip(false)?;
-        r.mend_worst(POOR)?;
+    report.inverted_before = if spaced { r.folded().len() } else { 0 };
+    if !spaced {
+        prepare_borders(&mut r, &mut show)?;
     }
-    show("untangle", &r);
-    run.progress("remesh", 0.3);
-    r.space_curves()?;
-    r.look_at_borders();
-    r.flip(false)?;
-    for _ in 0..POLISH {
-        if r.mend_worst(POOR)? == 0 {
-            break;
-        }
-        r.flip(false)?;
-    }
-    show("curves", &r);
     r.look_everywhere();
     r.each_patch(remesh_patch)?;
     show("pack", &r);
@@ -213,6 +202,30 @@ fn remesh(
     report.faults.extend(folded.iter().map(|t| Aabb::around(r.work.mesh.corner_points(*t))));
     let (seams, corners) = topology(&out, &r);
     Ok(ExactMesh { mesh: out, seams, corners, report })
+}
+
+/// Puts the nodes of borders that cutting left anywhere where they belong.
+fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> Result<()> {
+    // Inside the patches packing will put everything right.
+    r.look_at_borders();
+    r.collapse_short(TINY)?;
+    for _ in 0..2 {
+        r.flip(false)?;
+        r.mend_worst(POOR)?;
+    }
+    show("untangle", r);
+    r.run.progress("remesh", 0.3);
+    r.space_curves()?;
+    r.look_at_borders();
+    r.flip(false)?;
+    for _ in 0..POLISH {
+        if r.mend_worst(POOR)? == 0 {
+            break;
+        }
+        r.flip(false)?;
+    }
+    show("curves", r);
+    Ok(())
 }
 
 /// Borders inside faces and the corners of all borders, in the numbers of the finished mesh.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::patchwork::PieceSet;
 use super::remesh::{FAIR, GOOD, LONG, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
@@ -12,12 +13,20 @@ const BACKTRACKS: usize = 3;
 /// A node inside a patch with no more neighbors than this is one too many where they make bad shapes.
 const LONELY: usize = 4;
 
+/// Relaxation may make shapes worse down to this: 38 degrees.
+const CALM: f64 = 0.85;
+
 /// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
 const FLAT: f64 = 0.05;
 
+/// The third corner of the equilateral triangle on an edge, on the left of it seen along `up`.
+fn equilateral(a: DVec3, b: DVec3, up: DVec3) -> DVec3 {
+    0.5 * (a + b) + 0.5 * 3f64.sqrt() * up.normalize_or_zero().cross(b - a)
+}
+
 impl Remesher<'_> {
-    /// Moves every free node towards the centroid of its surroundings: over faces weighted by area, along curves to the
-    /// middle of the neighbors.
+    /// Moves every free node: inside faces to the mean of the places where its triangles would be equilateral on the edges
+    /// across from it, which favors no size over another; along curves to the middle of the neighbors.
     pub(super) fn relax(&mut self) -> Result<usize> {
         let mut moved = 0;
         for v in 0..self.work.mesh.node_capacity() as u32 {
@@ -37,9 +46,8 @@ impl Remesher<'_> {
                 let m = &self.work.mesh;
                 let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
                 for h in m.outgoing(v) {
-                    let w = m.area_vector(h / 3).length();
-                    sum += w * m.centroid(h / 3);
-                    weight += w;
+                    sum += equilateral(self.point(m.target(h)), self.point(m.apex(h)), m.area_vector(h / 3));
+                    weight += 1.0;
                 }
                 if !(weight > 0.0) {
                     continue;
@@ -59,7 +67,7 @@ impl Remesher<'_> {
         for _ in 0..=BACKTRACKS {
             if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
                 let after = self.work.worst_around(self.surface, v, p);
-                let worse = after < GOOD
+                let worse = after < CALM
                     && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
                 if !worse {
                     self.work.mesh.set_point(v, p);
@@ -190,17 +198,49 @@ impl Remesher<'_> {
         self.collapse(h, 1.2 * LONG)
     }
 
-    /// Moves a node to where the worst shape around it is best, or reaches `limit`, by looking in six directions and halving
-    /// the step.
+    /// Moves a node towards the place where the worst triangle around it is equilateral, as far as that helps, again and
+    /// again. Returns where it is then, and the worst shape there.
+    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> (DVec3, f64) {
+        const STEPS: usize = 4;
+        let mut p = self.point(v);
+        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p);
+        for _ in 0..STEPS {
+            if best >= limit {
+                break;
+            }
+            let m = &self.work.mesh;
+            let apex = equilateral(self.point(m.target(worst)), self.point(m.apex(worst)), m.area_vector(worst / 3));
+            let mut improved = false;
+            for share in [0.6, 0.25, 0.1] {
+                let Some(x) = self.work.settle(self.surface, set, p.lerp(apex, share), reach) else { continue };
+                let (shape, h) = self.work.worst_triangle(self.surface, v, x);
+                if shape > best + 1e-4 {
+                    (best, worst, p, improved) = (shape, h, x, true);
+                    break;
+                }
+            }
+            if !improved {
+                break;
+            }
+            self.work.mesh.set_point(v, p);
+        }
+        (p, best)
+    }
+
+    /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not
+    /// seen at once, by looking in six directions and halving the step.
     fn climb(&mut self, v: u32, limit: f64) -> bool {
         let set = self.work.sets[v as usize];
         let rank = self.rank[v as usize];
         if rank == Rank::Corner {
             return false;
         }
-        let mut best = self.work.worst_around(self.surface, v, self.point(v));
-        let (mut p, start) = (self.point(v), self.point(v));
+        let start = self.point(v);
         let reach = self.want[v as usize];
+        let (mut p, mut best) = self.climbed_to_apex(v, limit, reach, &set);
+        if best >= limit.min(GOOD) {
+            return p != start;
+        }
         let directions: Vec<DVec3> = if rank == Rank::Curve {
             match self.work.along(v)[..] {
                 [a, b] => {

@@ -62,7 +62,7 @@ impl Remesher<'_> {
         let this = &*self;
         let one = |label: u32| {
             let mut alone = this.alone(label, &sorted);
-            if this.work.patches[label as usize].piece != NONE {
+            if !this.work.stays(label) {
                 work(&mut alone.0)?;
             }
             let (r, nodes) = alone;
@@ -92,7 +92,9 @@ impl Remesher<'_> {
             work: Patchwork {
                 mesh: part.mesh,
                 sets: part.nodes.iter().map(|&v| self.work.sets[v as usize]).collect(),
+                sizes: Vec::new(),
                 patches: self.work.patches.clone(),
+                frozen: Vec::new(),
             },
         };
         (r, part.nodes)
@@ -181,7 +183,13 @@ impl Remesher<'_> {
             }
         }
         (0..pinned.len()).filter(|&v| pinned[v]).for_each(|v| mesh.set_pinned(v as u32, true));
-        self.work = Patchwork { mesh, sets, patches: self.work.patches.clone() };
+        self.work = Patchwork {
+            mesh,
+            sets,
+            sizes: Vec::new(),
+            patches: self.work.patches.clone(),
+            frozen: self.work.frozen.clone(),
+        };
         (self.own, self.want) = (own, want);
         self.rank = (0..self.want.len() as u32).map(|v| self.rank_of(v)).collect();
         Ok(())

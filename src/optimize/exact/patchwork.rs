@@ -83,8 +83,12 @@ pub struct Patchwork {
     pub mesh: EditMesh,
     /// The pieces each node lies on.
     pub sets: Vec<PieceSet>,
+    /// The edge length wanted at each node, where that is known already and borders are divided by it; else empty.
+    pub sizes: Vec<f64>,
     /// What triangle labels stand for.
     pub patches: Arc<[Patch]>,
+    /// Patches that stay as they are: ascending labels.
+    pub frozen: Vec<u32>,
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
@@ -112,9 +116,14 @@ impl Patchwork {
         surface.direction(patch.piece, p).map_or(DVec3::ZERO, |n| n * patch.outward)
     }
 
-    /// Whether a triangle lies on no piece, and stays as it is.
+    /// Whether a patch stays as it is: it lies on no piece, or is frozen.
+    pub(super) fn stays(&self, patch: u32) -> bool {
+        self.patches[patch as usize].piece == NONE || self.frozen.binary_search(&patch).is_ok()
+    }
+
+    /// The same of a triangle's patch.
     pub(super) fn is_kept(&self, t: u32) -> bool {
-        self.patches[self.mesh.label(t) as usize].piece == NONE
+        self.stays(self.mesh.label(t))
     }
 
     /// The same of either triangle of an edge.
@@ -138,8 +147,13 @@ impl Patchwork {
 
     /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
+        self.worst_triangle(surface, v, p).0
+    }
+
+    /// The same, and the half-edge that leaves the node in the triangle with that shape.
+    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> (f64, u32) {
         let m = &self.mesh;
-        let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, f64::INFINITY);
+        let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         for h in m.outgoing(v) {
             let label = m.label(h / 3);
             if self.patches[label as usize].piece == NONE {
@@ -148,7 +162,10 @@ impl Patchwork {
             if label != last {
                 (last, normal) = (label, self.normal(surface, label, p));
             }
-            worst = worst.min(shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal));
+            let shape = shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal);
+            if worst.1 == NONE || shape < worst.0 {
+                worst = (shape, h);
+            }
         }
         worst
     }

@@ -3,13 +3,17 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::MeshSizes;
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
+use crate::spatial::Graded;
 
 /// Samples per wanted length when a length is measured.
 const SAMPLES: f64 = 4.0;
 /// Samples between two neighboring parameters of [`pieces`](crate::parametric::Curve::pieces), at most.
 const MOST_SAMPLES: usize = 400;
+/// And at least.
+const LEAST_SAMPLES: usize = 4;
 
 /// An edge divided.
 #[derive(Debug, Clone, Default)]
@@ -20,50 +24,58 @@ pub(super) struct Chain {
     pub(super) nodes: Vec<u32>,
 }
 
-/// What edge length is wanted along edges.
-pub(super) struct Wish<'a> {
-    /// By curvature.
-    pub(super) size_at: &'a dyn Fn(f64) -> f64,
-    /// Growth of sizes per length.
-    pub(super) grading: f64,
-    /// Sizes asked for on single faces.
-    pub(super) face_size: &'a dyn Fn(u32) -> Option<f64>,
+/// An edge looked at in many places.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sampled {
+    /// Parameters, ascending, both ends of the edge included.
+    pub(super) t: Vec<f64>,
+    pub(super) points: Vec<DVec3>,
+    /// Lengths wanted by the curvature of the edge and its faces.
+    pub(super) own: Vec<f64>,
+    /// Normals Su x Sv of each of the edge's faces.
+    pub(super) normals: Vec<Vec<DVec3>>,
 }
 
-/// How many parts each edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
-/// edges.
-pub(super) fn divide(edge: &Edge, charts: &[(u32, &Chart)], wish: &Wish<'_>, factor: usize, least: usize) -> Vec<f64> {
-    let samples = sampled(edge, wish);
-    let points: Vec<DVec3> = samples.iter().map(|t| edge.curve.at(*t)).collect();
-    let mut h: Vec<f64> = Vec::with_capacity(samples.len());
-    let mut last: Vec<Option<glam::DVec2>> = vec![None; charts.len()];
-    for (t, p) in samples.iter().zip(&points) {
-        let mut size = (wish.size_at)(edge.curve.curvature(*t));
-        for (k, (face, chart)) in charts.iter().enumerate() {
-            let uv = match last[k] {
+impl Sampled {
+    pub(super) fn length(&self) -> f64 {
+        self.points.windows(2).map(|w| w[0].distance(w[1])).sum()
+    }
+}
+
+/// Looks at an edge and its faces along it.
+pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_>) -> Sampled {
+    let t = sampled(edge, sizes);
+    let points: Vec<DVec3> = t.iter().map(|t| edge.curve.at(*t)).collect();
+    let mut own: Vec<f64> = t.iter().map(|t| (sizes.size_at)(edge.curve.curvature(*t))).collect();
+    let mut normals = Vec::with_capacity(charts.len());
+    for (face, chart) in charts {
+        let wished = (sizes.face_size)(*face).unwrap_or(f64::INFINITY);
+        let mut last: Option<glam::DVec2> = None;
+        let mut row = Vec::with_capacity(points.len());
+        for (p, h) in points.iter().zip(&mut own) {
+            let uv = match last {
                 Some(uv) => chart.project_near(*p, uv),
                 None => chart.project(*p),
             };
-            last[k] = Some(uv);
+            last = Some(uv);
             if let Some(c) = chart.curvature(uv) {
-                size = size.min((wish.size_at)(c));
+                *h = h.min((sizes.size_at)(c));
             }
-            if let Some(s) = (wish.face_size)(*face) {
-                size = size.min(s);
-            }
+            *h = h.min(wished);
+            row.push(chart.normal(uv).unwrap_or(DVec3::ZERO));
         }
-        h.push(size);
+        normals.push(row);
     }
-    let step: Vec<f64> = points.windows(2).map(|w| w[0].distance(w[1])).collect();
-    for i in 1..h.len() {
-        h[i] = h[i].min(h[i - 1] + wish.grading * step[i - 1]);
-    }
-    for i in (0..h.len() - 1).rev() {
-        h[i] = h[i].min(h[i + 1] + wish.grading * step[i]);
-    }
+    Sampled { t, points, own, normals }
+}
+
+/// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
+/// edges.
+pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Graded, factor: usize, least: usize) -> Vec<f64> {
+    let h: Vec<f64> = s.points.iter().zip(&s.own).map(|(p, own)| field.at(*p, *own)).collect();
     let mut sum = vec![0.0];
-    for i in 0..step.len() {
-        sum.push(sum[i] + step[i] / (0.5 * (h[i] + h[i + 1])));
+    for i in 0..h.len() - 1 {
+        sum.push(sum[i] + s.points[i].distance(s.points[i + 1]) / (0.5 * (h[i] + h[i + 1])));
     }
     let total = sum[sum.len() - 1];
     let parts = (total.round().clamp(1.0, 1e7) as usize).max(least) * factor;
@@ -71,25 +83,25 @@ pub(super) fn divide(edge: &Edge, charts: &[(u32, &Chart)], wish: &Wish<'_>, fac
     let mut i = 0;
     for k in 1..parts {
         let goal = total * k as f64 / parts as f64;
-        while i + 1 < step.len() && sum[i + 1] < goal {
+        while i + 2 < h.len() && sum[i + 1] < goal {
             i += 1;
         }
         let share = if sum[i + 1] > sum[i] { (goal - sum[i]) / (sum[i + 1] - sum[i]) } else { 0.5 };
-        t.push(samples[i] + share.clamp(0.0, 1.0) * (samples[i + 1] - samples[i]));
+        t.push(s.t[i] + share.clamp(0.0, 1.0) * (s.t[i + 1] - s.t[i]));
     }
     t.push(edge.range[1]);
     t
 }
 
-fn sampled(edge: &Edge, wish: &Wish<'_>) -> Vec<f64> {
+fn sampled(edge: &Edge, sizes: &MeshSizes<'_>) -> Vec<f64> {
     let pieces = edge.curve.pieces(edge.range);
     let mut out = vec![pieces[0]];
     for w in pieces.windows(2) {
         let middle = 0.5 * (w[0] + w[1]);
         let [a, m, b] = [w[0], middle, w[1]].map(|t| edge.curve.jet(t));
         let length = a[0].distance(m[0]) + m[0].distance(b[0]);
-        let size = (wish.size_at)(edge.curve.curvature(middle));
-        let parts = ((SAMPLES * length / size).ceil().min(MOST_SAMPLES as f64) as usize).max(2);
+        let size = (sizes.size_at)(edge.curve.curvature(middle));
+        let parts = ((SAMPLES * length / size).ceil().min(MOST_SAMPLES as f64) as usize).max(LEAST_SAMPLES);
         out.extend((1..=parts).map(|k| w[0] + (w[1] - w[0]) * k as f64 / parts as f64));
     }
     out

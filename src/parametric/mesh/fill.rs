@@ -1,6 +1,7 @@
 //! Triangles of one face: constrained Delaunay of its contours in the parameter domain, and nodes inside.
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -15,8 +16,8 @@ use crate::spatial::{Aabb, Bvh};
 const WIDE: f64 = 1.35;
 /// No node inside is nearer to a contour than this many wanted lengths.
 const CLEAR: f64 = 0.6;
-/// No face gets more nodes than this inside.
-const MOST_NODES: usize = 4_000_000;
+/// Faces never get more nodes than this inside.
+const MOST_NODES: usize = 40_000_000;
 /// An edge inside whose middle is farther from the surface than this share of its length gets a node there: an arc of 90
 /// degrees is 0.21 of its chord away.
 const BEND: f64 = 0.3;
@@ -31,6 +32,8 @@ pub(super) struct Filled {
     pub(super) triangles: Vec<[u32; 3]>,
     /// New nodes; numbering goes on from the domain's.
     pub(super) nodes: Vec<DVec3>,
+    /// The lengths wanted at them.
+    pub(super) sizes: Vec<f64>,
 }
 
 /// Why a face has no triangles.
@@ -63,8 +66,9 @@ pub(super) fn fill(
     domain: &Domain,
     points: &dyn Fn(u32) -> DVec3,
     first: u32,
-    size_at: &dyn Fn(DVec2) -> f64,
+    size_at: &dyn Fn(DVec2, DVec3) -> f64,
     doubled: &FxHashSet<[u32; 2]>,
+    (count, most): (&AtomicUsize, usize),
 ) -> Result<Filled, Unfilled> {
     let corners: Vec<DVec2> = domain.polygons.iter().flatten().map(|c| c.uv).collect();
     if corners.len() < 3 || !corners.iter().all(|c| c.is_finite()) {
@@ -97,20 +101,24 @@ pub(super) fn fill(
         border.nearest(p, CLEAR * h, |i| segment_distance_squared(p, segments[i as usize])).is_none()
     };
     let mut found = Vec::new();
-    f.scatter([lo, hi], &inside, size_at, &clear, &mut found)?;
-    let mut nodes = Vec::with_capacity(found.len());
-    for (uv, p) in found {
+    f.scatter([lo, hi], &inside, size_at, &clear, (count, most.min(MOST_NODES)), &mut found)?;
+    let (mut nodes, mut sizes) = (Vec::with_capacity(found.len()), Vec::with_capacity(found.len()));
+    for (uv, p, h) in found {
+        let size = h;
         let q = f.place(uv);
         let Ok(h) = f.cdt.insert(q) else { continue };
         if h.index() == f.node.len() {
             f.node.push(first + nodes.len() as u32);
             nodes.push(p);
+            sizes.push(size);
         }
     }
     for _ in 0..BENDS {
-        if f.bend(&odd, points, doubled, first, &mut nodes) == 0 {
+        let more = f.bend(&odd, points, doubled, first, &mut nodes);
+        if more.is_empty() {
             break;
         }
+        sizes.extend(more.into_iter().zip(&nodes[sizes.len()..]).map(|(uv, p)| size_at(uv, *p)).collect::<Vec<_>>());
     }
     let inside = f.inside(&odd);
     let mut triangles = Vec::new();
@@ -127,7 +135,7 @@ pub(super) fn fill(
     if triangles.is_empty() {
         return Err(Unfilled::Other("the contour encloses nothing".into()));
     }
-    Ok(Filled { triangles, nodes })
+    Ok(Filled { triangles, nodes, sizes })
 }
 
 /// Removes pairs of triangles that are each other's back: between copies of a pole a node may be joined to nothing but the
@@ -300,9 +308,10 @@ impl Filler<'_> {
         &self,
         [lo, hi]: [DVec2; 2],
         inside: &[bool],
-        size_at: &dyn Fn(DVec2) -> f64,
+        size_at: &dyn Fn(DVec2, DVec3) -> f64,
         clear: &dyn Fn(DVec3, f64) -> bool,
-        found: &mut Vec<(DVec2, DVec3)>,
+        (count, most): (&AtomicUsize, usize),
+        found: &mut Vec<(DVec2, DVec3, f64)>,
     ) -> Result<(), Unfilled> {
         let mut stack = vec![(lo, hi, 0u32)];
         while let Some((a, b, depth)) = stack.pop() {
@@ -325,10 +334,10 @@ impl Filler<'_> {
                     at(b.x, b.y),
                 )),
             ];
-            let h = size_at(m);
+            let h = size_at(m, center);
             if wide[0].max(wide[1]) > WIDE * h && depth < DEEPEST {
-                if found.len() > MOST_NODES {
-                    return Err(Unfilled::Other(format!("more than {MOST_NODES} nodes are needed")));
+                if count.load(Ordering::Relaxed) > most {
+                    return Err(Unfilled::Other(format!("more than {most} nodes are needed")));
                 }
                 let (x, y) = (DVec2::new(m.x, b.y), DVec2::new(m.x, a.y));
                 let (z, w) = (DVec2::new(b.x, m.y), DVec2::new(a.x, m.y));
@@ -341,14 +350,15 @@ impl Filler<'_> {
                 continue;
             }
             if self.is_inside(m, inside) && clear(center, h) {
-                found.push((m, center));
+                found.push((m, center, h));
+                count.fetch_add(1, Ordering::Relaxed);
             }
         }
         Ok(())
     }
 
     /// Edges inside that leave the surface too far, or that `doubled` says another face has too, get a node in their middle
-    /// (in the domain, on the surface). Returns how many.
+    /// (in the domain, on the surface). Returns their parameters.
     fn bend(
         &mut self,
         odd: &FxHashMap<[usize; 2], bool>,
@@ -356,7 +366,7 @@ impl Filler<'_> {
         doubled: &FxHashSet<[u32; 2]>,
         first: u32,
         nodes: &mut Vec<DVec3>,
-    ) -> usize {
+    ) -> Vec<DVec2> {
         let inside = self.inside(odd);
         let at = |v: u32, nodes: &[DVec3]| if v < first { points(v) } else { nodes[(v - first) as usize] };
         let mut splits = Vec::new();
@@ -386,16 +396,16 @@ impl Filler<'_> {
                 sides.iter().for_each(|t| taken[*t] = true);
             }
         }
-        let mut count = 0;
+        let mut made = Vec::new();
         for (uv, p) in splits {
             let Ok(h) = self.cdt.insert(self.place(uv)) else { continue };
             if h.index() == self.node.len() {
                 self.node.push(first + nodes.len() as u32);
                 nodes.push(p);
-                count += 1;
+                made.push(uv);
             }
         }
-        count
+        made
     }
 
     /// Parameters of a vertex of the triangulation.

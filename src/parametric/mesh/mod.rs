@@ -7,6 +7,9 @@ mod domain;
 mod edges;
 mod fill;
 mod loops;
+mod sizes;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -17,9 +20,9 @@ use super::chart::Chart;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Graded};
 use domain::Cutter;
-use edges::{Chain, Wish, divide, least_parts};
+use edges::{Chain, Sampled, divide, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::Unroller;
 
@@ -28,14 +31,23 @@ const HALVINGS: usize = 5;
 /// A node this near to a pole, as a share of the face's size, is on it.
 const AT_POLE: f64 = 1e-6;
 
+/// Vertices of a face nearer to each other than this share of its size are one.
+const SAME_PLACE: f64 = 1e-9;
+
 /// What edge lengths are wanted.
 pub struct MeshSizes<'a> {
-    /// By curvature.
+    /// The greatest.
+    pub size: f64,
+    /// Narrow places ask for no less than this.
+    pub least: f64,
+    /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
     /// By face, where one is asked for.
     pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
     /// How fast lengths may grow per length.
     pub grading: f64,
+    /// With more nodes inside faces than this meshing ends at once, see [`FaceMeshes::too_many`].
+    pub most: usize,
 }
 
 /// Where a node lies.
@@ -65,8 +77,12 @@ pub struct FaceMeshes {
     pub mesh: TriMesh,
     /// Where each node lies.
     pub places: Vec<Place>,
+    /// The edge length wanted at each node.
+    pub sizes: Vec<f64>,
     /// Faces that could not be meshed.
     pub failures: Vec<Failure>,
+    /// Whether there would be more nodes than allowed: then faces are missing.
+    pub too_many: bool,
     /// Edges that were divided more finely than asked because contours crossed.
     pub halved: usize,
 }
@@ -82,13 +98,16 @@ pub struct Parametric {
     pub(super) boxes: Vec<Aabb>,
     /// The box around every edge.
     pub(super) edge_boxes: Vec<Aabb>,
+    /// Points of every edge and their parameters: where a search for the nearest one starts.
+    pub(super) samples: Vec<Vec<(f64, DVec3)>>,
     /// The edges two faces share.
     pub(super) between: FxHashMap<[u32; 2], Vec<u32>>,
 }
 
 impl Parametric {
     /// Looks at all surfaces: samples those without closed forms.
-    pub fn new(brep: Brep, run: &Run) -> Result<Self> {
+    pub fn new(mut brep: Brep, run: &Run) -> Result<Self> {
+        join_vertices(&mut brep);
         let mut faces_of = vec![Vec::new(); brep.edges.len()];
         for (i, f) in brep.faces.iter().enumerate() {
             for c in f.loops.iter().flatten() {
@@ -121,13 +140,14 @@ impl Parametric {
                 .collect()
         });
         run.check()?;
+        let samples = brep.edges.iter().map(samples_of).collect();
         let mut between: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
         for (e, faces) in faces_of.iter().enumerate() {
             if let [a, b] = faces[..] {
                 between.entry([a.min(b), a.max(b)]).or_default().push(e as u32);
             }
         }
-        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, between })
+        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, samples, between })
     }
 
     /// The box around the model.
@@ -141,14 +161,26 @@ impl Parametric {
     /// *Does not guarantee*: that all faces come out, see [`FaceMeshes::failures`]; that triangles do not intersect.
     /// *Errors*: cancellation.
     pub fn mesh(&self, sizes: &MeshSizes<'_>, run: &Run) -> Result<FaceMeshes> {
-        let wish = Wish { size_at: sizes.size_at, grading: sizes.grading, face_size: sizes.face_size };
         let least = least_parts(&self.brep);
+        let sampled: Vec<Sampled> = run.install(|| {
+            (0..self.brep.edges.len())
+                .into_par_iter()
+                .map(|i| {
+                    let charts: Vec<(u32, &Chart)> =
+                        self.faces_of[i].iter().map(|f| (*f, &self.charts[*f as usize])).collect();
+                    sample(&self.brep.edges[i], &charts, sizes)
+                })
+                .collect()
+        });
+        run.check()?;
+        let field = sizes::field(&self.brep, &self.faces_of, &sampled, sizes, run)?;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
-            let (points, places, chains) = self.chains(&wish, &factor, &least, run)?;
+            let count = AtomicUsize::new(0);
+            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, &least);
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
                     .into_par_iter()
@@ -156,11 +188,14 @@ impl Parametric {
                         if run.is_cancelled() {
                             return Err(Unfilled::Other("cancelled".into()));
                         }
-                        self.face(f as u32, &points, &chains, sizes, &FxHashSet::default())
+                        self.face(f as u32, &points, &chains, sizes, &field, &FxHashSet::default(), &count)
                     })
                     .collect()
             });
             run.check()?;
+            if count.load(Ordering::Relaxed) > sizes.most {
+                return Ok(FaceMeshes { too_many: true, ..FaceMeshes::default() });
+            }
             let mut crossing: Vec<u32> = filled
                 .iter()
                 .filter_map(|f| if let Err(Unfilled::Crossing(e)) = f { Some(e) } else { None })
@@ -182,8 +217,8 @@ impl Parametric {
                 round += 1;
                 continue;
             }
-            let filled = self.undoubled(filled, &points, &chains, sizes, run)?;
-            return Ok(self.joined(points, places, filled, halved));
+            let filled = self.undoubled(filled, &points, &chains, sizes, &field, run)?;
+            return Ok(self.joined(points, places, wants, filled, halved));
         }
     }
 
@@ -195,6 +230,7 @@ impl Parametric {
         points: &[DVec3],
         chains: &[Chain],
         sizes: &MeshSizes<'_>,
+        field: &Graded,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
         const ROUNDS: usize = 3;
@@ -232,37 +268,46 @@ impl Parametric {
             again.sort_unstable();
             again.dedup();
             for f in again {
-                filled[f as usize] = self.face(f, points, chains, sizes, &doubled);
+                filled[f as usize] = self.face(f, points, chains, sizes, field, &doubled, &AtomicUsize::new(0));
             }
         }
         Ok(filled)
     }
 
-    /// Nodes of vertices and edges.
+    /// Nodes of vertices and edges, where they lie, and the lengths wanted there.
     fn chains(
         &self,
-        wish: &Wish<'_>,
+        sampled: &[Sampled],
+        field: &Graded,
         factor: &[usize],
         least: &[usize],
-        run: &Run,
-    ) -> Result<(Vec<DVec3>, Vec<Place>, Vec<Chain>)> {
+    ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
+        let mut wants = vec![f64::INFINITY; points.len()];
         let mut chains = Vec::with_capacity(self.brep.edges.len());
         for (i, e) in self.brep.edges.iter().enumerate() {
-            run.check()?;
-            let charts: Vec<(u32, &Chart)> = self.faces_of[i].iter().map(|f| (*f, &self.charts[*f as usize])).collect();
-            let t = divide(e, &charts, wish, factor[i], least[i]);
+            let s = &sampled[i];
+            let t = divide(e, s, field, factor[i], least[i]);
             let mut nodes = vec![e.ends[0]];
+            let mut at = 0;
             for t in &t[1..t.len() - 1] {
                 nodes.push(points.len() as u32);
-                points.push(e.curve.at(*t));
+                let p = e.curve.at(*t);
+                points.push(p);
                 places.push(Place::Edge(i as u32));
+                while at + 2 < s.t.len() && s.t[at + 1] < *t {
+                    at += 1;
+                }
+                wants.push(field.at(p, s.own[at].min(s.own[at + 1])));
             }
             nodes.push(e.ends[1]);
+            for (v, own) in e.ends.iter().zip([s.own[0], s.own[s.own.len() - 1]]) {
+                wants[*v as usize] = wants[*v as usize].min(field.at(points[*v as usize], own));
+            }
             chains.push(Chain { t, nodes });
         }
-        Ok((points, places, chains))
+        (points, places, wants, chains)
     }
 
     fn face(
@@ -271,7 +316,9 @@ impl Parametric {
         points: &[DVec3],
         chains: &[Chain],
         sizes: &MeshSizes<'_>,
+        field: &Graded,
         doubled: &FxHashSet<[u32; 2]>,
+        count: &AtomicUsize,
     ) -> Result<Filled, Unfilled> {
         let face = &self.brep.faces[f as usize];
         let chart = &self.charts[f as usize];
@@ -279,9 +326,9 @@ impl Parametric {
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
         let contours = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
         let own = (sizes.face_size)(f);
-        let size_at = |uv: DVec2| {
+        let size_at = |uv: DVec2, p: DVec3| {
             let h = (sizes.size_at)(chart.curvature(uv).unwrap_or(0.0));
-            own.map_or(h, |s| s.min(h))
+            field.at(p, own.map_or(h, |s| s.min(h)))
         };
         let vertices: Vec<u32> =
             face.loops.iter().flatten().flat_map(|c| self.brep.edges[c.edge as usize].ends).collect();
@@ -291,13 +338,16 @@ impl Parametric {
         let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
-        let mut filled = fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled)?;
+        let mut filled =
+            fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled, (count, sizes.most))?;
         if !face.outward {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
         let mut nodes = domain.nodes;
+        let mut wants: Vec<f64> = nodes.iter().map(|p| size_at(chart.project(*p), *p)).collect();
         nodes.append(&mut filled.nodes);
-        Ok(Filled { triangles: filled.triangles, nodes })
+        wants.append(&mut filled.sizes);
+        Ok(Filled { triangles: filled.triangles, nodes, sizes: wants })
     }
 
     fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
@@ -311,10 +361,11 @@ impl Parametric {
         &self,
         points: Vec<DVec3>,
         places: Vec<Place>,
+        sizes: Vec<f64>,
         filled: Vec<Result<Filled, Unfilled>>,
         halved: usize,
     ) -> FaceMeshes {
-        let mut out = FaceMeshes { places, halved, ..FaceMeshes::default() };
+        let mut out = FaceMeshes { places, sizes, halved, ..FaceMeshes::default() };
         let first = points.len() as u32;
         out.mesh.nodes = points;
         out.mesh.faces = self.brep.faces.iter().map(|f| f.name.clone()).collect();
@@ -328,6 +379,7 @@ impl Parametric {
                     out.mesh.labels.resize(out.mesh.triangles.len(), face);
                     out.places.extend(std::iter::repeat_n(Place::Face(face), made.nodes.len()));
                     out.mesh.nodes.extend(made.nodes);
+                    out.sizes.extend(made.sizes);
                 }
                 Err(why) => {
                     let reason = match why {
@@ -347,6 +399,48 @@ impl Parametric {
         }
         out
     }
+}
+
+/// Makes vertices of one face that lie at one place one: contours that touch there are joined (\[BOR20\]).
+fn join_vertices(brep: &mut Brep) {
+    let mut leader: Vec<u32> = (0..brep.vertices.len() as u32).collect();
+    for f in &brep.faces {
+        let mut own: Vec<u32> = f.loops.iter().flatten().flat_map(|c| brep.edges[c.edge as usize].ends).collect();
+        own.sort_unstable();
+        own.dedup();
+        let at = |v: u32| brep.vertices[v as usize];
+        let near = SAME_PLACE * Aabb::around(own.iter().map(|v| at(*v))).diagonal();
+        own.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
+        for (i, &a) in own.iter().enumerate() {
+            for &b in own[i + 1..].iter().take_while(|b| at(**b).x - at(a).x <= near) {
+                if at(a).distance(at(b)) <= near {
+                    let (x, y) = (first(&leader, a), first(&leader, b));
+                    leader[x.max(y) as usize] = x.min(y);
+                }
+            }
+        }
+    }
+    for e in &mut brep.edges {
+        e.ends = e.ends.map(|v| first(&leader, v));
+    }
+}
+
+fn first(leader: &[u32], mut v: u32) -> u32 {
+    while leader[v as usize] != v {
+        v = leader[v as usize];
+    }
+    v
+}
+
+/// Points along an edge, several on each of its smooth pieces; none where the curve knows its feet in closed form.
+fn samples_of(e: &super::brep::Edge) -> Vec<(f64, DVec3)> {
+    const PARTS: usize = 4;
+    if e.curve.has_closed_foot() {
+        return Vec::new();
+    }
+    let pieces = e.curve.pieces(e.range);
+    let inner = pieces.windows(2).flat_map(|w| (0..PARTS).map(|k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
+    inner.chain([e.range[1]]).map(|t| (t, e.curve.at(t))).collect()
 }
 
 /// The box around a surface that has no edges.

@@ -23,7 +23,12 @@ fn sound(brep: Brep, share: f64) -> (Parametric, FaceMeshes) {
     let p = Parametric::new(brep, &Run::new()).unwrap();
     let size = share * p.bounds().diagonal();
     let by = move |k: f64| size.min(0.35 / k.max(1e-300)).max(size / 6.0);
-    let m = p.mesh(&MeshSizes { size_at: &by, face_size: &|_| None, grading: 0.3 }, &Run::new()).unwrap();
+    let m = p
+        .mesh(
+            &MeshSizes { size, least: size / 6.0, size_at: &by, face_size: &|_| None, grading: 0.3, most: usize::MAX },
+            &Run::new(),
+        )
+        .unwrap();
     assert!(m.failures.is_empty(), "{:?}", m.failures);
     let mut mesh = m.mesh.clone();
     mesh.drop_unused_nodes();
@@ -66,7 +71,19 @@ fn the_same_for_any_number_of_threads() {
     let one = |n| {
         let run = Run::new().with_threads(n).unwrap();
         let p = Parametric::new(file("cylinder_without_seam.step"), &run).unwrap();
-        p.mesh(&MeshSizes { size_at: &|_| 6.0, face_size: &|_| None, grading: 0.3 }, &run).unwrap().mesh
+        p.mesh(
+            &MeshSizes {
+                size: 6.0,
+                least: 1.5,
+                size_at: &|_| 6.0,
+                face_size: &|_| None,
+                grading: 0.3,
+                most: usize::MAX,
+            },
+            &run,
+        )
+        .unwrap()
+        .mesh
     };
     assert_eq!(one(1), one(3));
 }
@@ -162,7 +179,88 @@ fn a_face_that_cannot_be_meshed_is_named() {
     // The side loses one of its two loops: it winds around alone, without a pole.
     b.faces[0].loops.pop();
     let p = Parametric::new(b, &Run::new()).unwrap();
-    let m = p.mesh(&MeshSizes { size_at: &|_| 9.0, face_size: &|_| None, grading: 0.3 }, &Run::new()).unwrap();
+    let m = p
+        .mesh(
+            &MeshSizes {
+                size: 9.0,
+                least: 3.0,
+                size_at: &|_| 9.0,
+                face_size: &|_| None,
+                grading: 0.3,
+                most: usize::MAX,
+            },
+            &Run::new(),
+        )
+        .unwrap();
     assert_eq!(m.failures.iter().map(|f| f.face).collect::<Vec<_>>(), [0]);
     assert!(m.failures[0].reason.contains("no pole") && !m.mesh.triangles.is_empty());
+}
+
+/// A flat face between straight loops, counter-clockwise outside and clockwise inside; every loop has vertices of its own.
+fn flat(loops: &[&[(f64, f64)]]) -> Brep {
+    let mut brep = Brep::default();
+    let mut list = Vec::new();
+    for l in loops {
+        let first = brep.vertices.len() as u32;
+        let n = l.len() as u32;
+        brep.vertices.extend(l.iter().map(|p| DVec3::new(p.0, p.1, 0.0)));
+        let mut row = Vec::new();
+        for k in 0..n {
+            let ends = [first + k, first + (k + 1) % n];
+            let [a, b] = ends.map(|v| brep.vertices[v as usize]);
+            row.push(Coedge { edge: brep.edges.len() as u32, forward: true });
+            brep.edges.push(Edge { curve: Curve::segment(a, b), range: [0.0, 1.0], ends, source: 0 });
+        }
+        list.push(row);
+    }
+    let surface = Surface::Plane { frame: Frame::WORLD };
+    brep.faces.push(Face { surface, outward: true, loops: list, name: "flat".into(), source: 0, color: None });
+    brep
+}
+
+fn meshed(brep: Brep, size: f64, most: usize) -> FaceMeshes {
+    let sizes = MeshSizes { size, least: size / 4.0, size_at: &|_| size, face_size: &|_| None, grading: 0.3, most };
+    Parametric::new(brep, &Run::new()).unwrap().mesh(&sizes, &Run::new()).unwrap()
+}
+
+#[test]
+fn narrow_places_ask_for_their_width_and_slots_beside_a_face_do_not() {
+    let longest = |m: &FaceMeshes| {
+        let edge = |t: &[u32; 3], k: usize| {
+            let [a, b] = [t[k], t[(k + 1) % 3]].map(|v| m.mesh.nodes[v as usize]);
+            a.distance(b)
+        };
+        m.mesh.triangles.iter().flat_map(|t| (0..3).map(move |k| edge(t, k))).fold(0.0, f64::max)
+    };
+    // A strip half a size wide: edges along it are about as long as it is wide.
+    let strip = meshed(flat(&[&[(0.0, 0.0), (10.0, 0.0), (10.0, 0.5), (0.0, 0.5)]]), 1.0, usize::MAX);
+    assert!(strip.failures.is_empty() && longest(&strip) < 1.0, "{}", longest(&strip));
+    assert!(strip.sizes.iter().all(|h| (0.4..=0.6).contains(h)), "{:?}", strip.sizes);
+    // A slot of that width between two wide parts lies outside the face; only its short end asks for less.
+    let comb =
+        [(0.0, 0.0), (20.5, 0.0), (20.5, 20.0), (10.5, 20.0), (10.5, 5.0), (10.0, 5.0), (10.0, 20.0), (0.0, 20.0)];
+    let slot = meshed(flat(&[&comb]), 1.0, usize::MAX);
+    let near = |p: &DVec3| p.distance(DVec3::new(10.25, 5.0, 0.0)) < 3.0;
+    assert!(slot.failures.is_empty());
+    assert!(slot.mesh.nodes.iter().zip(&slot.sizes).all(|(p, h)| near(p) || *h > 0.99));
+}
+
+#[test]
+fn contours_that_touch_in_a_vertex_are_joined() {
+    // The hole's corner lies on a corner of the border; both have vertices of their own there.
+    let m = meshed(
+        flat(&[&[(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)], &[(0.0, 0.0), (1.0, 2.0), (2.0, 1.0)]]),
+        0.5,
+        9999,
+    );
+    assert!(m.failures.is_empty(), "{:?}", m.failures);
+    near(m.mesh.area(), 16.0 - 1.5, 1e-9);
+}
+
+#[test]
+fn meshing_ends_where_there_would_be_too_many_nodes() {
+    let square = || flat(&[&[(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]]);
+    assert!(meshed(square(), 0.1, 100).too_many);
+    let m = meshed(square(), 0.1, 10_000);
+    assert!(!m.too_many && m.mesh.triangles.len() > 2000);
 }

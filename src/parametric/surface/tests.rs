@@ -71,6 +71,22 @@ proptest! {
     }
 }
 
+proptest! {
+    #[test]
+    fn feet_without_parameters_are_those_with(k in 0usize..5, p in prop::array::uniform3(-4.0f64..4.0)) {
+        let (f, p) = (&all()[k].0, DVec3::from_array(p));
+        if let Some((q, n)) = f.nearest(p) {
+            let uv = f.foot(p).unwrap();
+            prop_assert!(f.at(uv).distance(q) < 1e-12, "{} {}", f.at(uv), q);
+            prop_assert!(f.normal(uv).unwrap().distance(n) < 1e-9);
+        } else {
+            // Only the other half of a cone has no answer here.
+            let cone = matches!(f, Surface::Cone { .. });
+            prop_assert!(cone);
+        }
+    }
+}
+
 #[test]
 fn curvatures_are_those_of_the_books() {
     let at = |f: &Surface, u: f64, v: f64| f.curvature(DVec2::new(u, v)).unwrap();

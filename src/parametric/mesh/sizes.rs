@@ -1,0 +1,149 @@
+//! What edge length is wanted where: by curvature, by short edges and by narrow places, growing from there at a bounded
+//! slope through space, so that edges, faces and their neighbors agree on it.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::MeshSizes;
+use super::edges::Sampled;
+use crate::error::Result;
+use crate::parametric::brep::{Brep, Face};
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh, Graded};
+
+/// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
+const ACROSS: f64 = 1.0;
+/// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
+/// beside a corner of 37 degrees it is.
+const AROUND: f64 = 3.0;
+/// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
+const INTO: f64 = 0.3;
+/// Narrow places ask for lengths down to this share of the least length.
+const NARROW: f64 = 0.1;
+/// Edges of borders that are short ask for their own length down to this share of the least length.
+const SHORT: f64 = 0.1;
+
+/// A straight piece of a loop.
+struct Piece {
+    ends: [DVec3; 2],
+    /// Unit vector in the face, away from the border.
+    inward: DVec3,
+    looped: u32,
+    /// Length along the loop up to its start.
+    from: f64,
+}
+
+/// The field of wanted lengths of a whole model.
+pub(super) fn field(
+    brep: &Brep,
+    faces_of: &[Vec<u32>],
+    sampled: &[Sampled],
+    sizes: &MeshSizes<'_>,
+    run: &Run,
+) -> Result<Graded> {
+    let mut sources: Vec<(DVec3, f64)> = Vec::new();
+    for s in sampled {
+        for (p, h) in s.points.iter().zip(&s.own) {
+            if *h < sizes.size {
+                sources.push((*p, *h));
+            }
+        }
+    }
+    let short = SHORT * sizes.least;
+    let uses = brep.uses();
+    for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
+        if uses[i] == 2 && faces_of[i].len() == 1 {
+            // A seam: nothing in space.
+            continue;
+        }
+        let length = s.length();
+        let h = if e.ends[0] == e.ends[1] { length / 3.0 } else { length };
+        if h < sizes.size {
+            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h.max(short))));
+        }
+    }
+    run.check()?;
+    let narrow: Vec<Vec<(DVec3, f64)>> = run.install(|| {
+        (0..brep.faces.len())
+            .into_par_iter()
+            .map(|f| {
+                if run.is_cancelled() {
+                    return Vec::new();
+                }
+                narrow_places(brep, &brep.faces[f], f as u32, faces_of, sampled, sizes)
+            })
+            .collect()
+    });
+    run.check()?;
+    sources.extend(narrow.into_iter().flatten());
+    Ok(Graded::new(sources, sizes.grading))
+}
+
+/// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
+fn narrow_places(
+    brep: &Brep,
+    face: &Face,
+    number: u32,
+    faces_of: &[Vec<u32>],
+    sampled: &[Sampled],
+    sizes: &MeshSizes<'_>,
+) -> Vec<(DVec3, f64)> {
+    let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut rounds: Vec<f64> = Vec::new();
+    for (l, list) in face.loops.iter().enumerate() {
+        let mut along = 0.0;
+        for c in list {
+            let s = &sampled[c.edge as usize];
+            let Some(side) = faces_of[c.edge as usize].iter().position(|f| *f == number) else { continue };
+            let seam = uses(c.edge) > 1;
+            let n = s.points.len() - 1;
+            for k in 0..n {
+                let (i, j) = if c.forward { (k, k + 1) } else { (n - k, n - k - 1) };
+                let (a, b) = (s.points[i], s.points[j]);
+                let normal = if face.outward { s.normals[side][i] } else { -s.normals[side][i] };
+                let inward = normal.cross(b - a).normalize_or_zero();
+                if !seam && inward != DVec3::ZERO {
+                    pieces.push(Piece { ends: [a, b], inward, looped: l as u32, from: along });
+                }
+                along += a.distance(b);
+            }
+        }
+        rounds.push(along);
+    }
+    if brep.edges.is_empty() || pieces.len() < 3 {
+        return Vec::new();
+    }
+    let tree = Bvh::new(pieces.iter().map(|p| Aabb::around(p.ends)).collect());
+    let mut out = Vec::new();
+    for p in &pieces {
+        let at = 0.5 * (p.ends[0] + p.ends[1]);
+        let place = p.from + 0.5 * p.ends[0].distance(p.ends[1]);
+        let across = |i: u32| -> f64 {
+            let q = &pieces[i as usize];
+            let d = q.ends[1] - q.ends[0];
+            let t = ((at - q.ends[0]).dot(d) / d.length_squared()).clamp(0.0, 1.0);
+            let way = q.ends[0] + t * d - at;
+            let length = way.length();
+            let into = way.dot(p.inward) > INTO * length && -way.dot(q.inward) > INTO * length;
+            if !into {
+                return f64::INFINITY;
+            }
+            if q.looped == p.looped {
+                let apart = (q.from + t * d.length() - place).abs();
+                let round = rounds[p.looped as usize];
+                if apart.min(round - apart) < AROUND * length {
+                    return f64::INFINITY;
+                }
+            }
+            length * length
+        };
+        if let Some((_, d)) = tree.nearest(at, sizes.size / ACROSS, across) {
+            let h = (ACROSS * d.sqrt()).max(NARROW * sizes.least);
+            if h < sizes.size {
+                out.push((at, h));
+            }
+        }
+    }
+    out
+}
