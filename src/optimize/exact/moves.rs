@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::patchwork::PieceSet;
-use super::remesh::{FAIR, GOOD, LONG, Rank, Remesher};
+use super::remesh::{FAIR, LONG, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 
@@ -238,7 +238,7 @@ impl Remesher<'_> {
         let start = self.point(v);
         let reach = self.want[v as usize];
         let (mut p, mut best) = self.climbed_to_apex(v, limit, reach, &set);
-        if best >= limit.min(GOOD) {
+        if best >= limit.min(CALM) {
             return p != start;
         }
         let directions: Vec<DVec3> = if rank == Rank::Curve {
