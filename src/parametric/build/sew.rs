@@ -57,6 +57,9 @@ impl Brep {
 /// *Errors*: an edge of more than two faces, faces that no turning makes agree, and with `solid` an open edge, each with
 /// its place; what measuring refuses; cancellation.
 pub fn sew(models: Vec<Brep>, tolerance: Option<f64>, solid: bool, run: &Run) -> Result<Brep> {
+    if models.iter().all(|m| m.faces.is_empty()) {
+        return refuse("nothing to sew");
+    }
     let mut b = Brep::together(models);
     let bounds = Aabb::around(b.vertices.iter().copied());
     let points = b.edges.iter().flat_map(|e| e.curve.pieces(e.range).into_iter().map(|t| e.curve.at(t)));

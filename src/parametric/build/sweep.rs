@@ -31,8 +31,8 @@ const FRAME_STEPS: usize = 16;
 /// numbers where the path or a chain has several edges, `start` and `end`.
 ///
 /// *Guarantees*: exact along straight edges and arcs; elsewhere within 1e-7 of the profile's size of the carried profile.
-/// *Errors*: a path with a corner (named) or one that closes, unless it is a circle; a profile that crosses the axis of an
-/// arc; with `solid`, see [`extrude_edges`](super::extrude_edges).
+/// *Errors*: a path with a corner (named) or one that closes, unless it is a circle; a profile that reaches over the axis of
+/// an arc or the center of the path's curvature; with `solid`, see [`extrude_edges`](super::extrude_edges).
 pub fn sweep_edges(wires: &[Wire], path: &Wire, solid: bool) -> Result<Brep> {
     let Some(start) = path.pieces()[0].tangent(0.0).try_normalize() else {
         return refuse("the path of a sweep starts without a direction");
@@ -108,10 +108,18 @@ fn carried(a: &mut Assembly, wire: &Wire, from: &Border, p: &Piece, name: &str) 
     let size = wire.bounds().diagonal();
     let curves: Result<Vec<NurbsCurve>> = wire.pieces().iter().map(Piece::to_nurbs).collect();
     let curves = curves?;
+    let profile = wire.samples();
     let mut count = 4 * (p.curve.pieces(p.range).len() - 1) + 1;
     let (surfaces, end) = loop {
         // Every other station lies between two sections and tells how far the spline is off.
         let all = stations(p, 2 * count - 1)?;
+        for (s, p) in all.iter().flat_map(|s| profile.iter().map(move |p| (s, s.by.point(*p)))) {
+            if !((s.speed + s.spin.cross(p - s.point)).dot(s.speed) > 0.0) {
+                return refuse(format!(
+                    "the profile reaches over the center of the path's curvature at {p}: the sweep folds"
+                ));
+            }
+        }
         let made: Result<Vec<NurbsSurface>> = curves.iter().map(|c| through(c, &all)).collect();
         let made = made?;
         let mut off: f64 = 0.0;

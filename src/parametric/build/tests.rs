@@ -171,6 +171,8 @@ fn what_cannot_be_built_is_refused_with_its_place() {
     says(loft(&[Section::Wire(square()), Section::Wire(disk(DVec3::Z, 1.0))], &Loft::default()), "others have 4");
     let corner = Wire::polyline(&[DVec3::ZERO, DVec3::Z, v(1.0, 0.0, 1.0)]).unwrap();
     says(sweep_edges(&[square()], &corner, true), "corner at [0, 0, 1]");
+    let bend = Wire::spline(&[DVec3::ZERO, v(0.0, 0.0, 1.0), v(1.0, 0.0, 2.0)], SplineEnds::Natural).unwrap();
+    says(sweep_edges(&[disk(DVec3::ZERO, 5.0)], &bend, true), "the sweep folds");
 }
 
 #[test]
