@@ -2,6 +2,7 @@
 
 mod brep;
 mod compare;
+mod discrete;
 mod heal;
 mod leaf;
 mod mesh;
@@ -10,6 +11,7 @@ mod report;
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use brep::{is_step, load_step, mesh_step};
 pub use compare::{Comparison, Row, compare};
+pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_soup, soup_info};
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
 pub use report::{Info, LeafInfo, Report, info};

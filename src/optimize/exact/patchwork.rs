@@ -85,6 +85,9 @@ pub struct Patchwork {
     pub sets: Vec<PieceSet>,
     /// What triangle labels stand for.
     pub patches: Arc<[Patch]>,
+    /// Pieces from this number on are lines within one piece: creases and open borders. Their nodes lie on that piece and
+    /// on the line. `u32::MAX` where there are none.
+    pub lines_from: u32,
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
@@ -148,7 +151,29 @@ impl Patchwork {
 
     /// The neighbors of a node along borders.
     pub(super) fn along(&self, v: u32) -> Vec<u32> {
+        self.mesh.sharp_neighbors(v).collect()
+    }
+
+    /// The pieces a new node on an edge lies on.
+    pub(super) fn edge_set(&self, surface: &dyn Pieces, h: u32) -> PieceSet {
         let m = &self.mesh;
-        m.outgoing(v).filter(|&h| m.is_sharp(h)).map(|h| m.target(h)).collect()
+        let own = PieceSet::one(self.patches[m.label(h / 3) as usize].piece);
+        let o = m.opposite(h);
+        if !m.is_sharp(h) {
+            return own;
+        }
+        if o != NONE && m.label(h / 3) != m.label(o / 3) {
+            return own.union(&PieceSet::one(self.patches[m.label(o / 3) as usize].piece));
+        }
+        // A line within the piece: the one both ends lie on; of several the one that runs here.
+        let (a, b) = (m.origin(h), m.target(h));
+        let middle = 0.5 * (m.point(a) + m.point(b));
+        let there = self.sets[b as usize].as_slice();
+        let lines = self.sets[a as usize].as_slice().iter().filter(|p| **p >= self.lines_from && there.contains(p));
+        let sets = lines.map(|l| own.union(&PieceSet::one(*l)));
+        let distance = |s: &PieceSet| {
+            surface.meet(s.as_slice(), middle, f64::INFINITY).map_or(f64::INFINITY, |p| p.distance_squared(middle))
+        };
+        sets.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(own)
     }
 }

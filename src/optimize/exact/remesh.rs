@@ -89,7 +89,7 @@ impl<'a> Remesher<'a> {
         if !self.work.mesh.is_node(v) {
             return Rank::Face;
         }
-        match self.work.mesh.outgoing(v).filter(|&h| self.work.mesh.is_sharp(h)).count() {
+        match self.work.mesh.sharp_neighbors(v).count() {
             _ if self.work.mesh.is_pinned(v) => Rank::Corner,
             0 => Rank::Face,
             2 if self.work.sets[v as usize].len() == 2 => Rank::Curve,
@@ -113,14 +113,7 @@ impl<'a> Remesher<'a> {
 
     /// The pieces a new node on an edge lies on.
     pub(super) fn edge_set(&self, h: u32) -> PieceSet {
-        let m = &self.work.mesh;
-        let own = PieceSet::one(self.work.patches[m.label(h / 3) as usize].piece);
-        let o = m.opposite(h);
-        if m.is_sharp(h) && o != NONE {
-            own.union(&PieceSet::one(self.work.patches[m.label(o / 3) as usize].piece))
-        } else {
-            own
-        }
+        self.work.edge_set(self.surface, h)
     }
 
     /// Splits edges that are too long, longest first.
@@ -129,7 +122,7 @@ impl<'a> Remesher<'a> {
         let m = &self.work.mesh;
         for h in m.edges() {
             let excess = m.edge_length(h) / (LONG * self.wanted(h));
-            if excess > 1.0 && m.opposite(h) != NONE {
+            if excess > 1.0 {
                 list.push((excess, m.origin(h), m.target(h)));
             }
         }
@@ -151,9 +144,8 @@ impl<'a> Remesher<'a> {
         let set = self.edge_set(h);
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
-        // A crease inside one piece: nothing says where on the piece it runs.
-        let o = m.opposite(h);
-        if o == NONE || (m.is_sharp(h) && m.label(h / 3) == m.label(o / 3)) {
+        // A crease or an open border nothing is known of but that it is there.
+        if (m.is_sharp(h) || m.opposite(h) == NONE) && set.len() < 2 {
             return false;
         }
         let (p, q) = (self.point(a), self.point(b));
@@ -232,7 +224,7 @@ impl<'a> Remesher<'a> {
         let (a, b) = (m.origin(h), m.target(h));
         let (ra, rb) = (self.rank[a as usize], self.rank[b as usize]);
         let o = m.opposite(h);
-        if o == NONE {
+        if o == NONE && self.edge_set(h).len() < 2 {
             return false;
         }
         let middle = |set: &PieceSet| {
@@ -255,7 +247,7 @@ impl<'a> Remesher<'a> {
         if ra <= rb && may(ra) {
             tries.push((h, self.point(b)));
         }
-        if rb <= ra && may(rb) {
+        if rb <= ra && may(rb) && o != NONE {
             tries.push((o, self.point(a)));
         }
         for (side, p) in tries {
@@ -305,7 +297,8 @@ impl<'a> Remesher<'a> {
         for &h in &ring {
             let m = &self.work.mesh;
             let o = m.opposite(h);
-            let sharp = o == NONE || m.label(h / 3) != m.label(o / 3);
+            let line = m.is_sharp(h) && self.work.lines_from != u32::MAX && self.edge_set(h).len() == 2;
+            let sharp = o == NONE || m.label(h / 3) != m.label(o / 3) || line;
             self.work.mesh.set_sharp(h, sharp);
         }
         self.rank[v as usize] = self.rank_of(v);

@@ -1,0 +1,135 @@
+//! What \[GUO\] section 2 finds in the triangles: feature edges, geometric edges, vertices and faces.
+
+use crate::mesh::EditMesh;
+use crate::mesh::curvature::dihedral;
+use crate::mesh::edit::NONE;
+
+/// A geometric edge: feature edges one after the other, from vertex to vertex or round and back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// Nodes in order; the first is the last where the chain is closed.
+    pub nodes: Vec<u32>,
+    /// One half-edge of each feature edge, in order.
+    pub edges: Vec<u32>,
+    /// Sum of the edges' lengths.
+    pub length: f64,
+}
+
+impl Chain {
+    /// Whether it ends where it began.
+    pub fn is_closed(&self) -> bool {
+        self.nodes.first() == self.nodes.last()
+    }
+}
+
+/// Marks as sharp the edges whose triangles' normals differ by more than `angle` degrees, those between different labels,
+/// and open ones (\[GUO\] 2.1). Marks that are there stay. Returns how many edges are sharp now.
+pub fn mark_feature_edges(mesh: &mut EditMesh, angle: f64) -> usize {
+    let limit = angle.to_radians();
+    let mut count = 0;
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        if !mesh.is_edge(h) {
+            continue;
+        }
+        let o = mesh.opposite(h);
+        if o == NONE || mesh.label(h / 3) != mesh.label(o / 3) || dihedral(mesh, h) > limit {
+            mesh.set_sharp(h, true);
+        }
+        count += usize::from(mesh.is_sharp(h));
+    }
+    count
+}
+
+/// Pins the geometric vertices: nodes at which other than two feature edges meet, and those at which an edge turns by more
+/// than `turn` degrees (\[GUO\] 2.2). Nodes that were pinned are freed unless they are vertices.
+pub fn mark_vertices(mesh: &mut EditMesh, turn: f64) {
+    let limit = turn.to_radians();
+    for v in 0..mesh.node_capacity() as u32 {
+        if !mesh.is_node(v) {
+            continue;
+        }
+        let mut ends = mesh.sharp_neighbors(v);
+        let vertex = match (ends.next(), ends.next(), ends.next()) {
+            (None, ..) => false,
+            (Some(a), Some(b), None) => {
+                let p = mesh.point(v);
+                // Zero vectors make no angle, and no vertex.
+                (p - mesh.point(a)).angle_between(mesh.point(b) - p) > limit
+            }
+            _ => true,
+        };
+        drop(ends);
+        mesh.set_pinned(v, vertex);
+    }
+}
+
+/// The geometric edges: feature edges chained from vertex to vertex, where a vertex is a pinned node or one at which other
+/// than two feature edges meet; closed ones without a vertex begin at their node of least number (\[GUO\] 2.2).
+pub fn chains(mesh: &EditMesh) -> Vec<Chain> {
+    let ends: Vec<bool> = (0..mesh.node_capacity() as u32)
+        .map(|v| mesh.is_node(v) && (mesh.is_pinned(v) || !matches!(mesh.sharp_neighbors(v).count(), 0 | 2)))
+        .collect();
+    let mut seen = vec![false; 3 * mesh.triangle_capacity()];
+    let mut out = Vec::new();
+    for vertices_first in [true, false] {
+        for v in mesh.nodes().filter(|&v| ends[v as usize] == vertices_first) {
+            let starts: Vec<u32> = mesh.sharp_neighbors(v).collect();
+            for x in starts {
+                if let Some(h) = mesh.edge_between(v, x).filter(|&h| !seen[h as usize]) {
+                    out.push(follow(mesh, v, h, &ends, &mut seen));
+                }
+            }
+        }
+    }
+    out
+}
+
+fn follow(mesh: &EditMesh, start: u32, first: u32, ends: &[bool], seen: &mut [bool]) -> Chain {
+    let mut chain = Chain { nodes: vec![start], edges: Vec::new(), length: 0.0 };
+    let (mut v, mut h) = (start, first);
+    loop {
+        for side in [h, mesh.opposite(h)] {
+            if side != NONE {
+                seen[side as usize] = true;
+            }
+        }
+        v = if mesh.origin(h) == v { mesh.target(h) } else { mesh.origin(h) };
+        chain.nodes.push(v);
+        chain.edges.push(h);
+        chain.length += mesh.edge_length(h);
+        if v == start || ends[v as usize] {
+            return chain;
+        }
+        let onward = mesh.sharp_neighbors(v).filter_map(|x| mesh.edge_between(v, x)).find(|&x| !seen[x as usize]);
+        match onward {
+            Some(x) => h = x,
+            None => return chain,
+        }
+    }
+}
+
+/// The geometric faces by flooding: for each triangle the number of its face, `NONE` for dead ones, and how many faces there
+/// are; faces are numbered by their first triangles (\[GUO\] 2.3).
+pub fn flood(mesh: &EditMesh) -> (Vec<u32>, usize) {
+    let mut face = vec![NONE; mesh.triangle_capacity()];
+    let mut count = 0;
+    let mut stack = Vec::new();
+    for t in 0..mesh.triangle_capacity() as u32 {
+        if !mesh.is_triangle(t) || face[t as usize] != NONE {
+            continue;
+        }
+        face[t as usize] = count;
+        stack.push(t);
+        while let Some(t) = stack.pop() {
+            for h in 3 * t..3 * t + 3 {
+                let o = mesh.opposite(h);
+                if o != NONE && !mesh.is_sharp(h) && face[(o / 3) as usize] == NONE {
+                    face[(o / 3) as usize] = count;
+                    stack.push(o / 3);
+                }
+            }
+        }
+        count += 1;
+    }
+    (face, count as usize)
+}
