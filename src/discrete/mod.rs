@@ -16,6 +16,7 @@ mod needles;
 mod pieces;
 mod sheet;
 mod simplify;
+mod sizes;
 #[cfg(test)]
 mod tests;
 

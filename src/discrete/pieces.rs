@@ -55,6 +55,8 @@ pub struct Discrete {
     /// Creases and open borders: the line of each, and the pieces of nodes on them.
     creases: Vec<u32>,
     crease_at: FxHashMap<u32, Vec<u32>>,
+    /// For each half-edge the normal at its origin, see [`sheets`].
+    pub(super) corner_normals: Vec<DVec3>,
     everything: Bvh,
     order: Vec<u32>,
 }
@@ -84,8 +86,10 @@ impl Discrete {
             let n = mesh.area_vector(t).normalize_or_zero();
             mesh.set_surface(t, face[t as usize], n);
         }
+        let corner_normals = corner_normals(&mesh);
         let mut this = Self {
-            sheets: sheets(&mesh, count, precision),
+            sheets: sheets(&mesh, &corner_normals, count, precision),
+            corner_normals,
             everything: Bvh::new(mesh.triangles().map(|t| Aabb::around(mesh.corner_points(t))).collect()),
             order: mesh.triangles().collect(),
             mesh,
@@ -214,31 +218,37 @@ fn name_faces(input: &TriMesh, mesh: &EditMesh, face: &[u32], count: usize) -> (
     (names, groups)
 }
 
-/// The triangles of every face with normals at their corners: averages over the triangles that hang together there without
-/// a geometric edge between, weighted by their angles.
-fn sheets(mesh: &EditMesh, count: usize, precision: f64) -> Vec<Sheet> {
+/// Calls `f` with the outgoing half-edges of each sector of a node: those that hang together without a geometric edge
+/// between.
+pub(super) fn each_sector(mesh: &EditMesh, v: u32, mut f: impl FnMut(&[u32])) {
+    let mut ring: Vec<u32> = mesh.outgoing(v).collect();
+    if let Some(first) = ring.iter().position(|&h| mesh.is_sharp(h)) {
+        ring.rotate_left(first);
+        ring.chunk_by(|_, &h| !mesh.is_sharp(h)).for_each(f);
+    } else {
+        f(&ring);
+    }
+}
+
+/// For each half-edge the normal at its origin: the average over its sector, weighted by angles.
+fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; 3 * mesh.triangle_capacity()];
     for v in mesh.nodes() {
-        let ring: Vec<u32> = mesh.outgoing(v).collect();
-        // Begin after a geometric edge, if there is one.
-        let first = ring.iter().position(|&h| mesh.is_sharp(h)).unwrap_or(0);
-        let mut from = 0;
-        let at = |k: usize| ring[(first + k) % ring.len()];
-        for k in 0..ring.len() {
-            if k + 1 < ring.len() && !mesh.is_sharp(at(k + 1)) {
-                continue;
-            }
-            let sum: DVec3 = (from..=k)
-                .map(|i| {
-                    let [p, q, r] = [mesh.origin(at(i)), mesh.target(at(i)), mesh.apex(at(i))].map(|x| mesh.point(x));
-                    let (u, w) = (q - p, r - p);
-                    u.cross(w).normalize_or_zero() * u.cross(w).length().atan2(u.dot(w))
-                })
-                .sum();
-            (from..=k).for_each(|i| normals[at(i) as usize] = sum.normalize_or_zero());
-            from = k + 1;
-        }
+        each_sector(mesh, v, |sector| {
+            let at = |h: u32| {
+                let [p, q, r] = [mesh.origin(h), mesh.target(h), mesh.apex(h)].map(|x| mesh.point(x));
+                let (u, w) = (q - p, r - p);
+                u.cross(w).normalize_or_zero() * u.cross(w).length().atan2(u.dot(w))
+            };
+            let unit = sector.iter().map(|&h| at(h)).sum::<DVec3>().normalize_or_zero();
+            sector.iter().for_each(|&h| normals[h as usize] = unit);
+        });
     }
+    normals
+}
+
+/// The triangles of every face.
+fn sheets(mesh: &EditMesh, normals: &[DVec3], count: usize, precision: f64) -> Vec<Sheet> {
     let mut parts: Vec<(Vec<[DVec3; 3]>, Vec<[DVec3; 3]>)> = vec![Default::default(); count];
     for t in mesh.triangles() {
         let part = &mut parts[mesh.label(t) as usize];

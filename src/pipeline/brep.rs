@@ -317,7 +317,7 @@ fn patchwork(solid: &Parametric, marks: &Marks, mut mesh: EditMesh, from: &TriMe
             plane: solid.plane(f),
         })
         .collect();
-    Patchwork { mesh, sets, patches, lines_from: u32::MAX }
+    Patchwork::new(mesh, sets, patches)
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

@@ -22,6 +22,12 @@ use crate::run::Run;
 const NAMED: usize = 20;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
+/// Without a tolerance edges stay within this share of the size of the surface.
+const CHORD: f64 = 0.05;
+/// Curvature that shows only within this share of the size is noise.
+const NOISE: f64 = 0.15;
+/// Features close to each other make edges at most this many times shorter than the size.
+const LEAST_FEATURE: f64 = 20.0;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 1.0;
 
@@ -175,13 +181,16 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     let sizing = Sizing {
         size,
         nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
-        chord: options.tolerance,
+        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading, cell: size };
+    let sizes = sizes(&solid, &sizing);
+    // Curvature is in the sizes of the nodes.
+    let exact =
+        ExactOptions { sizing: Sizing::uniform(size), face_sizes: Vec::new(), grading: options.grading, cell: size };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    let made = remesh_patchwork(patchwork(&solid), &named, &solid, &exact, run, None)?;
+    let made = remesh_patchwork(patchwork(&solid, sizes), &named, &solid, &exact, run, None)?;
     let (mut mesh, mut seams, mut corners) = (made.mesh, made.seams, made.corners);
     let found = made.report;
     if found.self_intersections > 0 && self_intersections(&named, run)?.is_empty() {
@@ -215,14 +224,21 @@ fn excuse_open(check: &mut Check) {
     check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
 }
 
+/// The largest edge length for each node.
+fn sizes(solid: &Discrete, sizing: &Sizing) -> Vec<f64> {
+    let features = solid.feature_sizes(sizing.size, sizing.size / LEAST_FEATURE);
+    let bent = solid.curvatures(NOISE * sizing.size);
+    features.into_iter().zip(bent).map(|(s, k)| s.min(sizing.at(k))).collect()
+}
+
 /// The triangles with what the remesher needs.
-fn patchwork(solid: &Discrete) -> Patchwork {
+fn patchwork(solid: &Discrete, sizes: Vec<f64>) -> Patchwork {
     let mesh: EditMesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let patches = (0..solid.face_count() as u32)
         .map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) })
         .collect();
-    Patchwork { mesh, sets, patches, lines_from: solid.face_count() as u32 }
+    Patchwork { lines_from: solid.face_count() as u32, sizes, raw: true, ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Finds the model in a soup, as [`mesh_soup`] does, and tells what it is made of.

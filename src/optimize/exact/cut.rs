@@ -284,7 +284,7 @@ impl Cutter<'_> {
         }
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         self.put_apexes(&sets);
-        Ok((Patchwork { mesh: self.mesh, sets, patches: patches.into(), lines_from: u32::MAX }, self.report))
+        Ok((Patchwork::new(self.mesh, sets, patches.into()), self.report))
     }
 }
 

@@ -5,6 +5,11 @@ use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::ask_all;
 
+/// Edges longer than this many wanted lengths are halved at first.
+const COARSE: f64 = 3.0;
+/// How often.
+const HALVINGS: usize = 20;
+
 impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for.
     pub(super) fn ask_sizes(&mut self) -> Result<()> {
@@ -18,7 +23,7 @@ impl Remesher<'_> {
     fn size_at(&self, v: u32) -> f64 {
         let sizing = &self.options.sizing;
         let (m, p) = (&self.work.mesh, self.point(v));
-        let mut size = sizing.size;
+        let mut size = sizing.size.min(self.work.sizes.get(v as usize).copied().unwrap_or(f64::INFINITY));
         let mut last = NONE;
         for h in m.outgoing(v) {
             let patch = m.label(h / 3);
@@ -75,6 +80,22 @@ impl Remesher<'_> {
             front = next;
         }
         self.want = want;
+        Ok(())
+    }
+
+    /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
+    /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
+    pub(super) fn even_sizes(&mut self) -> Result<()> {
+        self.flip(false)?;
+        for _ in 0..HALVINGS {
+            let count = self.want.len();
+            if self.split_longer(COARSE, 0.0)? == 0 {
+                break;
+            }
+            self.own[count..].fill(self.options.sizing.size);
+            self.flip(false)?;
+            self.grade()?;
+        }
         Ok(())
     }
 

@@ -156,6 +156,10 @@ fn remesh(
         }
     };
     show("cut", &r);
+    if r.work.raw {
+        r.even_sizes()?;
+        show("even", &r);
+    }
     // Inside the patches packing will put everything right.
     r.look_at_borders();
     r.collapse_short(TINY)?;

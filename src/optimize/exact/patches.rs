@@ -92,6 +92,8 @@ impl Remesher<'_> {
                 sets: part.nodes.iter().map(|&v| self.work.sets[v as usize]).collect(),
                 patches: self.work.patches.clone(),
                 lines_from: self.work.lines_from,
+                sizes: Vec::new(),
+                raw: false,
             },
         };
         (r, part.nodes)
@@ -174,7 +176,7 @@ impl Remesher<'_> {
             }
         }
         (0..pinned.len()).filter(|&v| pinned[v]).for_each(|v| mesh.set_pinned(v as u32, true));
-        self.work = Patchwork { mesh, sets, patches: self.work.patches.clone(), lines_from: self.work.lines_from };
+        (self.work.mesh, self.work.sets, self.work.sizes) = (mesh, sets, Vec::new());
         (self.own, self.want) = (own, want);
         self.rank = (0..self.want.len() as u32).map(|v| self.rank_of(v)).collect();
         Ok(())

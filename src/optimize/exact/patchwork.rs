@@ -88,6 +88,17 @@ pub struct Patchwork {
     /// Pieces from this number on are lines within one piece: creases and open borders. Their nodes lie on that piece and
     /// on the line. `u32::MAX` where there are none.
     pub lines_from: u32,
+    /// For each node the largest edge length it may want; empty where there is no such bound.
+    pub sizes: Vec<f64>,
+    /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
+    pub raw: bool,
+}
+
+impl Patchwork {
+    /// A mesh without lines within pieces and without bounds on sizes, whose triangles are about as large as they shall be.
+    pub fn new(mesh: EditMesh, sets: Vec<PieceSet>, patches: Arc<[Patch]>) -> Self {
+        Self { mesh, sets, patches, lines_from: u32::MAX, sizes: Vec::new(), raw: false }
+    }
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,

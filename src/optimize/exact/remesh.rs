@@ -118,10 +118,15 @@ impl<'a> Remesher<'a> {
 
     /// Splits edges that are too long, longest first.
     pub(super) fn split_long(&mut self) -> Result<usize> {
+        self.split_longer(LONG, 0.5 * FAIR)
+    }
+
+    /// Splits edges longer than `long` wanted lengths, longest first, where shapes do not fall below `fair`, or rise.
+    pub(super) fn split_longer(&mut self, long: f64, fair: f64) -> Result<usize> {
         let mut list: Vec<(f64, u32, u32)> = Vec::new();
         let m = &self.work.mesh;
         for h in m.edges() {
-            let excess = m.edge_length(h) / (LONG * self.wanted(h));
+            let excess = m.edge_length(h) / (long * self.wanted(h));
             if excess > 1.0 {
                 list.push((excess, m.origin(h), m.target(h)));
             }
@@ -133,14 +138,14 @@ impl<'a> Remesher<'a> {
                 self.run.check()?;
             }
             if let Some(h) = self.work.mesh.edge_between(a, b) {
-                count += usize::from(self.split(h));
+                count += usize::from(self.split(h, fair));
             }
         }
         Ok(count)
     }
 
     /// Puts a node into the middle of an edge, if the surface and the shapes allow.
-    pub(super) fn split(&mut self, h: u32) -> bool {
+    pub(super) fn split(&mut self, h: u32, fair: f64) -> bool {
         let set = self.edge_set(h);
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
@@ -161,7 +166,7 @@ impl<'a> Remesher<'a> {
             after = after.min(self.work.shape_at(self.surface, label, [s, x, c]));
             after = after.min(self.work.shape_at(self.surface, label, [x, e, c]));
         }
-        if after < before.min(0.5 * FAIR) {
+        if after < before.min(fair) {
             return false;
         }
         let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);
