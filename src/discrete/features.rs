@@ -1,8 +1,25 @@
 //! What \[GUO\] section 2 finds in the triangles: feature edges, geometric edges, vertices and faces.
 
+use glam::DVec3;
+use rustc_hash::FxHashSet;
+
+use crate::error::Result;
 use crate::mesh::EditMesh;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;
+use crate::run::Run;
+
+/// Gaps between feature edges are bridged by edges of at least this share of the feature angle.
+const WEAK: f64 = 0.6;
+/// A bridge does not turn by more than this from edge to edge (cosine): 60 degrees.
+const STRAIGHT: f64 = 0.5;
+/// What is a feature at the scale asked for has at least this share of the feature angle there.
+const PERSISTS: f64 = 0.6;
+/// Triangles looked at on each side of an edge at most.
+const MOST_AROUND: usize = 200;
+
+/// Parts a feature edge is divided into at most.
+const MOST_PARTS: f64 = 1e5;
 
 /// A geometric edge: feature edges one after the other, from vertex to vertex or round and back.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,6 +55,115 @@ pub fn mark_feature_edges(mesh: &mut EditMesh, angle: f64) -> usize {
         count += usize::from(mesh.is_sharp(h));
     }
     count
+}
+
+/// Bridges gaps of at most `gap` between feature edges that end within a face: from the end on, the sharpest edges are
+/// followed that are not much blunter than `angle` and go on without a turn, and marked if they lead to another feature.
+/// Returns how many edges were marked.
+pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
+    let least = WEAK * angle.to_radians();
+    let ends: Vec<u32> = mesh.nodes().filter(|&v| mesh.sharp_neighbors(v).count() == 1).collect();
+    let mut count = 0;
+    for start in ends {
+        let Some(last) = mesh.sharp_neighbors(start).next().filter(|_| mesh.sharp_neighbors(start).count() == 1) else {
+            continue;
+        };
+        let (mut v, mut length) = (start, 0.0);
+        let mut direction = (mesh.point(v) - mesh.point(last)).normalize_or_zero();
+        let mut path = Vec::new();
+        let reached = loop {
+            let onward = |h: &u32| {
+                let d = (mesh.point(mesh.target(*h)) - mesh.point(v)).normalize_or_zero();
+                d.dot(direction) > STRAIGHT && dihedral(mesh, *h) > least
+            };
+            let best = mesh
+                .outgoing(v)
+                .filter(onward)
+                .max_by(|a, b| dihedral(mesh, *a).total_cmp(&dihedral(mesh, *b)).then(b.cmp(a)));
+            let Some(h) = best else { break false };
+            length += mesh.edge_length(h);
+            if length > gap {
+                break false;
+            }
+            path.push(h);
+            direction = (mesh.point(mesh.target(h)) - mesh.point(v)).normalize_or_zero();
+            v = mesh.target(h);
+            if v != start && mesh.sharp_neighbors(v).next().is_some() {
+                break true;
+            }
+        };
+        if reached {
+            count += path.len();
+            path.into_iter().for_each(|h| mesh.set_sharp(h, true));
+        }
+    }
+    count
+}
+
+/// Unmarks feature edges that are none at a larger scale: those beside which the normals, averaged over triangles up to
+/// `scale` away on each side, differ by much less than `angle`. Averages do not go across feature edges, so small features
+/// with flat sides stay, and noise goes. Edges between labels and open ones stay. Returns how many were unmarked.
+pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Result<usize> {
+    let limit = PERSISTS * angle.to_radians();
+    let mut gone = Vec::new();
+    let mut seen = FxHashSet::default();
+    for (k, h) in mesh.edges().filter(|&h| mesh.is_sharp(h)).enumerate() {
+        if k % 256 == 0 {
+            run.check()?;
+        }
+        let o = mesh.opposite(h);
+        if o == NONE || mesh.label(h / 3) != mesh.label(o / 3) {
+            continue;
+        }
+        let [a, b] = [h, o].map(|side| average(mesh, side, scale, &mut seen));
+        if a.cross(b).length().atan2(a.dot(b)) < limit {
+            gone.push(h);
+        }
+    }
+    gone.iter().for_each(|&h| mesh.set_sharp(h, false));
+    Ok(gone.len())
+}
+
+/// The mean area vector of triangles on one side of an edge, nearer ones weighted more.
+fn average(mesh: &EditMesh, h: u32, scale: f64, seen: &mut FxHashSet<u32>) -> DVec3 {
+    let middle = 0.5 * (mesh.point(mesh.origin(h)) + mesh.point(mesh.target(h)));
+    seen.clear();
+    let mut list = vec![h / 3];
+    seen.insert(h / 3);
+    let mut sum = DVec3::ZERO;
+    let mut at = 0;
+    while at < list.len() && at < MOST_AROUND {
+        let t = list[at];
+        at += 1;
+        let away = mesh.centroid(t).distance(middle);
+        if away > scale && t != h / 3 {
+            continue;
+        }
+        let near = (1.0 - away / scale).max(0.01);
+        sum += near * near * mesh.area_vector(t);
+        for e in 3 * t..3 * t + 3 {
+            let o = mesh.opposite(e);
+            if o != NONE && !mesh.is_sharp(e) && seen.insert(o / 3) {
+                list.push(o / 3);
+            }
+        }
+    }
+    sum
+}
+
+/// Divides feature edges longer than `spacing` into equal parts, so that sizes may differ along them.
+pub fn divide_features(mesh: &mut EditMesh, spacing: f64) {
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        if !mesh.is_edge(h) || !mesh.is_sharp(h) {
+            continue;
+        }
+        let (p, q) = (mesh.point(mesh.origin(h)), mesh.point(mesh.target(h)));
+        let parts = (p.distance(q) / spacing).ceil().min(MOST_PARTS);
+        // From the far end: the half-edge keeps its origin.
+        for k in (1..parts as usize).rev() {
+            mesh.split_edge(h, p.lerp(q, k as f64 / parts));
+        }
+    }
 }
 
 /// Pins the geometric vertices: nodes at which other than two feature edges meet, and those at which an edge turns by more

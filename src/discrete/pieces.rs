@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::features::{chains, flood, mark_feature_edges, mark_vertices};
+use super::features::{bridge_gaps, chains, divide_features, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
 use super::sheet::{Line, Sheet};
 use super::simplify::{Limits, Removed, simplify};
@@ -28,11 +28,14 @@ pub struct DiscreteOptions {
     pub turn: f64,
     /// What is simplified away.
     pub limits: Limits,
+    /// The edge length the model will be meshed with: features with rough sides that do not show at half of it are noise. 0
+    /// where every edge counts.
+    pub scale: f64,
 }
 
 impl Default for DiscreteOptions {
     fn default() -> Self {
-        Self { feature_angle: 40.0, turn: 60.0, limits: Limits::default() }
+        Self { feature_angle: 40.0, turn: 60.0, limits: Limits::default(), scale: 0.0 }
     }
 }
 
@@ -77,8 +80,15 @@ impl Discrete {
         let precision = SINGLE * largest;
         mend_needles(&mut mesh, precision, run)?;
         mark_feature_edges(&mut mesh, options.feature_angle);
+        if options.scale > 0.0 {
+            bridge_gaps(&mut mesh, options.feature_angle, options.scale);
+            drop_noise(&mut mesh, options.feature_angle, 0.5 * options.scale, run)?;
+        }
         let removed = simplify(&mut mesh, &options.limits, run)?;
         mesh.compact();
+        if options.scale > 0.0 {
+            divide_features(&mut mesh, 0.5 * options.scale);
+        }
         mark_vertices(&mut mesh, options.turn);
         let (face, count) = flood(&mesh);
         let (names, groups) = name_faces(input, &mesh, &face, count);
@@ -333,6 +343,10 @@ impl Pieces for Discrete {
             _ => return None,
         };
         (q.distance(p) <= reach).then_some(q)
+    }
+
+    fn foot_facing(&self, piece: u32, p: DVec3, normal: DVec3, reach: f64) -> Option<DVec3> {
+        self.sheets.get(piece as usize)?.foot_facing(p, normal, reach)
     }
 
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {

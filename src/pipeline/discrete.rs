@@ -150,7 +150,7 @@ fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
         width: soup.min_length.unwrap_or(0.0),
         length: soup.min_length.unwrap_or(STUB * size),
     };
-    DiscreteOptions { feature_angle: soup.feature_angle, limits, ..DiscreteOptions::default() }
+    DiscreteOptions { feature_angle: soup.feature_angle, limits, scale: size, ..DiscreteOptions::default() }
 }
 
 fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {

@@ -54,7 +54,7 @@ impl Remesher<'_> {
         let mut before = None;
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
-            if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
+            if let Some(p) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
                 let after = self.work.worst_around(self.surface, v, p);
                 let worse = after < GOOD
                     && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
@@ -206,7 +206,7 @@ impl Remesher<'_> {
             }
             let mut improved = false;
             for d in &directions {
-                let Some(x) = self.work.settle(self.surface, &set, p + step * *d, reach) else { continue };
+                let Some(x) = self.work.settle_beside(self.surface, v, &set, p + step * *d, reach) else { continue };
                 let s = self.work.worst_around(self.surface, v, x);
                 if s > best + 1e-4 {
                     (best, p, improved) = (s, x, true);

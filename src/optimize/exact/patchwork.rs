@@ -160,6 +160,24 @@ impl Patchwork {
         if set.len() <= 2 { surface.meet(set.as_slice(), p, reach) } else { None }
     }
 
+    /// [`settle`](Self::settle) for a node near `v`, whose sheet of the surface it does not leave.
+    pub(super) fn settle_beside(
+        &self,
+        surface: &dyn Pieces,
+        v: u32,
+        set: &PieceSet,
+        p: DVec3,
+        reach: f64,
+    ) -> Option<DVec3> {
+        if let [piece] = set.as_slice()
+            && surface.plane(*piece).is_none()
+            && let Some(n) = surface.direction(*piece, self.mesh.point(v))
+        {
+            return surface.foot_facing(*piece, p, n, reach);
+        }
+        self.settle(surface, set, p, reach)
+    }
+
     /// The neighbors of a node along borders.
     pub(super) fn along(&self, v: u32) -> Vec<u32> {
         self.mesh.sharp_neighbors(v).collect()
