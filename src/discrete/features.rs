@@ -15,6 +15,8 @@ const WEAK: f64 = 0.6;
 const STRAIGHT: f64 = 0.5;
 /// What is a feature at the scale asked for has at least this share of the feature angle there.
 const PERSISTS: f64 = 0.6;
+/// Means whose vectors cancel out to less than this share of their lengths' sum say nothing.
+const COHERENT: f64 = 0.7;
 /// Triangles looked at on each side of an edge at most.
 const MOST_AROUND: usize = 200;
 
@@ -124,13 +126,14 @@ pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Res
     Ok(gone.len())
 }
 
-/// The mean area vector of triangles on one side of an edge, nearer ones weighted more.
+/// The mean area vector of triangles on one side of an edge, nearer ones weighted more; that of the first triangle alone
+/// where the side bends so much that a mean says nothing, as the wall of a small hole.
 fn average(mesh: &EditMesh, h: u32, scale: f64, seen: &mut FxHashSet<u32>) -> DVec3 {
     let middle = 0.5 * (mesh.point(mesh.origin(h)) + mesh.point(mesh.target(h)));
     seen.clear();
     let mut list = vec![h / 3];
     seen.insert(h / 3);
-    let mut sum = DVec3::ZERO;
+    let (mut sum, mut total) = (DVec3::ZERO, 0.0);
     let mut at = 0;
     while at < list.len() && at < MOST_AROUND {
         let t = list[at];
@@ -140,7 +143,9 @@ fn average(mesh: &EditMesh, h: u32, scale: f64, seen: &mut FxHashSet<u32>) -> DV
             continue;
         }
         let near = (1.0 - away / scale).max(0.01);
-        sum += near * near * mesh.area_vector(t);
+        let vector = near * near * mesh.area_vector(t);
+        sum += vector;
+        total += vector.length();
         for e in 3 * t..3 * t + 3 {
             let o = mesh.opposite(e);
             if o != NONE && !mesh.is_sharp(e) && seen.insert(o / 3) {
@@ -148,7 +153,7 @@ fn average(mesh: &EditMesh, h: u32, scale: f64, seen: &mut FxHashSet<u32>) -> DV
             }
         }
     }
-    sum
+    if sum.length() < COHERENT * total { mesh.area_vector(h / 3) } else { sum }
 }
 
 /// Divides feature edges longer than `spacing` into equal parts, so that sizes may differ along them.

@@ -345,7 +345,7 @@ impl Pieces for Discrete {
         (q.distance(p) <= reach).then_some(q)
     }
 
-    fn foot_facing(&self, piece: u32, p: DVec3, normal: DVec3, reach: f64) -> Option<DVec3> {
+    fn foot_facing(&self, piece: u32, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
         self.sheets.get(piece as usize)?.foot_facing(p, normal, reach)
     }
 

@@ -41,7 +41,7 @@ impl Sheet {
     }
 
     /// The nearest point on triangles that face the way of `normal`.
-    pub(super) fn foot_facing(&self, p: DVec3, normal: DVec3, reach: f64) -> Option<DVec3> {
+    pub(super) fn foot_facing(&self, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
         let distance = |t: u32| {
             let c = &self.corners[t as usize];
             if (c[1] - c[0]).cross(c[2] - c[0]).dot(normal) <= 0.0 {
@@ -50,7 +50,8 @@ impl Sheet {
             p.distance_squared(mix(c, triangle_foot(p, *c)))
         };
         let t = self.tree.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0 as usize;
-        Some(mix(&self.corners[t], triangle_foot(p, self.corners[t])))
+        let w = triangle_foot(p, self.corners[t]);
+        Some((mix(&self.corners[t], w), mix(&self.normals[t], w).try_normalize()))
     }
 
     pub(super) fn normal(&self, p: DVec3) -> Option<DVec3> {

@@ -54,8 +54,8 @@ impl Remesher<'_> {
         let mut before = None;
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
-            if let Some(p) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
-                let after = self.work.worst_around(self.surface, v, p);
+            if let Some((p, normal)) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
+                let after = self.work.worst_with(self.surface, v, p, normal);
                 let worse = after < GOOD
                     && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
                 if !worse {
@@ -206,8 +206,9 @@ impl Remesher<'_> {
             }
             let mut improved = false;
             for d in &directions {
-                let Some(x) = self.work.settle_beside(self.surface, v, &set, p + step * *d, reach) else { continue };
-                let s = self.work.worst_around(self.surface, v, x);
+                let place = self.work.settle_beside(self.surface, v, &set, p + step * *d, reach);
+                let Some((x, normal)) = place else { continue };
+                let s = self.work.worst_with(self.surface, v, x, normal);
                 if s > best + 1e-4 {
                     (best, p, improved) = (s, x, true);
                     if best >= limit {

@@ -169,7 +169,7 @@ impl Remesher<'_> {
             let n = packing.normals[v as usize] * self.work.patches[label as usize].outward;
             let q = match set.as_slice() {
                 [piece] if self.surface.plane(*piece).is_none() => {
-                    self.surface.foot_facing(*piece, p + r * direction, n, r)?
+                    self.surface.foot_facing(*piece, p + r * direction, n, r)?.0
                 }
                 _ => self.work.settle(self.surface, &set, p + r * direction, r)?,
             };

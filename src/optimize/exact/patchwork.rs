@@ -138,12 +138,17 @@ impl Patchwork {
 
     /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
+        self.worst_with(surface, v, p, None)
+    }
+
+    /// [`worst_around`](Self::worst_around) for a node of one patch whose outward normal at `p` is known.
+    pub(super) fn worst_with(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> f64 {
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, f64::INFINITY);
         for h in m.outgoing(v) {
             let label = m.label(h / 3);
             if label != last {
-                (last, normal) = (label, self.normal(surface, label, p));
+                (last, normal) = (label, known.unwrap_or_else(|| self.normal(surface, label, p)));
             }
             worst = worst.min(shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal));
         }
@@ -160,7 +165,8 @@ impl Patchwork {
         if set.len() <= 2 { surface.meet(set.as_slice(), p, reach) } else { None }
     }
 
-    /// [`settle`](Self::settle) for a node near `v`, whose sheet of the surface it does not leave.
+    /// [`settle`](Self::settle) for a place near node `v`, which does not leave its sheet of the surface; with the outward
+    /// normal there, where that is known without asking for it.
     pub(super) fn settle_beside(
         &self,
         surface: &dyn Pieces,
@@ -168,14 +174,17 @@ impl Patchwork {
         set: &PieceSet,
         p: DVec3,
         reach: f64,
-    ) -> Option<DVec3> {
+    ) -> Option<(DVec3, Option<DVec3>)> {
+        let m = &self.mesh;
         if let [piece] = set.as_slice()
-            && surface.plane(*piece).is_none()
-            && let Some(n) = surface.direction(*piece, self.mesh.point(v))
+            && let Some(patch) = m.outgoing(v).next().map(|h| &self.patches[m.label(h / 3) as usize])
+            && patch.plane.is_none()
         {
-            return surface.foot_facing(*piece, p, n, reach);
+            let up: DVec3 = m.outgoing(v).map(|h| m.area_vector(h / 3)).sum();
+            let (q, n) = surface.foot_facing(*piece, p, up * patch.outward, reach)?;
+            return Some((q, n.map(|n| n * patch.outward)));
         }
-        self.settle(surface, set, p, reach)
+        Some((self.settle(surface, set, p, reach)?, None))
     }
 
     /// The neighbors of a node along borders.
