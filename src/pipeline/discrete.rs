@@ -17,6 +17,7 @@ use crate::optimize::Sizing;
 use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::quality::{Against, Check, check};
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
 
 /// How many things of one kind a report names.
 const NAMED: usize = 20;
@@ -28,6 +29,8 @@ const CHORD: f64 = 0.05;
 const NOISE: f64 = 0.15;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
+/// How often sizes are halved around places where the result intersects itself.
+const ATTEMPTS: usize = 3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 1.0;
 
@@ -184,19 +187,27 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
         chord: Some(options.tolerance.unwrap_or(CHORD * size)),
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
-    let sizes = sizes(&solid, &sizing);
-    // Curvature is in the sizes of the nodes.
-    let exact =
-        ExactOptions { sizing: Sizing::uniform(size), face_sizes: Vec::new(), grading: options.grading, cell: size };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    let made = remesh_patchwork(patchwork(&solid, sizes), &named, &solid, &exact, run, None)?;
-    let (mut mesh, mut seams, mut corners) = (made.mesh, made.seams, made.corners);
-    let found = made.report;
-    if found.self_intersections > 0 && self_intersections(&named, run)?.is_empty() {
-        report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
-        (mesh, seams, corners) = (named, Vec::new(), Vec::new());
-    }
+    // Curvature is in the sizes of the nodes.
+    let exact = ExactOptions { sizing: Sizing::uniform(size), face_sizes: Vec::new(), grading: options.grading, cell: size };
+    let mut sizes = sizes(&solid, &sizing);
+    let mut attempt = 0;
+    let (mesh, seams, corners) = loop {
+        let made = remesh_patchwork(patchwork(&solid, sizes.clone()), &named, &solid, &exact, run, None)?;
+        if made.report.self_intersections == 0 {
+            break (made.mesh, made.seams, made.corners);
+        }
+        attempt += 1;
+        if attempt > ATTEMPTS {
+            if self_intersections(&named, run)?.is_empty() {
+                report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+                break (named, Vec::new(), Vec::new());
+            }
+            break (made.mesh, made.seams, made.corners);
+        }
+        shrink(&mut sizes, &solid, &made.mesh, run)?;
+    };
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
     let mut measured = check(&mesh, against, run)?;
@@ -229,6 +240,28 @@ fn sizes(solid: &Discrete, sizing: &Sizing) -> Vec<f64> {
     let features = solid.feature_sizes(sizing.size, sizing.size / LEAST_FEATURE);
     let bent = solid.curvatures(NOISE * sizing.size);
     features.into_iter().zip(bent).map(|(s, k)| s.min(sizing.at(k))).collect()
+}
+
+/// Halves the sizes around triangles that intersect others.
+fn shrink(sizes: &mut [f64], solid: &Discrete, mesh: &TriMesh, run: &Run) -> Result<()> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    let lengths: Vec<f64> = bad
+        .iter()
+        .map(|t| {
+            let [a, b, c] = mesh.corners(*t as usize);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        })
+        .collect();
+    let around = |k: usize| Aabb::around(mesh.corners(bad[k] as usize)).grown(lengths[k]);
+    let tree = Bvh::new((0..bad.len()).map(around).collect());
+    for v in solid.mesh.nodes() {
+        let p = solid.mesh.point(v);
+        let s = &mut sizes[v as usize];
+        tree.overlapping(&Aabb::new(p, p), |k| *s = s.min(0.5 * lengths[k as usize]));
+    }
+    Ok(())
 }
 
 /// The triangles with what the remesher needs.

@@ -86,7 +86,11 @@ impl Remesher<'_> {
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
-        self.flip(false)?;
+        for _ in 0..HALVINGS {
+            if self.flip(false)? == 0 {
+                break;
+            }
+        }
         for _ in 0..HALVINGS {
             let count = self.want.len();
             if self.split_longer(COARSE, 0.0)? == 0 {
