@@ -20,9 +20,6 @@ const COHERENT: f64 = 0.7;
 /// Triangles looked at on each side of an edge at most.
 const MOST_AROUND: usize = 200;
 
-/// Parts a feature edge is divided into at most.
-const MOST_PARTS: f64 = 1e5;
-
 /// A geometric edge: feature edges one after the other, from vertex to vertex or round and back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
@@ -154,21 +151,6 @@ fn average(mesh: &EditMesh, h: u32, scale: f64, seen: &mut FxHashSet<u32>) -> DV
         }
     }
     if sum.length() < COHERENT * total { mesh.area_vector(h / 3) } else { sum }
-}
-
-/// Divides feature edges longer than `spacing` into equal parts, so that sizes may differ along them.
-pub fn divide_features(mesh: &mut EditMesh, spacing: f64) {
-    for h in 0..3 * mesh.triangle_capacity() as u32 {
-        if !mesh.is_edge(h) || !mesh.is_sharp(h) {
-            continue;
-        }
-        let (p, q) = (mesh.point(mesh.origin(h)), mesh.point(mesh.target(h)));
-        let parts = (p.distance(q) / spacing).ceil().min(MOST_PARTS);
-        // From the far end: the half-edge keeps its origin.
-        for k in (1..parts as usize).rev() {
-            mesh.split_edge(h, p.lerp(q, k as f64 / parts));
-        }
-    }
 }
 
 /// Pins the geometric vertices: nodes at which other than two feature edges meet, and those at which an edge turns by more

@@ -21,7 +21,7 @@ mod sizes;
 mod tests;
 
 pub use features::{
-    Chain, bridge_gaps, chains, divide_features, drop_noise, flood, mark_feature_edges, mark_vertices,
+    Chain, bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices,
 };
 pub use needles::mend_needles;
 pub use pieces::{Discrete, DiscreteOptions};

@@ -3,10 +3,11 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::features::{bridge_gaps, chains, divide_features, drop_noise, flood, mark_feature_edges, mark_vertices};
+use super::features::{bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
 use super::sheet::{Line, Sheet};
 use super::simplify::{Limits, Removed, simplify};
+use super::sizes::divide_features;
 use crate::error::Result;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
 use crate::mesh::edit::{NONE, next};
@@ -86,15 +87,15 @@ impl Discrete {
         }
         let removed = simplify(&mut mesh, &options.limits, run)?;
         mesh.compact();
-        if options.scale > 0.0 {
-            divide_features(&mut mesh, 0.5 * options.scale);
-        }
         mark_vertices(&mut mesh, options.turn);
         let (face, count) = flood(&mesh);
         let (names, groups) = name_faces(input, &mesh, &face, count);
         for t in 0..face.len() as u32 {
             let n = mesh.area_vector(t).normalize_or_zero();
             mesh.set_surface(t, face[t as usize], n);
+        }
+        if options.scale > 0.0 {
+            divide_features(&mut mesh, options.scale);
         }
         let corner_normals = corner_normals(&mesh);
         let mut this = Self {

@@ -2,14 +2,18 @@
 
 use glam::DVec3;
 
-use super::features::chains;
+use super::features::{Chain, chains};
 use super::pieces::Discrete;
+use crate::mesh::EditMesh;
 use crate::mesh::edit::{NONE, next};
 use crate::spatial::{Aabb, Bvh};
 
 /// Edges between two features may be this many times as long as these are apart: triangles between them then keep angles
 /// above 25 degrees.
 const ACROSS: f64 = 2.0;
+/// Parts per size into which feature edges close to others are divided, and how many at most.
+const SPACING: f64 = 2.0;
+const MOST_PARTS: f64 = 1e5;
 /// Rounds of averaging normals: enough for noise of the input's own triangles.
 const MOST_ROUNDS: usize = 30;
 
@@ -63,52 +67,91 @@ impl Discrete {
         }
     }
 
-    /// For each node the edge length that features nearby ask for, not less than `least`; infinite where none does. A feature
-    /// asks for twice its distance to others across a common face, and twice its own length.
+    /// For each node the edge length that features nearby ask for, between `least` and `size`; infinite where none does. A
+    /// feature asks for twice its distance to others across a common face, and twice its own length.
     pub fn feature_sizes(&self, size: f64, least: f64) -> Vec<f64> {
-        let m = &self.mesh;
-        let mut out = vec![f64::INFINITY; m.node_capacity()];
-        let list = chains(m);
-        let mut segments: Vec<([DVec3; 2], u32)> = Vec::new();
-        for (c, chain) in list.iter().enumerate() {
-            segments.extend(chain.nodes.windows(2).map(|w| ([m.point(w[0]), m.point(w[1])], c as u32)));
-        }
-        let tree = Bvh::new(segments.iter().map(|s| Aabb::around(s.0)).collect());
-        let faces = |c: usize| {
-            let h = list[c].edges[0];
-            let o = m.opposite(h);
-            [m.label(h / 3), if o == NONE { NONE } else { m.label(o / 3) }]
-        };
-        let share = |a: usize, b: usize| {
-            let (x, y) = (faces(a), faces(b));
-            x.iter().any(|f| *f != NONE && y.contains(f))
-        };
-        let ends = |c: usize| [list[c].nodes[0], list[c].nodes[list[c].nodes.len() - 1]];
-        let beside = |a: usize, b: usize| {
-            let (x, y) = (ends(a), ends(b));
-            (!list[a].is_closed() || !list[b].is_closed()) && x.iter().any(|v| y.contains(v))
-        };
-        let distance = |k: u32, p: DVec3| {
-            let [a, b] = segments[k as usize].0;
-            let d = b - a;
-            let t = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            p.distance_squared(a + t * d)
-        };
-        for (c, chain) in list.iter().enumerate() {
-            let own = if chain.is_closed() { f64::INFINITY } else { ACROSS * chain.length };
+        let near = Proximity::new(&self.mesh, size);
+        let mut out = vec![f64::INFINITY; self.mesh.node_capacity()];
+        for (c, chain) in near.chains.iter().enumerate() {
             for &v in &chain.nodes {
-                let p = m.point(v);
-                let far = |k: u32| {
-                    let other = segments[k as usize].1 as usize;
-                    if other == c || beside(c, other) || !share(c, other) { f64::INFINITY } else { distance(k, p) }
-                };
-                let near = tree.nearest(p, size / ACROSS, far).map_or(f64::INFINITY, |n| ACROSS * n.1.sqrt());
-                let wanted = own.min(near).max(least);
+                let wanted = near.wanted(c, self.mesh.point(v)).max(least);
                 if wanted < size {
                     out[v as usize] = out[v as usize].min(wanted);
                 }
             }
         }
         out
+    }
+}
+
+/// Divides long feature edges that pass others closely, so that sizes can differ along them; labels must be faces.
+pub(super) fn divide_features(mesh: &mut EditMesh, size: f64) {
+    let near = Proximity::new(mesh, size);
+    let mut long = Vec::new();
+    for (c, chain) in near.chains.iter().enumerate() {
+        for &h in &chain.edges {
+            let (p, q) = (mesh.point(mesh.origin(h)), mesh.point(mesh.target(h)));
+            let parts = (SPACING * p.distance(q) / size).ceil().min(MOST_PARTS) as usize;
+            if (1..parts).any(|k| near.wanted(c, p.lerp(q, k as f64 / parts as f64)) < size) {
+                long.push((h, parts));
+            }
+        }
+    }
+    for (h, parts) in long {
+        let (p, q) = (mesh.point(mesh.origin(h)), mesh.point(mesh.target(h)));
+        // From the far end: the half-edge keeps its origin.
+        for k in (1..parts).rev() {
+            mesh.split_edge(h, p.lerp(q, k as f64 / parts as f64));
+        }
+    }
+}
+
+/// Geometric edges and how close others pass.
+struct Proximity {
+    chains: Vec<Chain>,
+    /// For each chain the faces on both sides.
+    faces: Vec<[u32; 2]>,
+    segments: Vec<([DVec3; 2], u32)>,
+    tree: Bvh,
+    size: f64,
+}
+
+impl Proximity {
+    fn new(m: &EditMesh, size: f64) -> Self {
+        let chains = chains(m);
+        let mut segments: Vec<([DVec3; 2], u32)> = Vec::new();
+        for (c, chain) in chains.iter().enumerate() {
+            segments.extend(chain.nodes.windows(2).map(|w| ([m.point(w[0]), m.point(w[1])], c as u32)));
+        }
+        let tree = Bvh::new(segments.iter().map(|s| Aabb::around(s.0)).collect());
+        let sides = |h: u32| [h, m.opposite(h)].map(|s| if s == NONE { NONE } else { m.label(s / 3) });
+        let faces = chains.iter().map(|c| sides(c.edges[0])).collect();
+        Self { chains, faces, segments, tree, size }
+    }
+
+    fn ends(&self, c: usize) -> [u32; 2] {
+        [self.chains[c].nodes[0], self.chains[c].nodes[self.chains[c].nodes.len() - 1]]
+    }
+
+    /// Whether the distance between two chains says how narrow a face is: they share one, and do not meet.
+    fn are_across(&self, a: usize, b: usize) -> bool {
+        let meet = self.ends(a).iter().any(|v| self.ends(b).contains(v));
+        a != b && !meet && self.faces[a].iter().any(|f| *f != NONE && self.faces[b].contains(f))
+    }
+
+    /// The edge length wanted at a point of a chain.
+    fn wanted(&self, c: usize, p: DVec3) -> f64 {
+        let far = |k: u32| {
+            let ([a, b], other) = self.segments[k as usize];
+            if !self.are_across(c, other as usize) {
+                return f64::INFINITY;
+            }
+            let d = b - a;
+            let t = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            p.distance_squared(a + t * d)
+        };
+        let chain = &self.chains[c];
+        let own = if chain.is_closed() { f64::INFINITY } else { ACROSS * chain.length };
+        self.tree.nearest(p, self.size / ACROSS, far).map_or(own, |n| own.min(ACROSS * n.1.sqrt()))
     }
 }
