@@ -96,7 +96,16 @@ impl Remesher<'_> {
             if self.split_longer(COARSE, 0.0)? == 0 {
                 break;
             }
-            self.own[count..].fill(self.options.sizing.size);
+            // Within a size along a border what both ends want holds in between; elsewhere the growth from them does.
+            let size = self.options.sizing.size;
+            for v in count as u32..self.want.len() as u32 {
+                let p = self.point(v);
+                let between = self.rank[v as usize] == Rank::Curve
+                    && self.work.along(v).into_iter().all(|x| self.point(x).distance(p) < size);
+                if !between {
+                    self.own[v as usize] = size;
+                }
+            }
             self.flip(false)?;
             self.grade()?;
         }
