@@ -5,12 +5,12 @@ use rustc_hash::FxHashMap;
 
 use super::features::{bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
-use super::sheet::{Line, Sheet};
+use super::sheet::{Facet, Line, Sheet};
 use super::simplify::{Limits, Removed, simplify};
-use super::sizes::divide_features;
+use super::sizes::{curvatures, divide_features};
 use crate::error::Result;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
-use crate::mesh::edit::{NONE, next};
+use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::run::Run;
@@ -19,6 +19,9 @@ use crate::spatial::{Aabb, Bvh, triangle_foot};
 /// Rounding of single precision, in which most files of triangles are written: nodes are known to a few times this share
 /// of their coordinates.
 const SINGLE: f64 = 4.0 * f32::EPSILON as f64;
+
+/// Curvature that shows only within this share of the scale is noise.
+const NOISE: f64 = 0.15;
 
 /// How a soup is understood.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,8 +62,6 @@ pub struct Discrete {
     /// Creases and open borders: the line of each, and the pieces of nodes on them.
     creases: Vec<u32>,
     crease_at: FxHashMap<u32, Vec<u32>>,
-    /// For each half-edge the normal at its origin, see [`sheets`].
-    pub(super) corner_normals: Vec<DVec3>,
     everything: Bvh,
     order: Vec<u32>,
 }
@@ -97,10 +98,10 @@ impl Discrete {
         if options.scale > 0.0 {
             divide_features(&mut mesh, options.scale);
         }
-        let corner_normals = corner_normals(&mesh);
+        let normals = corner_normals(&mesh);
+        let curvatures = curvatures(&mesh, &normals, NOISE * options.scale);
         let mut this = Self {
-            sheets: sheets(&mesh, &corner_normals, count, precision),
-            corner_normals,
+            sheets: sheets(&mesh, &normals, &curvatures, count, precision),
             everything: Bvh::new(mesh.triangles().map(|t| Aabb::around(mesh.corner_points(t))).collect()),
             order: mesh.triangles().collect(),
             mesh,
@@ -258,16 +259,18 @@ fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
     normals
 }
 
-/// The triangles of every face.
-fn sheets(mesh: &EditMesh, normals: &[DVec3], count: usize, precision: f64) -> Vec<Sheet> {
-    let mut parts: Vec<(Vec<[DVec3; 3]>, Vec<[DVec3; 3]>)> = vec![Default::default(); count];
+/// The triangles of every face, with normals and curvatures at their corners.
+fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, precision: f64) -> Vec<Sheet> {
+    let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
     for t in mesh.triangles() {
-        let part = &mut parts[mesh.label(t) as usize];
-        part.0.push(mesh.corner_points(t));
-        let h = 3 * t;
-        part.1.push([h, next(h), next(next(h))].map(|c| normals[c as usize]));
+        let around = [3 * t, 3 * t + 1, 3 * t + 2].map(|h| h as usize);
+        parts[mesh.label(t) as usize].push(Facet {
+            corners: mesh.corner_points(t),
+            normals: around.map(|h| normals[h]),
+            bends: around.map(|h| bends[h]),
+        });
     }
-    parts.into_iter().map(|(corners, normals)| Sheet::new(corners, normals, precision)).collect()
+    parts.into_iter().map(|facets| Sheet::new(facets, precision)).collect()
 }
 
 impl Discrete {
@@ -359,8 +362,7 @@ impl Pieces for Discrete {
     }
 
     fn curvature(&self, piece: u32, p: DVec3) -> Option<f64> {
-        let sheet = self.sheets.get(piece as usize)?;
-        if sheet.plane.is_some() { Some(0.0) } else { sheet.bend(p) }
+        self.sheets.get(piece as usize)?.bend(p)
     }
 
     fn bounds(&self, _pieces: &[u32], _p: DVec3) -> bool {

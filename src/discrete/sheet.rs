@@ -4,66 +4,88 @@ use glam::DVec3;
 
 use crate::spatial::{Aabb, Bvh, triangle_foot};
 
+/// A triangle of a face, with what is known at its corners.
+#[derive(Clone)]
+pub(super) struct Facet {
+    pub(super) corners: [DVec3; 3],
+    /// Normals of this face alone.
+    pub(super) normals: [DVec3; 3],
+    /// The larger magnitude of the principal curvatures.
+    pub(super) bends: [f64; 3],
+}
+
+impl Facet {
+    /// Barycentric coordinates of the point nearest to `p`.
+    fn foot(&self, p: DVec3) -> [f64; 3] {
+        triangle_foot(p, self.corners)
+    }
+
+    fn at(&self, w: [f64; 3]) -> DVec3 {
+        mix(&self.corners, w)
+    }
+
+    fn normal(&self, w: [f64; 3]) -> Option<DVec3> {
+        mix(&self.normals, w).try_normalize()
+    }
+}
+
 /// The triangles of a face.
 pub(super) struct Sheet {
-    corners: Vec<[DVec3; 3]>,
-    /// Normals at the corners, of this face alone.
-    normals: Vec<[DVec3; 3]>,
-    /// How fast the normal turns over each triangle, 1 over length.
-    bends: Vec<f64>,
+    facets: Vec<Facet>,
     tree: Bvh,
     /// Unit normal and offset, where the face is a plane to the precision of its nodes.
     pub(super) plane: Option<(DVec3, f64)>,
 }
 
 impl Sheet {
-    pub(super) fn new(corners: Vec<[DVec3; 3]>, normals: Vec<[DVec3; 3]>, precision: f64) -> Self {
-        let bends = corners.iter().zip(&normals).map(|(c, n)| bend(c, n)).collect();
-        let tree = Bvh::new(corners.iter().map(|c| Aabb::around(*c)).collect());
-        let plane = plane(&corners, precision);
-        Self { corners, normals, bends, tree, plane }
+    pub(super) fn new(facets: Vec<Facet>, precision: f64) -> Self {
+        let tree = Bvh::new(facets.iter().map(|f| Aabb::around(f.corners)).collect());
+        let plane = plane(&facets, precision);
+        Self { facets, tree, plane }
     }
 
     /// The triangle nearest to `p` and the barycentric coordinates of the nearest point.
-    fn nearest(&self, p: DVec3) -> Option<(usize, [f64; 3])> {
+    fn nearest(&self, p: DVec3) -> Option<(&Facet, [f64; 3])> {
         let distance = |t: u32| {
-            let c = &self.corners[t as usize];
-            let w = triangle_foot(p, *c);
-            p.distance_squared(mix(c, w))
+            let f = &self.facets[t as usize];
+            p.distance_squared(f.at(f.foot(p)))
         };
-        let t = self.tree.nearest(p, f64::INFINITY, distance)?.0 as usize;
-        Some((t, triangle_foot(p, self.corners[t])))
+        let f = &self.facets[self.tree.nearest(p, f64::INFINITY, distance)?.0 as usize];
+        Some((f, f.foot(p)))
     }
 
     pub(super) fn foot(&self, p: DVec3) -> Option<DVec3> {
-        let (t, w) = self.nearest(p)?;
-        Some(mix(&self.corners[t], w))
+        self.nearest(p).map(|(f, w)| f.at(w))
     }
 
-    /// The nearest point on triangles that face the way of `normal`.
+    /// The nearest point on triangles that face the way of `normal`, and the normal there.
     pub(super) fn foot_facing(&self, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
         let distance = |t: u32| {
-            let c = &self.corners[t as usize];
-            if (c[1] - c[0]).cross(c[2] - c[0]).dot(normal) <= 0.0 {
+            let f = &self.facets[t as usize];
+            let [a, b, c] = f.corners;
+            if (b - a).cross(c - a).dot(normal) <= 0.0 {
                 return f64::INFINITY;
             }
-            p.distance_squared(mix(c, triangle_foot(p, *c)))
+            p.distance_squared(f.at(f.foot(p)))
         };
-        let t = self.tree.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0 as usize;
-        let w = triangle_foot(p, self.corners[t]);
-        Some((mix(&self.corners[t], w), mix(&self.normals[t], w).try_normalize()))
+        let t = self.tree.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0;
+        let f = &self.facets[t as usize];
+        let w = f.foot(p);
+        Some((f.at(w), f.normal(w)))
     }
 
     pub(super) fn normal(&self, p: DVec3) -> Option<DVec3> {
-        if let Some((n, _)) = self.plane {
-            return Some(n);
+        match self.plane {
+            Some((n, _)) => Some(n),
+            None => self.nearest(p).and_then(|(f, w)| f.normal(w)),
         }
-        let (t, w) = self.nearest(p)?;
-        mix(&self.normals[t], w).try_normalize()
     }
 
     pub(super) fn bend(&self, p: DVec3) -> Option<f64> {
-        self.nearest(p).map(|(t, _)| self.bends[t])
+        if self.plane.is_some() {
+            return Some(0.0);
+        }
+        self.nearest(p).map(|(f, w)| (0..3).map(|k| w[k] * f.bends[k]).sum())
     }
 }
 
@@ -71,20 +93,11 @@ fn mix(c: &[DVec3; 3], w: [f64; 3]) -> DVec3 {
     c[0] * w[0] + c[1] * w[1] + c[2] * w[2]
 }
 
-fn bend(c: &[DVec3; 3], n: &[DVec3; 3]) -> f64 {
-    (0..3)
-        .map(|k| {
-            let length = c[k].distance(c[(k + 1) % 3]);
-            if length > 0.0 { n[k].distance(n[(k + 1) % 3]) / length } else { 0.0 }
-        })
-        .fold(0.0, f64::max)
-}
-
 /// The plane through all corners to the precision given.
-fn plane(corners: &[[DVec3; 3]], precision: f64) -> Option<(DVec3, f64)> {
-    let n = corners.iter().map(|[a, b, c]| (b - a).cross(c - a)).sum::<DVec3>().try_normalize()?;
+fn plane(facets: &[Facet], precision: f64) -> Option<(DVec3, f64)> {
+    let n = facets.iter().map(|f| f.corners).map(|[a, b, c]| (b - a).cross(c - a)).sum::<DVec3>().try_normalize()?;
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-    for p in corners.iter().flatten() {
+    for p in facets.iter().flat_map(|f| &f.corners) {
         let d = n.dot(*p);
         (lo, hi) = (lo.min(d), hi.max(d));
     }

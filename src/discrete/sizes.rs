@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::features::{Chain, chains};
-use super::pieces::Discrete;
+use super::pieces::{Discrete, each_sector};
 use crate::mesh::EditMesh;
-use crate::mesh::edit::{NONE, next};
+use crate::mesh::edit::{NONE, next, prev};
 use crate::spatial::{Aabb, Bvh};
 
 /// Edges between two features may be this many times as long as these are apart: triangles between them then keep angles
@@ -17,56 +17,50 @@ const MOST_PARTS: f64 = 1e5;
 /// Rounds of averaging normals: enough for noise of the input's own triangles.
 const MOST_ROUNDS: usize = 30;
 
-impl Discrete {
-    /// The larger magnitude of the principal curvatures at each node, from normals averaged over about `scale` around it: what
-    /// is finer than that is noise. Geometric edges part the averages.
-    pub fn curvatures(&self, scale: f64) -> Vec<f64> {
-        let m = &self.mesh;
-        let mut normals = self.corner_normals.clone();
-        let (mut sum, mut count) = (0.0, 0usize);
-        for h in m.edges() {
-            sum += m.edge_length(h);
-            count += 1;
-        }
-        let mean = if count > 0 { sum / count as f64 } else { 0.0 };
-        // Each round averages over about an edge length; the spread grows with the root of their number.
-        let rounds = if mean > 0.0 { ((scale / mean).powi(2).round() as usize).min(MOST_ROUNDS) } else { 0 };
-        for _ in 0..rounds {
-            let old = normals.clone();
-            for t in m.triangles() {
-                for h in 3 * t..3 * t + 3 {
-                    normals[h as usize] += 0.5 * (old[next(h) as usize] + old[next(next(h)) as usize]);
-                }
-            }
-            self.join_sectors(&mut normals);
-        }
-        let mut out = vec![0.0f64; m.node_capacity()];
-        for t in m.triangles() {
-            for h in 3 * t..3 * t + 3 {
-                let length = m.edge_length(h);
-                if length > 0.0 {
-                    let k = normals[h as usize].distance(normals[next(h) as usize]) / length;
-                    for v in [m.origin(h), m.target(h)] {
-                        out[v as usize] = out[v as usize].max(k);
-                    }
-                }
-            }
-        }
-        out
+/// The larger magnitude of the principal curvatures at the origin of each half-edge, from corner normals averaged over
+/// about `scale`: what is finer than that is noise. Geometric edges part the averages.
+pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> Vec<f64> {
+    let mut normals = corner_normals.to_vec();
+    let (mut sum, mut count) = (0.0, 0usize);
+    for h in m.edges() {
+        sum += m.edge_length(h);
+        count += 1;
     }
-
-    /// Sums corner normals over the sectors of each node, which geometric edges part, and makes them units.
-    fn join_sectors(&self, normals: &mut [DVec3]) {
-        let m = &self.mesh;
+    let mean = if count > 0 { sum / count as f64 } else { 0.0 };
+    // Each round averages over about an edge length; the spread grows with the root of their number.
+    let rounds = if mean > 0.0 { ((scale / mean).powi(2).round() as usize).min(MOST_ROUNDS) } else { 0 };
+    for _ in 0..rounds {
+        let old = normals.clone();
+        for h in m.triangles().flat_map(|t| 3 * t..3 * t + 3) {
+            normals[h as usize] += 0.5 * (old[next(h) as usize] + old[prev(h) as usize]);
+        }
         for v in m.nodes() {
-            super::pieces::each_sector(m, v, |sector| {
-                let sum: DVec3 = sector.iter().map(|&h| normals[h as usize]).sum();
-                let unit = sum.normalize_or_zero();
+            each_sector(m, v, |sector| {
+                let unit = sector.iter().map(|&h| normals[h as usize]).sum::<DVec3>().normalize_or_zero();
                 sector.iter().for_each(|&h| normals[h as usize] = unit);
             });
         }
     }
+    let mut out = vec![0.0f64; normals.len()];
+    for h in m.triangles().flat_map(|t| 3 * t..3 * t + 3) {
+        let length = m.edge_length(h);
+        if length > 0.0 {
+            let k = normals[h as usize].distance(normals[next(h) as usize]) / length;
+            for end in [h, next(h)] {
+                out[end as usize] = out[end as usize].max(k);
+            }
+        }
+    }
+    for v in m.nodes() {
+        each_sector(m, v, |sector| {
+            let most = sector.iter().map(|&h| out[h as usize]).fold(0.0, f64::max);
+            sector.iter().for_each(|&h| out[h as usize] = most);
+        });
+    }
+    out
+}
 
+impl Discrete {
     /// For each node the edge length that features nearby ask for, between `least` and `size`; infinite where none does. A
     /// feature asks for twice its distance to others across a common face, and twice its own length.
     pub fn feature_sizes(&self, size: f64, least: f64) -> Vec<f64> {

@@ -25,8 +25,6 @@ const NAMED: usize = 20;
 const LEAST_SHARE: f64 = 4.0;
 /// Without a tolerance edges stay within this share of the size of the surface.
 const CHORD: f64 = 0.05;
-/// Curvature that shows only within this share of the size is noise.
-const NOISE: f64 = 0.15;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// How often sizes are halved around places where the result intersects itself.
@@ -189,9 +187,8 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    // Curvature is in the sizes of the nodes.
-    let exact = ExactOptions { sizing: Sizing::uniform(size), face_sizes: Vec::new(), grading: options.grading, cell: size };
-    let mut sizes = sizes(&solid, &sizing);
+    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading, cell: size };
+    let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
     let mut attempt = 0;
     let (mesh, seams, corners) = loop {
         let made = remesh_patchwork(patchwork(&solid, sizes.clone()), &named, &solid, &exact, run, None)?;
@@ -233,13 +230,6 @@ fn tell_removed(solid: &Discrete, report: &mut Report) {
 /// An open surface has no closed mesh.
 fn excuse_open(check: &mut Check) {
     check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
-}
-
-/// The largest edge length for each node.
-fn sizes(solid: &Discrete, sizing: &Sizing) -> Vec<f64> {
-    let features = solid.feature_sizes(sizing.size, sizing.size / LEAST_FEATURE);
-    let bent = solid.curvatures(NOISE * sizing.size);
-    features.into_iter().zip(bent).map(|(s, k)| s.min(sizing.at(k))).collect()
 }
 
 /// Halves the sizes around triangles that intersect others.

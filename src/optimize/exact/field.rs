@@ -103,7 +103,7 @@ impl Remesher<'_> {
                 let between = self.rank[v as usize] == Rank::Curve
                     && self.work.along(v).into_iter().all(|x| self.point(x).distance(p) < size);
                 if !between {
-                    self.own[v as usize] = size;
+                    self.own[v as usize] = self.size_at(v);
                 }
             }
             self.flip(false)?;
