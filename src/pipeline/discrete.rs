@@ -189,14 +189,17 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     let open = !named.defects().is_closed();
     let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading, cell: size };
     let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
-    let mut attempt = 0;
+    let (mut attempt, mut last) = (0, usize::MAX);
     let (mesh, seams, corners) = loop {
         let made = remesh_patchwork(patchwork(&solid, sizes.clone()), &named, &solid, &exact, run, None)?;
         if made.report.self_intersections == 0 {
             break (made.mesh, made.seams, made.corners);
         }
         attempt += 1;
-        if attempt > ATTEMPTS {
+        // What smaller sizes do not help with is no matter of size: sheets that touch, say.
+        let helps = made.report.self_intersections <= last / 2;
+        last = made.report.self_intersections;
+        if attempt > ATTEMPTS || !helps {
             if self_intersections(&named, run)?.is_empty() {
                 report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
                 break (named, Vec::new(), Vec::new());
