@@ -17,6 +17,8 @@ const STRAIGHT: f64 = 0.5;
 const PERSISTS: f64 = 0.6;
 /// Means whose vectors cancel out to less than this share of their lengths' sum say nothing.
 const COHERENT: f64 = 0.7;
+/// Where edges that are no features bend by more than this on average the surface is rough: 15 degrees.
+const ROUGH: f64 = 0.26;
 /// Triangles looked at on each side of an edge at most.
 const MOST_AROUND: usize = 200;
 
@@ -101,7 +103,7 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
 
 /// Unmarks feature edges that are none at a larger scale: those beside which the normals, averaged over triangles up to
 /// `scale` away on each side, differ by much less than `angle`. Averages do not go across feature edges, so small features
-/// with flat sides stay, and noise goes. Edges between labels and open ones stay. Returns how many were unmarked.
+/// with flat sides stay, except where the surface is rough everywhere between them. Edges between labels and open ones stay. Returns how many were unmarked.
 pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Result<usize> {
     let limit = PERSISTS * angle.to_radians();
     let mut gone = Vec::new();
@@ -114,13 +116,53 @@ pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Res
         if o == NONE || mesh.label(h / 3) != mesh.label(o / 3) {
             continue;
         }
-        let [a, b] = [h, o].map(|side| average(mesh, side, scale, &mut seen));
+        let sides = rough_sides(mesh, h, scale, &mut seen);
+        let [a, b] = sides.unwrap_or_else(|| [h, o].map(|side| average(mesh, side, scale, &mut seen)));
         if a.cross(b).length().atan2(a.dot(b)) < limit {
             gone.push(h);
         }
     }
     gone.iter().for_each(|&h| mesh.set_sharp(h, false));
     Ok(gone.len())
+}
+
+/// Where the edges around that are no features are bent a lot, too: the mean area vectors of all triangles on either side,
+/// whatever lies between.
+fn rough_sides(mesh: &EditMesh, h: u32, scale: f64, seen: &mut FxHashSet<u32>) -> Option<[DVec3; 2]> {
+    let [p, q] = [mesh.origin(h), mesh.target(h)].map(|v| mesh.point(v));
+    let middle = 0.5 * (p + q);
+    let up = mesh.area_vector(h / 3) + mesh.area_vector(mesh.opposite(h) / 3);
+    // Points into the triangle of `h`.
+    let inward = up.cross(q - p);
+    seen.clear();
+    let mut list = vec![h / 3, mesh.opposite(h) / 3];
+    seen.extend(&list);
+    let mut sides = [DVec3::ZERO; 2];
+    let (mut bend, mut length) = (0.0, 0.0);
+    let mut at = 0;
+    while at < list.len() && at < MOST_AROUND {
+        let t = list[at];
+        at += 1;
+        let away = mesh.centroid(t) - middle;
+        if away.length() > scale && at > 2 {
+            continue;
+        }
+        sides[usize::from(away.dot(inward) < 0.0)] += mesh.area_vector(t);
+        for e in 3 * t..3 * t + 3 {
+            let o = mesh.opposite(e);
+            if o == NONE {
+                continue;
+            }
+            if !mesh.is_sharp(e) {
+                bend += mesh.edge_length(e) * dihedral(mesh, e);
+                length += mesh.edge_length(e);
+            }
+            if seen.insert(o / 3) {
+                list.push(o / 3);
+            }
+        }
+    }
+    (at > 2 && bend >= ROUGH * length).then_some(sides)
 }
 
 /// The mean area vector of triangles on one side of an edge, nearer ones weighted more; that of the first triangle alone

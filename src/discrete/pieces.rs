@@ -23,6 +23,9 @@ const SINGLE: f64 = 4.0 * f32::EPSILON as f64;
 /// Curvature that shows only within this share of the scale is noise.
 const NOISE: f64 = 0.15;
 
+/// Passes of dropping noise.
+const NOISE_PASSES: usize = 4;
+
 /// How a soup is understood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscreteOptions {
@@ -84,7 +87,12 @@ impl Discrete {
         mark_feature_edges(&mut mesh, options.feature_angle);
         if options.scale > 0.0 {
             bridge_gaps(&mut mesh, options.feature_angle, options.scale);
-            drop_noise(&mut mesh, options.feature_angle, 0.5 * options.scale, run)?;
+            // What is gone no longer parts the averages of what is left.
+            for _ in 0..NOISE_PASSES {
+                if drop_noise(&mut mesh, options.feature_angle, 0.5 * options.scale, run)? == 0 {
+                    break;
+                }
+            }
         }
         let removed = simplify(&mut mesh, &options.limits, run)?;
         mesh.compact();
