@@ -32,7 +32,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-OURS = ROOT / "target" / "release" / "rvachev"
+OURS = Path(os.environ.get("RVACHEV", ROOT / "target" / "release" / "rvachev"))
 FEATURED = {"igl_fandisk", "cg_anchor_dense", "cg_joint", "gen_flange", "tm_plate_holes", "ps_M3_hex_nut",
             "gen_smallfeatures", "tm_1002_tray_bottom", "cg_pinion", "gen_plate_holes", "cg_spool", "ps_extruder_idler",
             "tm_large_block", "c3_rocker-arm", "cg_dragknob"}
@@ -237,7 +237,7 @@ def run_peer(peer, source, size, out):
 
 def measured(program, name, model, share, folder):
     v, f, info, source = model
-    size = share * np.linalg.norm(v.max(0) - v.min(0))
+    size = float(share * np.linalg.norm(v.max(0) - v.min(0)))
     wanted = max(4, round(info["area"] / (np.sqrt(3) / 4 * size * size)))
     row = {"program": program, "model": name, "size": share}
     best, asked = None, size

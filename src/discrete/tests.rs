@@ -47,7 +47,15 @@ fn cylinder(sides: u32) -> TriMesh {
     prism(&(0..sides).map(corner).collect::<Vec<_>>(), 2.0)
 }
 
-/// A cube's surface, each side a grid, blown up to a sphere; `wobble` moves nodes in and out by a fixed pattern.
+/// A number between 0 and 1 that has nothing to do with the one before it.
+fn random(k: u32) -> f64 {
+    let mut x = (k + 1).wrapping_mul(2_654_435_761);
+    x = (x ^ (x >> 15)).wrapping_mul(2_246_822_519);
+    x = (x ^ (x >> 13)).wrapping_mul(3_266_489_917);
+    f64::from(x ^ (x >> 16)) / f64::from(u32::MAX)
+}
+
+/// A cube's surface, each side a grid, blown up to a sphere; `wobble` moves nodes outwards at random.
 fn ball(n: u32, wobble: f64) -> TriMesh {
     let mut mesh = TriMesh::new(Vec::new(), Vec::new());
     let mut known = std::collections::BTreeMap::new();
@@ -60,8 +68,7 @@ fn ball(n: u32, wobble: f64) -> TriMesh {
                 p[(axis + 1) % 3] = at(i);
                 p[(axis + 2) % 3] = at(j);
                 *known.entry(p).or_insert_with(|| {
-                    let k = mesh.nodes.len() as f64;
-                    let r = 1.0 + wobble * (k * 0.754_877_666_246_692_8).fract();
+                    let r = 1.0 + wobble * random(mesh.nodes.len() as u32);
                     mesh.nodes.push(r * DVec3::from_array(p.map(|x| x as f64)).normalize());
                     mesh.nodes.len() as u32 - 1
                 })
