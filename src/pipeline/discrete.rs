@@ -130,10 +130,11 @@ fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
         mesh.drop_unused_nodes();
         return Ok(Prepared { mesh, healed: Vec::new() });
     }
-    if !close && let Ok(gentle) = heal(input, &HealOptions { max_hole: Some(0) }, run) {
-        if is_sound(&gentle.mesh, run)? {
-            return Ok(Prepared { healed: told(&gentle.report), mesh: gentle.mesh });
-        }
+    if !close
+        && let Ok(gentle) = heal(input, &HealOptions { max_hole: Some(0) }, run)
+        && is_sound(&gentle.mesh, run)?
+    {
+        return Ok(Prepared { healed: told(&gentle.report), mesh: gentle.mesh });
     }
     let full = heal(input, &HealOptions::default(), run)?;
     let mut healed = told(&full.report);
