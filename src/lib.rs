@@ -25,6 +25,7 @@ pub mod quality;
 pub mod io;
 pub mod render;
 
+pub mod discrete;
 pub mod implicit;
 pub mod parametric;
 

@@ -46,7 +46,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py) or STEP file (.step, .stp)
+    /// Part file (.py), STEP file (.step, .stp) or, for `mesh` and `info`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -80,6 +80,23 @@ pub struct How {
     pub memory: f64,
 }
 
+/// How to find a model in triangles.
+#[derive(Debug, Args)]
+pub struct Triangles {
+    /// Triangles: edges are features where the normals beside them differ by more than this
+    #[arg(long, value_name = "DEGREES", default_value_t = 40.0, value_parser = positive)]
+    pub feature_angle: f64,
+    /// Triangles: faces of less area are merged with a neighbor
+    #[arg(long, value_name = "AREA", default_value_t = 0.0, value_parser = number)]
+    pub min_area: f64,
+    /// Triangles: shorter edges that end within a face are dropped, narrower faces merged with a neighbor
+    #[arg(long, value_name = "LENGTH", value_parser = number)]
+    pub min_length: Option<f64>,
+    /// Triangles: close contours of open edges; without this an open surface stays open
+    #[arg(long)]
+    pub close: bool,
+}
+
 #[derive(Debug, Args)]
 pub struct Mesh {
     #[command(flatten)]
@@ -89,6 +106,8 @@ pub struct Mesh {
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub triangles: Triangles,
     /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014); leaf: exact edges from the tree
     #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
     pub method: Method,
@@ -159,6 +178,8 @@ pub struct Heal {
 pub struct Info {
     #[command(flatten)]
     pub part: PartFile,
+    #[command(flatten)]
+    pub triangles: Triangles,
     /// One JSON object instead of a table
     #[arg(long)]
     pub json: bool,

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use rvachev::io;
 use rvachev::mesh::TriMesh;
-use rvachev::pipeline::{self, MeshOptions, Method};
+use rvachev::pipeline::{self, MeshOptions, Method, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
-use super::arguments::{Check, Compare, Convert, Heal, How, Info, Mesh, Render};
+use super::arguments::{Check, Compare, Convert, Heal, How, Info, Mesh, Render, Triangles};
 use super::console::{note, run, say, writable};
 
 /// Pictures of a comparison stand in rows of this many.
@@ -34,6 +34,10 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         least: how.size_min,
         measure,
     }
+}
+
+fn soup_options(t: &Triangles) -> SoupOptions {
+    SoupOptions { feature_angle: t.feature_angle, min_area: t.min_area, min_length: t.min_length, close: t.close }
 }
 
 fn to_json(value: &impl Serialize) -> Result<String> {
@@ -66,6 +70,8 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     let how = options(&a.how, a.method, measure);
     let made = if pipeline::is_step(&a.part.part) {
         pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
+    } else if pipeline::is_mesh(&a.part.part) {
+        pipeline::mesh_soup(&pipeline::load_mesh(&a.part.part, &run)?, &how, &soup_options(&a.triangles), &run)
     } else {
         pipeline::mesh_part(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
     };
@@ -176,6 +182,14 @@ pub fn info(a: &Info) -> Result<bool> {
         say(&if a.json { json? } else { text });
         Ok(())
     };
+    if pipeline::is_mesh(path) {
+        let mesh = pipeline::load_mesh(path, &run)?;
+        let found = pipeline::soup_info(&mesh, &MeshOptions::default(), &soup_options(&a.triangles), &run);
+        let info = found.map_err(|e| e.in_file(path))?;
+        drop(run);
+        show(info.to_string(), to_json(&info))?;
+        return Ok(true);
+    }
     if pipeline::is_step(path) {
         let model = pipeline::load_step(path, &run)?;
         let good = model.notes.is_empty();

@@ -21,6 +21,13 @@ pub trait Pieces: SurfaceOracle {
     /// Says nothing about whether the point is on the surface; see [`bounds`](Self::bounds).
     fn meet(&self, pieces: &[u32], p: DVec3, reach: f64) -> Option<DVec3>;
 
+    /// Like [`meet`](Self::meet) for one piece, but where sheets of the piece lie close to each other the point is on one that
+    /// faces the way of `normal`. Comes with the piece's [`direction`](Self::direction) there.
+    fn foot_facing(&self, piece: u32, p: DVec3, _normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
+        let q = self.meet(&[piece], p, reach)?;
+        Some((q, self.direction(piece, q)))
+    }
+
     /// Unit normal of a piece at a point on it, to the side where the piece's own function grows. `None` at an apex.
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3>;
 

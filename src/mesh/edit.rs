@@ -301,6 +301,13 @@ impl EditMesh {
         })
     }
 
+    /// The nodes joined to `v` by a sharp edge.
+    pub fn sharp_neighbors(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        // The last edge of a boundary node runs towards it.
+        let last = self.outgoing(v).last().map(prev).filter(|&h| self.opposite(h) == NONE && self.is_sharp(h));
+        self.outgoing(v).filter(|&h| self.is_sharp(h)).map(|h| self.target(h)).chain(last.map(|h| self.origin(h)))
+    }
+
     /// How many nodes are joined to `v`.
     pub fn valence(&self, v: u32) -> usize {
         self.outgoing(v).count() + usize::from(self.is_boundary(v))

@@ -415,7 +415,7 @@ fn patchwork(
             t.iter().for_each(|v| mesh.set_pinned(*v, true));
         }
     }
-    Patchwork { mesh, sets, sizes, patches, frozen: kept.to_vec() }
+    Patchwork { sizes, spaced: true, frozen: kept.to_vec(), ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

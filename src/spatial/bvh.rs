@@ -135,34 +135,42 @@ impl Bvh {
     pub fn nearest(&self, p: DVec3, limit: f64, mut distance_squared: impl FnMut(u32) -> f64) -> Option<(u32, f64)> {
         let mut best: Option<(u32, f64)> = None;
         let mut bound = limit * limit;
-        let mut stack = [0u32; 64];
+        let mut stack = [(0u32, 0.0f64); 64];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
             top -= 1;
-            let at = stack[top] as usize;
-            let node = &self.nodes[at];
-            if node.bounds.distance_squared(p) > bound {
+            let (mut at, away) = stack[top];
+            if away > bound {
                 continue;
             }
-            if node.count > 0 {
-                for &i in &self.items[node.start as usize..(node.start + node.count) as usize] {
-                    if self.boxes[i as usize].distance_squared(p) > bound {
-                        continue;
-                    }
-                    let d = distance_squared(i);
-                    let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
-                    if d <= bound && better {
-                        best = Some((i, d));
-                        bound = d;
-                    }
+            // Down to the nearest leaf; what is passed by waits on the stack.
+            while self.nodes[at as usize].count == 0 {
+                let (near, far) = (at + 1, self.nodes[at as usize].start);
+                let d = [near, far].map(|n| self.nodes[n as usize].bounds.distance_squared(p));
+                let (near, far) = if d[0] <= d[1] { ((near, d[0]), (far, d[1])) } else { ((far, d[1]), (near, d[0])) };
+                if far.1 <= bound {
+                    stack[top] = far;
+                    top += 1;
                 }
-            } else {
-                let (near, far) = (at as u32 + 1, node.start);
-                let d = |n: u32| self.nodes[n as usize].bounds.distance_squared(p);
-                let (near, far) = if d(near) <= d(far) { (near, far) } else { (far, near) };
-                stack[top] = far;
-                stack[top + 1] = near;
-                top += 2;
+                at = near.0;
+                if near.1 > bound {
+                    break;
+                }
+            }
+            let node = &self.nodes[at as usize];
+            if node.count == 0 {
+                continue;
+            }
+            for &i in &self.items[node.start as usize..(node.start + node.count) as usize] {
+                if self.boxes[i as usize].distance_squared(p) > bound {
+                    continue;
+                }
+                let d = distance_squared(i);
+                let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
+                if d <= bound && better {
+                    best = Some((i, d));
+                    bound = d;
+                }
             }
         }
         best

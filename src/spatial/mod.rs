@@ -8,4 +8,4 @@ mod triangle;
 pub use aabb::Aabb;
 pub use bvh::Bvh;
 pub use graded::Graded;
-pub use triangle::triangle_distance_squared;
+pub use triangle::{triangle_distance_squared, triangle_foot};

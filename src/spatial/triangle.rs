@@ -1,42 +1,59 @@
-//! Distance between a point and a triangle.
+//! A point and a triangle: distance, nearest point.
 
 use glam::DVec3;
 
-/// Squared distance from `p` to the triangle `abc`, by the regions of C. Ericson, "Real-Time Collision Detection", 5.1.5.
-pub fn triangle_distance_squared(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+/// Squared distance from `p` to the triangle `abc`.
+pub fn triangle_distance_squared(p: DVec3, corners: [DVec3; 3]) -> f64 {
+    let w = triangle_foot(p, corners);
+    (p - (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2])).length_squared()
+}
+
+/// Barycentric coordinates of the point of the triangle `abc` nearest to `p`, by the regions of C. Ericson, "Real-Time
+/// Collision Detection", 5.1.5. They are exactly 0 where the point lies on a side, exactly 1 at a corner.
+pub fn triangle_foot(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return ap.length_squared();
+        return [1.0, 0.0, 0.0];
     }
     let bp = p - b;
     let (d3, d4) = (ab.dot(bp), ac.dot(bp));
     if d3 >= 0.0 && d4 <= d3 {
-        return bp.length_squared();
+        return [0.0, 1.0, 0.0];
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return (ap - ab * (d1 / (d1 - d3))).length_squared();
+        let t = d1 / (d1 - d3);
+        return [1.0 - t, t, 0.0];
     }
     let cp = p - c;
     let (d5, d6) = (ab.dot(cp), ac.dot(cp));
     if d6 >= 0.0 && d5 <= d6 {
-        return cp.length_squared();
+        return [0.0, 0.0, 1.0];
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return (ap - ac * (d2 / (d2 - d6))).length_squared();
+        let t = d2 / (d2 - d6);
+        return [1.0 - t, 0.0, t];
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 >= d3 && d5 >= d6 {
         let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return (bp - (c - b) * t).length_squared();
+        return [0.0, 1.0 - t, t];
     }
     let sum = va + vb + vc;
     if !(sum > 0.0) {
-        return ap.length_squared().min(bp.length_squared()).min(cp.length_squared());
+        let d = [ap, bp, cp].map(|x| x.length_squared());
+        return if d[0] <= d[1] && d[0] <= d[2] {
+            [1.0, 0.0, 0.0]
+        } else if d[1] <= d[2] {
+            [0.0, 1.0, 0.0]
+        } else {
+            [0.0, 0.0, 1.0]
+        };
     }
-    (ap - ab * (vb / sum) - ac * (vc / sum)).length_squared()
+    let (v, w) = (vb / sum, vc / sum);
+    [1.0 - v - w, v, w]
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{EditMesh, NONE, next, prev};
 
-/// Some triangles of a mesh on their own: edges to other labels have become a boundary.
+/// Some triangles of a mesh on their own: edges to other labels and sharp edges have become a boundary.
 #[derive(Debug, Clone)]
 pub struct Part {
     /// The triangles, with the labels they had.
@@ -69,9 +69,8 @@ impl EditMesh {
             mesh.normals[i] = self.normals[t as usize];
             for k in 0..3 {
                 let o = self.opposite[3 * t as usize + k];
-                if o != NONE && self.label(o / 3) == label {
+                if o != NONE && self.label(o / 3) == label && !self.sharp[3 * t as usize + k] {
                     mesh.opposite[3 * i + k] = 3 * sorted.position[(o / 3) as usize] + o % 3;
-                    mesh.sharp[3 * i + k] = self.sharp[3 * t as usize + k];
                 }
             }
         }

@@ -367,10 +367,7 @@ impl Cutter<'_> {
         }
         self.put_apexes(&sets);
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
-        Ok((
-            Patchwork { mesh: self.mesh, sets, sizes: Vec::new(), patches: patches.into(), frozen: Vec::new() },
-            self.report,
-        ))
+        Ok((Patchwork::new(self.mesh, sets, patches.into()), self.report))
     }
 }
 

@@ -5,10 +5,15 @@ use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::ask_all;
 
+/// Edges longer than this many wanted lengths are halved at first.
+const COARSE: f64 = 3.0;
+/// How often.
+const HALVINGS: usize = 20;
+
 impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for.
     pub(super) fn ask_sizes(&mut self) -> Result<()> {
-        if !self.work.sizes.is_empty() {
+        if self.work.spaced {
             self.own = std::mem::take(&mut self.work.sizes);
             return self.grade();
         }
@@ -22,7 +27,7 @@ impl Remesher<'_> {
     fn size_at(&self, v: u32) -> f64 {
         let sizing = &self.options.sizing;
         let (m, p) = (&self.work.mesh, self.point(v));
-        let mut size = sizing.size;
+        let mut size = sizing.size.min(self.work.sizes.get(v as usize).copied().unwrap_or(f64::INFINITY));
         let mut last = NONE;
         for h in m.outgoing(v) {
             let patch = m.label(h / 3);
@@ -79,6 +84,35 @@ impl Remesher<'_> {
             front = next;
         }
         self.want = want;
+        Ok(())
+    }
+
+    /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
+    /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
+    pub(super) fn even_sizes(&mut self) -> Result<()> {
+        for _ in 0..HALVINGS {
+            if self.flip(false)? == 0 {
+                break;
+            }
+        }
+        for _ in 0..HALVINGS {
+            let count = self.want.len();
+            if self.split_longer(COARSE, 0.0)? == 0 {
+                break;
+            }
+            // Within a size along a border what both ends want holds in between; elsewhere the growth from them does.
+            let size = self.options.sizing.size;
+            for v in count as u32..self.want.len() as u32 {
+                let p = self.point(v);
+                let between = self.rank[v as usize] == Rank::Curve
+                    && self.work.along(v).into_iter().all(|x| self.point(x).distance(p) < size);
+                if !between {
+                    self.own[v as usize] = self.size_at(v);
+                }
+            }
+            self.flip(false)?;
+            self.grade()?;
+        }
         Ok(())
     }
 

@@ -155,8 +155,7 @@ fn remesh(
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     let (options, run) = (r.options, r.run);
-    // A patchwork that brings its sizes has borders that are divided by them.
-    let spaced = !r.work.sizes.is_empty();
+    let spaced = r.work.spaced;
     r.merge_doubles();
     r.ask_sizes()?;
     let mut observer = observer;
@@ -167,6 +166,10 @@ fn remesh(
     };
     show("cut", &r);
     report.inverted_before = if spaced { r.folded().len() } else { 0 };
+    if r.work.raw {
+        r.even_sizes()?;
+        show("even", &r);
+    }
     if !spaced {
         prepare_borders(&mut r, &mut show)?;
     }

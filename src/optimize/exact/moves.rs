@@ -65,8 +65,8 @@ impl Remesher<'_> {
         let mut before = None;
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
-            if let Some(p) = self.work.settle(self.surface, &set, old + step, reach) {
-                let after = self.work.worst_around(self.surface, v, p);
+            if let Some((p, normal)) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
+                let after = self.work.worst_with(self.surface, v, p, normal);
                 let worse = after < CALM
                     && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
                 if !worse {
@@ -203,7 +203,7 @@ impl Remesher<'_> {
     fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> (DVec3, f64) {
         const STEPS: usize = 4;
         let mut p = self.point(v);
-        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p);
+        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p, None);
         for _ in 0..STEPS {
             if best >= limit {
                 break;
@@ -213,7 +213,7 @@ impl Remesher<'_> {
             let mut improved = false;
             for share in [0.6, 0.25, 0.1] {
                 let Some(x) = self.work.settle(self.surface, set, p.lerp(apex, share), reach) else { continue };
-                let (shape, h) = self.work.worst_triangle(self.surface, v, x);
+                let (shape, h) = self.work.worst_triangle(self.surface, v, x, None);
                 if shape > best + 1e-4 {
                     (best, worst, p, improved) = (shape, h, x, true);
                     break;
@@ -270,8 +270,9 @@ impl Remesher<'_> {
             }
             let mut improved = false;
             for d in &directions {
-                let Some(x) = self.work.settle(self.surface, &set, p + step * *d, reach) else { continue };
-                let s = self.work.worst_around(self.surface, v, x);
+                let place = self.work.settle_beside(self.surface, v, &set, p + step * *d, reach);
+                let Some((x, normal)) = place else { continue };
+                let s = self.work.worst_with(self.surface, v, x, normal);
                 if s > best + 1e-4 {
                     (best, p, improved) = (s, x, true);
                     if best >= limit {

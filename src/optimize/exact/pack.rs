@@ -166,7 +166,13 @@ impl Remesher<'_> {
         let (p, own) = (self.point(v), self.want[v as usize]);
         let set = PieceSet::one(self.work.patches[label as usize].piece);
         let place = |r: f64| {
-            let q = self.work.settle(self.surface, &set, p + r * direction, r)?;
+            let n = packing.normals[v as usize] * self.work.patches[label as usize].outward;
+            let q = match set.as_slice() {
+                [piece] if self.surface.plane(*piece).is_none() => {
+                    self.surface.foot_facing(*piece, p + r * direction, n, r)?.0
+                }
+                _ => self.work.settle(self.surface, &set, p + r * direction, r)?,
+            };
             (q.distance_squared(p) <= (FAR * r).powi(2)).then_some(q)
         };
         let room = |q: DVec3, want: f64| {

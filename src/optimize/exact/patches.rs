@@ -94,7 +94,10 @@ impl Remesher<'_> {
                 sets: part.nodes.iter().map(|&v| self.work.sets[v as usize]).collect(),
                 sizes: Vec::new(),
                 patches: self.work.patches.clone(),
+                lines_from: self.work.lines_from,
+                spaced: false,
                 frozen: Vec::new(),
+                raw: false,
             },
         };
         (r, part.nodes)
@@ -139,7 +142,7 @@ impl Remesher<'_> {
     fn join(&mut self, parts: &[Done]) -> Result<()> {
         let mut whole = TriMesh::default();
         let (mut sets, mut own, mut want, mut pinned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut creases = Vec::new();
+        let mut borders = Vec::new();
         let mut shared = vec![NONE; self.work.mesh.node_capacity()];
         let mut number = Vec::new();
         for part in parts {
@@ -163,33 +166,21 @@ impl Remesher<'_> {
                 want.push(part.want[v as usize]);
                 pinned.push(part.mesh.is_pinned(v));
             }
-            let inner = part.mesh.edges().filter(|&h| part.mesh.opposite(h) != NONE && part.mesh.is_sharp(h));
-            creases.extend(inner.map(|h| [part.mesh.origin(h), part.mesh.target(h)].map(|v| number[v as usize])));
+            let border = part.mesh.edges().filter(|&h| part.mesh.opposite(h) == NONE);
+            borders.extend(border.map(|h| [part.mesh.origin(h), part.mesh.target(h)].map(|v| number[v as usize])));
             for t in part.mesh.triangles() {
                 whole.triangles.push(part.mesh.corners(t).map(|v| number[v as usize]));
                 whole.labels.push(part.mesh.label(t));
             }
         }
         let mut mesh = EditMesh::new(&whole)?;
-        for h in 0..3 * mesh.triangle_capacity() as u32 {
-            let o = mesh.opposite(h);
-            if o == NONE || mesh.label(h / 3) != mesh.label(o / 3) {
-                mesh.set_sharp(h, true);
-            }
-        }
-        for [a, b] in creases {
+        for [a, b] in borders {
             if let Some(h) = mesh.edge_between(a, b) {
                 mesh.set_sharp(h, true);
             }
         }
         (0..pinned.len()).filter(|&v| pinned[v]).for_each(|v| mesh.set_pinned(v as u32, true));
-        self.work = Patchwork {
-            mesh,
-            sets,
-            sizes: Vec::new(),
-            patches: self.work.patches.clone(),
-            frozen: self.work.frozen.clone(),
-        };
+        (self.work.mesh, self.work.sets, self.work.sizes) = (mesh, sets, Vec::new());
         (self.own, self.want) = (own, want);
         self.rank = (0..self.want.len() as u32).map(|v| self.rank_of(v)).collect();
         Ok(())

@@ -83,12 +83,35 @@ pub struct Patchwork {
     pub mesh: EditMesh,
     /// The pieces each node lies on.
     pub sets: Vec<PieceSet>,
-    /// The edge length wanted at each node, where that is known already and borders are divided by it; else empty.
+    /// For each node the largest edge length it may want; empty where there is no such bound.
     pub sizes: Vec<f64>,
     /// What triangle labels stand for.
     pub patches: Arc<[Patch]>,
+    /// Pieces from this number on are lines within one piece: creases and open borders. Their nodes lie on that piece and
+    /// on the line. `u32::MAX` where there are none.
+    pub lines_from: u32,
     /// Patches that stay as they are: ascending labels.
     pub frozen: Vec<u32>,
+    /// Whether borders are divided by `sizes` already, which then are what nodes want.
+    pub spaced: bool,
+    /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
+    pub raw: bool,
+}
+
+impl Patchwork {
+    /// A mesh without lines within pieces and without bounds on sizes, whose triangles are about as large as they shall be.
+    pub fn new(mesh: EditMesh, sets: Vec<PieceSet>, patches: Arc<[Patch]>) -> Self {
+        Self {
+            mesh,
+            sets,
+            sizes: Vec::new(),
+            patches,
+            lines_from: u32::MAX,
+            frozen: Vec::new(),
+            spaced: false,
+            raw: false,
+        }
+    }
 }
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
@@ -147,11 +170,22 @@ impl Patchwork {
 
     /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
-        self.worst_triangle(surface, v, p).0
+        self.worst_with(surface, v, p, None)
+    }
+
+    /// [`worst_around`](Self::worst_around) for a node of one patch whose outward normal at `p` is known.
+    pub(super) fn worst_with(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> f64 {
+        self.worst_triangle(surface, v, p, known).0
     }
 
     /// The same, and the half-edge that leaves the node in the triangle with that shape.
-    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> (f64, u32) {
+    pub(super) fn worst_triangle(
+        &self,
+        surface: &dyn Pieces,
+        v: u32,
+        p: DVec3,
+        known: Option<DVec3>,
+    ) -> (f64, u32) {
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         for h in m.outgoing(v) {
@@ -160,7 +194,7 @@ impl Patchwork {
                 continue;
             }
             if label != last {
-                (last, normal) = (label, self.normal(surface, label, p));
+                (last, normal) = (label, known.unwrap_or_else(|| self.normal(surface, label, p)));
             }
             let shape = shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal);
             if worst.1 == NONE || shape < worst.0 {
@@ -180,9 +214,53 @@ impl Patchwork {
         if set.len() <= 2 { surface.meet(set.as_slice(), p, reach) } else { None }
     }
 
+    /// [`settle`](Self::settle) for a place near node `v`, which does not leave its sheet of the surface; with the outward
+    /// normal there, where that is known without asking for it.
+    pub(super) fn settle_beside(
+        &self,
+        surface: &dyn Pieces,
+        v: u32,
+        set: &PieceSet,
+        p: DVec3,
+        reach: f64,
+    ) -> Option<(DVec3, Option<DVec3>)> {
+        let m = &self.mesh;
+        if let [piece] = set.as_slice()
+            && let Some(patch) = m.outgoing(v).next().map(|h| &self.patches[m.label(h / 3) as usize])
+            && patch.plane.is_none()
+        {
+            let up: DVec3 = m.outgoing(v).map(|h| m.area_vector(h / 3)).sum();
+            let (q, n) = surface.foot_facing(*piece, p, up * patch.outward, reach)?;
+            return Some((q, n.map(|n| n * patch.outward)));
+        }
+        Some((self.settle(surface, set, p, reach)?, None))
+    }
+
     /// The neighbors of a node along borders.
     pub(super) fn along(&self, v: u32) -> Vec<u32> {
+        self.mesh.sharp_neighbors(v).collect()
+    }
+
+    /// The pieces a new node on an edge lies on.
+    pub(super) fn edge_set(&self, surface: &dyn Pieces, h: u32) -> PieceSet {
         let m = &self.mesh;
-        m.outgoing(v).filter(|&h| m.is_sharp(h)).map(|h| m.target(h)).collect()
+        let own = PieceSet::one(self.patches[m.label(h / 3) as usize].piece);
+        let o = m.opposite(h);
+        if !m.is_sharp(h) {
+            return own;
+        }
+        if o != NONE && m.label(h / 3) != m.label(o / 3) {
+            return own.union(&PieceSet::one(self.patches[m.label(o / 3) as usize].piece));
+        }
+        // A line within the piece: the one both ends lie on; of several the one that runs here.
+        let (a, b) = (m.origin(h), m.target(h));
+        let middle = 0.5 * (m.point(a) + m.point(b));
+        let there = self.sets[b as usize].as_slice();
+        let lines = self.sets[a as usize].as_slice().iter().filter(|p| **p >= self.lines_from && there.contains(p));
+        let sets = lines.map(|l| own.union(&PieceSet::one(*l)));
+        let distance = |s: &PieceSet| {
+            surface.meet(s.as_slice(), middle, f64::INFINITY).map_or(f64::INFINITY, |p| p.distance_squared(middle))
+        };
+        sets.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(own)
     }
 }

@@ -92,7 +92,7 @@ impl<'a> Remesher<'a> {
         if self.work.mesh.outgoing(v).any(|h| self.work.is_kept(h / 3)) {
             return Rank::Corner;
         }
-        match self.work.mesh.outgoing(v).filter(|&h| self.work.mesh.is_sharp(h)).count() {
+        match self.work.mesh.sharp_neighbors(v).count() {
             _ if self.work.mesh.is_pinned(v) => Rank::Corner,
             0 => Rank::Face,
             2 if self.work.sets[v as usize].len() == 2 => Rank::Curve,
@@ -116,23 +116,21 @@ impl<'a> Remesher<'a> {
 
     /// The pieces a new node on an edge lies on.
     pub(super) fn edge_set(&self, h: u32) -> PieceSet {
-        let m = &self.work.mesh;
-        let own = PieceSet::one(self.work.patches[m.label(h / 3) as usize].piece);
-        let o = m.opposite(h);
-        if m.is_sharp(h) && o != NONE {
-            own.union(&PieceSet::one(self.work.patches[m.label(o / 3) as usize].piece))
-        } else {
-            own
-        }
+        self.work.edge_set(self.surface, h)
     }
 
     /// Splits edges that are too long, longest first.
     pub(super) fn split_long(&mut self) -> Result<usize> {
+        self.split_longer(LONG, 0.5 * FAIR)
+    }
+
+    /// Splits edges longer than `long` wanted lengths, longest first, where shapes do not fall below `fair`, or rise.
+    pub(super) fn split_longer(&mut self, long: f64, fair: f64) -> Result<usize> {
         let mut list: Vec<(f64, u32, u32)> = Vec::new();
         let m = &self.work.mesh;
         for h in m.edges() {
-            let excess = m.edge_length(h) / (LONG * self.wanted(h));
-            if excess > 1.0 && m.opposite(h) != NONE {
+            let excess = m.edge_length(h) / (long * self.wanted(h));
+            if excess > 1.0 {
                 list.push((excess, m.origin(h), m.target(h)));
             }
         }
@@ -143,20 +141,19 @@ impl<'a> Remesher<'a> {
                 self.run.check()?;
             }
             if let Some(h) = self.work.mesh.edge_between(a, b) {
-                count += usize::from(self.split(h));
+                count += usize::from(self.split(h, fair));
             }
         }
         Ok(count)
     }
 
     /// Puts a node into the middle of an edge, if the surface and the shapes allow.
-    pub(super) fn split(&mut self, h: u32) -> bool {
+    pub(super) fn split(&mut self, h: u32, fair: f64) -> bool {
         let set = self.edge_set(h);
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
-        // A crease inside one piece: nothing says where on the piece it runs.
-        let o = m.opposite(h);
-        if o == NONE || (m.is_sharp(h) && m.label(h / 3) == m.label(o / 3)) || self.work.beside_kept(h) {
+        // A crease or an open border nothing is known of but that it is there.
+        if ((m.is_sharp(h) || m.opposite(h) == NONE) && set.len() < 2) || self.work.beside_kept(h) {
             return false;
         }
         let (p, q) = (self.point(a), self.point(b));
@@ -172,7 +169,7 @@ impl<'a> Remesher<'a> {
             after = after.min(self.work.shape_at(self.surface, label, [s, x, c]));
             after = after.min(self.work.shape_at(self.surface, label, [x, e, c]));
         }
-        if after < before.min(0.5 * FAIR) {
+        if after < before.min(fair) {
             return false;
         }
         let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);
@@ -235,7 +232,7 @@ impl<'a> Remesher<'a> {
         let (a, b) = (m.origin(h), m.target(h));
         let (ra, rb) = (self.rank[a as usize], self.rank[b as usize]);
         let o = m.opposite(h);
-        if o == NONE {
+        if o == NONE && self.edge_set(h).len() < 2 {
             return false;
         }
         let middle = |set: &PieceSet| {
@@ -258,7 +255,7 @@ impl<'a> Remesher<'a> {
         if ra <= rb && may(ra) {
             tries.push((h, self.point(b)));
         }
-        if rb <= ra && may(rb) {
+        if rb <= ra && may(rb) && o != NONE {
             tries.push((o, self.point(a)));
         }
         for (side, p) in tries {
@@ -308,7 +305,8 @@ impl<'a> Remesher<'a> {
         for &h in &ring {
             let m = &self.work.mesh;
             let o = m.opposite(h);
-            let sharp = o == NONE || m.label(h / 3) != m.label(o / 3);
+            let line = m.is_sharp(h) && self.work.lines_from != u32::MAX && self.edge_set(h).len() == 2;
+            let sharp = o == NONE || m.label(h / 3) != m.label(o / 3) || line;
             self.work.mesh.set_sharp(h, sharp);
         }
         self.rank[v as usize] = self.rank_of(v);

@@ -1,0 +1,128 @@
+//! Triangles or segments of one piece of the input, and the point of them nearest to a place.
+
+use glam::DVec3;
+
+use crate::spatial::{Aabb, Bvh, triangle_foot};
+
+/// A triangle of a face, with what is known at its corners.
+#[derive(Clone)]
+pub(super) struct Facet {
+    pub(super) corners: [DVec3; 3],
+    /// Normals of this face alone.
+    pub(super) normals: [DVec3; 3],
+    /// The larger magnitude of the principal curvatures.
+    pub(super) bends: [f64; 3],
+}
+
+impl Facet {
+    /// Barycentric coordinates of the point nearest to `p`.
+    fn foot(&self, p: DVec3) -> [f64; 3] {
+        triangle_foot(p, self.corners)
+    }
+
+    fn at(&self, w: [f64; 3]) -> DVec3 {
+        mix(&self.corners, w)
+    }
+
+    fn normal(&self, w: [f64; 3]) -> Option<DVec3> {
+        mix(&self.normals, w).try_normalize()
+    }
+}
+
+/// The triangles of a face.
+pub(super) struct Sheet {
+    facets: Vec<Facet>,
+    tree: Bvh,
+    /// Unit normal and offset, where the face is a plane to the precision of its nodes.
+    pub(super) plane: Option<(DVec3, f64)>,
+}
+
+impl Sheet {
+    pub(super) fn new(facets: Vec<Facet>, precision: f64) -> Self {
+        let tree = Bvh::new(facets.iter().map(|f| Aabb::around(f.corners)).collect());
+        let plane = plane(&facets, precision);
+        Self { facets, tree, plane }
+    }
+
+    /// The triangle nearest to `p` and the barycentric coordinates of the nearest point.
+    fn nearest(&self, p: DVec3) -> Option<(&Facet, [f64; 3])> {
+        let distance = |t: u32| {
+            let f = &self.facets[t as usize];
+            p.distance_squared(f.at(f.foot(p)))
+        };
+        let f = &self.facets[self.tree.nearest(p, f64::INFINITY, distance)?.0 as usize];
+        Some((f, f.foot(p)))
+    }
+
+    pub(super) fn foot(&self, p: DVec3) -> Option<DVec3> {
+        self.nearest(p).map(|(f, w)| f.at(w))
+    }
+
+    /// The nearest point on triangles that face the way of `normal`, and the normal there.
+    pub(super) fn foot_facing(&self, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
+        let distance = |t: u32| {
+            let f = &self.facets[t as usize];
+            let [a, b, c] = f.corners;
+            if (b - a).cross(c - a).dot(normal) <= 0.0 {
+                return f64::INFINITY;
+            }
+            p.distance_squared(f.at(f.foot(p)))
+        };
+        let t = self.tree.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0;
+        let f = &self.facets[t as usize];
+        let w = f.foot(p);
+        Some((f.at(w), f.normal(w)))
+    }
+
+    pub(super) fn normal(&self, p: DVec3) -> Option<DVec3> {
+        match self.plane {
+            Some((n, _)) => Some(n),
+            None => self.nearest(p).and_then(|(f, w)| f.normal(w)),
+        }
+    }
+
+    pub(super) fn bend(&self, p: DVec3) -> Option<f64> {
+        if self.plane.is_some() {
+            return Some(0.0);
+        }
+        self.nearest(p).map(|(f, w)| (0..3).map(|k| w[k] * f.bends[k]).sum())
+    }
+}
+
+fn mix(c: &[DVec3; 3], w: [f64; 3]) -> DVec3 {
+    c[0] * w[0] + c[1] * w[1] + c[2] * w[2]
+}
+
+/// The plane through all corners to the precision given.
+fn plane(facets: &[Facet], precision: f64) -> Option<(DVec3, f64)> {
+    let n = facets.iter().map(|f| f.corners).map(|[a, b, c]| (b - a).cross(c - a)).sum::<DVec3>().try_normalize()?;
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in facets.iter().flat_map(|f| &f.corners) {
+        let d = n.dot(*p);
+        (lo, hi) = (lo.min(d), hi.max(d));
+    }
+    (hi - lo <= precision).then_some((n, 0.5 * (lo + hi)))
+}
+
+/// The segments of a line.
+pub(super) struct Line {
+    segments: Vec<[DVec3; 2]>,
+    tree: Bvh,
+}
+
+impl Line {
+    pub(super) fn new(segments: Vec<[DVec3; 2]>) -> Self {
+        let tree = Bvh::new(segments.iter().map(|s| Aabb::around(*s)).collect());
+        Self { segments, tree }
+    }
+
+    pub(super) fn foot(&self, p: DVec3) -> Option<DVec3> {
+        let at = |k: u32| {
+            let [a, b] = self.segments[k as usize];
+            let d = b - a;
+            let t = (p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE);
+            a + d * t.clamp(0.0, 1.0)
+        };
+        self.tree.nearest(p, f64::INFINITY, |k| p.distance_squared(at(k))).map(|n| at(n.0))
+    }
+}

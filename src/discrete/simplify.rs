@@ -1,0 +1,139 @@
+//! Feature simplification by virtual operations: marks are taken away, the geometry stays (\[GUO\] section 3).
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::features::{Chain, chains, flood};
+use crate::error::Result;
+use crate::mesh::EditMesh;
+use crate::mesh::curvature::dihedral;
+use crate::mesh::edit::NONE;
+use crate::run::Run;
+
+/// What counts as small. Zero keeps everything.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Limits {
+    /// Faces of less area are merged with a neighbor.
+    pub area: f64,
+    /// Faces narrower than this (twice their area over their perimeter) are merged with a neighbor.
+    pub width: f64,
+    /// Geometric edges shorter than this that bound no face, because they end in it, are unmarked.
+    pub length: f64,
+}
+
+/// One thing that was taken away.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Removed {
+    /// `face` or `edge`.
+    pub what: &'static str,
+    /// Area of a face, length of an edge.
+    pub size: f64,
+    /// A point of it.
+    pub at: [f64; 3],
+}
+
+/// A face while faces are merged.
+#[derive(Clone, Default)]
+struct Region {
+    area: f64,
+    perimeter: f64,
+    at: DVec3,
+}
+
+/// Unmarks small features until nothing changes; edges between labels and open ones stay. Returns what was removed, in order.
+///
+/// A small face is merged with one neighbor only, across the border at which the two differ least in direction: its other
+/// borders stay, so larger faces on both sides of a narrow one remain two. (\[GUO\] merges it with all of them.)
+pub fn simplify(mesh: &mut EditMesh, limits: &Limits, run: &Run) -> Result<Vec<Removed>> {
+    let mut removed = Vec::new();
+    loop {
+        run.check()?;
+        let before = removed.len();
+        drop_stubs(mesh, limits.length, &mut removed);
+        if limits.area > 0.0 || limits.width > 0.0 {
+            merge_faces(mesh, limits, &mut removed);
+        }
+        if removed.len() == before {
+            return Ok(removed);
+        }
+    }
+}
+
+/// Whether an edge must stay sharp.
+fn is_fixed(mesh: &EditMesh, h: u32) -> bool {
+    let o = mesh.opposite(h);
+    o == NONE || mesh.label(h / 3) != mesh.label(o / 3)
+}
+
+/// Unmarks chains that end inside a face and are shorter than `length`.
+fn drop_stubs(mesh: &mut EditMesh, length: f64, removed: &mut Vec<Removed>) {
+    if !(length > 0.0) {
+        return;
+    }
+    loop {
+        let before = removed.len();
+        for chain in chains(mesh) {
+            let ends = [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]];
+            let loose = ends.iter().any(|&v| mesh.sharp_neighbors(v).count() == 1);
+            if loose && chain.length < length && !chain.edges.iter().any(|&h| is_fixed(mesh, h)) {
+                removed.push(Removed { what: "edge", size: chain.length, at: middle(mesh, &chain).to_array() });
+                chain.edges.iter().for_each(|&h| mesh.set_sharp(h, false));
+            }
+        }
+        if removed.len() == before {
+            return;
+        }
+    }
+}
+
+fn middle(mesh: &EditMesh, chain: &Chain) -> DVec3 {
+    mesh.point(chain.nodes[chain.nodes.len() / 2])
+}
+
+/// Merges small faces, smallest first, each with the neighbor it differs least from.
+fn merge_faces(mesh: &mut EditMesh, limits: &Limits, removed: &mut Vec<Removed>) {
+    let (face, count) = flood(mesh);
+    let mut regions = vec![Region::default(); count];
+    // Borders as (face, neighbor, half-edge seen from the face).
+    let mut borders: Vec<(u32, u32, u32)> = Vec::new();
+    for t in mesh.triangles() {
+        let r = &mut regions[face[t as usize] as usize];
+        if r.area == 0.0 {
+            r.at = mesh.centroid(t);
+        }
+        r.area += 0.5 * mesh.area_vector(t).length();
+        for h in (3 * t..3 * t + 3).filter(|&h| mesh.is_sharp(h)) {
+            r.perimeter += mesh.edge_length(h);
+            let o = mesh.opposite(h);
+            if !is_fixed(mesh, h) && face[t as usize] != face[(o / 3) as usize] {
+                borders.push((face[t as usize], face[(o / 3) as usize], h));
+            }
+        }
+    }
+    borders.sort_unstable();
+    let small = |r: &Region| r.area < limits.area || (r.perimeter > 0.0 && 2.0 * r.area / r.perimeter < limits.width);
+    let mut order: Vec<u32> = (0..count as u32).filter(|&f| small(&regions[f as usize])).collect();
+    order.sort_by(|a, b| regions[*a as usize].area.total_cmp(&regions[*b as usize].area).then(a.cmp(b)));
+    // A face takes part in one merger per pass.
+    let mut busy = vec![false; count];
+    for f in order {
+        let own = &borders[borders.partition_point(|b| b.0 < f)..borders.partition_point(|b| b.0 <= f)];
+        let best = own
+            .chunk_by(|x, y| x.1 == y.1)
+            .filter(|group| !busy[group[0].1 as usize])
+            .map(|group| {
+                let (mut bend, mut length) = (0.0, 0.0);
+                for &(_, _, h) in group {
+                    bend += mesh.edge_length(h) * dihedral(mesh, h);
+                    length += mesh.edge_length(h);
+                }
+                (if length > 0.0 { bend / length } else { 0.0 }, -length, group)
+            })
+            .min_by(|x, y| x.0.total_cmp(&y.0).then(x.1.total_cmp(&y.1)));
+        let Some((_, _, group)) = best.filter(|_| !busy[f as usize]) else { continue };
+        (busy[f as usize], busy[group[0].1 as usize]) = (true, true);
+        let r = &regions[f as usize];
+        removed.push(Removed { what: "face", size: r.area, at: r.at.to_array() });
+        group.iter().for_each(|b| mesh.set_sharp(b.2, false));
+    }
+}

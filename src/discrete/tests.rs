@@ -1,0 +1,310 @@
+//! Faces, edges and vertices of soups whose truth is known.
+
+use glam::{DMat3, DVec3};
+use proptest::prelude::*;
+
+use super::{Discrete, DiscreteOptions, Limits, chains, drop_noise, flood, mark_feature_edges, mend_needles};
+use crate::geometry::{Pieces, SurfaceOracle};
+use crate::mesh::{EditMesh, Group, TriMesh};
+use crate::run::Run;
+
+fn find(mesh: &TriMesh, options: DiscreteOptions) -> Discrete {
+    Discrete::new(mesh, &options, &Run::new()).unwrap()
+}
+
+/// A prism over a polygon whose triangulation is a fan around its corner 0.
+fn prism(outline: &[[f64; 2]], height: f64) -> TriMesh {
+    let n = outline.len() as u32;
+    let at = |z: f64| outline.iter().map(move |p| DVec3::new(p[0], p[1], z));
+    let nodes = at(0.0).chain(at(height)).collect();
+    let mut triangles = Vec::new();
+    for i in 1..n - 1 {
+        triangles.push([0, i + 1, i]);
+        triangles.push([n, n + i, n + i + 1]);
+    }
+    for i in 0..n {
+        let j = (i + 1) % n;
+        triangles.push([i, j, n + j]);
+        triangles.push([i, n + j, n + i]);
+    }
+    TriMesh::new(nodes, triangles)
+}
+
+fn cube() -> TriMesh {
+    prism(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 1.0)
+}
+
+/// An L, its fan corner the reflex one.
+fn l_block(step: f64) -> TriMesh {
+    prism(&[[1.0, step], [0.0, step], [0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]], 1.0)
+}
+
+fn cylinder(sides: u32) -> TriMesh {
+    let corner = |i: u32| {
+        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(sides)).sin_cos();
+        [c, s]
+    };
+    prism(&(0..sides).map(corner).collect::<Vec<_>>(), 2.0)
+}
+
+/// A number between 0 and 1 that has nothing to do with the one before it.
+fn random(k: u32) -> f64 {
+    let mut x = (k + 1).wrapping_mul(2_654_435_761);
+    x = (x ^ (x >> 15)).wrapping_mul(2_246_822_519);
+    x = (x ^ (x >> 13)).wrapping_mul(3_266_489_917);
+    f64::from(x ^ (x >> 16)) / f64::from(u32::MAX)
+}
+
+/// A cube's surface, each side a grid, blown up to a sphere; `wobble` moves nodes outwards at random.
+fn ball(n: u32, wobble: f64) -> TriMesh {
+    let mut mesh = TriMesh::new(Vec::new(), Vec::new());
+    let mut known = std::collections::BTreeMap::new();
+    for axis in 0..3 {
+        for side in [-1i64, 1] {
+            let mut id = |i: u32, j: u32| {
+                let at = |k: u32| 2 * i64::from(k) - i64::from(n);
+                let mut p = [0i64; 3];
+                p[axis] = side * i64::from(n);
+                p[(axis + 1) % 3] = at(i);
+                p[(axis + 2) % 3] = at(j);
+                *known.entry(p).or_insert_with(|| {
+                    let r = 1.0 + wobble * random(mesh.nodes.len() as u32);
+                    mesh.nodes.push(r * DVec3::from_array(p.map(|x| x as f64)).normalize());
+                    mesh.nodes.len() as u32 - 1
+                })
+            };
+            let mut quads = Vec::new();
+            for i in 0..n {
+                for j in 0..n {
+                    quads.push([id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]);
+                }
+            }
+            for [a, b, c, d] in quads {
+                let (x, y) = if side > 0 { ([a, b, c], [a, c, d]) } else { ([a, c, b], [a, d, c]) };
+                mesh.triangles.extend([x, y]);
+            }
+        }
+    }
+    mesh.labels = vec![0; mesh.triangles.len()];
+    mesh
+}
+
+fn counts(found: &Discrete) -> [usize; 3] {
+    let model = found.model().unwrap().model;
+    [model.vertices.len(), model.edges.len(), model.faces.len()]
+}
+
+#[test]
+fn the_models_of_simple_solids() {
+    let default = DiscreteOptions::default();
+    assert_eq!(counts(&find(&cube(), default)), [8, 12, 6]);
+    assert_eq!(counts(&find(&l_block(0.5), default)), [12, 18, 8]);
+    // Each rim is one closed edge with one vertex.
+    assert_eq!(counts(&find(&cylinder(24), default)), [2, 2, 3]);
+    // Sides that meet at 45 degrees are faces of their own.
+    assert_eq!(counts(&find(&cylinder(8), default)), [16, 24, 10]);
+    assert_eq!(counts(&find(&cylinder(8), DiscreteOptions { feature_angle: 50.0, ..default })), [2, 2, 3]);
+    assert_eq!(counts(&find(&ball(12, 0.0), default)), [0, 0, 1]);
+}
+
+#[test]
+fn the_relation_graph_of_a_cube() {
+    let found = find(&cube(), DiscreteOptions::default());
+    let model = found.model().unwrap().model;
+    for around in model.faces_of_edges() {
+        assert_eq!(around.len(), 2);
+        assert_ne!(around[0], around[1]);
+    }
+    for f in 0..6 {
+        let (n, d) = found.plane(f).unwrap();
+        assert_eq!(n.abs().max_element(), 1.0);
+        assert!(d == 0.0 || d == 1.0 || d == -1.0);
+    }
+    assert_eq!(model.shells.len(), 1);
+}
+
+#[test]
+fn an_open_box_has_its_rim_as_edges() {
+    let mut mesh = cube();
+    mesh.triangles.retain(|t| !t.iter().all(|v| *v >= 4));
+    mesh.labels.truncate(mesh.triangles.len());
+    let found = find(&mesh, DiscreteOptions::default());
+    assert_eq!(counts(&found), [8, 12, 5]);
+    // Four lines of the rim, each a piece of its own.
+    let lines: Vec<u32> = (4..8).flat_map(|v| found.pieces_at(v)).filter(|p| *p >= 5).collect();
+    assert_eq!(lines.iter().max(), Some(&8));
+    for line in 5..9 {
+        let face = (0..5).find(|f| found.meet(&[*f, line], DVec3::splat(0.5), 9.0).is_some()).unwrap();
+        let p = found.meet(&[face, line], DVec3::new(0.4, 0.4, 0.7), 9.0).unwrap();
+        assert_eq!(p.z, 1.0);
+    }
+}
+
+#[test]
+fn points_on_edges_are_on_them_exactly() {
+    let found = find(&cube(), DiscreteOptions::default());
+    let face = |p: DVec3| found.piece_at(p).unwrap();
+    let (x, z) = (face(DVec3::new(1.0, 0.5, 0.4)), face(DVec3::new(0.5, 0.4, 1.0)));
+    let p = found.meet(&[x.min(z), x.max(z)], DVec3::new(0.9, 0.3, 1.2), 1.0).unwrap();
+    assert_eq!(p, DVec3::new(1.0, 0.3, 1.0));
+    assert_eq!(found.meet(&[x], DVec3::new(1.1, 0.3, 0.2), 0.01), None);
+    let foot = found.project(DVec3::new(1.1, 0.3, 0.2), 1.0).unwrap();
+    assert_eq!((foot.point, foot.normal, foot.face), (DVec3::new(1.0, 0.3, 0.2), DVec3::X, x));
+    let hit = found.project_along(DVec3::new(0.8, 0.3, 0.2), DVec3::X, 0.5).unwrap();
+    assert!((hit.point - DVec3::new(1.0, 0.3, 0.2)).length() < 1e-15);
+}
+
+#[test]
+fn curvature_of_a_cylinder_is_that_of_its_circle() {
+    let found = find(&cylinder(48), DiscreteOptions::default());
+    let wall = found.piece_at(DVec3::new(1.0, 0.01, 1.0)).unwrap();
+    let k = found.curvature(wall, DVec3::new(1.0, 0.01, 1.0)).unwrap();
+    assert!((k - 1.0).abs() < 0.01, "{k}");
+    let top = found.piece_at(DVec3::new(0.1, 0.1, 2.0)).unwrap();
+    assert_eq!(found.curvature(top, DVec3::new(0.1, 0.1, 2.0)), Some(0.0));
+}
+
+#[test]
+fn noise_does_not_shatter_a_ball() {
+    let noisy = ball(24, 0.05);
+    let mut mesh = EditMesh::new(&noisy).unwrap();
+    let sharp = mark_feature_edges(&mut mesh, 40.0);
+    assert!(sharp > 100, "{sharp} edges: the noise is too weak to test anything");
+    let limits = Limits { length: 0.3, ..Limits::default() };
+    let found = find(&noisy, DiscreteOptions { scale: 0.4, limits, ..DiscreteOptions::default() });
+    assert_eq!(counts(&found)[2], 1);
+    // The same scale does not touch what is a feature.
+    let found = find(&cube(), DiscreteOptions { scale: 0.4, limits, ..DiscreteOptions::default() });
+    assert_eq!(counts(&found), [8, 12, 6]);
+}
+
+#[test]
+fn small_features_with_flat_sides_are_no_noise() {
+    let options = DiscreteOptions { scale: 0.5, ..DiscreteOptions::default() };
+    assert_eq!(counts(&find(&l_block(0.99), options)), [12, 18, 8]);
+    // A pin much thinner than the scale.
+    let mut pin = cylinder(24);
+    pin.nodes.iter_mut().for_each(|p| *p = DVec3::new(0.02 * p.x, 0.02 * p.y, p.z));
+    let mut mesh = EditMesh::new(&pin).unwrap();
+    mark_feature_edges(&mut mesh, 40.0);
+    assert_eq!(drop_noise(&mut mesh, 40.0, 0.5, &Run::new()).unwrap(), 0);
+}
+
+#[test]
+fn small_faces_are_merged_and_told() {
+    // The step is 0.01 high: its riser has an area of 0.01.
+    let limits = Limits { area: 0.02, ..Limits::default() };
+    let found = find(&l_block(0.99), DiscreteOptions { limits, ..DiscreteOptions::default() });
+    assert_eq!(counts(&found)[2], 7);
+    assert_eq!(found.removed.len(), 1);
+    assert_eq!(found.removed[0].what, "face");
+    assert!((found.removed[0].size - 0.01).abs() < 1e-12);
+    assert!((found.removed[0].at[0] - 1.0).abs() < 1e-12);
+    // The geometry is what it was.
+    assert!((found.named().volume() - l_block(0.99).volume()).abs() < 1e-14);
+    let limits = Limits { width: 0.02, ..Limits::default() };
+    assert_eq!(counts(&find(&l_block(0.99), DiscreteOptions { limits, ..DiscreteOptions::default() }))[2], 7);
+}
+
+#[test]
+fn short_edges_that_end_in_a_face_are_dropped() {
+    let mesh = ball(8, 0.0);
+    let mut edit = EditMesh::new(&mesh).unwrap();
+    let h = edit.edges().next().unwrap();
+    edit.set_sharp(h, true);
+    assert_eq!(chains(&edit).len(), 1);
+    let length = edit.edge_length(h);
+    let keep = Limits { length: 0.9 * length, ..Limits::default() };
+    assert!(super::simplify(&mut edit, &keep, &Run::new()).unwrap().is_empty());
+    let drop = Limits { length: 1.1 * length, ..Limits::default() };
+    assert_eq!(super::simplify(&mut edit, &drop, &Run::new()).unwrap().len(), 1);
+    assert!(!edit.is_sharp(h) && chains(&edit).is_empty());
+}
+
+#[test]
+fn labels_are_borders_and_names() {
+    let mut mesh = cube();
+    mesh.faces = vec!["bottom half".into(), "lid".into(), "unused".into()];
+    mesh.labels = mesh.triangles.iter().map(|t| u32::from(t.iter().all(|v| *v >= 4))).collect();
+    mesh.groups = vec![Group { name: "all".into(), faces: vec![0, 1] }];
+    let found = find(&mesh, DiscreteOptions { feature_angle: 120.0, ..DiscreteOptions::default() });
+    let named = found.named();
+    // Nothing is sharp at 120 degrees: only the labels part faces.
+    assert_eq!(named.faces, ["bottom half", "lid"]);
+    assert_eq!(named.groups, [Group { name: "all".into(), faces: vec![0, 1] }]);
+    let found = find(&mesh, DiscreteOptions::default());
+    let named = found.named();
+    assert_eq!(named.faces.iter().filter(|f| f.starts_with("bottom half.")).count(), 5);
+    assert!(named.faces.contains(&"lid".to_string()));
+    assert_eq!(named.groups[0].name, "bottom half");
+    assert_eq!(named.groups[0].faces.len(), 5);
+    // No simplification merges across labels.
+    let limits = Limits { area: 10.0, ..Limits::default() };
+    let found = find(&mesh, DiscreteOptions { limits, ..DiscreteOptions::default() });
+    assert_eq!(found.named().faces, ["bottom half", "lid"]);
+}
+
+#[test]
+fn needles_make_no_features() {
+    // A node a rounding off the diagonal of a cube's side: one triangle there has no normal to speak of.
+    let mut mesh = cube();
+    let k = mesh.triangles.iter().position(|t| t.iter().all(|v| *v >= 4)).unwrap();
+    let [a, b, c] = mesh.triangles[k];
+    let on = |x: u32, y: u32| mesh.nodes[x as usize].lerp(mesh.nodes[y as usize], 0.5);
+    let v = mesh.nodes.len() as u32;
+    let longest = if mesh.nodes[a as usize].distance(mesh.nodes[b as usize]) > 1.2 { (a, b, c) } else { (c, a, b) };
+    let p = on(longest.0, longest.1) + DVec3::new(1e-9, 0.0, -3e-9);
+    mesh.nodes.push(p);
+    mesh.triangles[k] = [longest.0, v, longest.2];
+    mesh.triangles.extend([[v, longest.1, longest.2], [longest.0, longest.1, v]]);
+    mesh.labels = vec![0; mesh.triangles.len()];
+    assert_eq!(counts(&find(&mesh, DiscreteOptions::default())), [8, 12, 6]);
+    let mut edit = EditMesh::new(&mesh).unwrap();
+    assert_eq!(mend_needles(&mut edit, 1e-7, &Run::new()).unwrap(), 0);
+    edit.check().unwrap();
+}
+
+#[test]
+fn a_narrow_face_asks_for_small_edges() {
+    let found = find(&l_block(0.9), DiscreteOptions { scale: 1.0, ..DiscreteOptions::default() });
+    let sizes = found.feature_sizes(1.0, 0.01);
+    for v in found.mesh.nodes() {
+        let p = found.mesh.point(v);
+        // Along the riser, 0.1 high at x = 1, edges may be twice as long as it is high.
+        if p.x == 1.0 && p.y >= 0.9 {
+            assert!((sizes[v as usize] - 0.2).abs() < 1e-9, "{p}: {}", sizes[v as usize]);
+        }
+    }
+}
+
+proptest! {
+    /// What is found does not depend on position, orientation, or the order of triangles.
+    #[test]
+    fn models_do_not_depend_on_the_frame(
+        axis in prop::array::uniform3(-1.0f64..1.0), angle in 0.0f64..6.0, by in prop::array::uniform3(-1e3f64..1e3),
+        scale in 1e-3f64..1e3, turn in 0usize..40, shape in 0usize..4,
+    ) {
+        let axis = DVec3::from_array(axis).try_normalize().unwrap_or(DVec3::Z);
+        let mut mesh = [cube(), l_block(0.5), cylinder(24), ball(6, 0.0)][shape].clone();
+        let before = counts(&find(&mesh, DiscreteOptions::default()));
+        let m = DMat3::from_axis_angle(axis, angle);
+        mesh.nodes.iter_mut().for_each(|p| *p = scale * (m * *p + DVec3::from_array(by)));
+        let n = mesh.triangles.len();
+        mesh.triangles.rotate_left(turn % n);
+        mesh.triangles.iter_mut().for_each(|t| t.rotate_left(turn % 3));
+        prop_assert_eq!(counts(&find(&mesh, DiscreteOptions::default())), before);
+    }
+
+    /// Faces partition the triangles, and no mark lies within one.
+    #[test]
+    fn floods_respect_marks(angle in 1.0f64..90.0) {
+        let mut mesh = EditMesh::new(&ball(5, 0.2)).unwrap();
+        mark_feature_edges(&mut mesh, angle);
+        let (face, count) = flood(&mesh);
+        for h in mesh.edges() {
+            let (a, b) = (face[(h / 3) as usize], face[(mesh.opposite(h) / 3) as usize]);
+            prop_assert!((a as usize) < count);
+            prop_assert!(mesh.is_sharp(h) || a == b);
+        }
+    }
+}

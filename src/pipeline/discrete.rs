@@ -1,0 +1,335 @@
+//! From a triangle soup to a mesh: what is damaged is healed, a model is found in the triangles, its faces are remeshed.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
+use super::report::Report;
+use crate::discrete::{Discrete, DiscreteOptions, Limits};
+use crate::error::{Error, Result};
+use crate::heal::{HealOptions, HealReport, heal};
+use crate::implicit::part::SizeRequest;
+use crate::io::{self, Format};
+use crate::mesh::{EditMesh, TriMesh, self_intersections};
+use crate::optimize::Sizing;
+use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::quality::{Against, Check, check};
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+
+/// How many things of one kind a report names.
+const NAMED: usize = 20;
+/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
+const LEAST_SHARE: f64 = 4.0;
+/// Without a tolerance edges stay within this share of the size of the surface.
+const CHORD: f64 = 0.05;
+/// Features close to each other make edges at most this many times shorter than the size.
+const LEAST_FEATURE: f64 = 20.0;
+/// How often sizes are halved around places where the result intersects itself.
+const ATTEMPTS: usize = 3;
+/// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
+const STUB: f64 = 1.0;
+
+/// What a soup is asked for, beyond [`MeshOptions`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SoupOptions {
+    /// Edges are features where the triangles' normals differ by more degrees.
+    pub feature_angle: f64,
+    /// Faces of less area are merged with a neighbor.
+    pub min_area: f64,
+    /// Edges shorter than this that end within a face are dropped, faces narrower than this merged with a neighbor. Without
+    /// a wish edges shorter than the size are dropped, and no faces.
+    pub min_length: Option<f64>,
+    /// Whether contours of open edges are closed, too. Otherwise an open surface stays open, unless it is damaged.
+    pub close: bool,
+}
+
+impl Default for SoupOptions {
+    fn default() -> Self {
+        let d = DiscreteOptions::default();
+        Self { feature_angle: d.feature_angle, min_area: 0.0, min_length: None, close: false }
+    }
+}
+
+/// What was found in a soup.
+#[derive(Debug, Clone, Serialize)]
+pub struct SoupInfo {
+    /// Triangles as read.
+    pub triangles: usize,
+    /// What healing did before anything else; nothing where the triangles were sound.
+    pub healed: Vec<String>,
+    /// Whether there is no open border.
+    pub closed: bool,
+    /// Smallest coordinates of the box around the triangles.
+    pub lo: [f64; 3],
+    /// Largest coordinates.
+    pub hi: [f64; 3],
+    /// Connected parts.
+    pub shells: usize,
+    /// Geometric vertices.
+    pub vertices: usize,
+    /// Geometric edges.
+    pub edges: usize,
+    /// Geometric faces.
+    pub faces: Vec<FaceInfo>,
+    /// Names of groups.
+    pub groups: Vec<String>,
+}
+
+/// One face found in a soup.
+#[derive(Debug, Clone, Serialize)]
+pub struct FaceInfo {
+    /// Its name.
+    pub name: String,
+    /// Its area.
+    pub area: f64,
+    /// Triangles of the input on it.
+    pub triangles: usize,
+    /// Whether it is a plane to the precision of its nodes.
+    pub plane: bool,
+    /// Its neighbors in the relation graph, by name.
+    pub neighbors: Vec<String>,
+}
+
+/// Whether a path is that of a mesh file that can be read.
+pub fn is_mesh(path: &Path) -> bool {
+    Format::from_path(path).is_ok_and(|f| f != Format::Vtu)
+}
+
+/// Reads a mesh file. Errors name the file.
+pub fn load_mesh(path: &Path, run: &Run) -> Result<TriMesh> {
+    io::read(path, run)
+}
+
+/// A soup that the discrete gate can work on.
+struct Prepared {
+    mesh: TriMesh,
+    healed: Vec<String>,
+}
+
+/// Whether a mesh is an oriented manifold, open or closed, without degenerate triangles, that does not intersect itself.
+fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
+    let d = mesh.defects();
+    Ok(d.is_manifold()
+        && d.is_oriented()
+        && d.degenerate_triangles.is_empty()
+        && d.duplicate_triangles.is_empty()
+        && self_intersections(mesh, run)?.is_empty())
+}
+
+/// Heals what needs it: nothing, then what can be healed without closing contours, then everything.
+fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
+    input.validate()?;
+    run.progress("look", 0.0);
+    let closed = |m: &TriMesh| m.defects().is_closed();
+    let outward = |m: &TriMesh| !closed(m) || m.volume() > 0.0;
+    if is_sound(input, run)? && outward(input) && (!close || closed(input)) {
+        let mut mesh = input.clone();
+        mesh.drop_unused_nodes();
+        return Ok(Prepared { mesh, healed: Vec::new() });
+    }
+    if !close
+        && let Ok(gentle) = heal(input, &HealOptions { max_hole: Some(0) }, run)
+        && is_sound(&gentle.mesh, run)?
+    {
+        return Ok(Prepared { healed: told(&gentle.report), mesh: gentle.mesh });
+    }
+    let full = heal(input, &HealOptions::default(), run)?;
+    let mut healed = told(&full.report);
+    healed.extend(full.report.shortfalls.iter().cloned());
+    Ok(Prepared { healed, mesh: full.mesh })
+}
+
+fn told(report: &HealReport) -> Vec<String> {
+    report.to_string().lines().skip(1).map(|l| format!("healed: {}", l.trim())).collect()
+}
+
+fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
+    let limits = Limits {
+        area: soup.min_area,
+        width: soup.min_length.unwrap_or(0.0),
+        length: soup.min_length.unwrap_or(STUB * size),
+    };
+    DiscreteOptions { feature_angle: soup.feature_angle, limits, scale: size, ..DiscreteOptions::default() }
+}
+
+fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
+    match size.unwrap_or(DEFAULT_SIZE) {
+        SizeRequest::Length(h) => h,
+        SizeRequest::Share(s) => s * mesh.bounds().diagonal(),
+    }
+}
+
+/// Meshes a triangle soup.
+///
+/// Guarantees: nodes on features lie on the input's features, others on its triangles; the same bytes for any number of
+/// threads; what was healed or simplified away is in the report's `warnings`. Where remeshing does not come out sound and
+/// the input is, the input's triangles are handed over, and the report's `shortfalls` say so.
+///
+/// Errors: what [`heal`] refuses; cancellation.
+pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Meshed> {
+    let Prepared { mesh, healed } = prepare(input, soup.close, run)?;
+    let size = length(options.size, &mesh);
+    let mut report = Report::of("triangles", size, None);
+    report.warnings = healed;
+    let solid = match Discrete::new(&mesh, &discrete_options(soup, size), run) {
+        Ok(s) => s,
+        Err(Error::Cancelled) => return Err(Error::Cancelled),
+        Err(e) => return Err(Error::Failed(format!("not remeshed: {e}"))),
+    };
+    tell_removed(&solid, &mut report);
+    let sizing = Sizing {
+        size,
+        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
+        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
+        least: options.least.unwrap_or(size / LEAST_SHARE),
+    };
+    let named = solid.named();
+    let open = !named.defects().is_closed();
+    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading };
+    let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
+    let (mut attempt, mut last) = (0, usize::MAX);
+    let (mesh, seams, corners) = loop {
+        let made = remesh_patchwork(patchwork(&solid, sizes.clone()), &named, &solid, &exact, run, None)?;
+        if made.report.self_intersections == 0 {
+            break (made.mesh, made.seams, made.corners);
+        }
+        attempt += 1;
+        // What smaller sizes do not help with is no matter of size: sheets that touch, say.
+        let helps = made.report.self_intersections <= last / 2;
+        last = made.report.self_intersections;
+        if attempt > ATTEMPTS || !helps {
+            if self_intersections(&named, run)?.is_empty() {
+                report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+                break (named, Vec::new(), Vec::new());
+            }
+            break (made.mesh, made.seams, made.corners);
+        }
+        shrink(&mut sizes, &solid, &made.mesh, run)?;
+    };
+    run.progress("check", 0.0);
+    let against = options.measure.then(|| Against::new(&solid));
+    let mut measured = check(&mesh, against, run)?;
+    if open {
+        report.warnings.push("the surface is open: its border is kept".into());
+        excuse_open(&mut measured);
+    }
+    report.judge(measured);
+    Ok(Meshed { mesh, seams, corners, report })
+}
+
+fn tell_removed(solid: &Discrete, report: &mut Report) {
+    for r in solid.removed.iter().take(NAMED) {
+        let [x, y, z] = r.at;
+        let of = if r.what == "face" { "area" } else { "length" };
+        report.warnings.push(format!("not kept: {} of {of} {:.4e} at ({x:.6}, {y:.6}, {z:.6})", r.what, r.size));
+    }
+    if solid.removed.len() > NAMED {
+        report.warnings.push(format!("and {} more features not kept", solid.removed.len() - NAMED));
+    }
+}
+
+/// An open surface has no closed mesh.
+fn excuse_open(check: &mut Check) {
+    check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
+}
+
+/// Halves the sizes around triangles that intersect others.
+fn shrink(sizes: &mut [f64], solid: &Discrete, mesh: &TriMesh, run: &Run) -> Result<()> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    let lengths: Vec<f64> = bad
+        .iter()
+        .map(|t| {
+            let [a, b, c] = mesh.corners(*t as usize);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        })
+        .collect();
+    let around = |k: usize| Aabb::around(mesh.corners(bad[k] as usize)).grown(lengths[k]);
+    let tree = Bvh::new((0..bad.len()).map(around).collect());
+    for v in solid.mesh.nodes() {
+        let p = solid.mesh.point(v);
+        let s = &mut sizes[v as usize];
+        tree.overlapping(&Aabb::new(p, p), |k| *s = s.min(0.5 * lengths[k as usize]));
+    }
+    Ok(())
+}
+
+/// The triangles with what the remesher needs.
+fn patchwork(solid: &Discrete, sizes: Vec<f64>) -> Patchwork {
+    let mesh: EditMesh = solid.mesh.clone();
+    let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
+    let patches = (0..solid.face_count() as u32)
+        .map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) })
+        .collect();
+    Patchwork { lines_from: solid.face_count() as u32, sizes, raw: true, ..Patchwork::new(mesh, sets, patches) }
+}
+
+/// Finds the model in a soup, as [`mesh_soup`] does, and tells what it is made of.
+///
+/// Errors: those of [`mesh_soup`].
+pub fn soup_info(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<SoupInfo> {
+    let Prepared { mesh, healed } = prepare(input, soup.close, run)?;
+    let solid = Discrete::new(&mesh, &discrete_options(soup, length(options.size, &mesh)), run)?;
+    let named = solid.named();
+    let model = solid.model()?.model;
+    let mut faces: Vec<FaceInfo> = named
+        .faces
+        .iter()
+        .enumerate()
+        .map(|(f, name)| FaceInfo {
+            name: name.clone(),
+            area: 0.0,
+            triangles: 0,
+            plane: crate::geometry::Pieces::plane(&solid, f as u32).is_some(),
+            neighbors: Vec::new(),
+        })
+        .collect();
+    for (t, l) in named.labels.iter().enumerate() {
+        faces[*l as usize].triangles += 1;
+        faces[*l as usize].area += 0.5 * named.area_vector(t).length();
+    }
+    for around in model.faces_of_edges() {
+        for f in &around {
+            for g in around.iter().filter(|g| *g != f) {
+                let [a, b] = [f, g].map(|x| model.faces[*x as usize].label as usize);
+                let name = named.faces[b].clone();
+                if a != b && !faces[a].neighbors.contains(&name) {
+                    faces[a].neighbors.push(name);
+                }
+            }
+        }
+    }
+    let b = solid.bounds();
+    Ok(SoupInfo {
+        triangles: input.triangles.len(),
+        healed,
+        closed: named.defects().is_closed(),
+        lo: b.lo.to_array(),
+        hi: b.hi.to_array(),
+        shells: model.shells.len(),
+        vertices: model.vertices.len(),
+        edges: model.edges.len(),
+        faces,
+        groups: named.groups.iter().map(|g| g.name.clone()).collect(),
+    })
+}
+
+impl fmt::Display for SoupInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let closed = if self.closed { "closed" } else { "open" };
+        writeln!(f, "{} triangles, {closed}, {} shell(s)", self.triangles, self.shells)?;
+        writeln!(f, "box from {:?} to {:?}", self.lo, self.hi)?;
+        self.healed.iter().try_for_each(|h| writeln!(f, "{h}"))?;
+        writeln!(f, "{} vertices, {} edges, {} faces:", self.vertices, self.edges, self.faces.len())?;
+        for face in &self.faces {
+            let plane = if face.plane { ", plane" } else { "" };
+            let next = if face.neighbors.is_empty() { "nothing".into() } else { face.neighbors.join(", ") };
+            writeln!(f, "  {}: area {:.6}, {} triangles{plane}; beside {next}", face.name, face.area, face.triangles)?;
+        }
+        write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
+    }
+}

@@ -1,0 +1,150 @@
+//! From triangles whose truth is known to meshes: soundness, features to rounding, quality, borders, names.
+
+use rvachev::mesh::TriMesh;
+use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, mesh_soup, soup_info};
+use rvachev::{DVec3, Run};
+
+fn prism(outline: &[[f64; 2]], height: f64) -> TriMesh {
+    let n = outline.len() as u32;
+    let at = |z: f64| outline.iter().map(move |p| DVec3::new(p[0], p[1], z));
+    let nodes = at(0.0).chain(at(height)).collect();
+    let mut triangles = Vec::new();
+    for i in 1..n - 1 {
+        triangles.push([0, i + 1, i]);
+        triangles.push([n, n + i, n + i + 1]);
+    }
+    for i in 0..n {
+        let j = (i + 1) % n;
+        triangles.push([i, j, n + j]);
+        triangles.push([i, n + j, n + i]);
+    }
+    TriMesh::new(nodes, triangles)
+}
+
+fn l_block(step: f64) -> TriMesh {
+    prism(&[[1.0, step], [0.0, step], [0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]], 1.0)
+}
+
+fn cylinder(sides: u32) -> TriMesh {
+    let corner = |i: u32| {
+        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(sides)).sin_cos();
+        [c, s]
+    };
+    prism(&(0..sides).map(corner).collect::<Vec<_>>(), 2.0)
+}
+
+fn meshed(mesh: &TriMesh, size: f64, soup: &SoupOptions, threads: usize) -> Meshed {
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    mesh_soup(mesh, &options, soup, &Run::new().with_threads(threads).unwrap()).unwrap()
+}
+
+fn has_node(mesh: &TriMesh, p: DVec3) -> bool {
+    mesh.nodes.contains(&p)
+}
+
+#[test]
+fn an_l_keeps_its_corners_edges_and_faces() {
+    let input = l_block(0.5);
+    let made = meshed(&input, 0.1, &SoupOptions::default(), 0);
+    let check = made.report.check.as_ref().unwrap();
+    assert!(check.certificate.is_sound() && made.report.shortfalls.is_empty(), "{:?}", made.report);
+    assert_eq!((made.mesh.faces.len(), check.genus), (8, Some(0)));
+    assert!(input.nodes.iter().all(|p| has_node(&made.mesh, *p)));
+    // Planes and straight edges: nothing is lost to chords.
+    assert!((check.volume - input.volume()).abs() < 1e-12 && (check.area - input.area()).abs() < 1e-12);
+    assert!(check.quality.min_angle > 30.0 && check.quality.mean_radius_ratio > 0.97, "{:?}", check.quality);
+    let wanted = input.area() / (3f64.sqrt() / 4.0 * 0.01);
+    assert!((made.mesh.triangles.len() as f64 / wanted - 1.0).abs() < 0.15);
+    let cut = made.model().unwrap();
+    assert_eq!([cut.model.vertices.len(), cut.model.edges.len(), cut.model.faces.len()], [12, 18, 8]);
+}
+
+#[test]
+fn nodes_on_a_rim_lie_on_its_polygon() {
+    let input = cylinder(40);
+    let made = meshed(&input, 0.2, &SoupOptions::default(), 0);
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    assert_eq!(made.mesh.faces.len(), 3);
+    let cut = made.model().unwrap();
+    assert_eq!(cut.model.edges.len(), 2);
+    let apothem = (std::f64::consts::PI / 40.0).cos();
+    let mut rim = 0;
+    for p in made.mesh.nodes.iter().filter(|p| p.z == 2.0 && p.truncate().length() > apothem - 1e-9) {
+        let side = (p.y.atan2(p.x) / (std::f64::consts::TAU / 40.0)).floor();
+        let (s, c) = ((side + 0.5) * std::f64::consts::TAU / 40.0).sin_cos();
+        assert!((p.x * c + p.y * s - apothem).abs() < 1e-14, "{p}");
+        rim += 1;
+    }
+    assert!(rim > 25, "{rim}");
+    let d = made.report.check.unwrap().deviation.unwrap();
+    assert!(d.max < 0.05 * 0.2 * 1.5, "{d:?}");
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let soup = SoupOptions::default();
+    for input in [l_block(0.5), cylinder(24)] {
+        let one = meshed(&input, 0.1, &soup, 1);
+        assert_eq!(one.mesh, meshed(&input, 0.1, &soup, 3).mesh);
+    }
+}
+
+#[test]
+fn an_open_surface_keeps_its_border() {
+    let mut input = l_block(0.5);
+    input.triangles.retain(|t| !t.iter().all(|v| *v >= 6));
+    input.labels.truncate(input.triangles.len());
+    let made = meshed(&input, 0.1, &SoupOptions::default(), 0);
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    assert!(made.report.warnings.iter().any(|w| w.contains("open")));
+    let check = made.report.check.as_ref().unwrap();
+    assert!(!check.closed && check.manifold && check.oriented && check.self_intersections == 0);
+    let open = made.mesh.defects().open_edges;
+    let length: f64 =
+        open.iter().map(|[a, b]| made.mesh.nodes[*a as usize].distance(made.mesh.nodes[*b as usize])).sum();
+    // The perimeter of the L, in steps of about the size.
+    assert!((length - 6.0).abs() < 1e-12, "{length}");
+    assert!((55..=65).contains(&open.len()), "{}", open.len());
+    assert!(check.quality.min_angle > 25.0, "{:?}", check.quality);
+    let closed = meshed(&input, 0.1, &SoupOptions { close: true, ..SoupOptions::default() }, 0);
+    assert!(closed.report.check.unwrap().closed);
+    assert!(closed.report.warnings.iter().any(|w| w.starts_with("healed")));
+}
+
+#[test]
+fn small_steps_stay_or_go_as_asked() {
+    let input = l_block(0.98);
+    let kept = meshed(&input, 0.1, &SoupOptions::default(), 0);
+    assert_eq!(kept.mesh.faces.len(), 8);
+    assert!(input.nodes.iter().all(|p| has_node(&kept.mesh, *p)));
+    assert!(kept.report.check.unwrap().quality.min_angle > 20.0);
+    let gone = meshed(&input, 0.1, &SoupOptions { min_length: Some(0.05), ..SoupOptions::default() }, 0);
+    assert_eq!(gone.mesh.faces.len(), 7);
+    assert!(gone.report.warnings.iter().any(|w| w.starts_with("not kept: face")));
+    assert!(gone.report.check.unwrap().quality.min_angle > 20.0);
+}
+
+#[test]
+fn damage_is_healed_and_told() {
+    let mut input = l_block(0.5);
+    // One triangle the wrong way round, one twice, one without area.
+    input.triangles[3].swap(0, 1);
+    let (again, line) = (input.triangles[5], [0, 1, 1]);
+    input.triangles.extend([again, line]);
+    input.labels = vec![0; input.triangles.len()];
+    let made = meshed(&input, 0.1, &SoupOptions::default(), 0);
+    assert!(made.report.check.as_ref().unwrap().certificate.is_sound());
+    assert!(made.report.warnings.iter().any(|w| w.starts_with("healed")), "{:?}", made.report.warnings);
+    assert_eq!(made.mesh.faces.len(), 8);
+}
+
+#[test]
+fn info_tells_the_model() {
+    let info = soup_info(&cylinder(24), &MeshOptions::default(), &SoupOptions::default(), &Run::new()).unwrap();
+    assert!(info.closed && info.healed.is_empty());
+    assert_eq!((info.edges, info.faces.len(), info.shells), (2, 3, 1));
+    assert_eq!(info.faces.iter().filter(|f| f.plane).count(), 2);
+    let wall = info.faces.iter().find(|f| !f.plane).unwrap();
+    assert_eq!(wall.neighbors.len(), 2);
+    assert!(info.to_string().contains("3 faces"));
+}
