@@ -173,15 +173,29 @@ def main():
     with open(a.corpus / "MANIFEST.tsv") as f:
         rows = [r for r in csv.DictReader(f, delimiter="\t") if re.search(a.models, r["file"])]
     rows = [r for r in rows if (a.corpus / r["half"] / r["file"]).exists()]
+    rows.sort(key=lambda r: int(r["unique_faces"]))
     results = {p: [] for p in programs}
-    for row in rows:
-        file = a.corpus / row["half"] / row["file"]
-        target = min(20000, max(3000, 40 * int(row["unique_faces"])))
-        for p in programs:
-            r = ours(row, file, target) if p == "rvachev" else theirs(python, p, row, file, target)
-            results[p].append({**r, "target": target})
-        print(f"# {row['file']}", *(p + (" ok" if results[p][-1].get("valid") else " -") for p in programs), file=sys.stderr,
-              flush=True)
+    done = []
+    try:
+        for row in rows:
+            one(a, row, programs, python, results)
+            done.append(row)
+    except KeyboardInterrupt:
+        print("# stopped: the tables hold what was measured until then", file=sys.stderr)
+    tell(done, {p: r[:len(done)] for p, r in results.items()}, programs)
+
+
+def one(a, row, programs, python, results):
+    file = a.corpus / row["half"] / row["file"]
+    target = min(20000, max(3000, 40 * int(row["unique_faces"])))
+    for p in programs:
+        r = ours(row, file, target) if p == "rvachev" else theirs(python, p, row, file, target)
+        results[p].append({**r, "target": target})
+    print(f"# {row['file']}", *(p + (" ok" if results[p][-1].get("valid") else " -") for p in programs), file=sys.stderr,
+          flush=True)
+
+
+def tell(rows, results, programs):
     table(rows, results, programs)
     print("\n| model | " + " | ".join(programs) + " |\n|---|" + "---|" * len(programs))
     for k, row in enumerate(rows):
