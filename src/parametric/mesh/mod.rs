@@ -38,7 +38,7 @@ const SAME_PLACE: f64 = 1e-9;
 pub struct MeshSizes<'a> {
     /// The greatest.
     pub size: f64,
-    /// Narrow places ask for no less than this.
+    /// Narrow places and short edges ask for no less than this.
     pub least: f64,
     /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
@@ -240,6 +240,7 @@ impl Parametric {
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
         const ROUNDS: usize = 3;
+        plan.count.store(0, Ordering::Relaxed);
         let first = points.len() as u32;
         let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
         for _ in 0..ROUNDS {
