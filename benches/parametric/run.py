@@ -3,7 +3,8 @@
     python3 benches/parametric/run.py CORPUS [--models REGEX] [--programs rvachev,gmsh5,gmsh6,netgen] [--python PYTHON]
 
 CORPUS is a folder of STEP files with a table MANIFEST.tsv: a line per file with the columns `file`, `half` (the folder
-it is in), `unique_faces`, `free_edges` and `area`. Prints Markdown: the table of `benches/parametric.md`, then a line per model.
+it is in), `unique_faces`, `free_edges` and `area`. Prints Markdown: the table of `benches/parametric.md` and a line per model;
+an interrupt ends it early with what was measured until then.
 Needs Unix and Python 3.10 or newer with `venv`; installs the peers from the pinned `requirements.txt` below
 `target/peers-env` unless `--python` names an interpreter that has them.
 
@@ -20,6 +21,7 @@ import os
 import re
 import resource
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
@@ -161,6 +163,8 @@ def table(rows, results, programs):
 
 
 def main():
+    # Also where it was started in the background: an interrupt ends the run and prints what there is.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     arguments = argparse.ArgumentParser()
     arguments.add_argument("corpus", type=Path)
     arguments.add_argument("--models", default=".")

@@ -37,7 +37,7 @@ const MANY: usize = 80_000;
 /// Where there are too many the least length grows by this factor.
 const LESS: f64 = 1.6;
 /// Narrow places and short edges, which cost less, down to this share.
-const NARROW: f64 = 0.1;
+const NARROW: f64 = 0.25;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
 
