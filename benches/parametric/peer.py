@@ -19,6 +19,11 @@ def memory():
 
 
 def save(points, triangles):
+    # Nodes at one place are one: Netgen gives the two sides of a seam nodes of their own.
+    cell = 1e-9 * np.linalg.norm(np.ptp(points, axis=0))
+    _, first, same = np.unique(np.round(points / cell), axis=0, return_index=True, return_inverse=True)
+    triangles = first[same.ravel()][triangles]
+    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
     used, number = np.unique(triangles, return_inverse=True)
     with open(out, "w") as f:
         f.write(f"OFF\n{len(used)} {len(triangles)} 0\n")

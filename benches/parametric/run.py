@@ -3,7 +3,8 @@
     python3 benches/parametric/run.py CORPUS [--models REGEX] [--programs rvachev,gmsh5,gmsh6,netgen] [--python PYTHON]
 
 CORPUS is a folder of STEP files with a table MANIFEST.tsv: a line per file with the columns `file`, `half` (the folder
-it is in), `unique_faces`, `free_edges` and `area`. Prints Markdown: the table of `benches/parametric.md`, then a line per model.
+it is in), `unique_faces`, `free_edges` and `area`. Prints Markdown: the table of `benches/parametric.md` and a line per model;
+an interrupt ends it early with what was measured until then.
 Needs Unix and Python 3.10 or newer with `venv`; installs the peers from the pinned `requirements.txt` below
 `target/peers-env` unless `--python` names an interpreter that has them.
 
@@ -20,6 +21,7 @@ import os
 import re
 import resource
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
@@ -161,6 +163,8 @@ def table(rows, results, programs):
 
 
 def main():
+    # Also where it was started in the background: an interrupt ends the run and prints what there is.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     arguments = argparse.ArgumentParser()
     arguments.add_argument("corpus", type=Path)
     arguments.add_argument("--models", default=".")
@@ -173,15 +177,29 @@ def main():
     with open(a.corpus / "MANIFEST.tsv") as f:
         rows = [r for r in csv.DictReader(f, delimiter="\t") if re.search(a.models, r["file"])]
     rows = [r for r in rows if (a.corpus / r["half"] / r["file"]).exists()]
+    rows.sort(key=lambda r: int(r["unique_faces"]))
     results = {p: [] for p in programs}
-    for row in rows:
-        file = a.corpus / row["half"] / row["file"]
-        target = min(20000, max(3000, 40 * int(row["unique_faces"])))
-        for p in programs:
-            r = ours(row, file, target) if p == "rvachev" else theirs(python, p, row, file, target)
-            results[p].append({**r, "target": target})
-        print(f"# {row['file']}", *(p + (" ok" if results[p][-1].get("valid") else " -") for p in programs), file=sys.stderr,
-              flush=True)
+    done = []
+    try:
+        for row in rows:
+            one(a, row, programs, python, results)
+            done.append(row)
+    except KeyboardInterrupt:
+        print("# stopped: the tables hold what was measured until then", file=sys.stderr)
+    tell(done, {p: r[:len(done)] for p, r in results.items()}, programs)
+
+
+def one(a, row, programs, python, results):
+    file = a.corpus / row["half"] / row["file"]
+    target = min(20000, max(3000, 40 * int(row["unique_faces"])))
+    for p in programs:
+        r = ours(row, file, target) if p == "rvachev" else theirs(python, p, row, file, target)
+        results[p].append({**r, "target": target})
+    print(f"# {row['file']}", *(p + (" ok" if results[p][-1].get("valid") else " -") for p in programs), file=sys.stderr,
+          flush=True)
+
+
+def tell(rows, results, programs):
     table(rows, results, programs)
     print("\n| model | " + " | ".join(programs) + " |\n|---|" + "---|" * len(programs))
     for k, row in enumerate(rows):

@@ -36,6 +36,8 @@ const MOST_DETAIL: f64 = 3.0;
 const MANY: usize = 80_000;
 /// Where there are too many the least length grows by this factor.
 const LESS: f64 = 1.6;
+/// Narrow places and short edges, which cost less, down to this share.
+const NARROW: f64 = 0.25;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
 
@@ -81,12 +83,14 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         least: options.least.unwrap_or(size / LEAST_SHARE),
     };
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
+    // Who asks for a least length gets it.
+    let share = |s: f64| if options.least.is_some() { 1.0 } else { s };
     let first = |sizing: &Sizing, most: usize| {
         let by_curvature = |k: f64| {
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-            sizing.at(k).min((1.0 / k).max(DEEP * sizing.least))
+            sizing.at(k).min((1.0 / k).max(share(DEEP) * sizing.least))
         };
-        let (least, grading) = (sizing.least, options.grading);
+        let (least, grading) = (share(NARROW) * sizing.least, options.grading);
         let sizes = MeshSizes { size, least, size_at: &by_curvature, face_size: &|_| None, grading, most };
         solid.mesh(&sizes, run)
     };

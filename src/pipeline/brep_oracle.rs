@@ -25,14 +25,10 @@ impl<'a> Trimmed<'a> {
     pub(super) fn new(solid: &'a Parametric, run: &Run) -> Result<Self> {
         let size = FINE * solid.bounds().diagonal();
         let by = move |k: f64| (0.2 / k.max(1e-300)).clamp(0.1 * size, size);
-        let made = solid.mesh(&MeshSizes {
-            size,
-            least: 0.1 * size,
-            size_at: &by,
-            face_size: &|_| None,
-            grading: 0.3,
-            most: usize::MAX,
-        }, run)?;
+        let made = solid.mesh(
+            &MeshSizes { size, least: 0.1 * size, size_at: &by, face_size: &|_| None, grading: 0.3, most: usize::MAX },
+            run,
+        )?;
         let mut mesh = made.mesh;
         mesh.drop_unused_nodes();
         let corners = |t: &[u32; 3]| t.map(|v| mesh.nodes[v as usize]);

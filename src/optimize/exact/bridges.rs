@@ -83,8 +83,7 @@ pub(super) fn part_bridges(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Re
 /// The triangles with pieces that are apart, grouped by common edges.
 fn bridges(mesh: &TriMesh, apart: &[Option<[u32; 2]>]) -> Vec<Vec<u32>> {
     let members: Vec<u32> = (0..apart.len() as u32).filter(|t| apart[*t as usize].is_some()).collect();
-    let of_edge: FxHashMap<[u32; 2], u32> =
-        members.iter().flat_map(|&t| sides(mesh, t).map(move |e| (e, t))).collect();
+    let of_edge: FxHashMap<[u32; 2], u32> = members.iter().flat_map(|&t| sides(mesh, t).map(move |e| (e, t))).collect();
     let mut seen = vec![false; apart.len()];
     let mut all = Vec::new();
     for &first in &members {

@@ -179,13 +179,7 @@ impl Patchwork {
     }
 
     /// The same, and the half-edge that leaves the node in the triangle with that shape.
-    pub(super) fn worst_triangle(
-        &self,
-        surface: &dyn Pieces,
-        v: u32,
-        p: DVec3,
-        known: Option<DVec3>,
-    ) -> (f64, u32) {
+    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> (f64, u32) {
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         for h in m.outgoing(v) {

@@ -38,7 +38,7 @@ const SAME_PLACE: f64 = 1e-9;
 pub struct MeshSizes<'a> {
     /// The greatest.
     pub size: f64,
-    /// Narrow places ask for no less than this.
+    /// Narrow places and short edges ask for no less than this.
     pub least: f64,
     /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
@@ -48,6 +48,13 @@ pub struct MeshSizes<'a> {
     pub grading: f64,
     /// With more nodes inside faces than this meshing ends at once, see [`FaceMeshes::too_many`].
     pub most: usize,
+}
+
+/// The sizes, as a field, and how many nodes faces have got so far.
+struct Plan<'a> {
+    sizes: &'a MeshSizes<'a>,
+    field: &'a Graded,
+    count: AtomicUsize,
 }
 
 /// Where a node lies.
@@ -179,7 +186,7 @@ impl Parametric {
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
-            let count = AtomicUsize::new(0);
+            let plan = Plan { sizes, field: &field, count: AtomicUsize::new(0) };
             let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, &least);
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
@@ -188,12 +195,12 @@ impl Parametric {
                         if run.is_cancelled() {
                             return Err(Unfilled::Other("cancelled".into()));
                         }
-                        self.face(f as u32, &points, &chains, sizes, &field, &FxHashSet::default(), &count)
+                        self.face(f as u32, &points, &chains, &plan, &FxHashSet::default())
                     })
                     .collect()
             });
             run.check()?;
-            if count.load(Ordering::Relaxed) > sizes.most {
+            if plan.count.load(Ordering::Relaxed) > sizes.most {
                 return Ok(FaceMeshes { too_many: true, ..FaceMeshes::default() });
             }
             let mut crossing: Vec<u32> = filled
@@ -217,7 +224,7 @@ impl Parametric {
                 round += 1;
                 continue;
             }
-            let filled = self.undoubled(filled, &points, &chains, sizes, &field, run)?;
+            let filled = self.undoubled(filled, &points, &chains, &plan, run)?;
             return Ok(self.joined(points, places, wants, filled, halved));
         }
     }
@@ -229,11 +236,11 @@ impl Parametric {
         mut filled: Vec<Result<Filled, Unfilled>>,
         points: &[DVec3],
         chains: &[Chain],
-        sizes: &MeshSizes<'_>,
-        field: &Graded,
+        plan: &Plan<'_>,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
         const ROUNDS: usize = 3;
+        plan.count.store(0, Ordering::Relaxed);
         let first = points.len() as u32;
         let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
         for _ in 0..ROUNDS {
@@ -268,7 +275,7 @@ impl Parametric {
             again.sort_unstable();
             again.dedup();
             for f in again {
-                filled[f as usize] = self.face(f, points, chains, sizes, field, &doubled, &AtomicUsize::new(0));
+                filled[f as usize] = self.face(f, points, chains, plan, &doubled);
             }
         }
         Ok(filled)
@@ -315,11 +322,10 @@ impl Parametric {
         f: u32,
         points: &[DVec3],
         chains: &[Chain],
-        sizes: &MeshSizes<'_>,
-        field: &Graded,
+        plan: &Plan<'_>,
         doubled: &FxHashSet<[u32; 2]>,
-        count: &AtomicUsize,
     ) -> Result<Filled, Unfilled> {
+        let Plan { sizes, field, count } = plan;
         let face = &self.brep.faces[f as usize];
         let chart = &self.charts[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();

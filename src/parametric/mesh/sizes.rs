@@ -18,10 +18,6 @@ const ACROSS: f64 = 1.0;
 const AROUND: f64 = 3.0;
 /// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
 const INTO: f64 = 0.3;
-/// Narrow places ask for lengths down to this share of the least length.
-const NARROW: f64 = 0.1;
-/// Edges of borders that are short ask for their own length down to this share of the least length.
-const SHORT: f64 = 0.1;
 
 /// A straight piece of a loop.
 struct Piece {
@@ -49,7 +45,6 @@ pub(super) fn field(
             }
         }
     }
-    let short = SHORT * sizes.least;
     let uses = brep.uses();
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
@@ -59,7 +54,7 @@ pub(super) fn field(
         let length = s.length();
         let h = if e.ends[0] == e.ends[1] { length / 3.0 } else { length };
         if h < sizes.size {
-            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h.max(short))));
+            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h.max(sizes.least))));
         }
     }
     run.check()?;
@@ -139,7 +134,7 @@ fn narrow_places(
             length * length
         };
         if let Some((_, d)) = tree.nearest(at, sizes.size / ACROSS, across) {
-            let h = (ACROSS * d.sqrt()).max(NARROW * sizes.least);
+            let h = (ACROSS * d.sqrt()).max(sizes.least);
             if h < sizes.size {
                 out.push((at, h));
             }
