@@ -153,7 +153,7 @@ def quality(v, f):
     cosines = np.stack([(b * b + c * c - a * a) / (2 * b * c), (a * a + c * c - b * b) / (2 * a * c),
                         (a * a + b * b - c * c) / (2 * a * b)], 1)
     smallest = np.degrees(np.arccos(np.clip(cosines, -1, 1))).min(1)
-    ratio = np.where(double > 0, 2 * double * double / ((a + b + c) * a * b * c), 0)
+    ratio = np.where(double > 0, 4 * double * double / ((a + b + c) * a * b * c), 0)
     return {"min": smallest.min(), "p5": np.percentile(smallest, 5), "ratio": ratio.mean(),
             "below20": 100 * (smallest < 20).mean()}
 
