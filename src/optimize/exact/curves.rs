@@ -8,6 +8,8 @@ use crate::mesh::edit::NONE;
 const CLAIM: f64 = 0.45;
 /// Shapes around a border may become as bad as this while its nodes find their places; what follows mends them.
 const POOR: f64 = 0.1;
+/// The same where a node goes for good: what stays would divide the border too finely.
+const SLIM: f64 = 0.02;
 /// Passes of moving nodes to their places: one node may be in the way of the next.
 const PASSES: usize = 3;
 
@@ -18,8 +20,8 @@ struct Chain {
 }
 
 impl Remesher<'_> {
-    /// Puts nodes on all borders at even steps.
-    pub(super) fn space_curves(&mut self) -> Result<()> {
+    /// Puts nodes on all borders at even steps. Returns how many that should go, or move, could not.
+    pub(super) fn space_curves(&mut self) -> Result<usize> {
         for _ in 0..PASSES {
             let mut back = 0;
             for chain in self.chains() {
@@ -29,11 +31,12 @@ impl Remesher<'_> {
                 break;
             }
         }
+        let mut left = 0;
         for chain in self.chains() {
             self.run.check()?;
-            self.space(&chain);
+            left += self.space(&chain);
         }
-        Ok(())
+        Ok(left)
     }
 
     /// Takes a node out at which a border turns back: it was cut in the wrong order there.
@@ -88,11 +91,11 @@ impl Remesher<'_> {
         Chain { nodes, closed }
     }
 
-    fn space(&mut self, chain: &Chain) {
+    fn space(&mut self, chain: &Chain) -> usize {
         let nodes = &chain.nodes;
         let segments = nodes.len() - 1;
         if self.work.mesh.edge_between(nodes[0], nodes[1]).is_none_or(|h| self.work.beside_kept(h)) {
-            return;
+            return 0;
         }
         let mut steps = vec![0.0; nodes.len()];
         for i in 0..segments {
@@ -103,7 +106,7 @@ impl Remesher<'_> {
         let total = steps[segments];
         let count = total.round().max(if chain.closed { 3.0 } else { 1.0 }) as usize;
         if !total.is_finite() || (segments == 1 && count == 1) {
-            return;
+            return 0;
         }
         // What becomes of each node of the chain: ends stay, others are claimed by a place or go.
         let mut claimed = vec![false; nodes.len()];
@@ -138,12 +141,11 @@ impl Remesher<'_> {
         for _ in 0..PASSES {
             moves.retain(|&(v, place)| !self.slide(v, place));
         }
-        for i in (1..segments).filter(|&i| !claimed[i]) {
-            self.remove_along(nodes[i]);
-        }
+        let left = (1..segments).filter(|&i| !claimed[i]).filter(|&i| !self.remove_along(nodes[i])).count();
         for _ in 0..PASSES {
             moves.retain(|&(v, place)| !self.slide(v, place));
         }
+        left + moves.len()
     }
 
     fn insert_on(&mut self, h: u32, place: glam::DVec3) -> Option<u32> {
@@ -183,7 +185,7 @@ impl Remesher<'_> {
             .filter(|&h| m.is_sharp(h) && m.can_collapse(h))
             .map(|h| (self.worst_after(h, self.point(m.target(h))), h))
             .max_by(|x, y| x.0.total_cmp(&y.0));
-        let Some((_, h)) = best.filter(|b| b.0 >= before.min(POOR)) else { return false };
+        let Some((_, h)) = best.filter(|b| b.0 >= before.min(SLIM)) else { return false };
         let (to, p) = (self.work.mesh.target(h), self.point(self.work.mesh.target(h)));
         if self.work.mesh.collapse(h, p) {
             self.rank[to as usize] = self.rank[to as usize].max(self.rank_of(to));

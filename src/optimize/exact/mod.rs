@@ -27,6 +27,8 @@ use remesh::{Rank, Remesher, SHORT};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
+/// How often borders are spaced: what is in the way of a node at first may be gone later.
+const SPACINGS: usize = 3;
 /// Rounds of flips and relaxation after packing.
 const ROUNDS: usize = 2;
 /// Rounds of flips and relaxation across borders after that.
@@ -39,6 +41,8 @@ const POOR: f64 = 0.2;
 const PLAIN: usize = 3;
 /// Shapes below this are mended one by one: 42 degrees.
 const MEND: f64 = 0.92;
+/// Shapes below this that are left then take more than one step to mend: 35 degrees.
+const STUCK: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Nor is it when one triangle in this many intersects others.
@@ -218,14 +222,20 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
     }
     show("untangle", r);
     r.run.progress("remesh", 0.3);
-    r.space_curves()?;
-    r.look_at_borders();
-    r.flip(false)?;
-    for _ in 0..POLISH {
-        if r.mend_worst(POOR)? == 0 {
+    for _ in 0..SPACINGS {
+        r.look_everywhere();
+        let left = r.space_curves()?;
+        r.look_at_borders();
+        r.flip(false)?;
+        for _ in 0..POLISH {
+            if r.mend_worst(POOR)? == 0 {
+                break;
+            }
+            r.flip(false)?;
+        }
+        if left == 0 {
             break;
         }
-        r.flip(false)?;
     }
     show("curves", r);
     Ok(())
@@ -288,7 +298,7 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
             break;
         }
     }
-    Ok(())
+    r.flip_and_move(STUCK)
 }
 
 /// Triangles that intersect others, ascending.

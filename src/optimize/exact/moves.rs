@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::STUCK;
 use super::patchwork::PieceSet;
 use super::remesh::{FAIR, LONG, Rank, Remesher};
 use crate::error::Result;
@@ -15,6 +16,12 @@ const LONELY: usize = 4;
 
 /// Relaxation may make shapes worse down to this: 38 degrees.
 const CALM: f64 = 0.85;
+
+/// A flip with moves is kept only where it raises the worst shape by this much.
+const BETTER: f64 = 0.02;
+
+/// Mending makes edges of borders at most this many times longer or shorter than wanted.
+const UNEVEN: f64 = 1.1;
 
 /// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
 const FLAT: f64 = 0.05;
@@ -152,6 +159,55 @@ impl Remesher<'_> {
         false
     }
 
+    /// Triangles whose shape is below `limit`, worst first, are mended by a flip that by itself may make things worse, with
+    /// moves of the four nodes after it; undone where that does not help.
+    pub(super) fn flip_and_move(&mut self, limit: f64) -> Result<()> {
+        let m = &self.work.mesh;
+        let mut list: Vec<(f64, u32)> =
+            m.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
+        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        for (_, t) in list {
+            self.run.check()?;
+            for side in 0..3 {
+                if self.work.mesh.is_triangle(t)
+                    && self.work.shape(self.surface, t) < limit
+                    && self.try_flip_and_move(3 * t + side, limit)
+                {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn try_flip_and_move(&mut self, h: u32, limit: f64) -> bool {
+        let m = &self.work.mesh;
+        let o = m.opposite(h);
+        if o == NONE || m.is_sharp(h) || self.work.is_kept(h / 3) {
+            return false;
+        }
+        let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
+        let places = nodes.map(|v| self.point(v));
+        let worst = |r: &Self| nodes.map(|v| r.worst(v, r.point(v))).into_iter().fold(f64::INFINITY, f64::min);
+        let before = worst(self);
+        if !self.work.mesh.flip(h) {
+            return false;
+        }
+        for v in nodes {
+            self.climb(v, limit);
+        }
+        if worst(self) > before + BETTER {
+            return true;
+        }
+        for (v, p) in nodes.into_iter().zip(places) {
+            self.work.mesh.set_point(v, p);
+        }
+        if let Some(back) = self.work.mesh.edge_between(nodes[2], nodes[3]) {
+            self.work.mesh.flip(back);
+        }
+        false
+    }
+
     /// Takes out a node inside a patch that has few neighbors, where that leaves better shapes.
     fn drop_lonely(&mut self, v: u32) -> bool {
         let m = &self.work.mesh;
@@ -214,7 +270,7 @@ impl Remesher<'_> {
             for share in [0.6, 0.25, 0.1] {
                 let Some(x) = self.work.settle(self.surface, set, p.lerp(apex, share), reach) else { continue };
                 let (shape, h) = self.work.worst_triangle(self.surface, v, x, None);
-                if shape > best + 1e-4 {
+                if shape > best + 1e-4 && self.stays_even(v, x) {
                     (best, worst, p, improved) = (shape, h, x, true);
                     break;
                 }
@@ -227,6 +283,21 @@ impl Remesher<'_> {
         (p, best)
     }
 
+    /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
+    /// off more of a bend than was asked for.
+    fn stays_even(&self, v: u32, x: DVec3) -> bool {
+        if self.rank[v as usize] != Rank::Curve {
+            return true;
+        }
+        let [a, b] = self.work.along(v)[..] else { return false };
+        let span = |p: DVec3| {
+            let (l, r) = (self.point(a).distance(p), self.point(b).distance(p));
+            (l.min(r), l.max(r))
+        };
+        let (now, then, want) = (span(self.point(v)), span(x), self.want[v as usize]);
+        then.0 >= now.0.min(want / UNEVEN) && then.1 <= now.1.max(UNEVEN * want)
+    }
+
     /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not
     /// seen at once, by looking in six directions and halving the step.
     fn climb(&mut self, v: u32, limit: f64) -> bool {
@@ -235,6 +306,8 @@ impl Remesher<'_> {
         if rank == Rank::Corner {
             return false;
         }
+        // Borders are spaced already: only for bad shapes are their nodes moved.
+        let limit = if rank == Rank::Curve { limit.min(STUCK) } else { limit };
         let start = self.point(v);
         let reach = self.want[v as usize];
         let (mut p, mut best) = self.climbed_to_apex(v, limit, reach, &set);
@@ -273,7 +346,7 @@ impl Remesher<'_> {
                 let place = self.work.settle_beside(self.surface, v, &set, p + step * *d, reach);
                 let Some((x, normal)) = place else { continue };
                 let s = self.work.worst_with(self.surface, v, x, normal);
-                if s > best + 1e-4 {
+                if s > best + 1e-4 && self.stays_even(v, x) {
                     (best, p, improved) = (s, x, true);
                     if best >= limit {
                         break;
