@@ -25,6 +25,8 @@ const STEPS: usize = 20;
 /// Step of differences, and where the iteration has settled, as shares of the cell.
 const DIFFERENCE: f64 = 1e-4;
 const SETTLED: f64 = 1e-9;
+/// Joints nearer to each other than this share of the cell are one that was found twice.
+const SAME: f64 = 1e-3;
 /// Pieces touch where they are nearer to each other than this share of the cell.
 const TOUCHING: f64 = 1e-8;
 /// The surroundings are looked at this many cells away, in so many directions.
@@ -49,7 +51,7 @@ impl Cutter<'_> {
         for (pair, start) in self.starts() {
             let Some(joint) = find(self.surface, pair, start, self.cell) else { continue };
             let near = |v: &u32| self.mesh.point(*v).distance_squared(joint.at);
-            if self.joints.iter().any(|(v, _)| near(v) < (SETTLED * self.cell).sqrt()) {
+            if self.joints.iter().any(|(v, _)| near(v) < (SAME * self.cell).powi(2)) {
                 continue;
             }
             let own = |v: &u32| pair.contains(&self.piece[*v as usize]) && !self.mesh.is_pinned(*v);
