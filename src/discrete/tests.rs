@@ -8,35 +8,16 @@ use crate::geometry::{Pieces, SurfaceOracle};
 use crate::mesh::{EditMesh, Group, TriMesh};
 use crate::run::Run;
 
+#[path = "../../tests/shapes/mod.rs"]
+mod shapes;
+use shapes::{l_block, prism};
+
 fn find(mesh: &TriMesh, options: DiscreteOptions) -> Discrete {
     Discrete::new(mesh, &options, &Run::new()).unwrap()
 }
 
-/// A prism over a polygon whose triangulation is a fan around its corner 0.
-fn prism(outline: &[[f64; 2]], height: f64) -> TriMesh {
-    let n = outline.len() as u32;
-    let at = |z: f64| outline.iter().map(move |p| DVec3::new(p[0], p[1], z));
-    let nodes = at(0.0).chain(at(height)).collect();
-    let mut triangles = Vec::new();
-    for i in 1..n - 1 {
-        triangles.push([0, i + 1, i]);
-        triangles.push([n, n + i, n + i + 1]);
-    }
-    for i in 0..n {
-        let j = (i + 1) % n;
-        triangles.push([i, j, n + j]);
-        triangles.push([i, n + j, n + i]);
-    }
-    TriMesh::new(nodes, triangles)
-}
-
 fn cube() -> TriMesh {
     prism(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 1.0)
-}
-
-/// An L, its fan corner the reflex one.
-fn l_block(step: f64) -> TriMesh {
-    prism(&[[1.0, step], [0.0, step], [0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]], 1.0)
 }
 
 fn cylinder(sides: u32) -> TriMesh {

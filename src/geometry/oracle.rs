@@ -25,9 +25,32 @@ pub trait SurfaceOracle: Sync {
     /// local feature size.
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot>;
 
-    /// The crossing of the line `p + t * direction`, `|t| <= reach`, with the surface that is nearest to `p`, found by
-    /// bracketing a change of side. `direction` must be a unit vector. `None` when there is no crossing within `reach`.
-    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot>;
+    /// The crossing of the line `p + t * direction`, `|t| <= reach`, with the surface that is nearest to `p`.
+    /// `direction` must be a unit vector. `None` when there is no crossing within `reach`.
+    ///
+    /// Sources that know no sides have Newton's method on the line, against the tangent planes of the feet, which may find
+    /// a crossing farther away than the nearest.
+    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
+        // Newton's method on the line, against the tangent planes of the feet.
+        const STEPS: usize = 20;
+        let mut t: f64 = 0.0;
+        for _ in 0..STEPS {
+            let foot = self.project(p + t * direction, reach)?;
+            let slope = direction.dot(foot.normal);
+            let gap = (foot.point - p - t * direction).dot(foot.normal);
+            if !(slope.abs() > 1e-3) {
+                return None;
+            }
+            t += gap / slope;
+            if t.abs() > reach {
+                return None;
+            }
+            if gap.abs() <= 1e-14 * (p.length() + reach) {
+                break;
+            }
+        }
+        self.project(p + t * direction, reach)
+    }
 
     /// Principal curvatures of the foot's face at a surface point, larger magnitude first; positive where the solid is
     /// convex. `None` where the face has none (an apex) or the source cannot tell.

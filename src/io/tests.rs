@@ -329,10 +329,11 @@ fn vtu_text_holds_the_arrays() {
     assert!(binary.contains("DAAAAAAAAAAFBQUFBQUFBQUFBQU="), "{binary}");
 }
 
-/// Runs over a folder of foreign files where one is given; what must hold for all of them.
+/// What must hold for all files of a folder, whoever wrote them.
 #[test]
+#[ignore = "reads the folder RVACHEV_FOREIGN_MESHES names"]
 fn a_folder_of_foreign_files_is_read_or_refused() {
-    let Some(folder) = std::env::var_os("RVACHEV_FOREIGN_MESHES") else { return };
+    let folder = std::env::var_os("RVACHEV_FOREIGN_MESHES").expect("RVACHEV_FOREIGN_MESHES names a folder");
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).collect();
     paths.sort();
     for path in paths {

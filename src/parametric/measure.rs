@@ -85,17 +85,7 @@ impl Parametric {
         let mut made = FaceMeshes::default();
         for (i, coarser) in COARSER.into_iter().enumerate() {
             let by = move |k: f64| coarser * (TURN / k.max(1e-300)).clamp(SHORTEST * size, LONGEST * size);
-            let next = self.mesh(
-                &MeshSizes {
-                    size: coarser * LONGEST * size,
-                    least: coarser * SHORTEST * size,
-                    size_at: &by,
-                    face_size: &|_| None,
-                    grading: 0.3,
-                    most: usize::MAX,
-                },
-                run,
-            )?;
+            let next = self.mesh(&MeshSizes::new(coarser * LONGEST * size, coarser * SHORTEST * size, &by), run)?;
             if i == 0 || next.failures.len() < made.failures.len() {
                 made = next;
             }

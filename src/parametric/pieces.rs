@@ -123,28 +123,6 @@ impl SurfaceOracle for Parametric {
         Some(Foot { point, normal: sign * self.normal_near(face, point)?, face })
     }
 
-    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
-        // Newton's method on the line, against the tangent planes of the feet.
-        const STEPS: usize = 20;
-        let mut t: f64 = 0.0;
-        for _ in 0..STEPS {
-            let foot = self.project(p + t * direction, reach)?;
-            let slope = direction.dot(foot.normal);
-            let gap = (foot.point - p - t * direction).dot(foot.normal);
-            if !(slope.abs() > 1e-3) {
-                return None;
-            }
-            t += gap / slope;
-            if t.abs() > reach {
-                return None;
-            }
-            if gap.abs() <= 1e-14 * (p.length() + reach) {
-                break;
-            }
-        }
-        self.project(p + t * direction, reach)
-    }
-
     fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]> {
         self.curvature(foot.face, foot.point).map(|k| [k, 0.0])
     }

@@ -25,10 +25,7 @@ impl<'a> Trimmed<'a> {
     pub(super) fn new(solid: &'a Parametric, run: &Run) -> Result<Self> {
         let size = FINE * solid.bounds().diagonal();
         let by = move |k: f64| (0.2 / k.max(1e-300)).clamp(0.1 * size, size);
-        let made = solid.mesh(
-            &MeshSizes { size, least: 0.1 * size, size_at: &by, face_size: &|_| None, grading: 0.3, most: usize::MAX },
-            run,
-        )?;
+        let made = solid.mesh(&MeshSizes::new(size, 0.1 * size, &by), run)?;
         let mut mesh = made.mesh;
         mesh.drop_unused_nodes();
         let corners = |t: &[u32; 3]| t.map(|v| mesh.nodes[v as usize]);
@@ -57,28 +54,6 @@ impl SurfaceOracle for Trimmed<'_> {
         (near && point.distance(p) <= reach)
             .then(|| self.solid.outward_normal(face, point).map(|normal| Foot { point, normal, face }))
             .flatten()
-    }
-
-    fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
-        // Newton's method on the line, against the tangent planes of the feet.
-        const STEPS: usize = 20;
-        let mut t: f64 = 0.0;
-        for _ in 0..STEPS {
-            let foot = self.project(p + t * direction, reach)?;
-            let slope = direction.dot(foot.normal);
-            let gap = (foot.point - p - t * direction).dot(foot.normal);
-            if !(slope.abs() > 1e-3) {
-                return None;
-            }
-            t += gap / slope;
-            if t.abs() > reach {
-                return None;
-            }
-            if gap.abs() <= 1e-14 * (p.length() + reach) {
-                break;
-            }
-        }
-        self.project(p + t * direction, reach)
     }
 
     fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]> {

@@ -75,9 +75,7 @@ fn volume(b: &Brep, euler: i64) -> f64 {
     let p = Parametric::new(b.clone(), &run).unwrap();
     let size = 0.05 * p.bounds().diagonal();
     let by = move |k: f64| size.min(0.35 / k.max(1e-300)).max(size / 6.0);
-    let (least, most) = (size / 6.0, usize::MAX);
-    let sizes = MeshSizes { size, least, size_at: &by, face_size: &|_| None, grading: 0.3, most };
-    let m = p.mesh(&sizes, &run).unwrap();
+    let m = p.mesh(&MeshSizes::new(size, size / 6.0, &by), &run).unwrap();
     assert!(m.failures.is_empty(), "{:?}", m.failures);
     let mut mesh = m.mesh.clone();
     mesh.drop_unused_nodes();

@@ -57,6 +57,13 @@ struct Plan<'a> {
     count: AtomicUsize,
 }
 
+impl<'a> MeshSizes<'a> {
+    /// Sizes by curvature between `least` and `size`, none by face, growing by 0.3, and any number of nodes.
+    pub fn new(size: f64, least: f64, size_at: &'a (dyn Fn(f64) -> f64 + Sync)) -> Self {
+        Self { size, least, size_at, face_size: &|_| None, grading: 0.3, most: usize::MAX }
+    }
+}
+
 /// Where a node lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {

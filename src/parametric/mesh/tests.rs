@@ -23,12 +23,7 @@ fn sound(brep: Brep, share: f64) -> (Parametric, FaceMeshes) {
     let p = Parametric::new(brep, &Run::new()).unwrap();
     let size = share * p.bounds().diagonal();
     let by = move |k: f64| size.min(0.35 / k.max(1e-300)).max(size / 6.0);
-    let m = p
-        .mesh(
-            &MeshSizes { size, least: size / 6.0, size_at: &by, face_size: &|_| None, grading: 0.3, most: usize::MAX },
-            &Run::new(),
-        )
-        .unwrap();
+    let m = p.mesh(&MeshSizes::new(size, size / 6.0, &by), &Run::new()).unwrap();
     assert!(m.failures.is_empty(), "{:?}", m.failures);
     let mut mesh = m.mesh.clone();
     mesh.drop_unused_nodes();
@@ -71,19 +66,7 @@ fn the_same_for_any_number_of_threads() {
     let one = |n| {
         let run = Run::new().with_threads(n).unwrap();
         let p = Parametric::new(file("cylinder_without_seam.step"), &run).unwrap();
-        p.mesh(
-            &MeshSizes {
-                size: 6.0,
-                least: 1.5,
-                size_at: &|_| 6.0,
-                face_size: &|_| None,
-                grading: 0.3,
-                most: usize::MAX,
-            },
-            &run,
-        )
-        .unwrap()
-        .mesh
+        p.mesh(&MeshSizes::new(6.0, 1.5, &|_| 6.0), &run).unwrap().mesh
     };
     assert_eq!(one(1), one(3));
 }
@@ -179,19 +162,7 @@ fn a_face_that_cannot_be_meshed_is_named() {
     // The side loses one of its two loops: it winds around alone, without a pole.
     b.faces[0].loops.pop();
     let p = Parametric::new(b, &Run::new()).unwrap();
-    let m = p
-        .mesh(
-            &MeshSizes {
-                size: 9.0,
-                least: 3.0,
-                size_at: &|_| 9.0,
-                face_size: &|_| None,
-                grading: 0.3,
-                most: usize::MAX,
-            },
-            &Run::new(),
-        )
-        .unwrap();
+    let m = p.mesh(&MeshSizes::new(9.0, 3.0, &|_| 9.0), &Run::new()).unwrap();
     assert_eq!(m.failures.iter().map(|f| f.face).collect::<Vec<_>>(), [0]);
     assert!(m.failures[0].reason.contains("no pole") && !m.mesh.triangles.is_empty());
 }
