@@ -175,10 +175,14 @@ fn sizes_follow_faces_curvature_and_chords() {
     let plain = made(
         cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.3]) - Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, None).name("bore"),
         0.1,
-        |_| {},
+        |o| o.angle = Some(20.0),
     );
     assert!(count(&local, "bore") > 6 * count(&plain, "bore"), "{} {}", count(&local, "bore"), count(&plain, "bore"));
-    for m in [&coarse, &fine, &tight, &local] {
+    // With no wish at all, edges stay within a 120th of the size of the surface; triangles, within twice that.
+    let unasked = made(plate(), 0.1, |_| {});
+    let d = unasked.report.check.as_ref().unwrap().deviation.unwrap();
+    assert!(d.max < 2.0 * 0.1 / 120.0 && d.from_surface.unwrap() < 2.0 * 0.1 / 120.0, "{d:?}");
+    for m in [&coarse, &fine, &tight, &local, &unasked] {
         let c = m.report.check.as_ref().unwrap();
         assert!(c.certificate.is_sound() && c.quality.min_angle > 20.0, "{:?}", c.quality);
     }

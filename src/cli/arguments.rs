@@ -66,12 +66,12 @@ pub struct How {
     /// On curved parts neighboring edges turn by at most this many degrees
     #[arg(long, value_name = "DEGREES", value_parser = positive)]
     pub angle: Option<f64>,
-    /// No edge farther than this from the surface
+    /// No edge farther than this from the surface [default for functions: size / 120, at least diagonal / 12000]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub tol: Option<f64>,
-    /// How fast edge lengths may grow per length (leaf)
-    #[arg(long, value_name = "SLOPE", default_value_t = 0.3, value_parser = positive)]
-    pub grading: f64,
+    /// How fast edge lengths may grow per length [default: 0.2, for STEP and triangles 0.3]
+    #[arg(long, value_name = "SLOPE", value_parser = positive)]
+    pub grading: Option<f64>,
     /// Curvature makes no edges shorter than this
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub size_min: Option<f64>,

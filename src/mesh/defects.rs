@@ -52,24 +52,32 @@ pub struct Topology {
 }
 
 /// One side of a triangle: `key` is the undirected edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 struct Side {
     key: u64,
     triangle: u32,
     forward: bool,
 }
 
+/// All sides, ascending. They are gathered by their smaller node first, which leaves little to sort.
 fn sides(mesh: &TriMesh) -> Vec<Side> {
-    let mut s = Vec::with_capacity(3 * mesh.triangles.len());
-    for (t, tri) in mesh.triangles.iter().enumerate() {
-        for k in 0..3 {
-            let (a, b) = (tri[k], tri[(k + 1) % 3]);
-            let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
-            s.push(Side { key, triangle: t as u32, forward: a < b });
-        }
+    let each = || {
+        let ends = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+        (0u32..).zip(&mesh.triangles).flat_map(move |(t, tri)| ends(tri).map(|e| (t, e)))
+    };
+    let mut fill = vec![0usize; mesh.nodes.len() + 1];
+    each().for_each(|(_, [a, b])| fill[a.min(b) as usize + 1] += 1);
+    for v in 0..mesh.nodes.len() {
+        fill[v + 1] += fill[v];
     }
-    s.sort_unstable();
-    s
+    let mut sides = vec![Side::default(); 3 * mesh.triangles.len()];
+    for (triangle, [a, b]) in each() {
+        let at = &mut fill[a.min(b) as usize];
+        sides[*at] = Side { key: u64::from(a.min(b)) << 32 | u64::from(a.max(b)), triangle, forward: a < b };
+        *at += 1;
+    }
+    sides.chunk_by_mut(|x, y| x.key >> 32 == y.key >> 32).for_each(<[Side]>::sort_unstable);
+    sides
 }
 
 struct Sets(Vec<u32>);
@@ -127,20 +135,23 @@ impl TriMesh {
     /// Finds all defects. The mesh must be [valid](Self::validate).
     pub fn defects(&self) -> Defects {
         let mut d = Defects::default();
-        let mut seen = Vec::with_capacity(self.triangles.len());
         for (t, tri) in self.triangles.iter().enumerate() {
             let [a, b, c] = *tri;
             if a == b || b == c || c == a || self.area_vector(t) == glam::DVec3::ZERO {
                 d.degenerate_triangles.push(t as u32);
             }
-            let mut key = *tri;
-            key.sort_unstable();
-            seen.push((key, t as u32));
         }
-        seen.sort_unstable();
-        d.duplicate_triangles = seen.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1).collect();
-        d.duplicate_triangles.sort_unstable();
         let sides = sides(self);
+        // Triangles with the same nodes share every edge, so their nodes' sums differ if anything does.
+        let sum = |s: &Side| self.triangles[s.triangle as usize].iter().map(|v| u64::from(*v)).sum::<u64>();
+        for group in sides.chunk_by(|a, b| a.key == b.key).filter(|g| g.len() > 1) {
+            let mut seen: Vec<(u64, u32)> = group.iter().map(|s| (sum(s), s.triangle)).collect();
+            seen.sort_unstable();
+            let twice = seen.windows(2).filter(|w| w[0].0 == w[1].0 && w[0].1 != w[1].1);
+            d.duplicate_triangles.extend(twice.map(|w| w[1].1));
+        }
+        d.duplicate_triangles.sort_unstable();
+        d.duplicate_triangles.dedup();
         // corners of the triangles around a node, joined across edges of exactly two triangles
         let mut fans = Sets::new(3 * self.triangles.len());
         let corner = |t: u32, v: u32| {

@@ -15,6 +15,7 @@
 //! The link condition of collapses is that of T. Dey, H. Edelsbrunner et al., "Topology preserving edge contraction"
 //! (1999), for surfaces.
 
+mod opposites;
 mod part;
 mod store;
 
@@ -97,46 +98,6 @@ impl EditMesh {
             }
         }
         Ok(this)
-    }
-
-    /// Finds the opposite of every half-edge among those that start at its target.
-    fn match_opposites(&mut self) -> Result<()> {
-        let mut starts = vec![0u32; self.points.len() + 1];
-        self.corners.iter().for_each(|&v| starts[v as usize + 1] += 1);
-        for v in 0..self.points.len() {
-            starts[v + 1] += starts[v];
-        }
-        let mut at = vec![NONE; self.corners.len()];
-        let mut fill = starts.clone();
-        for (h, &v) in self.corners.iter().enumerate() {
-            at[fill[v as usize] as usize] = h as u32;
-            fill[v as usize] += 1;
-        }
-        for v in 0..self.points.len() {
-            at[starts[v] as usize..starts[v + 1] as usize].sort_unstable_by_key(|&h| (self.target(h), h));
-        }
-        let from = |v: u32| &at[starts[v as usize] as usize..starts[v as usize + 1] as usize];
-        for h in 0..self.corners.len() as u32 {
-            let (a, b) = (self.origin(h), self.target(h));
-            let to = |v: u32, target: u32| {
-                let list = from(v);
-                let k = list.partition_point(|&x| self.target(x) < target);
-                let mut equal = list[k..].iter().take_while(|&&x| self.target(x) == target);
-                (equal.next().copied(), equal.next().copied())
-            };
-            if to(a, b).1 == Some(h) {
-                let message = "an edge is used twice in one direction: not an oriented manifold";
-                return Err(Error::input(Place::Item(format!("triangle {}", h / 3)), message));
-            }
-            if let (Some(o), _) = to(b, a) {
-                self.opposite[h as usize] = o;
-            }
-            let v = a as usize;
-            if self.out[v] == NONE || self.opposite[h as usize] == NONE {
-                self.out[v] = h;
-            }
-        }
-        Ok(())
     }
 
     /// One more than the largest node id ever used; dead nodes count.

@@ -18,8 +18,13 @@ pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let (boxes, flat) = boxes_and_flat(mesh);
     run.check()?;
     let bvh = Bvh::new(boxes);
+    let apart = spread_fans(mesh);
     let meet = |t: u32, u: u32| {
-        !flat[t as usize] && !flat[u as usize] && !run.is_cancelled() && intersect(mesh, t as usize, u as usize)
+        !flat[t as usize]
+            && !flat[u as usize]
+            && !run.is_cancelled()
+            && !share(mesh, t as usize, u as usize, &apart)
+            && intersect(mesh, t as usize, u as usize)
     };
     let found = run.install(|| bvh.pairs(&meet));
     run.check()?;
@@ -64,6 +69,64 @@ pub fn intersections_among(mesh: &TriMesh, some: &[u32], run: &Run) -> Result<Ve
     let mut pairs = found.concat();
     pairs.sort_unstable();
     Ok(pairs)
+}
+
+/// Whether two triangles share a node of which it is known that its triangles meet only in what they share.
+fn share(mesh: &TriMesh, t: usize, u: usize, known: &[bool]) -> bool {
+    let other = mesh.triangles[u];
+    mesh.triangles[t].into_iter().any(|v| known[v as usize] && other.contains(&v))
+}
+
+/// The nodes around which the triangles surely meet only in what they share: seen along some direction all face the same
+/// way, and they go round once. Rounding cannot make that come true.
+fn spread_fans(mesh: &TriMesh) -> Vec<bool> {
+    /// Triangles are this far from upright, as a cosine, and from having no area, as a sine: far above rounding.
+    const MARGIN: f64 = 1e-3;
+    /// Nodes of more triangles than this are left to the pairs.
+    const MOST: usize = 24;
+    let mut fill = vec![0u32; mesh.nodes.len() + 2];
+    mesh.triangles.iter().flatten().for_each(|&v| fill[v as usize + 2] += 1);
+    for v in 0..mesh.nodes.len() {
+        fill[v + 2] += fill[v + 1];
+    }
+    let mut links = vec![[0u32; 2]; 3 * mesh.triangles.len()];
+    for &[a, b, c] in &mesh.triangles {
+        for (v, link) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+            let at = &mut fill[v as usize + 1];
+            links[*at as usize] = link;
+            *at += 1;
+        }
+    }
+    let spread = |v: usize| {
+        let link = &links[fill[v] as usize..fill[v + 1] as usize];
+        if !(3..=MOST).contains(&link.len()) {
+            return false;
+        }
+        // Every edge from the node is the first of one triangle and the second of another.
+        let once = |x: u32| link.iter().filter(|l| l[0] == x).count() == 1;
+        if !link.iter().all(|l| once(l[1])) {
+            return false;
+        }
+        let o = mesh.nodes[v];
+        let sides = |l: &[u32; 2]| l.map(|x| mesh.nodes[x as usize] - o);
+        let up: DVec3 = link.iter().map(sides).map(|[a, b]| a.cross(b)).sum();
+        let across = up.any_orthogonal_vector();
+        let mut rounds = 0;
+        for [a, b] in link.iter().map(sides) {
+            let n = a.cross(b);
+            let least = MARGIN * MARGIN * n.length_squared() * up.length_squared();
+            let fat = n.length_squared() > MARGIN * MARGIN * a.length_squared() * b.length_squared();
+            let facing = n.dot(up);
+            if !(fat && facing > 0.0 && facing * facing > least) {
+                return false;
+            }
+            // The triangles with the direction across `across` between their sides: one for each time round. Neighbors
+            // see the sign of their common side alike.
+            rounds += usize::from(a.dot(across) <= 0.0 && b.dot(across) > 0.0);
+        }
+        rounds == 1
+    };
+    (0..mesh.nodes.len()).map(spread).collect()
 }
 
 /// Exactly without area: the three points lie on a line in all three projections.

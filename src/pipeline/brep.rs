@@ -14,8 +14,8 @@ use crate::geometry::Pieces;
 use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
 use crate::mesh::{EditMesh, Group, TriMesh, self_intersections};
-use crate::optimize::Sizing;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::optimize::{Sizing, size::GRADATION};
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
 use crate::parametric::mesh::{FaceMeshes, MeshSizes, Place};
@@ -90,7 +90,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
             sizing.at(k).min((1.0 / k).max(share(DEEP) * sizing.least))
         };
-        let (least, grading) = (share(NARROW) * sizing.least, options.grading);
+        let (least, grading) = (share(NARROW) * sizing.least, options.grading.unwrap_or(GRADATION));
         let sizes = MeshSizes { size, least, size_at: &by_curvature, face_size: &|_| None, grading, most };
         solid.mesh(&sizes, run)
     };
@@ -117,7 +117,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     if made.mesh.triangles.is_empty() {
         return Err(Error::Failed(format!("no face could be meshed: {}", report.shortfalls.join("; "))));
     }
-    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading };
+    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION) };
     let mut mesh = remeshed(&solid, made, &exact, &mut report, run)?;
     mesh.groups = groups;
     run.progress("check", 0.0);

@@ -13,8 +13,8 @@ use crate::heal::{HealOptions, HealReport, heal};
 use crate::implicit::part::SizeRequest;
 use crate::io::{self, Format};
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
-use crate::optimize::Sizing;
 use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::optimize::{Sizing, size::GRADATION};
 use crate::quality::{Against, Check, check};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -188,7 +188,7 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading };
+    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION) };
     let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
     let (mut attempt, mut last) = (0, usize::MAX);
     let (mesh, seams, corners) = loop {

@@ -22,6 +22,12 @@ const MOST_TRIANGLES: usize = 1_500_000;
 const MANY: usize = 100;
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 const ANGLE: f64 = 20.0;
+/// Without a wish for it, edges are at most this share of the size from the surface,
+const CHORD: f64 = 1.0 / 120.0;
+/// or this share of the diagonal: what is small beside the part need not be finer than that.
+const FINE: f64 = 1.0 / 12_000.0;
+/// Without a wish for it, edge lengths grow by this much per length.
+const GRADING: f64 = 0.2;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
 /// How often what lies around triangles with faults is left as it was extracted, in cells around them: farther every time.
@@ -63,10 +69,13 @@ impl ByLeaf {
 pub(super) fn exact_options(ready: &Ready, options: &MeshOptions) -> ExactOptions {
     let angle = options.angle.unwrap_or(ANGLE).to_radians();
     let least = options.least.unwrap_or(ready.size / LEAST_SHARE);
+    // Who asks for an angle and no tolerance gets what was asked for.
+    let own = (CHORD * ready.size).max(FINE * ready.model.bounds().diagonal());
+    let chord = options.tolerance.or(options.angle.is_none().then_some(own));
     ExactOptions {
-        sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord: options.tolerance, least },
+        sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord, least },
         face_sizes: ready.model.faces().iter().map(|f| f.size).collect(),
-        grading: options.grading,
+        grading: options.grading.unwrap_or(GRADING),
     }
 }
 

@@ -74,8 +74,8 @@ pub struct MeshOptions {
     pub angle: Option<f64>,
     /// No edge is farther than this from the surface, in the part's unit.
     pub tolerance: Option<f64>,
-    /// How fast edge lengths may grow per length (leaf method).
-    pub grading: f64,
+    /// How fast edge lengths may grow per length. Without it a fifth for solids of R-functions, 0.3 for others.
+    pub grading: Option<f64>,
     /// Curvature makes no edges shorter than this, in the part's unit.
     pub least: Option<f64>,
     /// Whether to measure distances and features too, not only what makes a mesh sound.
@@ -92,7 +92,7 @@ impl Default for MeshOptions {
             memory: extract.memory,
             angle: None,
             tolerance: None,
-            grading: 0.3,
+            grading: None,
             least: None,
             measure: true,
         }

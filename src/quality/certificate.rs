@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::check::Check;
 use super::features::SHARP_MESH;
+use super::metrics::Shape;
 use crate::mesh::TriMesh;
 
 /// Angles below this, degrees, need an excuse.
@@ -37,15 +38,19 @@ pub(super) struct Angles {
 /// How many unexcused triangles a certificate lists.
 const LISTED: usize = 100;
 
-pub(super) fn angles(mesh: &TriMesh) -> Angles {
+pub(super) fn angles(mesh: &TriMesh, shapes: &[Shape]) -> Angles {
+    let small: Vec<usize> = (0..shapes.len()).filter(|&t| !(shapes[t].min_angle >= SMALLEST_ANGLE)).collect();
+    let mut found = Angles { below: small.len(), excused: 0, unexcused: Vec::new() };
+    if small.is_empty() {
+        return found;
+    }
     let sharp: FxHashSet<[u32; 2]> =
         mesh.sharp_edges(SHARP_MESH).into_iter().map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    let mut found = Angles { below: 0, excused: 0, unexcused: Vec::new() };
-    for (t, nodes) in mesh.triangles.iter().enumerate() {
-        let p = mesh.corners(t);
-        let angle = |k: usize| (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]).to_degrees();
-        let Some(k) = (0..3).find(|&k| !(angle(k) >= SMALLEST_ANGLE)) else { continue };
-        found.below += 1;
+    for t in small {
+        let (p, nodes) = (mesh.corners(t), mesh.triangles[t]);
+        let across = |k: usize| p[(k + 1) % 3].distance_squared(p[(k + 2) % 3]);
+        // The smallest angle is across from the shortest side.
+        let k = (0..3).min_by(|x, y| across(*x).total_cmp(&across(*y))).unwrap_or(0);
         let is_sharp = |j: usize| sharp.contains(&[nodes[k].min(nodes[j]), nodes[k].max(nodes[j])]);
         if is_sharp((k + 1) % 3) && is_sharp((k + 2) % 3) {
             found.excused += 1;

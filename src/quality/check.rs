@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::certificate::{Certificate, angles};
 use super::deviation::{Deviation, deviation};
 use super::features::{FeatureRecovery, recovery};
-use super::metrics::{Quality, quality};
+use super::metrics::{Quality, shapes, summed_up};
 use crate::error::Result;
 use crate::geometry::{Features, Pieces, SurfaceOracle};
 use crate::mesh::{TriMesh, self_intersections};
@@ -133,6 +133,7 @@ pub fn check_tested(
             features = Some(recovery(mesh, f, a.pieces, mesh.mean_edge_length(), run)?);
         }
     }
+    let shapes = shapes(mesh);
     let mut check = Check {
         nodes: mesh.nodes.len() - defects.unused_nodes.len(),
         triangles: mesh.triangles.len(),
@@ -145,13 +146,13 @@ pub fn check_tested(
         genus: topology.genus,
         area: mesh.area(),
         volume: mesh.volume(),
-        quality: quality(mesh),
+        quality: summed_up(&shapes),
         groups,
         deviation: far,
         certificate: Certificate::default(),
         features,
     };
-    check.certificate = Certificate::of(&check, angles(mesh));
+    check.certificate = Certificate::of(&check, angles(mesh, &shapes));
     Ok(check)
 }
 

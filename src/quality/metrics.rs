@@ -18,13 +18,12 @@ pub struct Shape {
 
 /// Shape of the triangle `a b c`.
 pub fn shape([a, b, c]: [DVec3; 3]) -> Shape {
-    let angle = |o: DVec3, p: DVec3, q: DVec3| {
-        let (u, v) = (p - o, q - o);
-        u.cross(v).length().atan2(u.dot(v)).to_degrees()
-    };
-    let angles = [angle(a, b, c), angle(b, c, a), angle(c, a, b)];
-    let (x, y, z) = (b.distance(c), c.distance(a), a.distance(b));
-    let area = 0.5 * (b - a).cross(c - a).length();
+    let (u, v, w) = (c - b, a - c, b - a);
+    let double = v.cross(w).length();
+    let angle = |cosine: f64| double.atan2(cosine).to_degrees();
+    let angles = [-v.dot(w), -w.dot(u), -u.dot(v)].map(angle);
+    let (x, y, z) = (u.length(), v.length(), w.length());
+    let area = 0.5 * double;
     let s = 0.5 * (x + y + z);
     // 2 (area / s) / (x y z / 4 area)
     let ratio = 8.0 * area * area / (s * x * y * z);
@@ -52,20 +51,27 @@ pub struct Quality {
 
 /// Sums up the shape of a mesh's triangles.
 pub fn quality(mesh: &TriMesh) -> Quality {
-    let n = mesh.triangles.len();
+    summed_up(&shapes(mesh))
+}
+
+pub(super) fn shapes(mesh: &TriMesh) -> Vec<Shape> {
+    (0..mesh.triangles.len()).map(|t| shape(mesh.corners(t))).collect()
+}
+
+pub(super) fn summed_up(shapes: &[Shape]) -> Quality {
+    let n = shapes.len();
     if n == 0 {
         return Quality::default();
     }
-    let shapes: Vec<Shape> = (0..n).map(|t| shape(mesh.corners(t))).collect();
     let mut angles: Vec<f64> = shapes.iter().map(|s| s.min_angle).collect();
-    angles.sort_by(f64::total_cmp);
     let at = 0.05 * (n - 1) as f64;
-    let (low, high) = (at.floor() as usize, at.ceil() as usize);
+    let (_, &mut low, above) = angles.select_nth_unstable_by(at.floor() as usize, f64::total_cmp);
+    let high = if at.fract() > 0.0 { above.iter().copied().fold(f64::INFINITY, f64::min) } else { low };
     Quality {
-        min_angle: angles[0],
-        p05_angle: angles[low] + (angles[high] - angles[low]) * at.fract(),
+        min_angle: shapes.iter().map(|s| s.min_angle).fold(f64::INFINITY, f64::min),
+        p05_angle: low + (high - low) * at.fract(),
         max_angle: shapes.iter().map(|s| s.max_angle).fold(0.0, f64::max),
         mean_radius_ratio: shapes.iter().map(|s| s.radius_ratio).sum::<f64>() / n as f64,
-        below_20: angles.partition_point(|a| *a < 20.0) as f64 / n as f64,
+        below_20: shapes.iter().filter(|s| s.min_angle < 20.0).count() as f64 / n as f64,
     }
 }

@@ -23,6 +23,7 @@ struct Node {
 #[derive(Debug, Clone)]
 pub struct Bvh {
     nodes: Vec<Node>,
+    /// The items of all leaves, one after the other, and their boxes.
     items: Vec<u32>,
     boxes: Vec<Aabb>,
 }
@@ -30,14 +31,19 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the hierarchy over boxes; items are numbered as given.
     pub fn new(boxes: Vec<Aabb>) -> Self {
-        let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut centers: Vec<(DVec3, u32)> = boxes.iter().map(Aabb::center).zip(0..).collect();
         let mut nodes = Vec::with_capacity(2 * boxes.len().div_ceil(LEAF) + 1);
-        if !items.is_empty() {
-            let centers: Vec<DVec3> = boxes.iter().map(Aabb::center).collect();
-            let n = items.len();
-            build(&boxes, &centers, &mut items, 0, n, &mut nodes);
+        if !boxes.is_empty() {
+            build(&boxes, &mut centers, 0, &mut nodes);
         }
+        let items: Vec<u32> = centers.into_iter().map(|c| c.1).collect();
+        let boxes = items.iter().map(|&i| boxes[i as usize]).collect();
         Self { nodes, items, boxes }
+    }
+
+    /// Positions, in the lists of items and boxes, of what a leaf holds.
+    fn held(node: &Node) -> std::ops::Range<usize> {
+        node.start as usize..(node.start + node.count) as usize
     }
 
     /// Calls `f` for every item whose box touches `query`.
@@ -52,9 +58,9 @@ impl Bvh {
                 continue;
             }
             if node.count > 0 {
-                for i in &self.items[node.start as usize..(node.start + node.count) as usize] {
-                    if self.boxes[*i as usize].overlaps(query) {
-                        f(*i);
+                for k in Self::held(node) {
+                    if self.boxes[k].overlaps(query) {
+                        f(self.items[k]);
                     }
                 }
             } else {
@@ -76,10 +82,10 @@ impl Bvh {
     fn pairs_within(&self, at: u32, forks: u32, keep: &(impl Fn(u32, u32) -> bool + Sync)) -> Vec<[u32; 2]> {
         let node = &self.nodes[at as usize];
         if node.count > 0 {
-            let items = &self.items[node.start as usize..(node.start + node.count) as usize];
             let mut found = Vec::new();
-            for (k, &i) in items.iter().enumerate() {
-                items[k + 1..].iter().for_each(|&j| self.offer(i, j, keep, &mut found));
+            let held = Self::held(node);
+            for i in held.clone() {
+                (i + 1..held.end).for_each(|j| self.offer(i, j, keep, &mut found));
             }
             return found;
         }
@@ -109,10 +115,8 @@ impl Bvh {
             return;
         }
         if x.count > 0 && y.count > 0 {
-            for &i in &self.items[x.start as usize..(x.start + x.count) as usize] {
-                for &j in &self.items[y.start as usize..(y.start + y.count) as usize] {
-                    self.offer(i, j, keep, found);
-                }
+            for i in Self::held(x).filter(|i| self.boxes[*i].overlaps(&y.bounds)) {
+                Self::held(y).for_each(|j| self.offer(i, j, keep, found));
             }
         } else if y.count > 0 || (x.count == 0 && x.bounds.size().length_squared() > y.bounds.size().length_squared()) {
             self.pairs_across(a + 1, b, keep, found);
@@ -123,9 +127,12 @@ impl Bvh {
         }
     }
 
-    fn offer(&self, i: u32, j: u32, keep: &impl Fn(u32, u32) -> bool, found: &mut Vec<[u32; 2]>) {
-        let (i, j) = (i.min(j), i.max(j));
-        if self.boxes[i as usize].overlaps(&self.boxes[j as usize]) && keep(i, j) {
+    fn offer(&self, i: usize, j: usize, keep: &impl Fn(u32, u32) -> bool, found: &mut Vec<[u32; 2]>) {
+        if !self.boxes[i].overlaps(&self.boxes[j]) {
+            return;
+        }
+        let (i, j) = (self.items[i].min(self.items[j]), self.items[i].max(self.items[j]));
+        if keep(i, j) {
             found.push([i, j]);
         }
     }
@@ -161,10 +168,11 @@ impl Bvh {
             if node.count == 0 {
                 continue;
             }
-            for &i in &self.items[node.start as usize..(node.start + node.count) as usize] {
-                if self.boxes[i as usize].distance_squared(p) > bound {
+            for k in Self::held(node) {
+                if self.boxes[k].distance_squared(p) > bound {
                     continue;
                 }
+                let i = self.items[k];
                 let d = distance_squared(i);
                 let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
                 if d <= bound && better {
@@ -177,15 +185,15 @@ impl Bvh {
     }
 }
 
-fn build(boxes: &[Aabb], centers: &[DVec3], items: &mut [u32], start: usize, end: usize, nodes: &mut Vec<Node>) {
-    let range = &mut items[start..end];
-    let bounds = range.iter().fold(Aabb::EMPTY, |b, i| b.union(&boxes[*i as usize]));
+/// Builds the hierarchy over the items from number `start` on, and returns their bounds.
+fn build(boxes: &[Aabb], centers: &mut [(DVec3, u32)], start: u32, nodes: &mut Vec<Node>) -> Aabb {
     let at = nodes.len();
-    nodes.push(Node { bounds, start: start as u32, count: range.len() as u32 });
-    if range.len() <= LEAF {
-        return;
+    nodes.push(Node { bounds: Aabb::EMPTY, start, count: centers.len() as u32 });
+    if centers.len() <= LEAF {
+        nodes[at].bounds = centers.iter().fold(Aabb::EMPTY, |b, c| b.union(&boxes[c.1 as usize]));
+        return nodes[at].bounds;
     }
-    let spread = Aabb::around(range.iter().map(|i| centers[*i as usize])).size();
+    let spread = Aabb::around(centers.iter().map(|c| c.0)).size();
     let axis = if spread.x >= spread.y && spread.x >= spread.z {
         0
     } else if spread.y >= spread.z {
@@ -193,13 +201,14 @@ fn build(boxes: &[Aabb], centers: &[DVec3], items: &mut [u32], start: usize, end
     } else {
         2
     };
-    let mid = range.len() / 2;
-    let order = |a: &u32, b: &u32| centers[*a as usize][axis].total_cmp(&centers[*b as usize][axis]).then(a.cmp(b));
-    range.select_nth_unstable_by(mid, order);
-    build(boxes, centers, items, start, start + mid, nodes);
-    nodes[at].start = nodes.len() as u32;
-    nodes[at].count = 0;
-    build(boxes, centers, items, start + mid, end, nodes);
+    let mid = centers.len() / 2;
+    centers.select_nth_unstable_by(mid, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
+    let (low, high) = centers.split_at_mut(mid);
+    let left = build(boxes, low, start, nodes);
+    let right = nodes.len() as u32;
+    let bounds = left.union(&build(boxes, high, start + mid as u32, nodes));
+    nodes[at] = Node { bounds, start: right, count: 0 };
+    bounds
 }
 
 #[cfg(test)]

@@ -218,7 +218,7 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
     r.collapse_short(TINY)?;
     for _ in 0..2 {
         r.flip(false)?;
-        r.mend_worst(POOR)?;
+        r.mend_worst(POOR, 1)?;
     }
     show("untangle", r);
     r.run.progress("remesh", 0.3);
@@ -228,7 +228,7 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
         r.look_at_borders();
         r.flip(false)?;
         for _ in 0..POLISH {
-            if r.mend_worst(POOR)? == 0 {
+            if r.mend_worst(POOR, 1)? == 0 {
                 break;
             }
             r.flip(false)?;
@@ -293,11 +293,7 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
         r.flip(false)?;
         r.relax()?;
     }
-    for _ in 0..POLISH {
-        if r.mend_worst(MEND)? == 0 {
-            break;
-        }
-    }
+    r.mend_worst(MEND, POLISH)?;
     r.flip_and_move(STUCK)
 }
 

@@ -8,6 +8,9 @@ use super::remesh::{FAIR, LONG, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 
+/// Nodes that would move by less than this share of their size stay.
+const STILL: f64 = 0.004;
+
 /// Halvings of a move that is refused.
 const BACKTRACKS: usize = 3;
 
@@ -50,17 +53,23 @@ impl Remesher<'_> {
                     _ => continue,
                 }
             } else {
+                // The mean of the equilateral triangles' corners, of which the middles of the edges are one part.
                 let m = &self.work.mesh;
-                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+                let (mut middles, mut across, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
                 for h in m.outgoing(v) {
-                    sum += equilateral(self.point(m.target(h)), self.point(m.apex(h)), m.area_vector(h / 3));
-                    weight += 1.0;
+                    let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
+                    middles += 0.5 * (a + b);
+                    across += 0.5 * 3f64.sqrt() * (a - old).cross(b - old).normalize_or_zero().cross(b - a);
+                    count += 1.0;
                 }
-                if !(weight > 0.0) {
+                if !(count > 0.0) {
                     continue;
                 }
-                sum / weight
+                (middles + across) / count
             };
+            if target.distance_squared(old) < (STILL * self.want[v as usize]).powi(2) {
+                continue;
+            }
             moved += usize::from(self.move_towards(v, old, target));
         }
         Ok(moved)
@@ -87,24 +96,43 @@ impl Remesher<'_> {
     }
 
     /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
-    /// collapse. Only what raises the worst shape around is done.
-    pub(super) fn mend_worst(&mut self, limit: f64) -> Result<usize> {
+    /// collapse. Only what raises the worst shape around is done. Then, up to `passes` times, the same with those around
+    /// them. Returns how many were mended.
+    pub(super) fn mend_worst(&mut self, limit: f64, passes: usize) -> Result<usize> {
         let m = &self.work.mesh;
-        let seen = |t: &u32| m.corners(*t).into_iter().any(|v| self.sees(v));
-        let mut list: Vec<(f64, u32)> =
-            m.triangles().filter(seen).map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
-        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        let mut mended = 0;
-        for (k, (_, t)) in list.into_iter().enumerate() {
-            if k % 64 == 0 {
-                self.run.check()?;
+        let mut all = 0;
+        let mut among: Vec<u32> = m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect();
+        for _ in 0..passes {
+            let list = self.worse_than(limit, &among);
+            let m = &self.work.mesh;
+            let around: Vec<u32> = list.iter().flat_map(|&t| m.corners(t)).collect();
+            let mut mended = 0;
+            for (k, &t) in list.iter().enumerate() {
+                if k % 64 == 0 {
+                    self.run.check()?;
+                }
+                if self.work.mesh.is_triangle(t) && self.work.shape(self.surface, t) < limit {
+                    mended += usize::from(self.mend(t, limit));
+                }
             }
-            if !self.work.mesh.is_triangle(t) || self.work.shape(self.surface, t) >= limit {
-                continue;
+            if mended == 0 {
+                break;
             }
-            mended += usize::from(self.mend(t, limit));
+            all += mended;
+            let m = &self.work.mesh;
+            among = around.into_iter().flat_map(|v| m.outgoing(v).map(|h| h / 3)).collect();
+            among.sort_unstable();
+            among.dedup();
         }
-        Ok(mended)
+        Ok(all)
+    }
+
+    /// Triangles whose shape is below `limit`, worst first.
+    fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
+        let shapes = among.iter().map(|&t| (self.work.shape(self.surface, t), t));
+        let mut list: Vec<(f64, u32)> = shapes.filter(|x| x.0 < limit).collect();
+        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        list.into_iter().map(|x| x.1).collect()
     }
 
     fn mend(&mut self, t: u32, limit: f64) -> bool {
@@ -162,11 +190,8 @@ impl Remesher<'_> {
     /// Triangles whose shape is below `limit`, worst first, are mended by a flip that by itself may make things worse, with
     /// moves of the four nodes after it; undone where that does not help.
     pub(super) fn flip_and_move(&mut self, limit: f64) -> Result<()> {
-        let m = &self.work.mesh;
-        let mut list: Vec<(f64, u32)> =
-            m.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
-        list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        for (_, t) in list {
+        let all: Vec<u32> = self.work.mesh.triangles().collect();
+        for t in self.worse_than(limit, &all) {
             self.run.check()?;
             for side in 0..3 {
                 if self.work.mesh.is_triangle(t)

@@ -414,8 +414,11 @@ impl<'a> Remesher<'a> {
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
         let smooth = (q - p).cross(r - p).dot((s - p).cross(q - p)) > 0.0;
         let now = plain_shape([p, q, r]).min(plain_shape([q, p, s]));
-        let then = plain_shape([p, s, r]).min(plain_shape([s, q, r]));
         if smooth && !valence && now > MEND {
+            return false;
+        }
+        let then = plain_shape([p, s, r]).min(plain_shape([s, q, r]));
+        if smooth && then <= GOOD && now > FAIR && then <= now + 1e-9 {
             return false;
         }
         let label = m.label(h / 3);
