@@ -262,3 +262,41 @@ fn sharp_wedges_are_exact_to_their_tips() {
         }
     }
 }
+
+#[test]
+fn walls_far_thinner_than_the_size_are_meshed_whole() {
+    // A block with a fin on top: sheets of 1/3 to 1/12 of the size, which cells of the size do not see.
+    for (thickness, turn) in [(0.03, true), (0.012, true), (0.008, false)] {
+        let fin = cuboid([-1.0, 0.0, 0.0], [1.0, thickness, 1.0]);
+        let solid = cuboid([-1.0, -0.5, -0.5], [1.0, 0.5, 0.0]) | fin;
+        let c = exact(if turn { turned(solid) } else { solid }, 0.1);
+        assert_eq!((c.euler, c.components, c.features.unwrap().corners_true), (2, 1, 16));
+        let volume = 1.0 + 2.0 * thickness;
+        assert!((c.volume - volume).abs() < 1e-9, "{} {volume}", c.volume);
+    }
+}
+
+#[test]
+fn what_no_cells_find_is_named_with_its_place() {
+    let foil = cuboid([-1.0, 0.0, 0.0], [1.0, 1e-5, 1.0]);
+    let made = made(cuboid([-1.0, -0.5, -0.5], [1.0, 0.5, 0.0]) | foil, 0.1, |_| {});
+    assert!(made.report.shortfalls.iter().any(|s| s.contains("is not in the mesh")), "{:?}", made.report.shortfalls);
+}
+
+#[test]
+fn sizes_follow_gaps_between_borders_and_asked_the_thickness_of_walls() {
+    let plate = || cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.05]);
+    let strip = made(plate(), 0.1, |_| {}).report.check.unwrap();
+    assert!(strip.certificate.is_sound() && strip.quality.min_angle > 34.0, "{:?}", strip.quality);
+    // Edges of 1.15 widths on the four sides: rows of about 35 nodes each, above and below.
+    let on =
+        |c: &Check, end: &str| c.groups.iter().filter(|g| g.name.ends_with(end)).map(|g| g.triangles).sum::<usize>();
+    assert!((64..80).contains(&on(&strip, "xmin")), "{}", on(&strip, "xmin"));
+    let wall = made(plate(), 0.1, |o| o.thickness = Some(1.0)).report.check.unwrap();
+    let expected = 4.0 / (3f64.sqrt() / 4.0 * 0.05 * 0.05);
+    let top = on(&wall, "zmax") as f64;
+    assert!(wall.certificate.is_sound() && (0.8 * expected..1.3 * expected).contains(&top), "{top} {expected}");
+    // A cube is as thick as it is wide: nothing changes.
+    let cube = |ratio| made(cuboid([-1.0; 3], [1.0; 3]), 0.2, |o| o.thickness = ratio).mesh;
+    assert_eq!(cube(None), cube(Some(0.5)));
+}

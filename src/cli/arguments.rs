@@ -72,9 +72,12 @@ pub struct How {
     /// How fast edge lengths may grow per length [default: 0.2, for STEP and triangles 0.3]
     #[arg(long, value_name = "SLOPE", value_parser = positive)]
     pub grading: Option<f64>,
-    /// Curvature makes no edges shorter than this
+    /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub size_min: Option<f64>,
+    /// No edge longer than this many times the thickness of the wall beneath it (functions, leaf)
+    #[arg(long, value_name = "RATIO", value_parser = positive)]
+    pub thickness: Option<f64>,
     /// Refuse a size that needs more memory than this, in GiB
     #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
     pub memory: f64,

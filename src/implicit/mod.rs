@@ -43,4 +43,4 @@ pub use oracle::ImplicitOracle;
 pub use rfunction::RSystem;
 pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
-pub use thin::{ThinPlace, thin_places};
+pub use thin::{ThinPlace, Wall, thin_places, thin_walls};

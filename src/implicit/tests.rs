@@ -384,7 +384,7 @@ fn thin_walls_are_named_and_sharp_edges_are_not() {
     let thin = |s: &Solid, h: f64| {
         let model = Implicit::new(s, RSystem::R0, None).unwrap();
         let e = extract(&model, &ExtractOptions::new(h), &Run::new()).unwrap();
-        thin_places(&model, &e, h, &Run::new()).unwrap()
+        thin_places(&model, &thin_walls(&model, &e, h, &Run::new()).unwrap(), h)
     };
     // a plate between grid planes is missed altogether, or met in part
     for z in [0.0, 0.013, 0.027, 0.04] {

@@ -33,7 +33,7 @@ pub struct ThinPlace {
     pub face: String,
     /// A point of the face.
     pub at: DVec3,
-    /// Measured thickness; an upper bound if the place was missed altogether.
+    /// Measured thickness.
     pub thickness: f64,
     /// The cell size it is compared with.
     pub size: f64,
@@ -50,26 +50,46 @@ impl fmt::Display for ThinPlace {
     }
 }
 
+/// A point of a wall's side, the index of the face it is on, and how thick the wall is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wall {
+    /// Index of the face.
+    pub face: u32,
+    /// A point of the face.
+    pub at: DVec3,
+    /// Measured thickness.
+    pub thickness: f64,
+}
+
+/// The thinnest of some walls thinner than `size`, one a face.
+pub fn thin_places(model: &Implicit, walls: &[Wall], size: f64) -> Vec<ThinPlace> {
+    let mut walls = walls.to_vec();
+    walls.sort_by(|a, b| a.face.cmp(&b.face).then(a.thickness.total_cmp(&b.thickness)));
+    walls.dedup_by_key(|w| w.face);
+    let place = |w: Wall| {
+        let name = model.faces().get(w.face as usize).map_or_else(String::new, |f| f.name.clone());
+        ThinPlace { face: name, at: w.at, thickness: w.thickness, size }
+    };
+    walls.into_iter().map(place).collect()
+}
+
 /// Finds walls thinner than `size`: in cells the surface passes through without parting their corners, and below the nodes
-/// of the mesh. One place a face, the thinnest found. Not found: needles, and walls narrower than a few cells.
-pub fn thin_places(model: &Implicit, extracted: &Extracted, size: f64, run: &Run) -> Result<Vec<ThinPlace>> {
+/// of the mesh. Not found: needles, and walls narrower than a few cells.
+pub fn thin_walls(model: &Implicit, extracted: &Extracted, size: f64, run: &Run) -> Result<Vec<Wall>> {
     let probe = Probe { model, extracted, size };
-    let mut found = run.install(|| -> Result<Vec<(u32, ThinPlace)>> {
-        let mut found: Vec<(u32, ThinPlace)> = Vec::new();
+    run.install(|| -> Result<Vec<Wall>> {
+        let mut found: Vec<Wall> = Vec::new();
         for per_cell in extracted.undecided.par_iter().map(|c| probe.missed(c, run)).collect::<Result<Vec<_>>>()? {
             found.extend(per_cell);
         }
         let nodes = &extracted.mesh.nodes;
         let stride = nodes.len().div_ceil(MOST_SAMPLES).max(1);
-        let below: Vec<Option<(u32, ThinPlace)>> =
+        let below: Vec<Option<Wall>> =
             (0..nodes.len() / stride).into_par_iter().map(|i| probe.below(nodes[i * stride])).collect();
         run.check()?;
         found.extend(below.into_iter().flatten());
         Ok(found)
-    })?;
-    found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.thickness.total_cmp(&b.1.thickness)));
-    found.dedup_by_key(|f| f.0);
-    Ok(found.into_iter().map(|f| f.1).collect())
+    })
 }
 
 struct Probe<'a> {
@@ -110,7 +130,7 @@ impl Probe<'_> {
     }
 
     /// The wall below a node.
-    fn below(&self, p: DVec3) -> Option<(u32, ThinPlace)> {
+    fn below(&self, p: DVec3) -> Option<Wall> {
         let (q, n, face) = self.foot(p)?;
         let thickness = self.thickness(q, n)?;
         let (u, v) = n.any_orthonormal_pair();
@@ -123,16 +143,11 @@ impl Probe<'_> {
                 thin += usize::from(self.thickness(q, n).is_some());
             }
         }
-        (there >= 2 && thin == there).then(|| self.place(face, q, thickness))
-    }
-
-    fn place(&self, face: u32, at: DVec3, thickness: f64) -> (u32, ThinPlace) {
-        let name = self.model.faces().get(face as usize).map_or_else(String::new, |f| f.name.clone());
-        (face, ThinPlace { face: name, at, thickness, size: self.size })
+        (there >= 2 && thin == there).then_some(Wall { face, at: q, thickness })
     }
 
     /// Walls inside a brick whose corners all have one sign.
-    fn missed(&self, cell: &Cell, run: &Run) -> Result<Vec<(u32, ThinPlace)>> {
+    fn missed(&self, cell: &Cell, run: &Run) -> Result<Vec<Wall>> {
         run.check()?;
         let grid = &self.extracted.bricks.grid;
         let lo = grid.node(cell.at.map(|b| b as usize * BRICK));
@@ -163,8 +178,8 @@ impl Probe<'_> {
                 continue;
             }
             // a surface that merely bulges into the cell parts the two sides of its foot; a wall does not
-            if let Some(t) = self.thickness(q, n) {
-                found.push(self.place(face, q, t));
+            if let Some(thickness) = self.thickness(q, n) {
+                found.push(Wall { face, at: q, thickness });
             }
         }
         Ok(found)

@@ -117,7 +117,8 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     if made.mesh.triangles.is_empty() {
         return Err(Error::Failed(format!("no face could be meshed: {}", report.shortfalls.join("; "))));
     }
-    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION) };
+    let exact =
+        ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION), thickness: None };
     let mut mesh = remeshed(&solid, made, &exact, &mut report, run)?;
     mesh.groups = groups;
     run.progress("check", 0.0);

@@ -188,7 +188,8 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION) };
+    let exact =
+        ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION), thickness: None };
     let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
     let (mut attempt, mut last) = (0, usize::MAX);
     let (mesh, seams, corners) = loop {

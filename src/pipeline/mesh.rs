@@ -10,7 +10,9 @@ use super::leaf::{ByLeaf, by_leaf};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
-use crate::implicit::{ExtractOptions, Extracted, Implicit, ImplicitOracle, extract, features, thin_places};
+use crate::implicit::{
+    ExtractOptions, Extracted, Implicit, ImplicitOracle, Wall, extract, features, thin_places, thin_walls,
+};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
@@ -76,8 +78,10 @@ pub struct MeshOptions {
     pub tolerance: Option<f64>,
     /// How fast edge lengths may grow per length. Without it a fifth for solids of R-functions, 0.3 for others.
     pub grading: Option<f64>,
-    /// Curvature makes no edges shorter than this, in the part's unit.
+    /// Curvature, narrow gaps and thin walls make no edges shorter than this, in the part's unit.
     pub least: Option<f64>,
+    /// No edge is longer than this many times the solid's thickness beneath it (solids of R-functions, leaf method).
+    pub thickness: Option<f64>,
     /// Whether to measure distances and features too, not only what makes a mesh sound.
     pub measure: bool,
 }
@@ -94,6 +98,7 @@ impl Default for MeshOptions {
             tolerance: None,
             grading: None,
             least: None,
+            thickness: None,
             measure: true,
         }
     }
@@ -156,23 +161,19 @@ impl Ready {
         Ok(Ready { model, size })
     }
 
-    /// The surface by marching cubes with the given cells.
+    /// The surface by marching cubes with the given cells; an error if there is none.
     pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        self.extract_as(size, false, options, run)
-    }
-
-    /// The same; see [`ExtractOptions::blunt`].
-    pub(super) fn extract_as(&self, size: f64, blunt: bool, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory, blunt };
-        let extracted = extract(&self.model, &e, run)?;
+        let extracted = self.extract_as(size, false, options, run)?;
         if extracted.mesh.triangles.is_empty() {
-            let (place, what) = match thin_places(&self.model, &extracted, size, run)?.first() {
-                Some(t) => (Place::Point(t.at), format!("the part is thinner than the cells of size {size:.6}")),
-                None => (Place::Unknown, "the solid is empty: nothing is inside anywhere".to_string()),
-            };
-            return Err(Error::input(place, what).with_help("ask for a smaller --size"));
+            return Err(nothing_found(&thin_walls(&self.model, &extracted, size, run)?, size));
         }
         Ok(extracted)
+    }
+
+    /// The surface by marching cubes with the given cells, which may be none; see [`ExtractOptions::blunt`].
+    pub(super) fn extract_as(&self, size: f64, blunt: bool, options: &MeshOptions, run: &Run) -> Result<Extracted> {
+        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory, blunt };
+        extract(&self.model, &e, run)
     }
 
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
@@ -224,13 +225,17 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         }
         ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, seams, corners, intersecting, extracted, cell, method, shortfalls } = made;
+    let ByLeaf { mut mesh, seams, corners, intersecting, extracted, cell, walls, method, shortfalls } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     let whole = method == Method::Leaf && report.shortfalls.is_empty();
     let list = if whole { &mut report.warnings } else { &mut report.shortfalls };
-    list.extend(thin_places(&ready.model, &extracted, cell, run)?.iter().map(ToString::to_string));
+    let walls = match walls {
+        Some(walls) => walls,
+        None => thin_walls(&ready.model, &extracted, cell, run)?,
+    };
+    list.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
     finish_names(part, &mut mesh, &mut report);
     run.progress("check", 0.0);
     let measured = if options.measure {
@@ -241,6 +246,15 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     };
     report.judge(measured);
     Ok(Meshed { mesh, seams, corners, report })
+}
+
+/// Why an extraction found no triangle.
+pub(super) fn nothing_found(walls: &[Wall], size: f64) -> Error {
+    let (place, what) = match walls.first() {
+        Some(w) => (Place::Point(w.at), format!("the part is thinner than the cells of size {size:.6}")),
+        None => (Place::Unknown, "the solid is empty: nothing is inside anywhere".to_string()),
+    };
+    Error::input(place, what).with_help("ask for a smaller --size")
 }
 
 /// Measures a mesh file's mesh against a part; cells for the oracle follow the mesh's edges.

@@ -1,5 +1,6 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
+mod attempts;
 mod brep;
 mod brep_info;
 mod brep_oracle;

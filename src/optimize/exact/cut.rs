@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::bridges::{Parted, part_bridges};
 use super::patchwork::{Patch, Patchwork, PieceSet};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, edit::NONE};
 use crate::optimize::guard::ask_all;
@@ -88,6 +88,9 @@ pub struct Raw<'a> {
 /// Cuts a mesh along all borders of pieces. Where that leaves borders of pieces that do not meet, the mesh is tried without
 /// the triangles that join them.
 pub fn cut_pieces(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwork, CutReport)> {
+    if !(raw.cell.is_finite() && raw.cell > 0.0) {
+        return Err(Error::Usage(format!("the cell size must be positive, not {}", raw.cell)));
+    }
     let first = cut_as_is(raw, surface, run)?;
     if first.1.unresolved.is_empty() {
         return Ok(first);

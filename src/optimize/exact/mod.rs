@@ -5,6 +5,7 @@ mod bridges;
 mod curves;
 mod cut;
 mod field;
+mod gaps;
 mod grid;
 mod joints;
 mod moves;
@@ -45,6 +46,8 @@ const MEND: f64 = 0.92;
 const STUCK: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
+/// How many edges around them are worked on.
+const AROUND: usize = 6;
 /// Nor is it when one triangle in this many intersects others.
 const FEW: usize = 4;
 /// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
@@ -64,6 +67,8 @@ pub struct ExactOptions {
     pub face_sizes: Vec<Option<f64>>,
     /// How fast edge lengths may grow per length.
     pub grading: f64,
+    /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_pieces`] only).
+    pub thickness: Option<f64>,
 }
 
 /// What [`remesh_pieces`] met.
@@ -118,14 +123,30 @@ pub fn remesh_pieces(
     run: &Run,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
+    remesh_cut(raw.mesh, cut_pieces(raw, surface, run)?, surface, options, run, observer)
+}
+
+/// The second half of [`remesh_pieces`], for a mesh that was [cut](cut_pieces) already; `names` is the mesh that was cut.
+pub fn remesh_cut(
+    names: &TriMesh,
+    (mut work, cut): (Patchwork, CutReport),
+    surface: &dyn Pieces,
+    options: &ExactOptions,
+    run: &Run,
+    observer: Option<&mut Observer<'_>>,
+) -> Result<ExactMesh> {
     check_options(options)?;
-    if !(raw.cell.is_finite() && raw.cell > 0.0) {
-        return Err(Error::Usage(format!("the cell size must be positive, not {}", raw.cell)));
+    let Sizing { size, least, .. } = options.sizing;
+    let least = least.min(size);
+    let mut sizes = gaps::across_gaps(&work, size, least, run)?;
+    if let Some(share) = options.thickness {
+        let walls = gaps::through_solid(&work, share, size, least, run)?;
+        sizes.iter_mut().zip(walls).for_each(|(s, wall)| *s = s.min(wall));
     }
-    let (work, cut) = cut_pieces(raw, surface, run)?;
+    work.sizes = sizes;
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    remesh(raw.mesh, r, report, observer)
+    remesh(names, r, report, observer)
 }
 
 /// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
@@ -146,8 +167,8 @@ pub fn remesh_patchwork(
 
 fn check_options(options: &ExactOptions) -> Result<()> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
-    if ![options.sizing.size, options.grading].into_iter().all(positive) {
-        return Err(Error::Usage("size and grading must be positive".into()));
+    if ![options.sizing.size, options.grading, options.thickness.unwrap_or(1.0)].into_iter().all(positive) {
+        return Err(Error::Usage("size, grading and thickness must be positive".into()));
     }
     Ok(())
 }
@@ -194,10 +215,12 @@ fn remesh(
         if !r.refine(&around, LEAST * options.sizing.size)? {
             break;
         }
+        r.look_around(&around, AROUND);
         r.split_long()?;
         r.flip(false)?;
         r.relax()?;
         polish(&mut r, POLISH)?;
+        r.look_everywhere();
         report.repairs += 1;
         out = finish(mesh, &r);
         bad = intersecting(&out, run)?;

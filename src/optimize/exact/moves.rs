@@ -99,9 +99,8 @@ impl Remesher<'_> {
     /// collapse. Only what raises the worst shape around is done. Then, up to `passes` times, the same with those around
     /// them. Returns how many were mended.
     pub(super) fn mend_worst(&mut self, limit: f64, passes: usize) -> Result<usize> {
-        let m = &self.work.mesh;
         let mut all = 0;
-        let mut among: Vec<u32> = m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect();
+        let mut among = self.seen();
         for _ in 0..passes {
             let list = self.worse_than(limit, &among);
             let m = &self.work.mesh;
@@ -125,6 +124,12 @@ impl Remesher<'_> {
             among.dedup();
         }
         Ok(all)
+    }
+
+    /// The triangles to be looked at.
+    pub(super) fn seen(&self) -> Vec<u32> {
+        let m = &self.work.mesh;
+        m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect()
     }
 
     /// Triangles whose shape is below `limit`, worst first.
@@ -190,8 +195,7 @@ impl Remesher<'_> {
     /// Triangles whose shape is below `limit`, worst first, are mended by a flip that by itself may make things worse, with
     /// moves of the four nodes after it; undone where that does not help.
     pub(super) fn flip_and_move(&mut self, limit: f64) -> Result<()> {
-        let all: Vec<u32> = self.work.mesh.triangles().collect();
-        for t in self.worse_than(limit, &all) {
+        for t in self.worse_than(limit, &self.seen()) {
             self.run.check()?;
             for side in 0..3 {
                 if self.work.mesh.is_triangle(t)

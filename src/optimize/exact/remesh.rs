@@ -75,6 +75,23 @@ impl<'a> Remesher<'a> {
         self.focus = Some(focus);
     }
 
+    /// Has what follows look only at nodes up to so many edges from some, as they are now, and at nodes made from here on.
+    pub(super) fn look_around(&mut self, nodes: &[u32], edges: usize) {
+        let m = &self.work.mesh;
+        let mut focus = vec![false; m.node_capacity()];
+        let mut front = nodes.to_vec();
+        front.iter().for_each(|&v| focus[v as usize] = true);
+        for _ in 0..edges {
+            let around = front.iter().flat_map(|&v| m.neighbors(v));
+            let mut next: Vec<u32> = around.filter(|&x| !focus[x as usize]).collect();
+            next.sort_unstable();
+            next.dedup();
+            next.iter().for_each(|&v| focus[v as usize] = true);
+            front = next;
+        }
+        self.focus = Some(focus);
+    }
+
     /// Has what follows look at all nodes.
     pub(super) fn look_everywhere(&mut self) {
         self.focus = None;
@@ -356,9 +373,8 @@ impl<'a> Remesher<'a> {
     pub(super) fn flip(&mut self, valence: bool) -> Result<usize> {
         let mut count = 0;
         // Only edges of triangles that changed are looked at again.
-        let m = &self.work.mesh;
-        let mut list: Vec<u32> = m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect();
-        let mut listed = vec![false; m.triangle_capacity()];
+        let mut list = self.seen();
+        let mut listed = vec![false; self.work.mesh.triangle_capacity()];
         for _ in 0..FLIP_PASSES {
             self.run.check()?;
             list.iter().for_each(|&t| listed[t as usize] = true);
