@@ -15,6 +15,13 @@ use crate::spatial::{Aabb, Bvh};
 /// the last, which is how far the input may be left, a gap is a hole, not an inaccuracy.
 const LADDER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 2.5e-5, 5e-5, 1e-4];
 
+/// Tolerances tried after that on a mesh that is nothing but scattered corners: on one that has holes as well the border of
+/// a hole would be all there is left to join.
+const SCATTERED: [f64; 5] = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3];
+
+/// Corners are scattered where this share of all sides is open, more than holes leave.
+const MOSTLY_OPEN: f64 = 0.2;
+
 /// An edge is joined only to one that is this much longer than the gap, or more.
 const LENGTH_PER_GAP: f64 = 4.0;
 
@@ -25,10 +32,14 @@ const ALONG: f64 = 0.94;
 /// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for.
 pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
     for junctions in [false, true] {
-        for share in LADDER {
+        for share in LADDER.iter().chain(if junctions { &[][..] } else { &SCATTERED }) {
             run.check()?;
-            if Sides::of(&mesh.triangles).open().is_empty() {
+            let open = Sides::of(&mesh.triangles).open().len();
+            if open == 0 {
                 return Ok(());
+            }
+            if *share > LADDER[LADDER.len() - 1] && (open as f64) < MOSTLY_OPEN * 3.0 * mesh.triangles.len() as f64 {
+                break;
             }
             let tolerance = share * diagonal;
             for _ in 0..if junctions { 4 } else { 0 } {

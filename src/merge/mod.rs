@@ -15,10 +15,12 @@
 //! Russian), with the prefix sum of 4.3 without its -1, `s(i) <= j < s(i + 1)`, and an edge's inner nodes without its ends.
 
 mod numbering;
+mod reordered;
 pub mod sets;
 mod view;
 
 #[cfg(test)]
 mod tests;
 
+pub use reordered::Reordered;
 pub use view::{Merged, Place, Replacement};
