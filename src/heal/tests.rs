@@ -225,7 +225,7 @@ struct Torus;
 
 impl SurfaceOracle for Torus {
     fn project(&self, p: DVec3, reach: f64) -> Option<crate::geometry::Foot> {
-        let ring = 3.0 * DVec3::new(p.x, p.y, 0.0).normalize();
+        let ring = 2.0 * DVec3::new(p.x, p.y, 0.0).normalize();
         let normal = (p - ring).normalize();
         let point = ring + normal;
         (point.distance(p) <= reach).then_some(crate::geometry::Foot { point, normal, face: 0 })
@@ -239,7 +239,7 @@ impl SurfaceOracle for Torus {
 #[test]
 fn fillings_come_to_the_surface_where_it_is_known() {
     let mesh = torus(40, 24);
-    let hole = without(&mesh, |t| mesh.centroid(t).distance(DVec3::new(4.0, 0.0, 0.0)) < 0.9);
+    let hole = without(&mesh, |t| mesh.centroid(t).distance(DVec3::new(3.0, 0.0, 0.0)) < 0.9);
     let plain = healed(&hole);
     let h = heal_onto(&hole, &HealOptions::default(), Some(&Torus), &Run::new()).unwrap();
     assert!(h.report.is_sound() && found(&h, Defect::Hole, Action::Projected), "{}", h.report);

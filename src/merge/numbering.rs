@@ -17,7 +17,7 @@ pub(super) struct Starts {
 
 impl Starts {
     /// Lays stretches of these lengths one after the other; `None` beyond what a `u32` can number.
-    fn lay(&mut self, lengths: impl Iterator<Item = usize>) -> Option<()> {
+    pub(super) fn lay(&mut self, lengths: impl Iterator<Item = usize>) -> Option<()> {
         self.starts.clear();
         let mut end = 0u32;
         self.starts.push(end);
