@@ -126,11 +126,21 @@ fn what_a_neck_joins_falls_apart() {
 #[test]
 fn a_narrow_place_between_contours_joins_them() {
     // a hole close to one side of a plate
-    let contours = vec![rectangle([0.0, 0.0], [3.0, 3.0]), rectangle([1.0, 0.02], [2.0, 1.0])];
-    let t = trim(&contours, 0.05).unwrap();
-    assert_eq!((t.contours.len(), t.merges.len()), (1, 2));
-    assert!((area(&t.contours[0]).abs() - (9.0 - 1.0)).abs() < 0.05, "{}", area(&t.contours[0]));
-    assert_eq!(crossings(&t.contours), []);
+    for turned in 0..4 {
+        let mut contours = vec![rectangle([0.0, 0.0], [3.0, 3.0]), rectangle([1.0, 0.02], [2.0, 1.0])];
+        (0..2).filter(|c| turned >> c & 1 > 0).for_each(|c| contours[c].reverse());
+        let t = trim(&contours, 0.05).unwrap();
+        assert_eq!((t.contours.len(), t.merges.len()), (1, 2));
+        assert!((area(&t.contours[0]) - (9.0 - 1.0)).abs() < 0.05, "{}", area(&t.contours[0]));
+        assert_eq!(crossings(&t.contours), []);
+        // both places are between the hole and the side below it
+        let below = |c: u32, i: u32| contours[c as usize][i as usize];
+        for m in &t.merges {
+            for [c, i] in [m.entry, m.exit] {
+                assert!(below(c, i).distance(m.at) < 2.1, "{} {}", below(c, i), m.at);
+            }
+        }
+    }
 }
 
 #[test]

@@ -7,13 +7,14 @@ use glam::DVec2;
 
 use super::axis::{Axis, Sample, axis_of, samples};
 use super::crossings::{Meeting, crossings};
+use crate::numeric::predicates::orient2d;
 use crate::spatial::{Aabb, Bvh};
 
 /// Samples lie this many times closer than what is narrow.
 const PER_WIDTH: f64 = 4.0;
 
 /// Two points of contours that became one, where a narrow part was cut off. A place on a contour is the number of the contour
-/// and of the segment the place is on, or begins.
+/// and of the point that comes before it, or is it, going along with the region to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Merge {
     /// Where the contour comes into the narrow part.
@@ -27,7 +28,8 @@ pub struct Merge {
 /// Contours without what was narrow.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trimmed {
-    /// What is left, closed: points of the contours in their order, and those of the merges.
+    /// What is left, closed, the region to the left: points of the contours in their order, and those of the merges. Where
+    /// nothing was narrow, the contours as they came.
     pub contours: Vec<Vec<DVec2>>,
     /// Where narrow parts were cut off; none where nothing was narrow.
     pub merges: Vec<Merge>,
@@ -64,7 +66,8 @@ pub fn trim(contours: &[Vec<DVec2>], width: f64) -> Result<Trimmed, Refusal> {
         return Err(Refusal::Meets(*m));
     }
     let spacing = width / PER_WIDTH;
-    let rows = samples(contours, 2.0 * width, spacing).ok_or(Refusal::Size)?;
+    let (turned, left) = to_left(contours);
+    let rows = samples(&left, 2.0 * width, spacing).ok_or(Refusal::Size)?;
     // steps 1, 3 and 4
     let axis = axis_of(&rows, spacing).ok_or(Refusal::Size)?;
     let unchanged = Trimmed { contours: contours.to_vec(), ..Trimmed::default() };
@@ -89,7 +92,40 @@ pub fn trim(contours: &[Vec<DVec2>], width: f64) -> Result<Trimmed, Refusal> {
         }
     }
     let partner = pair(&entries, &exits, &rows)?;
-    Ok(assemble(&rows, &found, &entries, &exits, &partner))
+    let mut out = assemble(&rows, &found, &entries, &exits, &partner);
+    for place in out.merges.iter_mut().flat_map(|m| [&mut m.entry, &mut m.exit]) {
+        let [c, i] = place.map(|x| x as usize);
+        if turned[c] {
+            place[1] = (contours[c].len() - 1 - i) as u32;
+        }
+    }
+    Ok(out)
+}
+
+/// The contours, each turned where needed so that the region lies to its left; and which were turned.
+fn to_left(contours: &[Vec<DVec2>]) -> (Vec<bool>, Vec<Vec<DVec2>>) {
+    let holds = |polygon: &[DVec2], p: DVec2| {
+        let sides = (0..polygon.len()).map(|i| (polygon[i], polygon[(i + 1) % polygon.len()]));
+        let right_of = |(a, b): &(DVec2, DVec2)| {
+            let (lo, hi) = if a.y < b.y { (*a, *b) } else { (*b, *a) };
+            lo.y <= p.y && p.y < hi.y && orient2d(lo, hi, p) > 0.0
+        };
+        sides.filter(right_of).count() % 2 == 1
+    };
+    let turned: Vec<bool> = contours
+        .iter()
+        .enumerate()
+        .map(|(c, contour)| {
+            let around = contours.iter().enumerate().filter(|(d, other)| *d != c && holds(other, contour[0])).count();
+            let o = contour[0];
+            let area: f64 =
+                (0..contour.len()).map(|i| (contour[i] - o).perp_dot(contour[(i + 1) % contour.len()] - o)).sum();
+            (area > 0.0) != around.is_multiple_of(2)
+        })
+        .collect();
+    let left = contours.iter().zip(&turned);
+    let left = left.map(|(c, turn)| if *turn { c.iter().rev().copied().collect() } else { c.clone() }).collect();
+    (turned, left)
 }
 
 /// The nearest place of the axis.
