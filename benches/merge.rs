@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use rvachev::merge::{Merged, Replacement};
 use rvachev::mesh::view::par_ranges;
 use rvachev::mesh::{CellRun, MeshView, TriMesh};
-use rvachev::model::{Cells, FaceFragment, Fragments, Model, from_mesh};
+use rvachev::model::{Boundary, Cells, FaceFragment, Fragments, Model, from_mesh};
 use rvachev::{DVec3, Run};
 
 /// Counts the bytes in use and their largest number.
@@ -93,7 +93,7 @@ fn composite(faces: [usize; 2], cells: [usize; 2]) -> (Model, Fragments) {
 
 /// Nodes that stand in more than one fragment, counted each time but the first.
 fn duplicates(fragments: &Fragments, view: &dyn MeshView) -> usize {
-    fragments.faces.iter().map(|f| f.nodes().len()).sum::<usize>() - view.node_count()
+    fragments.faces().map(|f| f.border().len() + f.inner().len()).sum::<usize>() - view.node_count()
 }
 
 /// Merges `times` times: the merged mesh, and what merging costs.
@@ -159,6 +159,11 @@ fn mega(count: usize, seconds: f64) -> f64 {
     count as f64 / seconds / 1e6
 }
 
+/// The sum and the cost of looking at cells one by one.
+fn each(cells: &[u32], one: impl Fn(usize) -> u32) -> (u32, Cost) {
+    cost(1, || cells.iter().fold(0u32, |s, j| s.wrapping_add(one(*j as usize))))
+}
+
 /// Random accesses measured at a time.
 const WINDOW: usize = 1 << 14;
 
@@ -195,19 +200,29 @@ fn access(view: &Merged) {
     assert_eq!(sums[0], sums[1]);
     row("nodes at random", WINDOW, ours, array);
     let order = scattered(m, 1 << 20);
-    let mut sums = [0u32; 2];
-    let (mut ours, mut array) = (f64::INFINITY, f64::INFINITY);
-    for window in order.chunks(WINDOW) {
-        let (a, x) = cost(1, || {
-            window.iter().fold(0u32, |s, j| s.wrapping_add(numbers(&view.triangle(*j as usize).unwrap_or_default())))
-        });
-        let (b, y) =
-            cost(1, || window.iter().fold(0u32, |s, j| s.wrapping_add(numbers(&plain.triangles[*j as usize]))));
-        (ours, array) = (ours.min(x.seconds), array.min(y.seconds));
-        (sums[0], sums[1]) = (sums[0].wrapping_add(a), sums[1].wrapping_add(b));
+    let windows: Vec<&[u32]> = order.chunks(WINDOW).collect();
+    let mut list = Vec::new();
+    let (mut sums, mut least) = ([0u32; 4], [f64::INFINITY; 4]);
+    for k in 0..windows.len() {
+        // in turns, each at a window of its own: none finds in the cache what another left there
+        let window = |way: usize| windows[(k + way * windows.len() / 4) % windows.len()];
+        let found = [
+            each(window(0), |j| numbers(&plain.triangles[j])),
+            each(window(1), |j| numbers(&view.triangle(j).unwrap_or_default())),
+            each(window(2), |j| view.cell(j).fold(0, u32::wrapping_add)),
+            cost(1, || {
+                view.triangles_at(window(3), &mut list);
+                numbers(list.as_flattened())
+            }),
+        ];
+        for (way, (sum, cost)) in found.into_iter().enumerate() {
+            (sums[way], least[way]) = (sums[way].wrapping_add(sum), least[way].min(cost.seconds));
+        }
     }
-    assert_eq!(sums[0], sums[1]);
-    row("cells at random", WINDOW, ours, array);
+    assert!(sums.iter().all(|s| *s == sums[0]));
+    row("cells at random", WINDOW, least[1], least[0]);
+    row("cells of any kind at random", WINDOW, least[2], least[0]);
+    row("cells at random, by lists", WINDOW, least[3], least[0]);
     let (_, copy) = cost(5, || TriMesh::from_view(view));
     println!("  copied to arrays in {:.2} ms", 1e3 * copy.seconds);
 }
@@ -217,9 +232,9 @@ fn access(view: &Merged) {
 /// Fragments as a program without topology has them: every fragment's nodes and triangles one after the other.
 fn soup(fragments: &Fragments) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let (mut nodes, mut triangles) = (Vec::new(), Vec::new());
-    for face in &fragments.faces {
+    for face in fragments.faces() {
         let first = nodes.len() as u32;
-        nodes.extend_from_slice(face.nodes());
+        nodes.extend(face.nodes());
         for j in 0..face.cells().len() {
             let corners = face.cells().corners(j);
             triangles.push([0, 1, 2].map(|k| corners.as_ref()[k] + first));
@@ -411,24 +426,31 @@ fn table_2() -> (Merged, Cost) {
 }
 
 fn parallel(view: &Merged, run: &Run, threads: usize) {
-    let (n, m) = (view.node_count(), view.cell_count());
-    let nodes = || par_ranges(n).map(|r| read_nodes(view, r)).reduce(|| 0, u64::wrapping_add);
-    let cells = || par_ranges(m).map(|r| read_cells(view, r)).reduce(|| 0, u32::wrapping_add);
-    let one = [cost(20, nodes).1.seconds, cost(20, cells).1.seconds];
-    let many = run.install(|| [cost(20, nodes).1.seconds, cost(20, cells).1.seconds]);
+    /// Short enough that some of them find all cores free.
+    const TIMES: usize = 300;
+    let plain = TriMesh::from_view(view);
+    let gain = |view: &dyn MeshView| {
+        let (n, m) = (view.node_count(), view.cell_count());
+        let nodes = || par_ranges(n).map(|r| read_nodes(view, r)).reduce(|| 0, u64::wrapping_add);
+        let cells = || par_ranges(m).map(|r| read_cells(view, r)).reduce(|| 0, u32::wrapping_add);
+        let both = || [cost(TIMES, nodes).1.seconds, cost(TIMES, cells).1.seconds];
+        let (one, many) = (both(), run.install(both));
+        [one[0] / many[0], one[1] / many[1]]
+    };
+    let (ours, arrays) = (gain(view), gain(&plain));
     println!(
-        "  on {threads} threads instead of 1: nodes {:.2} times as fast, cells {:.2} times",
-        one[0] / many[0],
-        one[1] / many[1]
+        "  on {threads} threads instead of 1: nodes {:.2} times as fast (arrays {:.2}), cells {:.2} times (arrays {:.2})",
+        ours[0], arrays[0], ours[1], arrays[1]
     );
 }
 
 fn editing(mut view: Merged) {
-    let face = view.fragments().faces[100].clone();
-    let Cells::Triangles(mut cells) = face.cells().clone() else { return };
-    cells.pop();
+    let face = view.fragments().face(100);
+    let Cells::Triangles([cells @ .., _]) = face.cells() else { return };
     let segments: Vec<u32> = face.stretches().collect();
-    let other = FaceFragment::new(face.nodes().to_vec(), Cells::Triangles(cells), face.boundary().clone(), &[segments]);
+    let border = Boundary::First(face.border().len() as u32);
+    let other = FaceFragment::new(face.nodes().copied().collect(), Cells::Triangles(cells), &border, &[segments]);
+    let face = face.to_fragment();
     let (_, moved) = cost(20, || view.move_inner(100, |p| p.z += 1e-3));
     let mut replace = |with: FaceFragment| {
         let mut with = Some(Replacement { faces: vec![(100, with)], ..Replacement::default() });

@@ -14,6 +14,8 @@ pub mod numeric;
 
 pub mod spatial;
 
+pub mod planar;
+
 pub mod mesh;
 
 pub mod geometry;

@@ -16,6 +16,7 @@ const ROOMS: &[&[&str]] = &[
     &["run"],
     &["numeric"],
     &["spatial"],
+    &["planar"],
     &["mesh"],
     &["geometry"],
     &["model"],

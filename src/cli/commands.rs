@@ -90,8 +90,9 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         return Err(Error::Failed(format!("the mesh is not sound and is not written ({why}); --force writes it")));
     }
     let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
-    for path in &a.output {
-        io::write(path, &made.mesh, &run)?;
+    if !a.output.is_empty() {
+        let merged = made.merged()?;
+        a.output.iter().try_for_each(|path| io::write(path, &merged, &run))?;
     }
     if let (Some(path), Some(picture)) = (&a.png, &picture) {
         write_picture(path, picture)?;

@@ -144,9 +144,12 @@ fn optimal(around: &Around<'_>, ring: &[u32], bend: bool) -> Option<Vec<[u32; 3]
     const NOT: (f64, f64) = (f64::INFINITY, f64::INFINITY);
     let mut weight = vec![NOT; n * n];
     let mut via = vec![usize::MAX; n * n];
+    // the normal of the triangle at a pair of ring nodes, on the pair's inner side
+    let mut facing = vec![DVec3::ZERO; n * n];
     let at = |i: usize, j: usize| i * n + j;
     for i in 0..n - 1 {
-        weight[at(i, i + 1)] = (0.0, 0.0);
+        weight[at(i, i + 1)] = (-1.0, 0.0);
+        facing[at(i, i + 1)] = outer(i, i + 1).unwrap_or(DVec3::ZERO);
     }
     for span in 2..n {
         for i in 0..n - span {
@@ -154,29 +157,29 @@ fn optimal(around: &Around<'_>, ring: &[u32], bend: bool) -> Option<Vec<[u32; 3]
             if span < n - 1 && around.edges.contains(&key(ring[i], ring[j])) {
                 continue;
             }
+            let last = if span == n - 1 { outer(j, i).unwrap_or(DVec3::ZERO) } else { DVec3::ZERO };
             for k in i + 1..j {
                 let (l, r) = (weight[at(i, k)], weight[at(k, j)]);
                 if l.0.is_infinite() || r.0.is_infinite() {
                     continue;
                 }
-                let m = normal(p[i], p[k], p[j]);
                 let mut worst = l.0.max(r.0);
+                // it gets no better than that
+                if worst > weight[at(i, j)].0 {
+                    continue;
+                }
+                let m = normal(p[i], p[k], p[j]);
                 if bend {
-                    let beside = |a: usize, b: usize| {
-                        if b == a + 1 { outer(a, b) } else { Some(normal(p[a], p[via[at(a, b)]], p[b])) }
-                    };
-                    let last = if span == n - 1 { outer(j, i) } else { None };
-                    for o in [beside(i, k), beside(k, j), last].into_iter().flatten() {
-                        worst = worst.max(m.angle_between(o));
-                    }
-                    if worst.is_nan() {
-                        worst = std::f64::consts::PI;
+                    for o in [facing[at(i, k)], facing[at(k, j)], last] {
+                        // the negative cosine orders angles as they are; a triangle on a line has none
+                        worst = worst.max(-m.dot(o) / (m.length_squared() * o.length_squared()).sqrt());
                     }
                 }
                 let w = (worst, l.1 + r.1 + m.length());
                 if w < weight[at(i, j)] {
                     weight[at(i, j)] = w;
                     via[at(i, j)] = k;
+                    facing[at(i, j)] = m;
                 }
             }
         }

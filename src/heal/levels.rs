@@ -9,11 +9,12 @@
 use std::cmp::Ordering;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::arrange::{Complex, Uses};
 use super::sides::{Sets, Side, Sides, directed, ends, pieces};
 use crate::error::Result;
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::{TriMesh, intersections_among, self_intersections};
 use crate::numeric::predicates::orient3d;
 use crate::run::Run;
 
@@ -216,26 +217,62 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
     }
     let bounding: Vec<(u32, i32)> =
         (0..n as u32).map(|t| (t, jump(complex.uses[t as usize]))).filter(|b| b.1 != 0).collect();
-    let mut behind = vec![0i32; count];
-    use rayon::prelude::*;
-    let mean: Vec<f64> = run.install(|| {
-        largest
-            .par_iter()
-            .map(|(_, t)| {
-                let p = center(complex, *t);
-                let see = |b: &&(u32, i32)| b.0 != *t && !run.is_cancelled();
-                bounding.iter().filter(see).map(|(u, m)| f64::from(*m) * winding(corner(*u).map(|x| x - p))).sum()
+    // Between two triangles that follow each other around an edge the number is one: patches that hang together need one
+    // of them to be measured.
+    let mut next: Vec<(u32, u32, i32)> = Vec::new();
+    for e in sides.edges().filter(|e| e.iter().any(|s| patch[s.triangle()] != patch[e[0].triangle()])) {
+        let [u, v] = ends(e[0].key);
+        let around = turn_around(complex, u, v, e);
+        for (i, s) in around.iter().enumerate() {
+            let other = &around[(i + 1) % around.len()];
+            // a triangle that runs u -> v is met at its back, left at its front
+            let at_back = |s: &Side| directed(&complex.triangles, s.half) == [u, v];
+            let steps = |s: &Side| jump(complex.uses[s.triangle()]);
+            let left = if at_back(s) { -steps(s) } else { 0 };
+            let met = if at_back(other) { 0 } else { -steps(other) };
+            let (p, q) = (patch[s.triangle()], patch[other.triangle()]);
+            // behind[q] = behind[p] + difference
+            next.extend([(p, q, left - met), (q, p, met - left)]);
+        }
+    }
+    next.sort_unstable();
+    next.dedup();
+    let mut behind: Vec<Option<i32>> = vec![None; count];
+    let mut stack = Vec::new();
+    for seed in 0..count {
+        if behind[seed].is_some() {
+            continue;
+        }
+        run.check()?;
+        let t = largest[seed].1;
+        let p = center(complex, t);
+        let see = |b: &&(u32, i32)| b.0 != t;
+        let mean: f64 = run
+            .install(|| {
+                bounding
+                    .par_iter()
+                    .filter(see)
+                    .map(|(u, m)| f64::from(*m) * winding(corner(*u).map(|x| x - p)))
+                    .collect::<Vec<f64>>()
             })
-            .collect()
-    });
-    run.check()?;
-    for (p, (_, t)) in largest.iter().enumerate() {
-        behind[p] = (mean[p] + 0.5 * f64::from(jump(complex.uses[*t as usize]))).round() as i32;
+            .iter()
+            .sum();
+        behind[seed] = Some((mean + 0.5 * f64::from(jump(complex.uses[t as usize]))).round() as i32);
+        stack.push(seed as u32);
+        while let Some(p) = stack.pop() {
+            let from = next.partition_point(|x| x.0 < p);
+            for (_, q, difference) in next[from..].iter().take_while(|x| x.0 == p) {
+                if behind[*q as usize].is_none() {
+                    behind[*q as usize] = behind[p as usize].map(|b| b + difference);
+                    stack.push(*q);
+                }
+            }
+        }
     }
     let mut out = Vec::new();
     for t in 0..n as u32 {
         let u = complex.uses[t as usize];
-        let back = behind[patch[t as usize] as usize];
+        let back = behind[patch[t as usize] as usize].unwrap_or(0);
         let mut layer = |from: i32, to: i32, plate: bool| {
             // the body lies on the side with the larger number, or for negative ones with the smaller
             let level = from.max(to);
@@ -444,31 +481,36 @@ fn part(
         }
     }
     let home = mesh.nodes.clone();
-    let mut last = Vec::new();
-    for round in 0..=ROUNDS {
-        run.check()?;
-        for v in 0..n {
-            if let Some(d) = draws[v] {
-                mesh.nodes[v] = home[v] + d.by * d.way;
-            }
+    for v in 0..n {
+        if let Some(d) = draws[v] {
+            mesh.nodes[v] = home[v] + d.by * d.way;
         }
-        let pairs = crossings(&mesh, run)?;
+    }
+    let mut pairs = crossings(&mesh, run)?;
+    for round in 0..ROUNDS {
         if pairs.is_empty() {
-            return Ok(Ok(Levels { mesh, parted, plates }));
+            break;
         }
-        last = pairs;
-        let pairs = &last;
+        run.check()?;
         let mut touched: Vec<u32> = pairs.iter().flatten().flat_map(|t| mesh.triangles[*t as usize]).collect();
         touched.sort_unstable();
         touched.dedup();
+        let mut moved = vec![false; mesh.triangles.len()];
         for v in touched {
             if let Some(d) = &mut draws[v as usize] {
                 // where there is no room surfaces touch, as they do without a gap; what lies on itself must not
                 d.by *= if round >= 4 && !d.must { 0.0 } else { 0.3 };
+                mesh.nodes[v as usize] = home[v as usize] + d.by * d.way;
+                around(v).iter().for_each(|t| moved[*t as usize] = true);
             }
         }
+        // away from what moved nothing has changed
+        let some: Vec<u32> = (0..moved.len() as u32).filter(|t| moved[*t as usize]).collect();
+        pairs.retain(|pair| !pair.iter().any(|t| moved[*t as usize]));
+        pairs.extend(crossings_among(&mesh, &some, run)?);
+        pairs.sort_unstable();
     }
-    Ok(Err(last))
+    Ok(if pairs.is_empty() { Ok(Levels { mesh, parted, plates }) } else { Err(pairs) })
 }
 
 /// Intersections of a mesh in which nodes at one place count as one: surfaces may touch there.
@@ -476,6 +518,13 @@ pub(super) fn crossings(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let mut welded = mesh.clone();
     super::clean::weld(&mut welded);
     self_intersections(&welded, run)
+}
+
+/// Those [`crossings`] that concern one of these triangles, which ascend.
+fn crossings_among(mesh: &TriMesh, some: &[u32], run: &Run) -> Result<Vec<[u32; 2]>> {
+    let mut welded = mesh.clone();
+    super::clean::weld(&mut welded);
+    intersections_among(&welded, some, run)
 }
 
 /// `Some(true)`: nothing but one side of a sheet; `Some(false)`: no sheet; `None`: the rim of a sheet, with both sides.

@@ -17,15 +17,18 @@ const ROUNDS: usize = 7;
 const LOOSE_SHARE: f64 = 0.1;
 
 /// Takes out triangles that intersect or hang on non-manifold edges and nodes, then what came loose, and closes the holes.
-/// Returns the mesh with the places of what went; `None` if that does not end.
-pub(super) fn refill(mesh: &TriMesh, run: &Run) -> Result<Option<(TriMesh, Vec<DVec3>)>> {
+/// `pairs` are the intersecting triangles. Returns the mesh with the places of what went; `None` if that does not end.
+pub(super) fn refill(mesh: &TriMesh, pairs: &[[u32; 2]], run: &Run) -> Result<Option<(TriMesh, Vec<DVec3>)>> {
     let mut m = mesh.clone();
     let mut places = Vec::new();
     for round in 0..ROUNDS {
         run.check()?;
         let d = m.defects();
         let mut bad = vec![false; m.triangles.len()];
-        self_intersections(&m, run)?.iter().flatten().for_each(|t| bad[*t as usize] = true);
+        if round == 0 {
+            // later there are none: all of these went, and fillings that intersect are refused
+            pairs.iter().flatten().for_each(|t| bad[*t as usize] = true);
+        }
         let mut node = vec![false; m.nodes.len()];
         for e in d.nonmanifold_edges.iter().chain(&d.misoriented_edges) {
             e.iter().for_each(|v| node[*v as usize] = true);

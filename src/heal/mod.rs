@@ -31,6 +31,7 @@ mod fill;
 mod holes;
 mod levels;
 mod local;
+mod onto;
 mod planar;
 mod report;
 mod sides;
@@ -41,8 +42,10 @@ mod wrap;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use crate::error::{Error, Result};
+use crate::geometry::SurfaceOracle;
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -78,6 +81,19 @@ pub struct Healed {
 /// [`Error::Input`] for a mesh that is not [valid](TriMesh::validate); [`Error::Failed`] if nothing is left;
 /// [`Error::Cancelled`].
 pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed> {
+    heal_onto(input, options, None, run)
+}
+
+/// The same for a mesh of a surface somebody knows: new nodes are moved there, as far as nothing turns over or intersects.
+///
+/// # Errors
+/// Those of [`heal`].
+pub fn heal_onto(
+    input: &TriMesh,
+    options: &HealOptions,
+    oracle: Option<&dyn SurfaceOracle>,
+    run: &Run,
+) -> Result<Healed> {
     input.validate()?;
     let mut mesh = input.clone();
     let mut report = HealReport::default();
@@ -95,12 +111,17 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
     let longest = options.max_hole.unwrap_or(usize::MAX);
     let wanted = holes::close_holes(&mut mesh, longest, Defect::Hole, &mut report, run)?.wanted;
     clean::turn_outward(&mut mesh, &mut report);
-    if wanted == 0 && !is_sound(&mesh, run)? {
+    let mut pairs = levels::crossings(&mesh, run)?;
+    if wanted == 0 && !(pairs.is_empty() && is_closed_manifold(&mesh)) {
         run.progress("uncross", 0.0);
-        mesh = repair(input, mesh, diagonal, &mut report, run)?;
+        (mesh, pairs) = repair(input, mesh, pairs, diagonal, &mut report, run)?;
+    }
+    if let Some(oracle) = oracle {
+        run.progress("project", 0.0);
+        onto::onto(&mut mesh, oracle, &mut report, run)?;
     }
     mesh.drop_unused_nodes();
-    judge(input, &mesh, diagonal, &mut report, run)?;
+    judge(input, &mesh, &pairs, diagonal, &mut report, run);
     Ok(Healed { mesh, report })
 }
 
@@ -111,10 +132,14 @@ const GAP: f64 = 1e-5;
 /// A result that keeps less of the input is taken only if there is no other.
 const ENOUGH: f64 = 0.98;
 
+fn is_closed_manifold(mesh: &TriMesh) -> bool {
+    let d = mesh.defects();
+    d.is_closed() && d.is_manifold() && d.is_oriented()
+}
+
 /// Whether nothing is wrong.
 fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
-    let d = mesh.defects();
-    Ok(d.is_closed() && d.is_manifold() && d.is_oriented() && levels::crossings(mesh, run)?.is_empty())
+    Ok(is_closed_manifold(mesh) && levels::crossings(mesh, run)?.is_empty())
 }
 
 /// Contours are closed whatever the filling intersects where they span less than this share of their piece.
@@ -128,27 +153,35 @@ const NEARLY_CLOSED: f64 = 0.2;
 /// - the same, with all open pieces as sheets;
 /// - taken out and filled again, whatever is lost;
 /// - a new surface around everything.
-fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<TriMesh> {
+///
+/// `pairs` are the triangles that intersect. Returns the mesh with those that still do.
+fn repair(
+    input: &TriMesh,
+    mesh: TriMesh,
+    pairs: Vec<[u32; 2]>,
+    diagonal: f64,
+    report: &mut HealReport,
+    run: &Run,
+) -> Result<(TriMesh, Vec<[u32; 2]>)> {
+    let sound = |m: TriMesh| Ok((m, Vec::new()));
+    let solids_cross = solids_cross(&mesh, &pairs);
     let mut refilled = None;
-    if let Some((m, places)) = local::refill(&mesh, run)?
+    if let Some((m, places)) = local::refill(&mesh, &pairs, run)?
         && is_sound(&m, run)?
     {
         let kept = kept(input, &m, KEPT_WITHIN * diagonal, run);
-        if kept >= ENOUGH && !solids_cross(&mesh, run)? {
+        if kept >= ENOUGH && !solids_cross {
             report.add(Defect::SelfIntersection, Action::Refilled, places.len(), &places);
-            return Ok(m);
+            return sound(m);
         }
         refilled = Some((m, places, kept));
     }
-    let d = mesh.defects();
-    if d.is_closed()
-        && d.is_manifold()
-        && d.is_oriented()
-        && !solids_cross(&mesh, run)?
+    if is_closed_manifold(&mesh)
+        && !solids_cross
         && let Some((m, places)) = local::draw_back(&mesh, run)?
     {
         report.add(Defect::SelfIntersection, Action::DrawnBack, places.len(), &places);
-        return Ok(m);
+        return sound(m);
     }
     let mut best: Option<(TriMesh, HealReport, f64)> = None;
     for force in [true, false] {
@@ -164,7 +197,7 @@ fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport
             let kept = kept(input, &m, KEPT_WITHIN * diagonal, run);
             if kept >= ENOUGH {
                 *report = r;
-                return Ok(m);
+                return sound(m);
             }
             if best.as_ref().is_none_or(|b| kept > b.2) {
                 best = Some((m, r, kept));
@@ -175,19 +208,19 @@ fn repair(input: &TriMesh, mesh: TriMesh, diagonal: f64, report: &mut HealReport
         && best.as_ref().is_none_or(|b| kept > b.2)
     {
         report.add(Defect::SelfIntersection, Action::Refilled, places.len(), &places);
-        return Ok(m);
+        return sound(m);
     }
     if let Some((m, r, _)) = best {
         *report = r;
-        return Ok(m);
+        return sound(m);
     }
     let m = wrap::wrap(&mesh, run)?;
     if is_sound(&m, run)? {
         let all: Vec<DVec3> = mesh.nodes.clone();
         report.add(Defect::SelfIntersection, Action::Rebuilt, mesh.triangles.len(), &all);
-        return Ok(m);
+        return sound(m);
     }
-    Ok(mesh)
+    Ok((mesh, pairs))
 }
 
 /// Pieces that share no node, whether each is closed, and the piece of each triangle.
@@ -203,12 +236,12 @@ fn closed_pieces(mesh: &TriMesh) -> (Vec<u32>, Vec<bool>) {
     (piece, solid)
 }
 
-/// Whether triangles of different closed pieces intersect.
-fn solids_cross(mesh: &TriMesh, run: &Run) -> Result<bool> {
+/// Whether some of the pairs of triangles are of different closed pieces.
+fn solids_cross(mesh: &TriMesh, pairs: &[[u32; 2]]) -> bool {
     let (piece, solid) = closed_pieces(mesh);
     let of = |t: u32| piece[t as usize];
     let differ = |a: u32, b: u32| a != b && solid[a as usize] && solid[b as usize];
-    Ok(levels::crossings(mesh, run)?.iter().any(|[t, u]| differ(of(*t), of(*u))))
+    pairs.iter().any(|[t, u]| differ(of(*t), of(*u)))
 }
 
 /// Cuts triangles along their intersections and parts what crosses; pieces that do not close become sheets of a small
@@ -237,14 +270,14 @@ fn used_bounds(mesh: &TriMesh) -> Aabb {
     Aabb::around(mesh.triangles.iter().flatten().map(|v| mesh.nodes[*v as usize]))
 }
 
-/// Measures the result.
-fn judge(input: &TriMesh, mesh: &TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
+/// Measures the result, whose intersecting triangles are `pairs`.
+fn judge(input: &TriMesh, mesh: &TriMesh, pairs: &[[u32; 2]], diagonal: f64, report: &mut HealReport, run: &Run) {
     run.progress("measure", 0.0);
     let d = mesh.defects();
     report.closed = d.is_closed() && !mesh.triangles.is_empty();
     report.manifold = d.is_manifold();
     report.oriented = d.is_oriented();
-    let mut hit: Vec<u32> = levels::crossings(mesh, run)?.into_iter().flatten().collect();
+    let mut hit: Vec<u32> = pairs.as_flattened().to_vec();
     hit.sort_unstable();
     hit.dedup();
     report.self_intersections = hit.len();
@@ -261,7 +294,6 @@ fn judge(input: &TriMesh, mesh: &TriMesh, diagonal: f64, report: &mut HealReport
             report.shortfalls.push(what.into());
         }
     }
-    Ok(())
 }
 
 /// Share of the input's area within `tolerance` of the mesh, at evenly spread points.
@@ -270,28 +302,50 @@ fn kept(input: &TriMesh, mesh: &TriMesh, tolerance: f64, run: &Run) -> f64 {
     if !(total > 0.0) || mesh.triangles.is_empty() {
         return 0.0;
     }
-    let bvh = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+    // triangles that are still there need no search
+    let places = |m: &TriMesh, t: usize| {
+        let mut p = m.corners(t).map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+        p.sort_unstable();
+        p
+    };
+    let same: FxHashSet<[[u64; 3]; 3]> = (0..mesh.triangles.len()).map(|t| places(mesh, t)).collect();
     // one point each `step` of area, the triangles laid end to end
     let step = total / SAMPLES as f64;
-    let mut points: Vec<DVec3> = Vec::with_capacity(SAMPLES);
-    let (mut sum, mut next) = (0.0, 0.5 * step);
+    let mut points: Vec<DVec3> = Vec::new();
+    let (mut sum, mut next, mut count) = (0.0, 0.5 * step, 0usize);
     for t in 0..input.triangles.len() {
         sum += 0.5 * input.area_vector(t).length();
+        if next >= sum {
+            continue;
+        }
+        let gone = !same.contains(&places(input, t));
+        let [a, b, c] = input.corners(t);
         while next < sum {
             // the R2 sequence of M. Roberts (2018): even without a seed
-            let i = points.len() as f64;
+            let i = count as f64;
             let (mut u, mut v) =
                 ((0.5 + i * 0.754_877_666_246_692_8).fract(), (0.5 + i * 0.569_840_290_998_053_2).fract());
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
-            let [a, b, c] = input.corners(t);
-            points.push(a + u * (b - a) + v * (c - a));
+            if gone {
+                points.push(a + u * (b - a) + v * (c - a));
+            }
+            count += 1;
             next += step;
         }
     }
-    let near =
-        |p: &DVec3| bvh.nearest(*p, tolerance, |t| triangle_distance_squared(*p, mesh.corners(t as usize))).is_some();
-    let hits = run.install(|| points.par_iter().filter(|p| near(p)).count());
-    hits as f64 / points.len().max(1) as f64
+    if points.is_empty() {
+        return 1.0;
+    }
+    let bvh = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+    let near = |p: &DVec3| {
+        let mut found = false;
+        bvh.overlapping(&Aabb::new(*p, *p).grown(tolerance), |t| {
+            found = found || triangle_distance_squared(*p, mesh.corners(t as usize)) <= tolerance * tolerance;
+        });
+        found
+    };
+    let missed = run.install(|| points.par_iter().filter(|p| !near(p)).count());
+    1.0 - missed as f64 / count as f64
 }

@@ -61,6 +61,8 @@ pub enum Action {
     Thickened,
     /// The surface was made anew at a resolution, from the winding number.
     Rebuilt,
+    /// New nodes were moved to the surface they stand for.
+    Projected,
     /// Left as it is.
     Left,
 }

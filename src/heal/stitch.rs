@@ -15,8 +15,18 @@ use crate::spatial::{Aabb, Bvh};
 /// the last, which is how far the input may be left, a gap is a hole, not an inaccuracy.
 const LADDER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 2.5e-5, 5e-5, 1e-4];
 
+/// Tolerances tried after that on a mesh that is nothing but scattered corners: on one that has holes as well the border of
+/// a hole would be all there is left to join.
+const SCATTERED: [f64; 5] = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3];
+
+/// Corners are scattered where this share of all sides is open, more than holes leave.
+const MOSTLY_OPEN: f64 = 0.9;
+
 /// An edge is joined only to one that is this much longer than the gap, or more.
 const LENGTH_PER_GAP: f64 = 4.0;
+
+/// The same where corners are scattered: each side has its counterpart there, which is nearer than any other.
+const LENGTH_PER_SCATTER: f64 = 2.0;
 
 /// Cosine of the largest angle between an edge and the border of a node that is put into it.
 const ALONG: f64 = 0.94;
@@ -24,28 +34,37 @@ const ALONG: f64 = 0.94;
 /// Joins borders step by step, from the smallest tolerance to the largest that open edges are left for: first edges that
 /// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for.
 pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
+    let mut open = Sides::of(&mesh.triangles).open();
+    let scattered = open.len() as f64 >= MOSTLY_OPEN * 3.0 * mesh.triangles.len() as f64;
     for junctions in [false, true] {
-        for share in LADDER {
+        for share in LADDER.iter().chain(if junctions { &[][..] } else { &SCATTERED }) {
             run.check()?;
-            if Sides::of(&mesh.triangles).open().is_empty() {
+            if open.is_empty() {
                 return Ok(());
             }
+            let beyond = *share > LADDER[LADDER.len() - 1];
+            if beyond && !scattered {
+                break;
+            }
+            let per_gap = if beyond { LENGTH_PER_SCATTER } else { LENGTH_PER_GAP };
             let tolerance = share * diagonal;
             for _ in 0..if junctions { 4 } else { 0 } {
-                let split = split_junctions(mesh, tolerance);
+                let split = split_junctions(mesh, &open, tolerance);
                 if split.is_empty() {
                     break;
                 }
+                open = Sides::of(&mesh.triangles).open();
                 report.add(Defect::TJunction, Action::Split, split.len(), &split);
             }
             // ends that move bring others within reach
             for _ in 0..3 {
-                let near = join_edges(mesh, tolerance);
+                let near = join_edges(mesh, &open, tolerance, per_gap);
                 if near.is_empty() {
                     break;
                 }
                 report.add(Defect::NearBorders, Action::Merged, near.len(), &near);
                 drop_duplicates(mesh, report);
+                open = Sides::of(&mesh.triangles).open();
             }
         }
     }
@@ -56,10 +75,9 @@ fn cell(p: DVec3, width: f64) -> [i64; 3] {
     (p / width).floor().to_array().map(|x| x as i64)
 }
 
-/// Makes one of the ends of open edges that run against each other within the tolerance and are each other's best.
-fn join_edges(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
-    let sides = Sides::of(&mesh.triangles);
-    let open: Vec<[u32; 2]> = sides.open().iter().map(|h| directed(&mesh.triangles, *h)).collect();
+/// `open` are the open sides. Makes one of the ends of those that run against each other within the tolerance and are each other's best.
+fn join_edges(mesh: &mut TriMesh, open: &[u32], tolerance: f64, per_gap: f64) -> Vec<DVec3> {
+    let open: Vec<[u32; 2]> = open.iter().map(|h| directed(&mesh.triangles, *h)).collect();
     if open.len() < 2 {
         return Vec::new();
     }
@@ -75,7 +93,7 @@ fn join_edges(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
         .iter()
         .enumerate()
         .map(|(i, &[a, b])| {
-            let limit = tolerance.min(p(a).distance(p(b)) / LENGTH_PER_GAP);
+            let limit = tolerance.min(p(a).distance(p(b)) / per_gap);
             let [x, y, z] = cell(middle([a, b]), width);
             let mut best: Option<(bool, f64, u32)> = None;
             for (dx, dy, dz) in (0..27).map(|n| (n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)) {
@@ -145,9 +163,7 @@ fn join_edges(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
 }
 
 /// Puts border nodes into the open edges they lie on, one edge of each triangle at a time.
-fn split_junctions(mesh: &mut TriMesh, tolerance: f64) -> Vec<DVec3> {
-    let sides = Sides::of(&mesh.triangles);
-    let open = sides.open();
+fn split_junctions(mesh: &mut TriMesh, open: &[u32], tolerance: f64) -> Vec<DVec3> {
     if open.is_empty() {
         return Vec::new();
     }

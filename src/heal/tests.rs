@@ -220,6 +220,55 @@ fn a_fin_goes() {
     assert!(found(&h, Defect::Fin, Action::Removed), "{}", h.report);
 }
 
+/// The torus of [`torus`] itself.
+struct Torus;
+
+impl SurfaceOracle for Torus {
+    fn project(&self, p: DVec3, reach: f64) -> Option<crate::geometry::Foot> {
+        let ring = 2.0 * DVec3::new(p.x, p.y, 0.0).normalize();
+        let normal = (p - ring).normalize();
+        let point = ring + normal;
+        (point.distance(p) <= reach).then_some(crate::geometry::Foot { point, normal, face: 0 })
+    }
+
+    fn curvatures(&self, _: &crate::geometry::Foot) -> Option<[f64; 2]> {
+        None
+    }
+}
+
+#[test]
+fn fillings_come_to_the_surface_where_it_is_known() {
+    let mesh = torus(40, 24);
+    let hole = without(&mesh, |t| mesh.centroid(t).distance(DVec3::new(3.0, 0.0, 0.0)) < 0.9);
+    let plain = healed(&hole);
+    let h = heal_onto(&hole, &HealOptions::default(), Some(&Torus), &Run::new()).unwrap();
+    assert!(h.report.is_sound() && found(&h, Defect::Hole, Action::Projected), "{}", h.report);
+    assert_eq!(h.mesh.triangles, plain.mesh.triangles);
+    let off =
+        |m: &TriMesh, p: &DVec3| Torus.project(*p, 9.0).map_or(9.0, |f| f.point.distance(*p)) / m.bounds().diagonal();
+    let worst = |m: &TriMesh| m.nodes.iter().map(|p| off(m, p)).fold(0.0, f64::max);
+    assert!(worst(&plain.mesh) > 1e-3 && worst(&h.mesh) < 1e-12, "{:e} {:e}", worst(&plain.mesh), worst(&h.mesh));
+    // nodes that were there have not moved
+    assert!(hole.nodes.iter().filter(|p| !h.mesh.nodes.contains(p)).all(|p| !plain.mesh.nodes.contains(p)));
+}
+
+#[test]
+fn scattered_corners_are_joined_beyond_what_a_gap_may_be() {
+    let mesh = torus(16, 10);
+    let mut soup = TriMesh::new(Vec::new(), Vec::new());
+    for t in 0..mesh.triangles.len() {
+        for (k, p) in mesh.corners(t).into_iter().enumerate() {
+            let i = (3 * t + k) as f64;
+            soup.nodes.push(p + 5e-3 * DVec3::new((i * 1.7).sin(), (i * 2.3).sin(), (i * 3.1).sin()));
+        }
+        let n = soup.nodes.len() as u32;
+        soup.triangles.push([n - 3, n - 2, n - 1]);
+        soup.labels.push(0);
+    }
+    let h = expect(&soup, 0, 1);
+    assert_eq!(h.mesh.triangles.len(), mesh.triangles.len());
+}
+
 #[test]
 fn turned_triangles_turn_back() {
     let mut mesh = torus(12, 8);

@@ -14,11 +14,17 @@
 //! *References.* \[LAZ\] V. V. Lazarev, "An efficient algorithm for merging node-matched fragments of surface grids" (in
 //! Russian), with the prefix sum of 4.3 without its -1, `s(i) <= j < s(i + 1)`, and an edge's inner nodes without its ends.
 
+mod blocks;
 mod numbering;
+mod reordered;
 pub mod sets;
 mod view;
 
 #[cfg(test)]
+mod blocks_tests;
+#[cfg(test)]
 mod tests;
 
+pub use blocks::{Block, Blocks};
+pub use reordered::Reordered;
 pub use view::{Merged, Place, Replacement};

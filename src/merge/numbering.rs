@@ -1,7 +1,7 @@
 //! Global numbers of nodes and cells, as prefix sums over fragments.
 
 use crate::error::{Error, Result};
-use crate::model::{Fragments, Loop, Model};
+use crate::model::{Cells, Fragments, Loop, Model};
 
 use super::sets::{Progression, Unions};
 
@@ -16,10 +16,10 @@ pub(super) struct Starts {
 }
 
 impl Starts {
-    /// Lays stretches of these lengths one after the other from `first` on; `None` beyond what a `u32` can number.
-    fn lay(&mut self, first: usize, lengths: impl Iterator<Item = usize>) -> Option<()> {
+    /// Lays stretches of these lengths one after the other; `None` beyond what a `u32` can number.
+    pub(super) fn lay(&mut self, lengths: impl Iterator<Item = usize>) -> Option<()> {
         self.starts.clear();
-        let mut end = u32::try_from(first).ok()?;
+        let mut end = 0u32;
         self.starts.push(end);
         for length in lengths {
             end = end.checked_add(u32::try_from(length).ok()?)?;
@@ -27,11 +27,10 @@ impl Starts {
         }
         // So many that most entries' numbers fall into two stretches at most.
         let entries = 4 * self.starts.len() as u64;
-        let first = u64::from(self.starts[0]);
-        self.shift = ((u64::from(end) - first) / entries).checked_ilog2().map_or(0, |l| l + 1);
+        self.shift = (u64::from(end) / entries).checked_ilog2().map_or(0, |l| l + 1);
         self.guide.clear();
         let mut k = 0;
-        for i in (first..=u64::from(end)).step_by(1 << self.shift) {
+        for i in (0..=u64::from(end)).step_by(1 << self.shift) {
             while k + 1 < self.len() && u64::from(self.starts[k + 1]) <= i {
                 k += 1;
             }
@@ -58,7 +57,7 @@ impl Starts {
     /// The stretch that holds `i`, which must be one of their numbers.
     #[inline]
     pub(super) fn find(&self, i: usize) -> usize {
-        let bucket = (i - self.start(0)) >> self.shift;
+        let bucket = i >> self.shift;
         let mut k = self.guide[bucket] as usize;
         // one step without a branch, which nobody could predict, is enough nearly always
         k += usize::from(self.starts[k + 1] as usize <= i);
@@ -70,15 +69,29 @@ impl Starts {
     }
 }
 
+/// How the cells of a face are found and numbered.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FaceAccess {
+    /// Where its corners stand among those of all fragments.
+    pub(super) corners: u32,
+    /// How many corners each cell has; 0 where they differ or are not stored.
+    pub(super) size: u32,
+    /// What to add to the number an inner node has in the fragment, to wrap around.
+    pub(super) shift: u32,
+    /// How many of the fragment's nodes are on its border.
+    pub(super) border: u32,
+}
+
 /// The functions of \[LAZ\] section 4 for one model with its fragments.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Numbering {
-    /// Where the inner nodes of each edge begin, after one node per vertex.
-    pub(super) edges: Starts,
-    /// Where the inner nodes of each face begin, after those of the edges.
-    pub(super) faces: Starts,
+    /// Stretches of nodes that are kept together: those of all vertices, the inner ones of each edge, those of each face.
+    pub(super) nodes: Starts,
+    /// For each stretch what to add to a node's number for its place among those of all fragments, to wrap around.
+    pub(super) places: Vec<u32>,
     /// Where the cells of each face begin: `s` of 4.3.
     pub(super) cells: Starts,
+    pub(super) faces: Vec<FaceAccess>,
     /// For each face its border's global numbers: `bounds` of 4.2.
     pub(super) bounds: Unions,
 }
@@ -87,37 +100,51 @@ impl Numbering {
     /// Numbers node-matched fragments anew; memory is kept.
     pub(super) fn renew<P, C, S>(&mut self, model: &Model<P, C, S>, fragments: &Fragments) -> Result<()> {
         let too_many = |what| Error::Failed(format!("the merged mesh has more {what} than 32 bits can number"));
+        let [vertices, edges, faces] = fragments.counts();
         // A pole's nodes are all its vertex.
-        let chain = |(e, edge): (usize, &crate::model::EdgeFragment)| {
-            if model.edges[e].pole { 0 } else { edge.inner().len() }
-        };
-        let chains = fragments.edges.iter().enumerate().map(chain);
-        self.edges.lay(fragments.vertices.len(), chains).ok_or_else(|| too_many("nodes"))?;
-        self.faces
-            .lay(self.edges.end(), fragments.faces.iter().map(|f| f.inner_count()))
+        let chain = |e: usize| if model.edges[e].pole { 0 } else { fragments.edge_span(e)[1] as usize };
+        let inner = |f: usize| fragments.face_span(f)[1] as usize;
+        self.nodes
+            .lay(std::iter::once(vertices).chain((0..edges).map(chain)).chain((0..faces).map(inner)))
             // the largest number is left free as a mark
-            .filter(|()| self.faces.end() < u32::MAX as usize)
+            .filter(|()| self.nodes.end() < u32::MAX as usize)
             .ok_or_else(|| too_many("nodes"))?;
-        self.cells.lay(0, fragments.faces.iter().map(|f| f.cells().len())).ok_or_else(|| too_many("cells"))?;
+        self.cells.lay((0..faces).map(|f| fragments.cell_count(f))).ok_or_else(|| too_many("cells"))?;
+        self.places.clear();
+        self.places.push(0);
+        for e in 0..edges {
+            self.places.push(fragments.edge_span(e)[0].wrapping_sub(self.nodes.start(1 + e) as u32));
+        }
+        self.faces.clear();
+        for f in 0..faces {
+            let [first, _, border, corners] = fragments.face_span(f);
+            let start = self.nodes.start(1 + edges + f) as u32;
+            self.places.push(first.wrapping_sub(start));
+            let size = match fragments.face(f).cells() {
+                Cells::Triangles(_) => 3,
+                Cells::Quads(_) => 4,
+                Cells::Polygons { .. } | Cells::Grid(_) => 0,
+            };
+            self.faces.push(FaceAccess { corners, size, shift: start.wrapping_sub(border), border });
+        }
         self.bounds.clear();
         for face in &model.faces {
             for border in &face.loops {
                 match border {
-                    Loop::Vertex(v) => self.bounds.join(Progression::ascending(*v, 1)),
+                    Loop::Vertex(v) => self.bounds.join(*v, Progression::ascending(0, 0)),
                     Loop::Edges(list) => {
                         for c in list {
                             let begin = model.begins(*c);
-                            self.bounds.join(Progression::ascending(begin, 1));
                             let e = c.edge as usize;
-                            let chain = fragments.edges[e].nodes().len() as u32;
+                            let chain = fragments.edge_span(e)[1] + 2;
                             let inner = if model.edges[e].pole {
                                 Progression { first: begin, len: chain, step: 0 }.exclude_bounds()
                             } else {
                                 // as if the chain were numbered in a row, its ends too
-                                let first = (self.edges.start(e) as u32).wrapping_sub(1);
+                                let first = (self.nodes.start(1 + e) as u32).wrapping_sub(1);
                                 Progression::ascending(first, chain).exclude_bounds()
                             };
-                            self.bounds.join(if c.reversed { inner.reverse() } else { inner });
+                            self.bounds.join(begin, if c.reversed { inner.reverse() } else { inner });
                         }
                     }
                 }

@@ -45,15 +45,21 @@ impl Progression {
     }
 }
 
-/// One progression of a [`Union`], and which number its first element has there.
+/// One element and a progression after it, and which number the element has in its union.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Part {
     begin: u32,
-    first: u32,
+    head: u32,
+    /// What element `i` of the union would be if `i` were after the head: `offset + step i`.
+    offset: u32,
     step: i32,
 }
 
-/// Many unions of progressions, kept one after the other.
+/// Parts up to which looking at each of them is quicker than a search.
+const FEW: usize = 6;
+
+/// Many unions, kept one after the other. Each is a union of pairs: a single element (where an edge of a loop begins), and
+/// a progression (what is inside that edge).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Unions {
     parts: Vec<Part>,
@@ -63,12 +69,12 @@ pub struct Unions {
 }
 
 impl Unions {
-    /// Joins a progression to the union that is being built.
-    pub fn join(&mut self, set: Progression) {
-        if set.len > 0 {
-            self.parts.push(Part { begin: self.growing, first: set.first, step: set.step });
-            self.growing += set.len;
-        }
+    /// Joins an element and a progression to the union that is being built.
+    pub fn join(&mut self, head: u32, tail: Progression) {
+        let begin = self.growing;
+        let offset = tail.first.wrapping_sub((tail.step as u32).wrapping_mul(begin.wrapping_add(1)));
+        self.parts.push(Part { begin, head, offset, step: tail.step });
+        self.growing += 1 + tail.len;
     }
 
     /// Ends the union that is being built; the next [`join`](Self::join) begins another.
@@ -88,17 +94,19 @@ impl Unions {
         &self.parts[begin..self.ends[union].0 as usize]
     }
 
-    /// Element `i` of a union, which must be there.
+    /// Element `i` of a union; beyond the end it is something, of an empty union 0.
     #[inline]
     pub fn get(&self, union: usize, i: u32) -> u32 {
         let mut parts = self.parts(union);
-        while parts.len() > 1 {
+        // not branches: which way a search turns cannot be predicted
+        while parts.len() > FEW {
             let (low, high) = parts.split_at(parts.len() / 2);
-            // not a branch: which way a search turns cannot be predicted
             parts = select_unpredictable(high[0].begin <= i, high, low);
         }
-        let part = &parts[0];
-        part.first.wrapping_add((part.step as u32).wrapping_mul(i.wrapping_sub(part.begin)))
+        let Some((_, later)) = parts.split_first() else { return 0 };
+        let found = parts[later.iter().map(|part| usize::from(part.begin <= i)).sum::<usize>()];
+        let in_tail = found.offset.wrapping_add((found.step as u32).wrapping_mul(i));
+        select_unpredictable(i == found.begin, found.head, in_tail)
     }
 
     /// How many elements a union has.
@@ -107,13 +115,14 @@ impl Unions {
     }
 
     /// Replaces the contents of `list` by the elements of a union.
+    #[inline]
     pub fn list(&self, union: usize, list: &mut Vec<u32>) {
         list.clear();
         let parts = self.parts(union);
         for (k, part) in parts.iter().enumerate() {
             let end = parts.get(k + 1).map_or(self.ends[union].1, |next| next.begin);
-            let set = Progression { first: part.first, len: end - part.begin, step: part.step };
-            list.extend((0..set.len).map(|i| set.get(i)));
+            list.push(part.head);
+            list.extend((part.begin + 1..end).map(|i| part.offset.wrapping_add((part.step as u32).wrapping_mul(i))));
         }
     }
 }

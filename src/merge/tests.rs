@@ -32,6 +32,13 @@ fn together(cut: &Cut, view: &dyn MeshView, original: &TriMesh) -> TriMesh {
     whole
 }
 
+fn fragments(vertices: Vec<DVec3>, edges: &[EdgeFragment], faces: &[FaceFragment]) -> Fragments {
+    let mut all = Fragments::new(vertices);
+    edges.iter().for_each(|e| all.push_edge(e).unwrap());
+    faces.iter().for_each(|f| all.push_face(f).unwrap());
+    all
+}
+
 /// Reads a view in every way there is; all must tell the same.
 fn consistent(view: &Merged) {
     let cached = TriMesh::from_view(view);
@@ -44,6 +51,12 @@ fn consistent(view: &Merged) {
     for (j, cell) in corners.iter().enumerate() {
         assert_eq!(view.triangle(j).map(|t| t.to_vec()), Some(cell.clone()).filter(|c| c.len() == 3));
     }
+    let all: Vec<u32> = (0..m as u32).rev().collect();
+    let mut found = Vec::new();
+    view.triangles_at(&all, &mut found);
+    found.reverse();
+    let expected: Vec<[u32; 3]> = (0..m).map(|j| view.triangle(j).unwrap_or([u32::MAX; 3])).collect();
+    assert_eq!(found, expected);
     let fans = corners.iter().flat_map(|c| c[1..].windows(2).map(|p| [c[0], p[0], p[1]]));
     assert_eq!(fans.collect::<Vec<_>>(), cached.triangles);
     // parts of every length, from every place
@@ -67,8 +80,8 @@ fn consistent(view: &Merged) {
         assert_eq!((&nodes, &cells), (&cached.nodes, &corners), "step {step}");
     }
     // every node of a fragment is the node of its number, at the same place
-    for (f, face) in view.fragments().faces.iter().enumerate() {
-        for (v, p) in face.nodes().iter().enumerate() {
+    for (f, face) in view.fragments().faces().enumerate() {
+        for (v, p) in face.nodes().enumerate() {
             assert_eq!(view.node(view.local_to_global(f as u32, v as u32) as usize), *p);
         }
     }
@@ -104,17 +117,25 @@ fn the_four_operations() {
     }
     assert_eq!(list(s.select(Progression { first: 3, len: 2, step: -1 })), [13, 12]);
     let mut unions = Unions::default();
-    unions.join(s);
-    unions.join(Progression::ascending(0, 0));
-    unions.join(Progression { first: 7, len: 2, step: 0 });
+    unions.join(3, s);
+    unions.join(9, Progression::ascending(0, 0));
+    unions.join(7, Progression { first: 7, len: 2, step: 0 });
     unions.finish();
     unions.finish();
-    unions.join(s.reverse());
+    unions.join(4, s.reverse());
+    unions.finish();
+    for k in 0..20 {
+        unions.join(100 * k, Progression { first: 10 * k, len: k % 3, step: if k % 2 == 0 { 1 } else { -1 } });
+    }
     unions.finish();
     let elements = |u: usize| (0..unions.len(u) as u32).map(|i| unions.get(u, i)).collect::<Vec<_>>();
-    assert_eq!(elements(0), [10, 11, 12, 13, 14, 7, 7]);
-    assert_eq!((elements(1), elements(2)), (vec![], vec![14, 13, 12, 11, 10]));
-    for u in 0..3 {
+    assert_eq!(elements(0), [3, 10, 11, 12, 13, 14, 9, 7, 7, 7]);
+    assert_eq!((elements(1), elements(2)), (vec![], vec![4, 14, 13, 12, 11, 10]));
+    let long: Vec<u32> = (0..20u32)
+        .flat_map(|k| [100 * k, 10 * k, 11 * k - k * (1 + k % 2)].into_iter().take(1 + k as usize % 3))
+        .collect();
+    assert_eq!(elements(3).len(), long.len());
+    for u in 0..4 {
         let mut list = vec![99];
         unions.list(u, &mut list);
         assert_eq!(list, elements(u));
@@ -172,8 +193,25 @@ proptest! {
         let cut = from_mesh(&mesh, &borders, &corners).unwrap();
         let view = merged(&cut);
         consistent(&view);
-        prop_assert_eq!(together(&cut, &view, &mesh), mesh);
+        prop_assert_eq!(&together(&cut, &view, &mesh), &mesh);
+        // in the numbers it had it is the mesh itself, also in parts
+        let again = Reordered::new(view, cut.nodes, &cut.triangles).unwrap();
+        prop_assert_eq!(&TriMesh::from_view(&again), &mesh);
+        for (format, encoding) in FORMATS {
+            let [a, b]: [&dyn MeshView; 2] = [&again, &mesh];
+            prop_assert!(written(a, format, encoding).unwrap() == written(b, format, encoding).unwrap());
+        }
     }
+}
+
+#[test]
+fn numbers_that_are_no_order_are_refused() {
+    let cut = from_mesh(&torus(4, 3), &[], &[]).unwrap();
+    let refused = |nodes: Vec<u32>, cells: &[u32]| Reordered::new(merged(&cut), nodes, cells).is_err();
+    assert!(refused(vec![0; 12], &cut.triangles));
+    assert!(refused(cut.nodes[1..].to_vec(), &cut.triangles));
+    assert!(refused(cut.nodes.clone(), &[&cut.triangles[..23], &[24]].concat()));
+    assert!(!refused(cut.nodes.clone(), &cut.triangles));
 }
 
 #[test]
@@ -233,7 +271,7 @@ fn turned(a: u32, b: u32, sphere: bool) -> (Model, Fragments) {
         chain((0..=a).map(|i| point(i, 0)).collect()),
     ];
     let face = FaceFragment::grid([a, b], nodes, &[a, b, a, b]).unwrap();
-    (model, Fragments { vertices: vec![point(0, 0), point(0, b)], edges, faces: vec![face] })
+    (model, fragments(vec![point(0, 0), point(0, b)], &edges, &[face]))
 }
 
 #[test]
@@ -251,7 +289,9 @@ fn a_cylinders_side_has_a_seam() {
 fn a_sphere_has_poles_and_is_closed() {
     for (a, b) in [(3, 2), (8, 5)] {
         let (model, mut fragments) = turned(a, b, true);
-        assert_eq!(fragments.faces[0].collapse_poles(), 0);
+        let mut face = fragments.face(0).to_fragment();
+        assert_eq!(face.collapse_poles(), 0);
+        fragments.set_face(0, &face).unwrap();
         let view = Merged::new(model, fragments).unwrap();
         assert_eq!((view.node_count(), view.cell_count()), ((2 + a * (b - 1)) as usize, (a * b) as usize));
         consistent(&view);
@@ -285,18 +325,18 @@ fn two_sides() -> (Model, Fragments) {
     edges.push(EdgeFragment::new(vec![p[0], middle, p[2]]).unwrap());
     let right = FaceFragment::new(
         vec![p[0], p[1], p[2], middle],
-        Cells::Quads(vec![[0, 1, 2, 3]]),
-        Boundary::First(4),
+        Cells::Quads(&[[0, 1, 2, 3]]),
+        &Boundary::First(4),
         &[[1, 1, 2]],
     );
     let inner = DVec3::new(0.25, 0.75, 0.0);
     let left = FaceFragment::new(
         vec![inner, p[3], p[2], middle, p[0]],
-        Cells::Polygons { ends: vec![3, 8], corners: vec![4, 0, 1, 4, 3, 2, 1, 0] },
-        Boundary::listed(vec![4, 3, 2, 1], 5).unwrap(),
+        Cells::Polygons { ends: &[3, 8], corners: &[4, 0, 1, 4, 3, 2, 1, 0] },
+        &Boundary::listed(vec![4, 3, 2, 1], 5).unwrap(),
         &[[2, 1, 1]],
     );
-    (model, Fragments { vertices: p.to_vec(), edges, faces: vec![right.unwrap(), left.unwrap()] })
+    (model, fragments(p.to_vec(), &edges, &[right.unwrap(), left.unwrap()]))
 }
 
 #[test]
@@ -322,11 +362,11 @@ fn edits_show_at_once_and_bad_ones_change_nothing() {
     assert_eq!(view.node(5).z, 1.0);
     consistent(&view);
     // another mesh of the same face, then back
-    let p = view.fragments().vertices.clone();
+    let p = view.fragments().vertices().to_vec();
     let fan = FaceFragment::new(
         vec![p[0], p[1], p[2], p[2] / 2.0, DVec3::new(0.75, 0.25, 0.0)],
-        Cells::Triangles(vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]),
-        Boundary::First(4),
+        Cells::Triangles(&[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]),
+        &Boundary::First(4),
         &[[1, 1, 2]],
     )
     .unwrap();
@@ -354,13 +394,20 @@ fn refusals_name_the_edge() {
         change(&mut model, &mut fragments);
         Merged::new(model, fragments).unwrap_err().to_string()
     };
-    let cut = refused(&|_, f| f.edges[4] = EdgeFragment::new(vec![DVec3::ZERO, f.vertices[2]]).unwrap());
+    let cut = refused(&|_, f| {
+        let straight = EdgeFragment::new(vec![DVec3::ZERO, f.vertices()[2]]).unwrap();
+        f.set_edge(4, &straight).unwrap();
+    });
     assert_eq!(cut, "edge 4: face 0 is not node-matched along edge 4: 2 segments of the face, 1 of the edge");
-    let moved = refused(&|_, f| f.faces[1].move_nodes(|nodes| nodes[3].y += 1e-9));
+    let moved = refused(&|_, f| {
+        let mut face = f.face(1).to_fragment();
+        face.move_nodes(|nodes| nodes[1].y += 1e-9);
+        f.set_face(1, &face).unwrap();
+    });
     assert!(moved.starts_with("edge 4: face 1 is not node-matched"), "{moved}");
     assert!(refused(&|m, _| m.edges[2].ends[0] = 77).contains("edge 2 refers to vertex 77"));
     assert!(refused(&|m, _| m.faces[0].loops.clear()).contains("face 0"));
-    assert!(refused(&|_, f| f.faces.truncate(1)).contains("2 faces"));
+    assert!(refused(&|_, f| assert!(f.pop_face().is_some())).contains("2 faces"));
 }
 
 // -------------------------------------------------------------------------------------------------------------- writing

@@ -8,9 +8,9 @@ use multiversion::multiversion;
 
 use crate::error::{Error, Place as Where, Result};
 use crate::mesh::{CellRun, Group, MeshView};
-use crate::model::{Boundary, Cells, EdgeFragment, FaceFragment, Fragments, Loop, Mismatch, Model, Violation};
+use crate::model::{Cells, Corners, EdgeFragment, FaceFragment, Fragments, Loop, Mismatch, Model, Violation};
 
-use super::numbering::Numbering;
+use super::numbering::{FaceAccess, Numbering};
 
 /// Cells translated at a time: their corners stay in the nearest cache until they are used.
 const BLOCK: usize = 512;
@@ -91,19 +91,16 @@ impl<P, C, S> Merged<P, C, S> {
     /// Where there is no such node.
     #[inline]
     pub fn place_of_node(&self, i: usize) -> Place {
-        let count = self.numbering.faces.end();
+        let count = self.numbering.nodes.end();
         assert!(i < count, "node {i} of {count}");
-        if i < self.fragments.vertices.len() {
-            return Place::Vertex(i as u32);
+        let [_, edges, _] = self.fragments.counts();
+        let k = self.numbering.nodes.find(i);
+        let local = (i - self.numbering.nodes.start(k)) as u32;
+        match k.checked_sub(1) {
+            None => Place::Vertex(i as u32),
+            Some(e) if e < edges => Place::Edge(e as u32, local + 1),
+            Some(k) => Place::Face((k - edges) as u32, self.numbering.faces[k - edges].border + local),
         }
-        let Numbering { edges, faces, .. } = &self.numbering;
-        if i < edges.end() {
-            let e = edges.find(i);
-            return Place::Edge(e as u32, (i - edges.start(e)) as u32 + 1);
-        }
-        let f = faces.find(i);
-        let boundary = self.fragments.faces[f].boundary();
-        Place::Face(f as u32, boundary.node((boundary.len() + i - faces.start(f)) as u32))
     }
 
     /// Which cell of which face's fragment a cell is (\[LAZ\] 4.3, `c2c`).
@@ -118,22 +115,39 @@ impl<P, C, S> Merged<P, C, S> {
         (f as u32, j - self.numbering.cells.start(f))
     }
 
+    /// The index of the name of the face a cell is on.
+    ///
+    /// # Panics
+    /// Where there is no such cell.
+    pub fn label(&self, j: usize) -> u32 {
+        self.model.faces[self.place_of_cell(j).0 as usize].label
+    }
+
     /// The number a node of a face's fragment has in the merged mesh (\[LAZ\] 4.2, `l2g`).
     ///
     /// # Panics
-    /// Where there is no such face or node.
+    /// Where there is no such face.
     #[inline]
     pub fn local_to_global(&self, face: u32, node: u32) -> u32 {
-        let f = face as usize;
-        let boundary = self.fragments.faces[f].boundary();
-        let (place, border) = (boundary.place(node), boundary.len() as u32);
-        let inner = (self.numbering.faces.start(f) as u32).wrapping_add(place).wrapping_sub(border);
-        if border == 0 {
-            return inner;
+        self.to_global(face as usize, self.numbering.faces[face as usize], node)
+    }
+
+    #[inline]
+    fn to_global(&self, face: usize, access: FaceAccess, node: u32) -> u32 {
+        if node < access.border { self.numbering.bounds.get(face, node) } else { node.wrapping_add(access.shift) }
+    }
+
+    #[inline]
+    fn triangle_to_global(&self, face: usize, access: FaceAccess, corners: [u32; 3]) -> [u32; 3] {
+        // one branch that is foreseen away from borders: what comes after it begins while corners are on their way
+        if corners[0].min(corners[1]).min(corners[2]) >= access.border {
+            return corners.map(|v| v.wrapping_add(access.shift));
         }
-        // Both, then the choice: a branch on a node that is still on its way from memory would wait for it.
-        let bound = self.numbering.bounds.get(f, place.min(border - 1));
-        select_unpredictable(place < border, bound, inner)
+        // near them nothing is foreseen: both, then the choice
+        corners.map(|v| {
+            let (bound, inner) = (self.numbering.bounds.get(face, v), v.wrapping_add(access.shift));
+            select_unpredictable(v < access.border, bound, inner)
+        })
     }
 
     /// The corners of a cell, as numbers of the merged mesh's nodes.
@@ -143,9 +157,16 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
         let (face, local) = self.place_of_cell(j);
-        let corners = self.fragments.faces[face as usize].cells().corners(local);
+        let access = self.numbering.faces[face as usize];
+        let corners = match access.size as usize {
+            0 => self.fragments.face(face as usize).cells().corners(local),
+            size => {
+                let begin = access.corners as usize + size * local;
+                Corners::Stored(&self.fragments.corner_pool()[begin..begin + size])
+            }
+        };
         let count = corners.as_ref().len();
-        (0..count).map(move |k| self.local_to_global(face, corners.as_ref()[k]))
+        (0..count).map(move |k| self.to_global(face as usize, access, corners.as_ref()[k]))
     }
 
     /// The corners of a cell where it is a triangle; [`cell`](Self::cell) takes any.
@@ -156,18 +177,56 @@ impl<P, C, S> Merged<P, C, S> {
     pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
         let (face, local) = self.place_of_cell(j);
         let f = face as usize;
-        let fragment = &self.fragments.faces[f];
-        if let (Cells::Triangles(list), Boundary::First(border)) = (fragment.cells(), fragment.boundary()) {
-            let corners = list[local];
-            // short, so that the processor sees several accesses at a time
-            if corners[0].min(corners[1]).min(corners[2]) >= *border {
-                let shift = (self.numbering.faces.start(f) as u32).wrapping_sub(*border);
-                return Some(corners.map(|v| v.wrapping_add(shift)));
+        let access = self.numbering.faces[f];
+        let corners = if access.size == 3 {
+            let begin = access.corners as usize + 3 * local;
+            *self.fragments.corner_pool()[begin..].first_chunk()?
+        } else {
+            let corners = self.fragments.face(f).cells().corners(local);
+            let [a, b, c] = *corners.as_ref() else { return None };
+            [a, b, c]
+        };
+        Some(self.triangle_to_global(f, access, corners))
+    }
+
+    /// Puts the corners of the given cells into `out`, which is emptied first: quicker than
+    /// [`triangle`](Self::triangle) one by one, as memory is asked for many cells at a time. Cells that are no triangles
+    /// give `u32::MAX` thrice.
+    ///
+    /// # Panics
+    /// Where there is no such cell.
+    pub fn triangles_at(&self, cells: &[u32], out: &mut Vec<[u32; 3]>) {
+        /// Cells on their way at a time.
+        const AHEAD: usize = 128;
+        const NONE: [u32; 3] = [u32::MAX; 3];
+        let pool = self.fragments.corner_pool();
+        let (mut face, mut begin) = ([0u32; AHEAD], [0usize; AHEAD]);
+        out.clear();
+        out.reserve(cells.len());
+        for part in cells.chunks(AHEAD) {
+            // each loop short, so that the processor is in many rounds of it at once
+            for (k, j) in part.iter().enumerate() {
+                let (f, local) = self.place_of_cell(*j as usize);
+                let access = &self.numbering.faces[f as usize];
+                face[k] = f;
+                begin[k] = if access.size == 3 { access.corners as usize + 3 * local } else { usize::MAX };
+            }
+            let first = out.len();
+            out.extend(
+                begin[..part.len()]
+                    .iter()
+                    .map(|at| pool.get(*at..).and_then(|list| list.first_chunk()).copied().unwrap_or(NONE)),
+            );
+            for (k, corners) in out[first..].iter_mut().enumerate() {
+                let f = face[k] as usize;
+                let access = self.numbering.faces[f];
+                *corners = if begin[k] == usize::MAX {
+                    self.triangle(part[k] as usize).unwrap_or(NONE)
+                } else {
+                    self.triangle_to_global(f, access, *corners)
+                };
             }
         }
-        let corners = fragment.cells().corners(local);
-        let [a, b, c] = *corners.as_ref() else { return None };
-        Some([a, b, c].map(|v| self.local_to_global(face, v)))
     }
 
     /// Moves the inner nodes of a face, which cannot part it from its neighbors. Numbers stay as they are.
@@ -175,7 +234,7 @@ impl<P, C, S> Merged<P, C, S> {
     /// # Panics
     /// Where there is no such face.
     pub fn move_inner(&mut self, face: u32, change: impl FnMut(&mut DVec3)) {
-        self.fragments.faces[face as usize].move_inner(change);
+        self.fragments.move_inner(face as usize, change);
     }
 
     /// Puts other fragments in place and returns those that were there.
@@ -186,7 +245,7 @@ impl<P, C, S> Merged<P, C, S> {
     /// # Errors
     /// As [`new`](Self::new), and for an index that does not exist; then nothing has changed.
     pub fn replace(&mut self, mut with: Replacement) -> Result<Replacement> {
-        let [v, e, f] = [self.fragments.vertices.len(), self.fragments.edges.len(), self.fragments.faces.len()];
+        let [v, e, f] = self.fragments.counts();
         let beyond = |what: &str, i: u32| Error::input(Where::Item(format!("{what} {i}")), "there is none to replace");
         if let Some((i, _)) = with.vertices.iter().find(|x| x.0 as usize >= v) {
             return Err(beyond("vertex", *i));
@@ -197,32 +256,31 @@ impl<P, C, S> Merged<P, C, S> {
         if let Some((i, _)) = with.faces.iter().find(|x| x.0 as usize >= f) {
             return Err(beyond("face", *i));
         }
-        self.swap(&mut with);
-        let counts = |face: &FaceFragment| (face.inner_count(), face.cells().len());
+        // in its place a face keeps everybody's numbers
+        let spans = |this: &Self, f: u32| (this.fragments.face_span(f as usize), this.fragments.cell_count(f as usize));
+        let before: Vec<_> = with.faces.iter().map(|(f, _)| spans(self, *f)).collect();
         let faces_only = with.vertices.is_empty() && with.edges.is_empty();
-        let mut found = Vec::new();
-        if faces_only {
-            for (f, _) in &with.faces {
-                self.fragments.mismatch_of_face(&self.model, *f, &mut found);
+        let result = self.swap(&mut with).and_then(|()| {
+            let mut found = Vec::new();
+            if faces_only {
+                for (f, _) in &with.faces {
+                    self.fragments.mismatch_of_face(&self.model, *f, &mut found);
+                }
+            } else {
+                found = self.fragments.mismatches(&self.model);
             }
-        } else {
-            found = self.fragments.mismatches(&self.model);
-        }
-        let result = match found.first() {
-            Some(mismatch) => Err(refuse(mismatch)),
-            // repeated indices make the comparison of counts meaningless, a new numbering never is
-            None if faces_only && with.faces.len() == 1 => {
-                let (f, old) = &with.faces[0];
-                if counts(old) == counts(&self.fragments.faces[*f as usize]) { Ok(()) } else { self.renumber() }
+            match found.first() {
+                Some(mismatch) => Err(refuse(mismatch)),
+                // repeated indices make the comparison meaningless, a new numbering never is
+                None if faces_only && with.faces.len() == 1 && spans(self, with.faces[0].0) == before[0] => Ok(()),
+                None => self.renumber(),
             }
-            None => self.renumber(),
-        };
+        });
         match result {
             Ok(()) => Ok(with),
             Err(error) => {
-                self.swap(&mut with);
-                // as it was, so it can be numbered
-                let _ = self.renumber();
+                // as it was, so it fits and can be numbered
+                let _ = self.swap(&mut with).and_then(|()| self.renumber());
                 Err(error)
             }
         }
@@ -233,113 +291,118 @@ impl<P, C, S> Merged<P, C, S> {
     }
 
     /// Swaps fragments; in reverse order the second time, so that twice is as before whatever repeats.
-    fn swap(&mut self, with: &mut Replacement) {
-        with.vertices.iter_mut().for_each(|(i, p)| std::mem::swap(&mut self.fragments.vertices[*i as usize], p));
-        with.edges.iter_mut().for_each(|(i, e)| std::mem::swap(&mut self.fragments.edges[*i as usize], e));
-        with.faces.iter_mut().for_each(|(i, f)| std::mem::swap(&mut self.fragments.faces[*i as usize], f));
+    fn swap(&mut self, with: &mut Replacement) -> Result<()> {
+        for (i, p) in &mut with.vertices {
+            *p = self.fragments.set_vertex(*i as usize, *p);
+        }
+        for (i, e) in &mut with.edges {
+            *e = self.fragments.set_edge(*i as usize, e)?;
+        }
+        for (i, f) in &mut with.faces {
+            *f = self.fragments.set_face(*i as usize, f)?;
+        }
         with.vertices.reverse();
         with.edges.reverse();
         with.faces.reverse();
+        Ok(())
     }
 
-    /// Hands out cells `range` of a face; `bounds` are the face's border numbers.
+    /// Hands out cells `range` of a face whose border numbers `room` holds.
     fn read_face(
         &self,
         face: usize,
         range: Range<usize>,
-        bounds: &[u32],
-        corners: &mut Vec<u32>,
-        ends: &mut Vec<u32>,
+        room: &mut Room,
         take: &mut dyn FnMut(CellRun) -> Result<()>,
     ) -> Result<()> {
-        let fragment = &self.fragments.faces[face];
+        let view = self.fragments.face(face);
         let label = self.model.faces[face].label;
         let first = self.numbering.cells.start(face);
-        let base = self.numbering.faces.start(face) as u32;
-        let mut to = Translation { fragment, bounds, shift: base.wrapping_sub(bounds.len() as u32), border: None };
+        let shift = self.numbering.faces[face].shift;
+        let (cells, stored) = (view.cells(), view.cells().stored());
+        let mut border = view.border_corners();
+        let even = |size: usize, range: &Range<usize>| size * range.start..size * range.end;
+        if range.start > 0 {
+            let begin = match cells {
+                Cells::Triangles(_) => 3 * range.start,
+                Cells::Quads(_) => 4 * range.start,
+                Cells::Polygons { ends, .. } => ends[range.start - 1] as usize,
+                Cells::Grid(_) => 0,
+            };
+            border = &border[border.partition_point(|corner| (corner[0] as usize) < begin)..];
+        }
         let mut begin = range.start;
         while begin < range.end {
-            let end = range.end.min(begin + BLOCK);
-            let size = match fragment.cells() {
-                Cells::Triangles(list) => {
-                    to.translate(list.as_flattened(), 3 * begin..3 * end, corners);
-                    3
+            let block = begin..range.end.min(begin + BLOCK);
+            let Room { bounds, corners, ends } = &mut *room;
+            let run = match cells {
+                Cells::Triangles(_) => {
+                    border = translate(stored, even(3, &block), shift, border, bounds, corners);
+                    CellRun::even(first + begin, label, corners, 3)
                 }
-                Cells::Quads(list) => {
-                    to.translate(list.as_flattened(), 4 * begin..4 * end, corners);
-                    4
+                Cells::Quads(_) => {
+                    border = translate(stored, even(4, &block), shift, border, bounds, corners);
+                    CellRun::even(first + begin, label, corners, 4)
                 }
-                Cells::Polygons { ends: stored, corners: list } => {
-                    let from = if begin == 0 { 0 } else { stored[begin - 1] };
+                Cells::Polygons { ends: all, .. } => {
+                    let from = if begin == 0 { 0 } else { all[begin - 1] };
                     ends.clear();
-                    ends.extend(stored[begin..end].iter().map(|e| e - from));
-                    to.translate(list, from as usize..stored[end - 1] as usize, corners);
-                    0
+                    ends.extend(all[block.clone()].iter().map(|e| e - from));
+                    let range = from as usize..all[block.end - 1] as usize;
+                    border = translate(stored, range, shift, border, bounds, corners);
+                    CellRun::mixed(first + begin, label, corners, ends)
                 }
-                grid @ Cells::Grid(_) => {
+                Cells::Grid(_) => {
                     corners.clear();
-                    for j in begin..end {
-                        corners.extend(grid.corners(j).as_ref().iter().map(|v| to.one(*v)));
+                    for j in block.clone() {
+                        let number = |v: &u32| bounds.get(*v as usize).copied().unwrap_or(v.wrapping_add(shift));
+                        corners.extend(cells.corners(j).as_ref().iter().map(number));
                     }
-                    4
+                    CellRun::even(first + begin, label, corners, 4)
                 }
             };
-            if size == 0 {
-                take(CellRun::mixed(first + begin, label, corners, ends))?;
-            } else {
-                take(CellRun::even(first + begin, label, corners, size))?;
-            }
-            begin = end;
+            take(run)?;
+            begin = block.end;
         }
         Ok(())
     }
 }
 
-/// `l2g` of one face, its border's numbers listed.
-struct Translation<'a> {
-    fragment: &'a FaceFragment,
-    bounds: &'a [u32],
-    /// What an inner node's place and its number differ by.
-    shift: u32,
-    /// Border corners that are still to come, once the first of them has been looked for.
-    border: Option<&'a [[u32; 2]]>,
+/// What reading needs, kept from face to face.
+#[derive(Default)]
+struct Room {
+    /// The face's border numbers.
+    bounds: Vec<u32>,
+    corners: Vec<u32>,
+    ends: Vec<u32>,
 }
 
-impl Translation<'_> {
-    #[inline]
-    fn one(&self, node: u32) -> u32 {
-        let place = self.fragment.boundary().place(node);
-        self.bounds.get(place as usize).copied().unwrap_or(place.wrapping_add(self.shift))
+/// Puts the numbers of `nodes[range]` into `out`: as if none were on the border, then those that are. `border` holds the
+/// border corners from the range on; those beyond it are returned.
+#[inline]
+fn translate<'a>(
+    nodes: &[u32],
+    range: Range<usize>,
+    shift: u32,
+    border: &'a [[u32; 2]],
+    bounds: &[u32],
+    out: &mut Vec<u32>,
+) -> &'a [[u32; 2]] {
+    let part = &nodes[range.clone()];
+    out.resize(part.len(), 0);
+    add(part, shift, out);
+    let mut done = 0;
+    for [corner, place] in border {
+        let Some(x) = out.get_mut(*corner as usize - range.start) else { break };
+        *x = bounds[*place as usize];
+        done += 1;
     }
-
-    /// Puts the numbers of `nodes[range]` into `out`; `nodes` are all corners of the fragment, and a range
-    /// begins where the one before it ended.
-    fn translate(&mut self, nodes: &[u32], range: Range<usize>, out: &mut Vec<u32>) {
-        let part = &nodes[range.clone()];
-        if !matches!(self.fragment.boundary(), Boundary::First(_)) {
-            out.clear();
-            out.extend(part.iter().map(|v| self.one(*v)));
-            return;
-        }
-        // as if none were on the border, then those that are
-        out.resize(part.len(), 0);
-        add(part, self.shift, out);
-        let all = self.fragment.border_corners();
-        let before = |corner: &[u32; 2]| (corner[0] as usize) < range.start;
-        let first = || if range.start == 0 { 0 } else { all.partition_point(before) };
-        let border = self.border.unwrap_or_else(|| &all[first()..]);
-        let mut done = 0;
-        for [corner, place] in border {
-            let Some(x) = out.get_mut(*corner as usize - range.start) else { break };
-            *x = self.bounds[*place as usize];
-            done += 1;
-        }
-        self.border = Some(&border[done..]);
-    }
+    &border[done..]
 }
 
 /// Adds `shift` to each of as many numbers.
-#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+// no wider: 64 bytes at a time cross the lines of the cache each time and take twice as long
+#[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
 fn add(from: &[u32], shift: u32, to: &mut [u32]) {
     for (x, v) in to.iter_mut().zip(from) {
         *x = v.wrapping_add(shift);
@@ -363,10 +426,12 @@ fn refuse(mismatch: &Mismatch) -> Error {
 }
 
 impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
+    #[inline]
     fn node_count(&self) -> usize {
-        self.numbering.faces.end()
+        self.numbering.nodes.end()
     }
 
+    #[inline]
     fn cell_count(&self) -> usize {
         self.numbering.cells.end()
     }
@@ -381,56 +446,41 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
 
     #[inline]
     fn node(&self, i: usize) -> DVec3 {
-        let Numbering { edges, faces, .. } = &self.numbering;
-        if i >= edges.end() && i < faces.end() {
-            let f = faces.find(i);
-            let fragment = &self.fragments.faces[f];
-            if let Boundary::First(border) = fragment.boundary() {
-                return fragment.nodes()[*border as usize + i - faces.start(f)];
-            }
-        }
-        match self.place_of_node(i) {
-            Place::Vertex(v) => self.fragments.vertices[v as usize],
-            Place::Edge(e, k) => self.fragments.edges[e as usize].nodes()[k as usize],
-            Place::Face(f, k) => self.fragments.faces[f as usize].nodes()[k as usize],
-        }
+        let Numbering { nodes, places, .. } = &self.numbering;
+        let count = nodes.end();
+        assert!(i < count, "node {i} of {count}");
+        self.fragments.pool()[(i as u32).wrapping_add(places[nodes.find(i)]) as usize]
     }
 
     fn read_nodes(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
-        assert!(range.end <= self.node_count(), "nodes {range:?} of {}", self.node_count());
-        if range.is_empty() {
-            return Ok(());
-        }
-        let vertices = &self.fragments.vertices;
-        if range.start < vertices.len() {
-            take(&vertices[range.start..range.end.min(vertices.len())])?;
-        }
-        let mut at = range.start.max(vertices.len());
-        let Numbering { edges, faces, .. } = &self.numbering;
-        for e in if at < edges.end() { edges.find(at)..edges.len() } else { 0..0 } {
-            let end = (edges.start(e + 1)).min(range.end);
+        let Numbering { nodes, places, .. } = &self.numbering;
+        assert!(range.start <= range.end && range.end <= nodes.end(), "nodes {range:?} of {}", nodes.end());
+        let pool = self.fragments.pool();
+        let mut at = range.start;
+        let mut k = if range.is_empty() { 0 } else { nodes.find(at) };
+        while at < range.end {
+            // stretches that stand one after the other are one
+            while nodes.start(k + 1) < range.end && places[k + 1] == places[k] {
+                k += 1;
+            }
+            let end = nodes.start(k + 1).min(range.end);
             if at < end {
-                take(&self.fragments.edges[e].inner()[at - edges.start(e)..end - edges.start(e)])?;
+                let begin = (at as u32).wrapping_add(places[k]) as usize;
+                take(&pool[begin..begin + end - at])?;
                 at = end;
             }
-        }
-        for f in if at < range.end { faces.find(at)..faces.len() } else { 0..0 } {
-            let end = (faces.start(f + 1)).min(range.end);
-            if at < end {
-                self.fragments.faces[f].read_inner(at - faces.start(f)..end - faces.start(f), take)?;
-                at = end;
-            }
+            k += 1;
         }
         Ok(())
     }
 
     fn read_cells(&self, range: Range<usize>, take: &mut dyn FnMut(CellRun) -> Result<()>) -> Result<()> {
-        assert!(range.end <= self.cell_count(), "cells {range:?} of {}", self.cell_count());
+        let cells = &self.numbering.cells;
+        assert!(range.start <= range.end && range.end <= cells.end(), "cells {range:?} of {}", cells.end());
         if range.is_empty() {
             return Ok(());
         }
-        let (mut bounds, mut corners, mut ends) = (Vec::new(), Vec::new(), Vec::new());
-        let cells = &self.numbering.cells;
+        let mut room = Room::default();
         for f in cells.find(range.start)..cells.len() {
             let (start, end) = (cells.start(f), cells.start(f + 1).min(range.end));
             if start >= range.end {
@@ -438,8 +488,8 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
             }
             let begin = range.start.max(start);
             if begin < end {
-                self.numbering.bounds.list(f, &mut bounds);
-                self.read_face(f, begin - start..end - start, &bounds, &mut corners, &mut ends, take)?;
+                self.numbering.bounds.list(f, &mut room.bounds);
+                self.read_face(f, begin - start..end - start, &mut room, take)?;
             }
         }
         Ok(())
@@ -457,8 +507,8 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
     /// From the model: a fragment's inner nodes stand with its face, those of edges and vertices with the first face on
     /// them, used by a cell or not.
     fn nodes_of_faces(&self) -> Vec<Vec<Range<usize>>> {
-        let vertices = self.fragments.vertices.len();
-        let mut owner = vec![u32::MAX; vertices + self.model.edges.len()];
+        let [vertices, edges, _] = self.fragments.counts();
+        let mut owner = vec![u32::MAX; vertices + edges];
         for face in &self.model.faces {
             let mut own = |i: usize| owner[i] = owner[i].min(face.label);
             for border in &face.loops {
@@ -480,12 +530,12 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
         for v in 0..vertices {
             stand(owner[v], v..v + 1);
         }
-        let Numbering { edges, faces, .. } = &self.numbering;
+        let stretch = |k: usize| self.numbering.nodes.start(1 + k)..self.numbering.nodes.start(2 + k);
         for (e, label) in owner[vertices..].iter().enumerate() {
-            stand(*label, edges.start(e)..edges.start(e + 1));
+            stand(*label, stretch(e));
         }
         for (f, face) in self.model.faces.iter().enumerate() {
-            stand(face.label, faces.start(f)..faces.start(f + 1));
+            stand(face.label, stretch(edges + f));
         }
         ranges
     }

@@ -41,32 +41,37 @@ pub fn intersections_among(mesh: &TriMesh, some: &[u32], run: &Run) -> Result<Ve
     if some.is_empty() {
         return Ok(Vec::new());
     }
-    let (boxes, flat) = boxes_and_flat(mesh);
+    let boxes: Vec<Aabb> = some.iter().map(|t| Aabb::around(mesh.corners(*t as usize))).collect();
     let mut asked = vec![false; mesh.triangles.len()];
     some.iter().for_each(|t| asked[*t as usize] = true);
     run.check()?;
-    let bvh = Bvh::new(boxes.clone());
-    let found: Vec<Vec<[u32; 2]>> = run.install(|| {
-        some.par_iter()
-            .map(|&t| {
-                let mut out = Vec::new();
-                if flat[t as usize] || run.is_cancelled() {
-                    return out;
+    // only those asked for stand in the tree: they are few as a rule
+    let bvh = Bvh::new(boxes);
+    let mut pairs: Vec<[u32; 2]> = run.install(|| {
+        let of = |u: u32| {
+            let mut out = Vec::new();
+            if run.is_cancelled() {
+                return out;
+            }
+            let corners = mesh.corners(u as usize);
+            let mut flat = None;
+            bvh.overlapping(&Aabb::around(corners), |k| {
+                let t = some[k as usize];
+                // a pair of two asked triangles is found from the larger one
+                let mine = t != u && (t < u || !asked[u as usize]);
+                if mine
+                    && !*flat.get_or_insert_with(|| is_flat(corners))
+                    && !is_flat(mesh.corners(t as usize))
+                    && intersect(mesh, t as usize, u as usize)
+                {
+                    out.push([t.min(u), t.max(u)]);
                 }
-                bvh.overlapping(&boxes[t as usize], |u| {
-                    // a pair of two asked triangles is found from the smaller one
-                    let mine = u != t && (u > t || !asked[u as usize]);
-                    if mine && !flat[u as usize] && intersect(mesh, t as usize, u as usize) {
-                        out.push([t.min(u), t.max(u)]);
-                    }
-                });
-                out.sort_unstable();
-                out
-            })
-            .collect()
+            });
+            out
+        };
+        (0..mesh.triangles.len() as u32).into_par_iter().flat_map_iter(of).collect()
     });
     run.check()?;
-    let mut pairs = found.concat();
     pairs.sort_unstable();
     Ok(pairs)
 }
@@ -187,8 +192,17 @@ fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
 fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool {
     // Far above the rounding of the differences, products and sums below, relative to the terms.
     const MARGIN: f64 = 1e-9;
+    let same = |a: f64, b: f64| (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0);
     match *shared {
         [] => {
+            let beside = |t: [DVec3; 3], u: [DVec3; 3]| {
+                let (a, b) = (t[1] - t[0], t[2] - t[0]);
+                let [x, y, z] = u.map(|v| sure_sign(a, b, v - t[0]));
+                same(x, y) && same(y, z)
+            };
+            if beside(p, q) || beside(q, p) {
+                return true;
+            }
             let o = p[0];
             let (p, q) = (p.map(|v| v - o), q.map(|v| v - o));
             // Differences carry the rounding of the coordinates themselves.
@@ -214,18 +228,37 @@ fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool
             let o = p[i];
             let (a, b) = (p[(i + 1) % 3] - o, p[(i + 2) % 3] - o);
             let (c, d) = (q[(j + 1) % 3] - o, q[(j + 2) % 3] - o);
+            // both others on one side of a triangle: the planes meet in a line that passes it in the node
+            if same(sure_sign(a, b, c), sure_sign(a, b, d)) || same(sure_sign(c, d, a), sure_sign(c, d, b)) {
+                return true;
+            }
             let s = a.normalize_or_zero() + b.normalize_or_zero() - c.normalize_or_zero() - d.normalize_or_zero();
             let least = |v: DVec3| MARGIN * v.length() * s.length();
             a.dot(s) > least(a) && b.dot(s) > least(b) && -c.dot(s) > least(c) && -d.dot(s) > least(d)
         }
         [(i, j), (k, l)] => {
             let (e, a, b) = (p[k] - p[i], p[3 - i - k] - p[i], q[3 - j - l] - p[i]);
+            if sure_sign(e, a, b) != 0.0 {
+                return true;
+            }
             let (m, n) = (e.cross(a), e.cross(b));
             let fat = |m: DVec3, a: DVec3| m.length() > 1e-6 * e.length() * a.length();
             fat(m, a) && fat(n, b) && m.dot(n) < 0.99 * m.length() * n.length()
         }
         _ => false,
     }
+}
+
+/// A number with the sign of `(a × b) · c`, where `a`, `b`, `c` are rounded differences of coordinates; 0 where rounding
+/// could change it. The bound is that of J. R. Shewchuk (1997) for `orient3d`, (7 + 56 ε) ε.
+fn sure_sign(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    const BOUND: f64 = 8e-16;
+    // below this products lose digits
+    const LEAST: f64 = 1e-280;
+    let (x, y, z) = (a.abs(), b.abs(), c.abs());
+    let most = (x.y * y.z + x.z * y.y) * z.x + (x.z * y.x + x.x * y.z) * z.y + (x.x * y.y + x.y * y.x) * z.z;
+    let sign = a.cross(b).dot(c);
+    if most > LEAST && sign.abs() > BOUND * most { sign } else { 0.0 }
 }
 
 /// Whether two triangles without a common node have a point in common.

@@ -39,8 +39,10 @@ impl TriMesh {
     }
 
     /// The corner points of triangle `t`.
+    #[inline]
     pub fn corners(&self, t: usize) -> [DVec3; 3] {
-        self.triangles[t].map(|v| self.nodes[v as usize])
+        let [a, b, c] = self.triangles[t];
+        [self.nodes[a as usize], self.nodes[b as usize], self.nodes[c as usize]]
     }
 
     /// Twice the area vector of triangle `t`: its direction is the triangle's normal.

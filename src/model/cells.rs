@@ -5,21 +5,21 @@
 use crate::error::{Error, Place, Result};
 
 /// Cells of a face by its fragment's own node numbers, counter-clockwise seen from outside.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cells {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cells<'a> {
     /// Three nodes each.
-    Triangles(Vec<[u32; 3]>),
+    Triangles(&'a [[u32; 3]]),
     /// Four nodes each.
-    Quads(Vec<[u32; 4]>),
+    Quads(&'a [[u32; 4]]),
     /// Three or more: cell `j` has `corners[ends[j - 1]..ends[j]]`, the first begins at 0.
     Polygons {
         /// Where each cell's corners end.
-        ends: Vec<u32>,
+        ends: &'a [u32],
         /// Node numbers.
-        corners: Vec<u32>,
+        corners: &'a [u32],
     },
-    /// A structured block of this many quadrilaterals along its two directions, with nothing stored: node `(i, j)` has
-    /// the number `i + j (n₀ + 1)`, cell `(i, j)` the number `i + j n₀`.
+    /// A structured block of this many quadrilaterals along its two directions, with nothing stored: cell `(i, j)` has
+    /// the number `i + j n₀` and the nodes `(i, j)` to `(i + 1, j + 1)`, whose places [`Boundary::Grid`] computes.
     Grid([u32; 2]),
 }
 
@@ -42,20 +42,30 @@ impl AsRef<[u32]> for Corners<'_> {
     }
 }
 
-impl Cells {
+impl<'a> Cells<'a> {
     /// How many there are.
-    pub fn len(&self) -> usize {
+    pub fn len(self) -> usize {
         match self {
             Cells::Triangles(list) => list.len(),
             Cells::Quads(list) => list.len(),
             Cells::Polygons { ends, .. } => ends.len(),
-            Cells::Grid([a, b]) => *a as usize * *b as usize,
+            Cells::Grid([a, b]) => a as usize * b as usize,
         }
     }
 
     /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
+    pub fn is_empty(self) -> bool {
         self.len() == 0
+    }
+
+    /// All corners, one cell after the other; none for a grid, whose corners are computed.
+    pub fn stored(self) -> &'a [u32] {
+        match self {
+            Cells::Triangles(list) => list.as_flattened(),
+            Cells::Quads(list) => list.as_flattened(),
+            Cells::Polygons { corners, .. } => corners,
+            Cells::Grid(_) => &[],
+        }
     }
 
     /// The corners of cell `j`.
@@ -63,7 +73,7 @@ impl Cells {
     /// # Panics
     /// Where `j` is not below [`len`](Self::len), as a slice does.
     #[inline]
-    pub fn corners(&self, j: usize) -> Corners<'_> {
+    pub fn corners(self, j: usize) -> Corners<'a> {
         match self {
             Cells::Triangles(list) => Corners::Stored(&list[j]),
             Cells::Quads(list) => Corners::Stored(&list[j]),
@@ -72,17 +82,18 @@ impl Cells {
                 Corners::Stored(&corners[begin..ends[j] as usize])
             }
             Cells::Grid([a, b]) => {
-                assert!(j < *a as usize * *b as usize, "cell {j} of a grid of {a} by {b}");
-                let a = *a as usize;
-                let first = (j % a + j / a * (a + 1)) as u32;
-                let above = first + a as u32 + 1;
-                Corners::Quad([first, first + 1, above + 1, above])
+                assert!(j < a as usize * b as usize, "cell {j} of a grid of {a} by {b}");
+                let row = a as usize;
+                let first = (j % row + j / row * (row + 1)) as u32;
+                let above = first + a + 1;
+                Corners::Quad([first, first + 1, above + 1, above].map(|v| Boundary::Grid([a, b]).place(v)))
             }
         }
     }
 }
 
-/// Which of a face's nodes are on its border: \[LAZ\]'s sets BN, IN, BNN and INN, as functions wherever there is one.
+/// Which of the nodes a face is made of are on its border: \[LAZ\]'s sets BN, IN, BNN and INN, as functions wherever
+/// there is one. A fragment keeps them in the order border, inner, so its own sets always are.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Boundary {
     /// The first so many, in the order of the loops.

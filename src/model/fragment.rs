@@ -1,4 +1,4 @@
-//! Mesh fragments: the nodes of a vertex, the chain of an edge, the surface mesh of a face.
+//! Mesh fragments: the chain of an edge, the surface mesh of a face.
 //!
 //! A face's fragment is complete in itself: nodes on its border are its own copies. Which of them are the same node as
 //! those of its edges follows from the order in which they stand along the loops, never from distances. That they do
@@ -6,8 +6,6 @@
 //! taken when the fragment was made or moved, so fragments are compared stretch by stretch, not node by node.
 //!
 //! *References.* \[LAZ\] section 3, with the correction that `INN(n_b) = 0`.
-
-use std::ops::Range;
 
 use glam::DVec3;
 
@@ -29,7 +27,7 @@ pub(super) fn print<'a>(nodes: impl Iterator<Item = &'a DVec3>) -> u64 {
 /// The nodes of an edge from its first vertex to its last, both included.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EdgeFragment {
-    nodes: Vec<DVec3>,
+    pub(super) nodes: Vec<DVec3>,
     /// Of the nodes in order, and in reverse.
     pub(super) prints: [u64; 2],
 }
@@ -51,20 +49,16 @@ impl EdgeFragment {
     }
 
     /// All nodes in the edge's direction.
-    #[inline]
     pub fn nodes(&self) -> &[DVec3] {
         &self.nodes
     }
 
-    /// The nodes without the first and the last (\[LAZ\] 4.1, `ExcludeBounds`); none for an edge of one segment.
-    #[inline]
-    pub fn inner(&self) -> &[DVec3] {
+    pub(super) fn inner(&self) -> &[DVec3] {
         &self.nodes[1..self.nodes.len() - 1]
     }
 
-    /// How many segments it has, at least one.
-    pub fn segments(&self) -> usize {
-        self.nodes.len() - 1
+    pub(super) fn ends(&self) -> [DVec3; 2] {
+        [self.nodes[0], self.nodes[self.nodes.len() - 1]]
     }
 }
 
@@ -75,37 +69,144 @@ pub(super) struct Stretch {
     pub(super) print: u64,
 }
 
-/// The mesh of a face.
+/// How the corners of a fragment's cells are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    Triangles,
+    Quads,
+    Polygons,
+    Grid([u32; 2]),
+}
+
+/// The mesh of a face as it is made, before it goes into [`Fragments`](super::Fragments).
+///
+/// Nodes are kept in the order border, inner, whatever order they came in: those on the border along the loops, each loop
+/// beginning with the first vertex of its first coedge, then the others. Where a loop passes a node twice (along a seam,
+/// at a pole) there are two, at the same point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceFragment {
-    nodes: Vec<DVec3>,
-    cells: Cells,
-    boundary: Boundary,
+    pub(super) nodes: Vec<DVec3>,
+    pub(super) border: u32,
+    pub(super) form: Form,
+    pub(super) corners: Vec<u32>,
+    pub(super) ends: Vec<u32>,
+    pub(super) border_corners: Vec<[u32; 2]>,
     pub(super) stretches: Vec<Stretch>,
     /// Where the stretches of each loop end.
     pub(super) loops: Vec<u32>,
-    /// See [`border_corners`](FaceFragment::border_corners).
-    border_corners: Vec<[u32; 2]>,
+}
+
+/// The mesh of a face as it is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceView<'a> {
+    pub(super) border: &'a [DVec3],
+    pub(super) inner: &'a [DVec3],
+    pub(super) form: Form,
+    pub(super) corners: &'a [u32],
+    pub(super) ends: &'a [u32],
+    pub(super) border_corners: &'a [[u32; 2]],
+    pub(super) stretches: &'a [Stretch],
+    pub(super) loops: &'a [u32],
+}
+
+impl<'a> FaceView<'a> {
+    /// Its copies of the nodes on its border, BN, in the order of the loops: the first of the numbers its cells use.
+    #[inline]
+    pub fn border(self) -> &'a [DVec3] {
+        self.border
+    }
+
+    /// The nodes that are not on its border, IN: the numbers that follow.
+    #[inline]
+    pub fn inner(self) -> &'a [DVec3] {
+        self.inner
+    }
+
+    /// All its nodes by their numbers.
+    pub fn nodes(self) -> impl Iterator<Item = &'a DVec3> {
+        self.border.iter().chain(self.inner)
+    }
+
+    /// Its cells.
+    #[inline]
+    pub fn cells(self) -> Cells<'a> {
+        cells(self.form, self.corners, self.ends)
+    }
+
+    /// The corners of cells that are on the border, ascending: where they stand in the list of all corners, and which
+    /// border node each is; none for a grid, whose corners are not listed.
+    ///
+    /// Whoever renumbers cells treats these one by one and all others alike.
+    pub fn border_corners(self) -> &'a [[u32; 2]] {
+        self.border_corners
+    }
+
+    /// How many border nodes each coedge of each loop takes, in the order of the loops; 1 for a loop that is a vertex.
+    pub fn stretches(self) -> impl ExactSizeIterator<Item = u32> + 'a {
+        self.stretches.iter().map(|s| s.nodes)
+    }
+
+    /// A copy of its own.
+    pub fn to_fragment(self) -> FaceFragment {
+        FaceFragment {
+            nodes: [self.border, self.inner].concat(),
+            border: self.border.len() as u32,
+            form: self.form,
+            corners: self.corners.to_vec(),
+            ends: self.ends.to_vec(),
+            border_corners: self.border_corners.to_vec(),
+            stretches: self.stretches.to_vec(),
+            loops: self.loops.to_vec(),
+        }
+    }
+}
+
+fn cells<'a>(form: Form, corners: &'a [u32], ends: &'a [u32]) -> Cells<'a> {
+    match form {
+        Form::Triangles => Cells::Triangles(corners.as_chunks().0),
+        Form::Quads => Cells::Quads(corners.as_chunks().0),
+        Form::Polygons => Cells::Polygons { ends, corners },
+        Form::Grid(size) => Cells::Grid(size),
+    }
 }
 
 impl FaceFragment {
-    /// A fragment of these nodes and cells.
+    /// A fragment of these nodes and cells, whose corners are numbered like `nodes`.
     ///
     /// `loops` tells for each loop of the face how many *segments* the face has along each of its coedges; an empty list
-    /// stands for a loop that is a vertex and takes one border node. Border nodes stand in the order of the loops, each
-    /// beginning with the first vertex of its first coedge. Where a loop passes a node twice (along a seam, at a pole)
-    /// the fragment has two nodes, at the same point.
+    /// stands for a loop that is a vertex and takes one border node.
     ///
     /// # Errors
     /// [`Error::Input`] naming the cell or loop, for corners that do not exist, cells of fewer than three, a grid whose
     /// nodes are not as many as its size says, coedges without segments, and a border whose length is not that of the
     /// loops.
-    pub fn new(nodes: Vec<DVec3>, cells: Cells, boundary: Boundary, loops: &[impl AsRef<[u32]>]) -> Result<Self> {
-        check_cells(&cells, nodes.len())?;
-        check_boundary(&boundary, &cells, nodes.len())?;
-        let mut fragment =
-            Self { nodes, cells, boundary, stretches: Vec::new(), loops: Vec::new(), border_corners: Vec::new() };
-        let mut border = 0u64;
+    pub fn new(nodes: Vec<DVec3>, cells: Cells, boundary: &Boundary, loops: &[impl AsRef<[u32]>]) -> Result<Self> {
+        check_cells(cells, nodes.len())?;
+        check_boundary(boundary, cells, nodes.len())?;
+        let place = |v: &u32| boundary.place(*v);
+        let (form, ends) = match cells {
+            Cells::Triangles(_) => (Form::Triangles, Vec::new()),
+            Cells::Quads(_) => (Form::Quads, Vec::new()),
+            Cells::Polygons { ends, .. } => (Form::Polygons, ends.to_vec()),
+            Cells::Grid(size) => (Form::Grid(size), Vec::new()),
+        };
+        let corners = cells.stored().iter().map(place).collect();
+        let nodes = match boundary {
+            Boundary::First(_) => nodes,
+            other => (0..nodes.len() as u32).map(|place| nodes[other.node(place) as usize]).collect(),
+        };
+        let border = boundary.len() as u32;
+        let mut fragment = Self {
+            nodes,
+            border,
+            form,
+            corners,
+            ends,
+            border_corners: Vec::new(),
+            stretches: Vec::new(),
+            loops: Vec::new(),
+        };
+        let mut needed = 0u64;
         for (l, segments) in loops.iter().enumerate() {
             let segments = segments.as_ref();
             if segments.contains(&0) {
@@ -115,13 +216,12 @@ impl FaceFragment {
             let list = if segments.is_empty() { &[1] } else { segments };
             fragment.stretches.extend(list.iter().map(|n| Stretch { nodes: *n, print: 0 }));
             fragment.loops.push(fragment.stretches.len() as u32);
-            border += list.iter().map(|n| u64::from(*n)).sum::<u64>();
+            needed += list.iter().map(|n| u64::from(*n)).sum::<u64>();
         }
-        if border != fragment.boundary.len() as u64 {
-            let there = fragment.boundary.len();
-            return Err(Error::input(Place::Unknown, format!("{there} border nodes, but the loops have {border}")));
+        if needed != u64::from(border) {
+            return Err(Error::input(Place::Unknown, format!("{border} border nodes, but the loops have {needed}")));
         }
-        fragment.take_prints();
+        take_prints(&fragment.nodes, &fragment.loops, &mut fragment.stretches);
         fragment.find_border_corners();
         Ok(fragment)
     }
@@ -134,89 +234,42 @@ impl FaceFragment {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn grid(cells: [u32; 2], nodes: Vec<DVec3>, segments: &[u32]) -> Result<Self> {
-        Self::new(nodes, Cells::Grid(cells), Boundary::Grid(cells), &[segments])
+        Self::new(nodes, Cells::Grid(cells), &Boundary::Grid(cells), &[segments])
     }
 
-    /// Its own nodes, copies of those on its border included.
-    #[inline]
-    pub fn nodes(&self) -> &[DVec3] {
-        &self.nodes
-    }
-
-    /// Its cells.
-    #[inline]
-    pub fn cells(&self) -> &Cells {
-        &self.cells
-    }
-
-    /// Which nodes are on its border.
-    #[inline]
-    pub fn boundary(&self) -> &Boundary {
-        &self.boundary
-    }
-
-    /// How many nodes are not on its border, |IN|.
-    pub fn inner_count(&self) -> usize {
-        self.nodes.len() - self.boundary.len()
-    }
-
-    /// The corners of cells that are on the border: where they stand in the list of all corners, ascending, and their
-    /// places there ([`Boundary::place`]); none for a grid, whose corners are not listed.
-    ///
-    /// Whoever renumbers cells treats these one by one and all others alike.
-    pub fn border_corners(&self) -> &[[u32; 2]] {
-        &self.border_corners
-    }
-
-    /// How many border nodes each coedge of each loop takes, in the order of the loops; 1 for a loop that is a vertex.
-    pub fn stretches(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
-        self.stretches.iter().map(|s| s.nodes)
+    /// What there is to read.
+    pub fn view(&self) -> FaceView<'_> {
+        let (border, inner) = self.nodes.split_at(self.border as usize);
+        FaceView {
+            border,
+            inner,
+            form: self.form,
+            corners: &self.corners,
+            ends: &self.ends,
+            border_corners: &self.border_corners,
+            stretches: &self.stretches,
+            loops: &self.loops,
+        }
     }
 
     /// Lets `change` move the nodes.
     pub fn move_nodes(&mut self, change: impl FnOnce(&mut [DVec3])) {
         change(&mut self.nodes);
-        self.take_prints();
-    }
-
-    /// Lets `change` move each inner node; those on the border stay.
-    pub fn move_inner(&mut self, mut change: impl FnMut(&mut DVec3)) {
-        for place in self.boundary.len() as u32..self.nodes.len() as u32 {
-            change(&mut self.nodes[self.boundary.node(place) as usize]);
-        }
-    }
-
-    /// Hands inner nodes `range`, counted without those on the border, to `take`: as many at a time as stand together.
-    ///
-    /// # Errors
-    /// The first one of `take`.
-    pub fn read_inner(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
-        let border = self.boundary.len();
-        if let Boundary::First(_) = self.boundary {
-            return take(&self.nodes[border + range.start..border + range.end]);
-        }
-        let node = |i: usize| self.boundary.node((border + i) as u32) as usize;
-        let mut i = range.start;
-        while i < range.end {
-            let first = node(i);
-            let together = (i..range.end).take_while(|k| node(*k) == first + (k - i)).count();
-            take(&self.nodes[first..first + together])?;
-            i += together;
-        }
-        Ok(())
+        take_prints(&self.nodes, &self.loops, &mut self.stretches);
     }
 
     /// Removes what is left of cells around a pole: of border nodes at exactly one point a cell keeps the first, and a
     /// cell of fewer than three corners goes. Returns how many went.
     pub fn collapse_poles(&mut self) -> usize {
-        let mut ends = Vec::with_capacity(self.cells.len());
+        let view = self.view();
+        let cells = view.cells();
+        let mut ends = Vec::with_capacity(cells.len());
         let mut corners: Vec<u32> = Vec::new();
-        let border = self.boundary.len() as u32;
-        for j in 0..self.cells.len() {
+        for j in 0..cells.len() {
             let begin = corners.len();
-            for v in self.cells.corners(j).as_ref() {
+            for v in cells.corners(j).as_ref() {
                 let same = |w: &u32| {
-                    let both = self.boundary.place(*v) < border && self.boundary.place(*w) < border;
+                    let both = (*v).max(*w) < self.border;
                     v == w || (both && self.nodes[*v as usize] == self.nodes[*w as usize])
                 };
                 if !corners[begin..].iter().any(same) {
@@ -229,68 +282,54 @@ impl FaceFragment {
                 ends.push(corners.len() as u32);
             }
         }
-        let gone = self.cells.len() - ends.len();
+        let gone = cells.len() - ends.len();
         let whole = |n: usize| corners.len() == n * ends.len();
-        self.cells = if whole(3) {
-            Cells::Triangles(corners.as_chunks().0.to_vec())
-        } else if whole(4) && gone > 0 {
-            Cells::Quads(corners.as_chunks().0.to_vec())
-        } else if whole(4) {
-            return 0;
-        } else {
-            Cells::Polygons { ends, corners }
+        self.form = match () {
+            () if whole(3) => Form::Triangles,
+            () if whole(4) && gone > 0 => Form::Quads,
+            () if whole(4) => return 0,
+            () => Form::Polygons,
         };
+        self.ends = if self.form == Form::Polygons { ends } else { Vec::new() };
+        self.corners = corners;
         self.find_border_corners();
         gone
     }
 
     fn find_border_corners(&mut self) {
-        let corners = match &self.cells {
-            Cells::Triangles(list) => list.as_flattened(),
-            Cells::Quads(list) => list.as_flattened(),
-            Cells::Polygons { corners, .. } => corners,
-            Cells::Grid(_) => &[],
-        };
-        let border = self.boundary.len() as u32;
-        let places = corners.iter().enumerate().map(|(at, v)| [at as u32, self.boundary.place(*v)]);
-        self.border_corners = places.filter(|[_, place]| *place < border).collect();
-        self.border_corners.shrink_to_fit();
-    }
-
-    fn take_prints(&mut self) {
-        let at = |place: u32| &self.nodes[self.boundary.node(place) as usize];
-        let mut begin = 0;
-        let mut first = 0;
-        for end in &self.loops {
-            let list = &mut self.stretches[first..*end as usize];
-            let start = begin;
-            let last = list.len() - 1;
-            for (k, stretch) in list.iter_mut().enumerate() {
-                let next = if k == last { start } else { begin + stretch.nodes };
-                stretch.print = print((begin..begin + stretch.nodes).chain([next]).map(at));
-                begin += stretch.nodes;
-            }
-            first = *end as usize;
-        }
+        let places = self.corners.iter().enumerate().map(|(at, v)| [at as u32, *v]);
+        self.border_corners = places.filter(|[_, place]| *place < self.border).collect();
     }
 }
 
-fn check_cells(cells: &Cells, nodes: usize) -> Result<()> {
+fn take_prints(nodes: &[DVec3], loops: &[u32], stretches: &mut [Stretch]) {
+    let at = |place: u32| &nodes[place as usize];
+    let mut begin = 0;
+    let mut first = 0;
+    for end in loops {
+        let list = &mut stretches[first..*end as usize];
+        let start = begin;
+        let last = list.len() - 1;
+        for (k, stretch) in list.iter_mut().enumerate() {
+            let next = if k == last { start } else { begin + stretch.nodes };
+            stretch.print = print((begin..begin + stretch.nodes).chain([next]).map(at));
+            begin += stretch.nodes;
+        }
+        first = *end as usize;
+    }
+}
+
+fn check_cells(cells: Cells, nodes: usize) -> Result<()> {
     let bad = |j: usize, what: String| Err(Error::input(Place::Item(format!("cell {j}")), what));
     let beyond = |list: &[u32]| list.iter().position(|v| *v as usize >= nodes);
-    let corners = match cells {
-        Cells::Triangles(list) => 3 * list.len(),
-        Cells::Quads(list) => 4 * list.len(),
-        Cells::Polygons { corners, .. } => corners.len(),
-        Cells::Grid(_) => 0,
-    };
-    if nodes.max(corners) >= u32::MAX as usize {
-        let message = format!("{nodes} nodes and {corners} corners are more than a fragment can hold");
+    let corners = cells.stored();
+    if nodes.max(corners.len()) >= u32::MAX as usize {
+        let message = format!("{nodes} nodes and {} corners are more than a fragment can hold", corners.len());
         return Err(Error::input(Place::Unknown, message));
     }
-    let (outside, size) = match cells {
-        Cells::Triangles(list) => (beyond(list.as_flattened()), 3),
-        Cells::Quads(list) => (beyond(list.as_flattened()), 4),
+    let size = match cells {
+        Cells::Triangles(_) => 3,
+        Cells::Quads(_) => 4,
         Cells::Polygons { ends, corners } => {
             let mut begin = 0;
             for (j, end) in ends.iter().enumerate() {
@@ -303,28 +342,33 @@ fn check_cells(cells: &Cells, nodes: usize) -> Result<()> {
                 }
                 begin = *end;
             }
-            (None, 1)
+            if begin as usize != corners.len() {
+                return bad(ends.len(), format!("{} corners belong to no cell", corners.len() - begin as usize));
+            }
+            return Ok(());
         }
         Cells::Grid([a, b]) => {
-            let expected = (u64::from(*a) + 1) * (u64::from(*b) + 1);
-            if *a == 0 || *b == 0 || expected != nodes as u64 {
+            let expected = (u64::from(a) + 1) * (u64::from(b) + 1);
+            if a == 0 || b == 0 || expected != nodes as u64 {
                 let message = format!("a grid of {a} by {b} cells does not have {nodes} nodes");
                 return Err(Error::input(Place::Unknown, message));
             }
-            (None, 1)
+            return Ok(());
         }
     };
-    match outside {
+    match beyond(corners) {
         Some(k) => bad(k / size, format!("it uses a node that does not exist; there are {nodes}")),
         None => Ok(()),
     }
 }
 
-fn check_boundary(boundary: &Boundary, cells: &Cells, nodes: usize) -> Result<()> {
-    let fits = match boundary {
-        Boundary::First(n) => *n as usize <= nodes,
-        Boundary::Grid(size) => *cells == Cells::Grid(*size),
-        Boundary::Listed { nodes: list, places, border } => {
+fn check_boundary(boundary: &Boundary, cells: Cells, nodes: usize) -> Result<()> {
+    let fits = match (boundary, cells) {
+        (Boundary::Grid(size), Cells::Grid(other)) => *size == other,
+        // whose nodes must stand as their rows do
+        (Boundary::Grid(_), _) | (_, Cells::Grid(_)) => false,
+        (Boundary::First(n), _) => *n as usize <= nodes,
+        (Boundary::Listed { nodes: list, places, border }, _) => {
             // the fields are public: the two lists need not be inverse to each other
             let inverse = |(x, v): (usize, &u32)| places.get(*v as usize) == Some(&(x as u32));
             list.len() == nodes

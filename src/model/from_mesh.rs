@@ -10,7 +10,7 @@ use crate::mesh::TriMesh;
 
 use super::cells::{Boundary, Cells};
 use super::fragment::{EdgeFragment, FaceFragment};
-use super::matching::Fragments;
+use super::pool::Fragments;
 use super::topology::{Coedge, Edge, Face, Loop, Model, Shell, Vertex};
 
 /// No side, no node, no edge.
@@ -357,13 +357,12 @@ impl<'a> Cutter<'a> {
         let point = |v: u32| mesh.nodes[v as usize];
         let mut model = Model { names: mesh.faces.clone(), groups: mesh.groups.clone(), ..Model::default() };
         model.vertices = vec![Vertex::default(); self.vertices.len()];
-        let mut fragments =
-            Fragments { vertices: self.vertices.iter().map(|v| point(*v)).collect(), ..Fragments::default() };
+        let mut fragments = Fragments::new(self.vertices.iter().map(|v| point(*v)).collect());
         let mut nodes = self.vertices.clone();
         for chain in &self.chains {
             let ends = [chain[0], chain[chain.len() - 1]].map(|v| self.vertex_of[v as usize]);
             model.edges.push(Edge { ends, ..Edge::default() });
-            fragments.edges.push(EdgeFragment::new(chain.iter().map(|v| point(*v)).collect())?);
+            fragments.push_edge(&EdgeFragment::new(chain.iter().map(|v| point(*v)).collect())?)?;
             nodes.extend(&chain[1..chain.len() - 1]);
         }
         let mut local = vec![NONE; self.opens.len()];
@@ -405,7 +404,7 @@ impl<'a> Cutter<'a> {
             nodes.extend(&own[border..]);
             let points = own.iter().map(|v| point(*v)).collect();
             let boundary = Boundary::First(border as u32);
-            fragments.faces.push(FaceFragment::new(points, Cells::Triangles(triangles), boundary, &segments)?);
+            fragments.push_face(&FaceFragment::new(points, Cells::Triangles(&triangles), &boundary, &segments)?)?;
             model.faces.push(face);
         }
         model.shells = shells(&model);

@@ -1,22 +1,10 @@
-//! Fragments of a whole model, and whether they are node-matched.
+//! Whether fragments are node-matched on their model.
 
 use std::fmt;
 
-use glam::DVec3;
-
-use super::fragment::{EdgeFragment, FaceFragment, print};
+use super::fragment::print;
+use super::pool::Fragments;
 use super::topology::{Loop, Model};
-
-/// One fragment for every vertex, edge and face of a [`Model`], in the model's order.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Fragments {
-    /// The node of each vertex.
-    pub vertices: Vec<DVec3>,
-    /// The chain of each edge.
-    pub edges: Vec<EdgeFragment>,
-    /// The mesh of each face.
-    pub faces: Vec<FaceFragment>,
-}
 
 /// Why fragments do not belong together. Loops and coedges are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +58,7 @@ impl Fragments {
     /// The time is proportional to the model, whatever the number of nodes.
     pub fn mismatches<P, C, S>(&self, model: &Model<P, C, S>) -> Vec<Mismatch> {
         let counts = [model.vertices.len(), model.edges.len(), model.faces.len()];
-        let there = [self.vertices.len(), self.edges.len(), self.faces.len()];
+        let there = self.counts();
         if counts != there {
             return vec![Mismatch::Counts { model: counts, fragments: there }];
         }
@@ -86,9 +74,8 @@ impl Fragments {
 
     /// [`mismatches`](Self::mismatches) of one edge with its vertices. There must be a fragment for each.
     pub fn mismatch_of_edge<P, C, S>(&self, model: &Model<P, C, S>, edge: u32, found: &mut Vec<Mismatch>) {
-        let nodes = &self.edges[edge as usize].nodes();
-        for (v, p) in model.edges[edge as usize].ends.into_iter().zip([nodes[0], nodes[nodes.len() - 1]]) {
-            if self.vertices[v as usize] != p {
+        for (v, p) in model.edges[edge as usize].ends.into_iter().zip(self.edge_ends(edge as usize)) {
+            if self.vertices()[v as usize] != p {
                 found.push(Mismatch::EdgeEnd { edge, vertex: v });
                 return;
             }
@@ -97,7 +84,7 @@ impl Fragments {
 
     /// [`mismatches`](Self::mismatches) of one face with its edges. There must be a fragment for each.
     pub fn mismatch_of_face<P, C, S>(&self, model: &Model<P, C, S>, face: u32, found: &mut Vec<Mismatch>) {
-        let fragment = &self.faces[face as usize];
+        let fragment = self.face(face as usize);
         let loops = &model.faces[face as usize].loops;
         if loops.len() != fragment.loops.len() {
             let index = loops.len().min(fragment.loops.len()) as u32;
@@ -105,12 +92,12 @@ impl Fragments {
             return;
         }
         let mut first = 0;
-        for (index, (border, end)) in loops.iter().zip(&fragment.loops).enumerate() {
+        for (index, (border, end)) in loops.iter().zip(fragment.loops).enumerate() {
             let stretches = &fragment.stretches[first..*end as usize];
             first = *end as usize;
             match border {
                 Loop::Vertex(v) => {
-                    let p = &self.vertices[*v as usize];
+                    let p = &self.vertices()[*v as usize];
                     // a loop of one node is followed by itself
                     if stretches[0].print != print([p, p].into_iter()) || stretches.len() > 1 || stretches[0].nodes > 1
                     {
@@ -122,11 +109,11 @@ impl Fragments {
                 }
                 Loop::Edges(list) => {
                     for (c, stretch) in list.iter().zip(stretches) {
-                        let edge = &self.edges[c.edge as usize];
-                        let (of_face, of_edge) = (stretch.nodes, edge.segments() as u32);
+                        let e = c.edge as usize;
+                        let (of_face, of_edge) = (stretch.nodes, self.edge_span(e)[1] + 1);
                         if of_face != of_edge {
                             found.push(Mismatch::Segments { face, edge: c.edge, of_face, of_edge });
-                        } else if stretch.print != edge.prints[usize::from(c.reversed)] {
+                        } else if stretch.print != self.prints(e)[usize::from(c.reversed)] {
                             found.push(Mismatch::Nodes { face, edge: c.edge });
                         }
                     }

@@ -15,6 +15,7 @@ mod check;
 mod fragment;
 mod from_mesh;
 mod matching;
+mod pool;
 mod topology;
 
 #[cfg(test)]
@@ -22,7 +23,8 @@ pub(crate) mod tests;
 
 pub use cells::{Boundary, Cells, Corners};
 pub use check::{Item, Violation};
-pub use fragment::{EdgeFragment, FaceFragment};
+pub use fragment::{EdgeFragment, FaceFragment, FaceView};
 pub use from_mesh::{Cut, from_mesh};
-pub use matching::{Fragments, Mismatch};
+pub use matching::Mismatch;
+pub use pool::Fragments;
 pub use topology::{Coedge, Edge, Face, Loop, Model, Shell, Solid, Vertex};

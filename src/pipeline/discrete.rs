@@ -5,11 +5,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::heal::told;
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::report::Report;
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
-use crate::heal::{HealOptions, HealReport, heal};
+use crate::heal::{HealOptions, heal};
 use crate::implicit::part::SizeRequest;
 use crate::io::{self, Format};
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
@@ -140,10 +141,6 @@ fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
     let mut healed = told(&full.report);
     healed.extend(full.report.shortfalls.iter().cloned());
     Ok(Prepared { healed, mesh: full.mesh })
-}
-
-fn told(report: &HealReport) -> Vec<String> {
-    report.to_string().lines().skip(1).map(|l| format!("healed: {}", l.trim())).collect()
 }
 
 fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use super::built::{build, mesh_built};
+use super::heal::{heal_made, same_places, told};
 use super::leaf::{ByLeaf, by_leaf};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
@@ -13,6 +14,7 @@ use crate::implicit::part::{Part, SizeRequest, glob, parse};
 use crate::implicit::{
     ExtractOptions, Extracted, Implicit, ImplicitOracle, Wall, extract, features, thin_places, thin_walls,
 };
+use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
@@ -128,6 +130,15 @@ impl Meshed {
     pub fn model(&self) -> Result<Cut> {
         from_mesh(&self.mesh, &self.seams, &self.corners)
     }
+
+    /// The mesh to be written: read out of the fragments of its [`model`](Self::model) as [`merge`](crate::merge) joins
+    /// them, in the numbers `mesh` has.
+    ///
+    /// Errors: see [`from_mesh`] and [`Merged::new`]; fragments that are not node-matched are refused by name of the edge.
+    pub fn merged(&self) -> Result<Reordered> {
+        let Cut { model, fragments, nodes, triangles } = self.model()?;
+        Reordered::new(Merged::new(model, fragments)?, nodes, &triangles)
+    }
 }
 
 /// Reads a part file. Errors name the file, line and column.
@@ -225,9 +236,21 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         }
         ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, seams, corners, intersecting, extracted, cell, walls, method, shortfalls } = made;
+    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, walls, method, shortfalls } =
+        made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
+    // What the leaf method calls sound is: a closed manifold by construction, tested for intersections.
+    if intersecting != Some(0)
+        && let Some(healed) = heal_made(&mesh, intersecting, &ImplicitOracle::new(&ready.model, &extracted), run)?
+    {
+        report.warnings.extend(told(&healed.report));
+        let now = same_places(&mesh, &healed.mesh);
+        let now = |v: u32| now[v as usize];
+        seams = seams.iter().filter_map(|[a, b]| Some([now(*a)?, now(*b)?])).collect();
+        corners = corners.iter().filter_map(|v| now(*v)).collect();
+        (mesh, intersecting) = (healed.mesh, Some(0));
+    }
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     let whole = method == Method::Leaf && report.shortfalls.is_empty();
     let list = if whole { &mut report.warnings } else { &mut report.shortfalls };

@@ -1,0 +1,300 @@
+//! The fragments of a whole model, kept one after the other in a few arrays.
+//!
+//! Whoever reads them all goes through memory in order; whoever looks for one node or cell adds an offset. Nodes that a
+//! fragment shares with others, and so does not number itself, stand apart from its own.
+
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+
+use super::cells::Cells;
+use super::fragment::{EdgeFragment, FaceFragment, FaceView, Form, Stretch};
+
+/// A part of an array. Two numbers of 32 bits: there are as many of these as fragments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Span {
+    start: u32,
+    len: u32,
+}
+
+impl Span {
+    fn range(self) -> std::ops::Range<usize> {
+        self.start as usize..self.start as usize + self.len as usize
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct EdgeRow {
+    ends: [DVec3; 2],
+    inner: Span,
+    prints: [u64; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct FaceRow {
+    border: Span,
+    inner: Span,
+    form: Form,
+    corners: Span,
+    ends: Span,
+    border_corners: Span,
+    stretches: Span,
+    loops: Span,
+}
+
+/// One fragment for every vertex, edge and face of a [`Model`](super::Model), in the model's order.
+///
+/// A fragment that is replaced by one of its own size stays where it is; a larger one goes to the end, and what it leaves
+/// is taken back once half of the nodes are such leavings. Comparing two compares where things are kept, too.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Fragments {
+    /// Those of vertices, then the inner ones of chains and faces as they came.
+    nodes: Vec<DVec3>,
+    /// Faces' copies of the nodes on their borders.
+    borders: Vec<DVec3>,
+    corners: Vec<u32>,
+    ends: Vec<u32>,
+    border_corners: Vec<[u32; 2]>,
+    stretches: Vec<Stretch>,
+    loops: Vec<u32>,
+    vertices: usize,
+    edges: Vec<EdgeRow>,
+    faces: Vec<FaceRow>,
+    /// Nodes and corners nobody uses any more.
+    unused: usize,
+}
+
+/// Puts a list in the place of another, or at the end where it does not fit there.
+fn put<T: Copy>(array: &mut Vec<T>, old: Option<Span>, list: &[T]) -> Result<Span> {
+    if let Some(span) = old.filter(|s| s.len as usize == list.len()) {
+        array[span.range()].copy_from_slice(list);
+        return Ok(span);
+    }
+    let too_many = || Error::Failed("fragments have more nodes or corners than 32 bits can number".into());
+    let end = u32::try_from(array.len() + list.len()).map_err(|_| too_many())?;
+    array.extend_from_slice(list);
+    Ok(Span { start: end - list.len() as u32, len: list.len() as u32 })
+}
+
+impl Fragments {
+    /// The nodes of a model's vertices, to which the fragments of edges and faces are added.
+    pub fn new(vertices: Vec<DVec3>) -> Self {
+        Self { vertices: vertices.len(), nodes: vertices, ..Self::default() }
+    }
+
+    /// Adds the next edge's chain.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] for more nodes than 32 bits can number; then nothing is added.
+    pub fn push_edge(&mut self, edge: &EdgeFragment) -> Result<()> {
+        let inner = put(&mut self.nodes, None, edge.inner())?;
+        self.edges.push(EdgeRow { ends: edge.ends(), inner, prints: edge.prints });
+        Ok(())
+    }
+
+    /// Adds the next face's mesh.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] for more nodes or corners than 32 bits can number.
+    pub fn push_face(&mut self, face: &FaceFragment) -> Result<()> {
+        let row = self.put_face(None, face)?;
+        self.faces.push(row);
+        Ok(())
+    }
+
+    fn put_face(&mut self, old: Option<FaceRow>, face: &FaceFragment) -> Result<FaceRow> {
+        Ok(FaceRow {
+            border: put(&mut self.borders, old.map(|o| o.border), &face.nodes[..face.border as usize])?,
+            inner: put(&mut self.nodes, old.map(|o| o.inner), &face.nodes[face.border as usize..])?,
+            form: face.form,
+            corners: put(&mut self.corners, old.map(|o| o.corners), &face.corners)?,
+            ends: put(&mut self.ends, old.map(|o| o.ends), &face.ends)?,
+            border_corners: put(&mut self.border_corners, old.map(|o| o.border_corners), &face.border_corners)?,
+            stretches: put(&mut self.stretches, old.map(|o| o.stretches), &face.stretches)?,
+            loops: put(&mut self.loops, old.map(|o| o.loops), &face.loops)?,
+        })
+    }
+
+    /// How many vertices, edges and faces there are.
+    pub fn counts(&self) -> [usize; 3] {
+        [self.vertices, self.edges.len(), self.faces.len()]
+    }
+
+    /// The node of each vertex.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.nodes[..self.vertices]
+    }
+
+    /// The first and the last node of an edge's chain.
+    ///
+    /// # Panics
+    /// Where there is no such edge.
+    pub fn edge_ends(&self, edge: usize) -> [DVec3; 2] {
+        self.edges[edge].ends
+    }
+
+    /// The nodes of an edge's chain without the first and the last (\[LAZ\] 4.1, `ExcludeBounds`), in the edge's direction.
+    ///
+    /// # Panics
+    /// Where there is no such edge.
+    pub fn edge_inner(&self, edge: usize) -> &[DVec3] {
+        &self.nodes[self.edges[edge].inner.range()]
+    }
+
+    /// An edge's chain as a copy of its own.
+    ///
+    /// # Panics
+    /// Where there is no such edge.
+    pub fn edge(&self, edge: usize) -> EdgeFragment {
+        let [first, last] = self.edge_ends(edge);
+        let nodes = [&[first], self.edge_inner(edge), &[last]].concat();
+        EdgeFragment { nodes, prints: self.edges[edge].prints }
+    }
+
+    pub(super) fn prints(&self, edge: usize) -> [u64; 2] {
+        self.edges[edge].prints
+    }
+
+    /// The mesh of a face.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn face(&self, face: usize) -> FaceView<'_> {
+        let row = &self.faces[face];
+        FaceView {
+            border: &self.borders[row.border.range()],
+            inner: &self.nodes[row.inner.range()],
+            form: row.form,
+            corners: &self.corners[row.corners.range()],
+            ends: &self.ends[row.ends.range()],
+            border_corners: &self.border_corners[row.border_corners.range()],
+            stretches: &self.stretches[row.stretches.range()],
+            loops: &self.loops[row.loops.range()],
+        }
+    }
+
+    /// The meshes of all faces.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = FaceView<'_>> {
+        (0..self.faces.len()).map(|f| self.face(f))
+    }
+
+    /// Replaces the node of a vertex and hands back the old one.
+    ///
+    /// # Panics
+    /// Where there is no such vertex.
+    pub fn set_vertex(&mut self, vertex: usize, node: DVec3) -> DVec3 {
+        std::mem::replace(&mut self.nodes[..self.vertices][vertex], node)
+    }
+
+    /// Replaces an edge's chain and hands back the old one.
+    ///
+    /// # Errors
+    /// As [`push_edge`](Self::push_edge); then nothing has changed.
+    ///
+    /// # Panics
+    /// Where there is no such edge.
+    pub fn set_edge(&mut self, edge: usize, with: &EdgeFragment) -> Result<EdgeFragment> {
+        let (row, old) = (self.edges[edge], self.edge(edge));
+        let inner = put(&mut self.nodes, Some(row.inner), with.inner())?;
+        self.edges[edge] = EdgeRow { ends: with.ends(), inner, prints: with.prints };
+        self.leave(if inner == row.inner { 0 } else { row.inner.len as usize });
+        Ok(old)
+    }
+
+    /// Replaces a face's mesh and hands back the old one. Whether the new one is node-matched is not asked here.
+    ///
+    /// # Errors
+    /// As [`push_face`](Self::push_face); then nothing has changed.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn set_face(&mut self, face: usize, with: &FaceFragment) -> Result<FaceFragment> {
+        let old = self.face(face).to_fragment();
+        let row = self.faces[face];
+        match self.put_face(Some(row), with) {
+            Ok(new) => {
+                self.faces[face] = new;
+                let left = |a: Span, b: Span| if a == b { 0 } else { a.len as usize };
+                self.leave(left(row.inner, new.inner) + left(row.corners, new.corners));
+                Ok(old)
+            }
+            Err(error) => {
+                // what fits has been written over
+                self.faces[face] = self.put_face(Some(row), &old)?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Lets `change` move a face's inner nodes.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn move_inner(&mut self, face: usize, change: impl FnMut(&mut DVec3)) {
+        self.nodes[self.faces[face].inner.range()].iter_mut().for_each(change);
+    }
+
+    /// Counts what nobody uses, and packs when that is half of all.
+    fn leave(&mut self, count: usize) {
+        self.unused += count;
+        if 2 * self.unused <= self.nodes.len() + self.corners.len() {
+            return;
+        }
+        let mut packed = Fragments::new(self.vertices().to_vec());
+        let all = (|| {
+            (0..self.edges.len()).try_for_each(|e| packed.push_edge(&self.edge(e)))?;
+            self.faces().try_for_each(|face| packed.push_face(&face.to_fragment()))
+        })();
+        // packed is smaller, so it fits
+        if all.is_ok() {
+            *self = packed;
+        }
+    }
+
+    // ------------------------------------------------------------------------------------- for those who read by offsets
+
+    /// All nodes but those on the borders of faces, those nobody uses any more included.
+    #[inline]
+    pub(crate) fn pool(&self) -> &[DVec3] {
+        &self.nodes
+    }
+
+    /// All stored corners, those nobody uses any more included.
+    #[inline]
+    pub(crate) fn corner_pool(&self) -> &[u32] {
+        &self.corners
+    }
+
+    /// Where an edge's first inner node stands in the [`pool`](Self::pool), and how many there are.
+    pub(crate) fn edge_span(&self, edge: usize) -> [u32; 2] {
+        let span = self.edges[edge].inner;
+        [span.start, span.len]
+    }
+
+    /// Where a face's inner nodes stand in the [`pool`](Self::pool), how many they are, how many are on the border; where
+    /// its cells' corners stand in the [`corner_pool`](Self::corner_pool).
+    pub(crate) fn face_span(&self, face: usize) -> [u32; 4] {
+        let row = &self.faces[face];
+        [row.inner.start, row.inner.len, row.border.len, row.corners.start]
+    }
+
+    /// Takes the last face away.
+    pub fn pop_face(&mut self) -> Option<FaceFragment> {
+        let last = self.faces.len().checked_sub(1)?;
+        let old = self.face(last).to_fragment();
+        self.faces.pop();
+        self.leave(old.nodes.len() + old.corners.len());
+        Some(old)
+    }
+
+    /// How many cells a face has.
+    pub(crate) fn cell_count(&self, face: usize) -> usize {
+        let row = &self.faces[face];
+        match row.form {
+            Form::Triangles => row.corners.len as usize / 3,
+            Form::Quads => row.corners.len as usize / 4,
+            Form::Polygons => row.ends.len as usize,
+            Form::Grid(size) => Cells::Grid(size).len(),
+        }
+    }
+}
