@@ -263,7 +263,8 @@ fn remeshed_body(
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(e) => return as_it_was(part, e.to_string()),
         };
-        let work = patchwork(solid, marks, edit, &part, places, sizes.to_vec(), &kept);
+        let sizes = as_spaced(&part, sizes);
+        let work = patchwork(solid, marks, edit, &part, places, sizes, &kept);
         let quiet = Run::new().with_cancel(run.cancel_token());
         let ExactMesh { mesh: out, report: found, .. } =
             match remesh_patchwork(work, &part, solid, options, &quiet, None) {
@@ -293,6 +294,29 @@ fn remeshed_body(
         Some((count, out)) if count <= first => Ok(Remeshed { mesh: out, kept: Vec::new(), shortfall: None }),
         _ => as_it_was(part, "remeshing folded it".into()),
     }
+}
+
+/// The sizes, at nodes of borders those the border was divided by: whole numbers of parts make edges up to half as long
+/// again as asked for, or as short, and rows beside them shall fit.
+fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
+    // Sum of lengths and number of the edges of borders at every node, each edge seen from both sides.
+    let mut sums = vec![(0.0, 0u32); part.nodes.len()];
+    let mut faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    for (t, l) in part.triangles.iter().zip(&part.labels) {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            let other = faces.insert([a.min(b), a.max(b)], *l);
+            if other.is_some_and(|o| o != *l) {
+                let length = part.nodes[a as usize].distance(part.nodes[b as usize]);
+                for v in [a, b] {
+                    sums[v as usize].0 += length;
+                    sums[v as usize].1 += 1;
+                }
+            }
+        }
+    }
+    let own = |(h, s): (&f64, &(f64, u32))| if s.1 > 0 { s.0 / f64::from(s.1) } else { *h };
+    sizes.iter().zip(&sums).map(own).collect()
 }
 
 /// The connected parts of a mesh, each with the old numbers of its nodes.

@@ -39,8 +39,8 @@ const POLISH: usize = 4;
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
-/// Shapes below this are mended one by one: 42 degrees.
-const MEND: f64 = 0.92;
+/// Shapes below this are mended one by one: 45 degrees.
+const MEND: f64 = 0.95;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
 const STUCK: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.

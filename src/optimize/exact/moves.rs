@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::STUCK;
 use super::patchwork::PieceSet;
 use super::remesh::{FAIR, LONG, Rank, Remesher};
 use crate::error::Result;
@@ -307,7 +306,7 @@ impl Remesher<'_> {
             return false;
         }
         // Borders are spaced already: only for bad shapes are their nodes moved.
-        let limit = if rank == Rank::Curve { limit.min(STUCK) } else { limit };
+        let limit = if rank == Rank::Curve { limit } else { limit };
         let start = self.point(v);
         let reach = self.want[v as usize];
         let (mut p, mut best) = self.climbed_to_apex(v, limit, reach, &set);
