@@ -38,6 +38,8 @@ const MANY: usize = 80_000;
 const LESS: f64 = 1.6;
 /// Narrow places and short edges, which cost less, down to this share.
 const NARROW: f64 = 0.25;
+/// And to this one where triangles would be needles otherwise.
+const NARROWEST: f64 = 0.0625;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
 
@@ -90,8 +92,9 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
             sizing.at(k).min((1.0 / k).max(share(DEEP) * sizing.least))
         };
-        let (least, grading) = (share(NARROW) * sizing.least, options.grading);
-        let sizes = MeshSizes { size, least, size_at: &by_curvature, face_size: &|_| None, grading, most };
+        let (least, deepest) = (share(NARROW) * sizing.least, share(NARROWEST) * sizing.least);
+        let grading = options.grading;
+        let sizes = MeshSizes { size, least, deepest, size_at: &by_curvature, face_size: &|_| None, grading, most };
         solid.mesh(&sizes, run)
     };
     let mut made = first(&sizing, if free { MANY } else { usize::MAX })?;

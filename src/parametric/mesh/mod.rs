@@ -38,8 +38,10 @@ const SAME_PLACE: f64 = 1e-9;
 pub struct MeshSizes<'a> {
     /// The greatest.
     pub size: f64,
-    /// Narrow places and short edges ask for no less than this.
+    /// Narrow places and short edges ask for no less than this while they are not much shorter.
     pub least: f64,
+    /// Those that are ask for what keeps triangles from being needles, and for no less than this.
+    pub deepest: f64,
     /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
     /// By face, where one is asked for.
@@ -60,7 +62,7 @@ struct Plan<'a> {
 impl<'a> MeshSizes<'a> {
     /// Sizes by curvature between `least` and `size`, none by face, growing by 0.3, and any number of nodes.
     pub fn new(size: f64, least: f64, size_at: &'a (dyn Fn(f64) -> f64 + Sync)) -> Self {
-        Self { size, least, size_at, face_size: &|_| None, grading: 0.3, most: usize::MAX }
+        Self { size, least, deepest: least, size_at, face_size: &|_| None, grading: 0.3, most: usize::MAX }
     }
 }
 

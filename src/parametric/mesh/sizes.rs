@@ -13,6 +13,10 @@ use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.0;
+/// Where that is less than the least length they are at most this many times as long: angles of 23 degrees.
+const EASE: f64 = 2.4;
+/// A narrow place is looked at in this many points of a piece of its border, at most.
+const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
 /// beside a corner of 37 degrees it is.
 const AROUND: f64 = 3.0;
@@ -54,7 +58,8 @@ pub(super) fn field(
         let length = s.length();
         let h = if e.ends[0] == e.ends[1] { length / 3.0 } else { length };
         if h < sizes.size {
-            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h.max(sizes.least))));
+            let h = fitting(h, sizes);
+            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h)));
         }
     }
     run.check()?;
@@ -72,6 +77,11 @@ pub(super) fn field(
     run.check()?;
     sources.extend(narrow.into_iter().flatten());
     Ok(Graded::new(sources, sizes.grading))
+}
+
+/// The edge length that fits a place of some width.
+fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
+    width.max((EASE * width).min(sizes.least)).max(sizes.deepest)
 }
 
 /// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
@@ -112,33 +122,38 @@ fn narrow_places(
     let tree = Bvh::new(pieces.iter().map(|p| Aabb::around(p.ends)).collect());
     let mut out = Vec::new();
     for p in &pieces {
-        let at = 0.5 * (p.ends[0] + p.ends[1]);
-        let place = p.from + 0.5 * p.ends[0].distance(p.ends[1]);
-        let across = |i: u32| -> f64 {
-            let q = &pieces[i as usize];
-            let d = q.ends[1] - q.ends[0];
-            let t = ((at - q.ends[0]).dot(d) / d.length_squared()).clamp(0.0, 1.0);
-            let way = q.ends[0] + t * d - at;
-            let length = way.length();
-            let into = way.dot(p.inward) > INTO * length && -way.dot(q.inward) > INTO * length;
-            if !into {
-                return f64::INFINITY;
-            }
-            if q.looped == p.looped {
-                let apart = (q.from + t * d.length() - place).abs();
-                let round = rounds[p.looped as usize];
-                if apart.min(round - apart) < AROUND * length {
-                    return f64::INFINITY;
-                }
-            }
-            length * length
+        let length = p.ends[0].distance(p.ends[1]);
+        let width = |t: f64| {
+            let at = p.ends[0].lerp(p.ends[1], t);
+            let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
+            let found = tree.nearest(at, sizes.size / ACROSS, across);
+            found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), sizes))).filter(|x| x.1 < sizes.size)
         };
-        if let Some((_, d)) = tree.nearest(at, sizes.size / ACROSS, across) {
-            let h = (ACROSS * d.sqrt()).max(sizes.least);
-            if h < sizes.size {
-                out.push((at, h));
-            }
-        }
+        let Some(middle) = width(0.5) else { continue };
+        // The field grows on both sides of a source: there must be one at about every length.
+        let points = (length / middle.1).ceil().min(MOST_POINTS);
+        let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
+        out.push(middle);
+        out.extend(more.filter_map(width));
     }
     out
+}
+
+/// The squared distance of a point on one piece of a border to another piece, infinite where that is not across from it.
+fn opposite(p: &Piece, at: DVec3, along: f64, q: &Piece, rounds: &[f64]) -> f64 {
+    let d = q.ends[1] - q.ends[0];
+    let t = ((at - q.ends[0]).dot(d) / d.length_squared()).clamp(0.0, 1.0);
+    let way = q.ends[0] + t * d - at;
+    let length = way.length();
+    if !(way.dot(p.inward) > INTO * length && -way.dot(q.inward) > INTO * length) {
+        return f64::INFINITY;
+    }
+    if q.looped == p.looped {
+        let apart = (q.from + t * d.length() - p.from - along).abs();
+        let round = rounds[p.looped as usize];
+        if apart.min(round - apart) < AROUND * length {
+            return f64::INFINITY;
+        }
+    }
+    length * length
 }
