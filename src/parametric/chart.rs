@@ -87,6 +87,21 @@ impl Chart {
         this
     }
 
+    /// Whether points are looked for in a net of samples.
+    pub(super) fn is_sampled(&self) -> bool {
+        self.net.is_some()
+    }
+
+    /// The chart of a part of the domain, with a net of its own; it has no period along the axis that is cut.
+    pub(super) fn part(&self, axis: usize, range: [f64; 2]) -> Self {
+        let mut this = Self { net: None, ..self.clone() };
+        this.bounds[axis] = range;
+        this.periods[axis] = None;
+        this.poles.retain(|p| p.axis != axis || (range[0]..=range[1]).contains(&p.value));
+        this.net = Some(this.sampled());
+        this
+    }
+
     fn middle(&self) -> DVec2 {
         let m = self.bounds.map(|[a, b]| if (b - a).is_finite() { 0.5 * (a + b) } else { 0.0 });
         DVec2::new(m[0], m[1])
@@ -162,6 +177,9 @@ impl Chart {
             }
             _ => (vec![a, b], 24),
         };
+        // Those of the part of the domain that matters.
+        let inner = breaks.into_iter().filter(|t| *t > a && *t < b);
+        let breaks: Vec<f64> = [a].into_iter().chain(inner).chain([b]).collect();
         let parts = parts.max(LEAST_CELLS.div_ceil(breaks.len().max(2) - 1));
         let mut out: Vec<f64> = breaks
             .windows(2)

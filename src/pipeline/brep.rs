@@ -194,7 +194,8 @@ fn remeshed(
     report: &mut Report,
     run: &Run,
 ) -> Result<TriMesh> {
-    let FaceMeshes { mut mesh, mut places, mut sizes, .. } = made;
+    let FaceMeshes { mut mesh, pieces, mut places, mut sizes, .. } = made;
+    mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
     let marks = Marks::new(solid);
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
@@ -254,7 +255,8 @@ fn remeshed_body(
     run: &Run,
 ) -> Result<Remeshed> {
     const TRIES: usize = 4;
-    let as_it_was = |part: TriMesh, why: String| {
+    let as_it_was = |mut part: TriMesh, why: String| {
+        part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
         let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
         Ok(Remeshed { mesh: part, kept: Vec::new(), shortfall })
     };
@@ -274,6 +276,7 @@ fn remeshed_body(
                 Err(Error::Input { message, .. }) => return as_it_was(part, message),
                 other => other?,
             };
+        // The labels are faces from here on.
         if found.self_intersections == 0 {
             return Ok(Remeshed { mesh: out, kept, shortfall: None });
         }
@@ -422,7 +425,7 @@ fn patchwork(
         }
     }
     let at_tip = |f: u32, v: usize| {
-        marks.tips.get(&f).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
+        marks.tips.get(&solid.face_of(f)).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
     };
     for (v, place) in places.iter().enumerate() {
         let pinned = match *place {
@@ -434,19 +437,21 @@ fn patchwork(
             mesh.set_pinned(v as u32, true);
         }
     }
-    let patches = (0..solid.brep.faces.len() as u32)
+    let patches = (0..solid.piece_count())
         .map(|f| Patch {
             piece: f,
-            outward: if solid.brep.faces[f as usize].outward { 1.0 } else { -1.0 },
+            outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
             plane: solid.plane(f),
         })
         .collect();
+    let is_kept = |piece: u32| kept.binary_search(&solid.face_of(piece)).is_ok();
     for (t, l) in from.triangles.iter().zip(&from.labels) {
-        if kept.binary_search(l).is_ok() {
+        if is_kept(*l) {
             t.iter().for_each(|v| mesh.set_pinned(*v, true));
         }
     }
-    Patchwork { sizes, spaced: true, frozen: kept.to_vec(), ..Patchwork::new(mesh, sets, patches) }
+    let frozen = (0..solid.piece_count()).filter(|p| is_kept(*p)).collect();
+    Patchwork { sizes, spaced: true, frozen, ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

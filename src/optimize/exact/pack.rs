@@ -186,7 +186,7 @@ impl Remesher<'_> {
         let narrow = !room(q, own);
         if narrow {
             // Between two borders a row that is nearer to each of them may do.
-            let border = |x: &(DVec3, u32)| self.rank[x.1 as usize] == Rank::Corner;
+            let border = |x: &(DVec3, u32)| self.work.mesh.is_boundary(x.1);
             if !near.iter().any(|x| border(x) && crowds(q, own, x)) {
                 return None;
             }

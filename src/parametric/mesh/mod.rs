@@ -7,6 +7,7 @@ mod domain;
 mod edges;
 mod fill;
 mod loops;
+mod sheets;
 mod sizes;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,6 +26,7 @@ use domain::Cutter;
 use edges::{Chain, Sampled, divide, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::Unroller;
+use sheets::Sheets;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;
@@ -91,6 +93,8 @@ pub struct Failure {
 pub struct FaceMeshes {
     /// Nodes and triangles; labels are faces.
     pub mesh: TriMesh,
+    /// The piece of each triangle: its face, or a sheet of it, see [`Parametric::face_of`].
+    pub pieces: Vec<u32>,
     /// Where each node lies.
     pub places: Vec<Place>,
     /// The edge length wanted at each node.
@@ -108,6 +112,10 @@ pub struct Parametric {
     /// The model.
     pub brep: Brep,
     pub(super) charts: Vec<Chart>,
+    /// Sheets of faces, with the face of each.
+    pub(super) sheets: Vec<(u32, Chart)>,
+    /// How faces are divided into sheets, and the number of the first one.
+    divided: Vec<Option<(Sheets, u32)>>,
     /// Faces of each edge.
     pub(super) faces_of: Vec<Vec<u32>>,
     /// The box around every face's edges.
@@ -149,13 +157,21 @@ impl Parametric {
                 if b.is_empty() { whole(&f.surface) } else { b }
             })
             .collect();
-        let charts = run.install(|| {
+        let charts: Vec<Chart> = run.install(|| {
             (0..brep.faces.len())
                 .into_par_iter()
                 .map(|i| Chart::new(brep.faces[i].surface.clone(), &boxes[i]))
                 .collect()
         });
         run.check()?;
+        let mut sheets = Vec::new();
+        let mut divided = Vec::with_capacity(charts.len());
+        for (f, chart) in charts.iter().enumerate() {
+            divided.push(Sheets::of(chart).map(|s| (s, sheets.len() as u32)));
+            if let Some(Some((s, _))) = divided.last() {
+                sheets.extend((0..s.count()).map(|k| (f as u32, s.chart(chart, k))));
+            }
+        }
         let samples = brep.edges.iter().map(samples_of).collect();
         let mut between: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
         for (e, faces) in faces_of.iter().enumerate() {
@@ -163,7 +179,7 @@ impl Parametric {
                 between.entry([a.min(b), a.max(b)]).or_default().push(e as u32);
             }
         }
-        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, samples, between })
+        Ok(Self { brep, charts, sheets, divided, faces_of, boxes, edge_boxes, samples, between })
     }
 
     /// The box around the model.
@@ -353,8 +369,13 @@ impl Parametric {
         let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
-        let mut filled =
-            fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled, (count, sizes.most))?;
+        let sheets = self.divided[f as usize].as_ref();
+        let next = first + domain.nodes.len() as u32;
+        let lines = sheets.map(|s| &s.0);
+        let mut filled = fill(chart, &domain, lines, &all, next, &size_at, doubled, (count, sizes.most))?;
+        // Sheets are numbered beyond the faces.
+        let number = |s: &u32| sheets.map_or(f, |d| self.brep.faces.len() as u32 + d.1 + s);
+        let pieces = filled.pieces.iter().map(number).collect();
         if !face.outward {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -362,7 +383,7 @@ impl Parametric {
         let mut wants: Vec<f64> = nodes.iter().map(|p| size_at(chart.project(*p), *p)).collect();
         nodes.append(&mut filled.nodes);
         wants.append(&mut filled.sizes);
-        Ok(Filled { triangles: filled.triangles, nodes, sizes: wants })
+        Ok(Filled { triangles: filled.triangles, pieces, nodes, sizes: wants })
     }
 
     fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
@@ -392,6 +413,7 @@ impl Parametric {
                     let number = |v: u32| if v < first { v } else { v - first + start };
                     out.mesh.triangles.extend(made.triangles.iter().map(|t| t.map(number)));
                     out.mesh.labels.resize(out.mesh.triangles.len(), face);
+                    out.pieces.extend(made.pieces);
                     out.places.extend(std::iter::repeat_n(Place::Face(face), made.nodes.len()));
                     out.mesh.nodes.extend(made.nodes);
                     out.sizes.extend(made.sizes);

@@ -79,9 +79,9 @@ pub(super) fn field(
     Ok(Graded::new(sources, sizes.grading))
 }
 
-/// The edge length that fits a place of some width.
+/// The edge length that fits a place of some width. Places so narrow that there will be needles get few of them.
 fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
-    width.max((EASE * width).min(sizes.least)).max(sizes.deepest)
+    if EASE * width < sizes.deepest { sizes.least } else { width.max((EASE * width).min(sizes.least)) }
 }
 
 /// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
