@@ -65,6 +65,21 @@ impl Parametric {
             .min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))
     }
 
+    /// Points along the edges of faces that `of` picks, several on each of their smooth pieces.
+    pub fn edge_points(&self, of: impl Fn(u32) -> bool) -> Vec<DVec3> {
+        const PARTS: usize = 8;
+        let mut out = Vec::new();
+        for (e, faces) in self.brep.edges.iter().zip(&self.faces_of) {
+            if faces.iter().any(|f| of(*f)) {
+                for w in e.curve.pieces(e.range).windows(2) {
+                    let at = |k: usize| e.curve.at(w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64);
+                    out.extend((0..PARTS).map(at));
+                }
+            }
+        }
+        out
+    }
+
     /// Nodes' places that no remesher may move: see the source for the rule.
     ///
     /// A vertex between the same two faces on both sides, with edges that go on smoothly, is no corner; every other

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
+use super::refine::Wishes;
 use super::report::Report;
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
@@ -188,7 +189,9 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading };
+    let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
+    report.warnings.extend(wishes.warnings);
+    let exact = ExactOptions { sizing, face_sizes: wishes.faces, regions: wishes.regions, grading: options.grading };
     let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
     let (mut attempt, mut last) = (0, usize::MAX);
     let (mesh, seams, corners) = loop {

@@ -63,9 +63,13 @@ impl ByLeaf {
 pub(super) fn exact_options(ready: &Ready, options: &MeshOptions) -> ExactOptions {
     let angle = options.angle.unwrap_or(ANGLE).to_radians();
     let least = options.least.unwrap_or(ready.size / LEAST_SHARE);
+    let wishes = ready.wishes(options);
+    let wish = |i: usize| wishes.faces.get(i).copied().flatten();
+    let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
     ExactOptions {
         sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord: options.tolerance, least },
-        face_sizes: ready.model.faces().iter().map(|f| f.size).collect(),
+        face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, wish(i))).collect(),
+        regions: wishes.regions,
         grading: options.grading,
     }
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::built::{build, mesh_built};
 use super::leaf::{ByLeaf, by_leaf};
+use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
@@ -78,6 +79,8 @@ pub struct MeshOptions {
     pub grading: f64,
     /// Curvature makes no edges shorter than this, in the part's unit.
     pub least: Option<f64>,
+    /// Where edges shall be shorter; the methods without exact edges do not heed this.
+    pub refinements: Vec<Refinement>,
     /// Whether to measure distances and features too, not only what makes a mesh sound.
     pub measure: bool,
 }
@@ -94,6 +97,7 @@ impl Default for MeshOptions {
             tolerance: None,
             grading: 0.3,
             least: None,
+            refinements: Vec::new(),
             measure: true,
         }
     }
@@ -175,6 +179,12 @@ impl Ready {
         Ok(extracted)
     }
 
+    /// Refinements for this part.
+    pub(super) fn wishes(&self, options: &MeshOptions) -> Wishes {
+        let names = self.model.faces().iter().map(|f| f.name.as_str());
+        Wishes::new(&options.refinements, self.model.bounds().diagonal(), names)
+    }
+
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
         let default = Options::new(self.size);
         if options.angle.is_none() && options.tolerance.is_none() {
@@ -208,7 +218,7 @@ impl Ready {
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..*options };
+    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
@@ -227,6 +237,10 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     let ByLeaf { mut mesh, seams, corners, intersecting, extracted, cell, method, shortfalls } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
+    report.warnings.extend(ready.wishes(options).warnings);
+    if options.method != Method::Leaf && !options.refinements.is_empty() {
+        report.warnings.push("refinements are not heeded by this method".into());
+    }
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     let whole = method == Method::Leaf && report.shortfalls.is_empty();
     let list = if whole { &mut report.warnings } else { &mut report.shortfalls };

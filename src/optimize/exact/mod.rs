@@ -16,6 +16,7 @@ mod remesh;
 pub use cut::{CutReport, Raw, cut_pieces};
 pub use patchwork::{Patch, Patchwork, PieceSet};
 
+use super::region::Region;
 use super::size::Sizing;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
@@ -62,6 +63,8 @@ pub struct ExactOptions {
     pub sizing: Sizing,
     /// Wanted edge lengths on single faces, by index of the face.
     pub face_sizes: Vec<Option<f64>>,
+    /// Wanted edge lengths in parts of space; with borders that are spaced already there is no need for them.
+    pub regions: Vec<Region>,
     /// How fast edge lengths may grow per length.
     pub grading: f64,
 }

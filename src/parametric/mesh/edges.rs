@@ -4,9 +4,9 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
+use super::sizes::Field;
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
-use crate::spatial::Graded;
 
 /// Samples per wanted length when a length is measured.
 const SAMPLES: f64 = 4.0;
@@ -34,6 +34,8 @@ pub(super) struct Sampled {
     pub(super) points: Vec<DVec3>,
     /// Lengths wanted by the curvature of the edge and its faces.
     pub(super) own: Vec<f64>,
+    /// The smallest radius of curvature of its faces.
+    pub(super) bend: Vec<f64>,
     /// Normals Su x Sv of each of the edge's faces.
     pub(super) normals: Vec<Vec<DVec3>>,
 }
@@ -49,12 +51,13 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
     let t = sampled(edge, sizes);
     let points: Vec<DVec3> = t.iter().map(|t| edge.curve.at(*t)).collect();
     let mut own: Vec<f64> = t.iter().map(|t| (sizes.size_at)(edge.curve.curvature(*t))).collect();
+    let mut bend = vec![f64::INFINITY; points.len()];
     let mut normals = Vec::with_capacity(charts.len());
     for (face, chart) in charts {
         let wished = (sizes.face_size)(*face).unwrap_or(f64::INFINITY);
         let mut last: Option<glam::DVec2> = None;
         let mut row = Vec::with_capacity(points.len());
-        for (p, h) in points.iter().zip(&mut own) {
+        for ((p, h), r) in points.iter().zip(&mut own).zip(&mut bend) {
             let uv = match last {
                 Some(uv) => chart.project_near(*p, uv),
                 None => chart.project(*p),
@@ -62,18 +65,19 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
             last = Some(uv);
             if let Some(c) = chart.curvature(uv) {
                 *h = h.min((sizes.size_at)(c));
+                *r = r.min(1.0 / c);
             }
             *h = h.min(wished);
             row.push(chart.normal(uv).unwrap_or(DVec3::ZERO));
         }
         normals.push(row);
     }
-    Sampled { t, points, own, normals }
+    Sampled { t, points, own, bend, normals }
 }
 
 /// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
 /// edges.
-pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Graded, factor: usize, least: usize) -> Vec<f64> {
+pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, factor: usize, least: usize) -> Vec<f64> {
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
     let (mut places, mut sum) = (vec![s.t[0]], vec![0.0]);
     let mut last = field.at(s.points[0], s.own[0]);

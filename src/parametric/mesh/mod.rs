@@ -21,12 +21,13 @@ use super::chart::Chart;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::{Aabb, Graded};
+use crate::spatial::Aabb;
 use domain::Cutter;
 use edges::{Chain, Sampled, divide, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::Unroller;
 use sheets::Sheets;
+use sizes::Field;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;
@@ -46,6 +47,8 @@ pub struct MeshSizes<'a> {
     pub deepest: f64,
     /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
+    /// By place, at most; must grow no faster than `grading`.
+    pub place_size: &'a (dyn Fn(DVec3) -> f64 + Sync),
     /// By face, where one is asked for.
     pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
     /// How fast lengths may grow per length.
@@ -57,14 +60,23 @@ pub struct MeshSizes<'a> {
 /// The sizes, as a field, and how many nodes faces have got so far.
 struct Plan<'a> {
     sizes: &'a MeshSizes<'a>,
-    field: &'a Graded,
+    field: &'a Field<'a>,
     count: AtomicUsize,
 }
 
 impl<'a> MeshSizes<'a> {
     /// Sizes by curvature between `least` and `size`, none by face, growing by 0.3, and any number of nodes.
     pub fn new(size: f64, least: f64, size_at: &'a (dyn Fn(f64) -> f64 + Sync)) -> Self {
-        Self { size, least, deepest: least, size_at, face_size: &|_| None, grading: 0.3, most: usize::MAX }
+        Self {
+            size,
+            least,
+            deepest: least,
+            size_at,
+            place_size: &|_| f64::INFINITY,
+            face_size: &|_| None,
+            grading: 0.3,
+            most: usize::MAX,
+        }
     }
 }
 
@@ -77,6 +89,15 @@ pub enum Place {
     Edge(u32),
     /// Inside a face.
     Face(u32),
+}
+
+/// How a face was triangulated where the plain way did not do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// Edges around it were divided more finely.
+    FinerEdges,
+    /// On a plane through its border; nodes are on the surface all the same.
+    Plane,
 }
 
 /// A face without triangles.
@@ -99,6 +120,8 @@ pub struct FaceMeshes {
     pub places: Vec<Place>,
     /// The edge length wanted at each node.
     pub sizes: Vec<f64>,
+    /// Faces that did not come out the plain way, and why not.
+    pub steps: Vec<(u32, Step, String)>,
     /// Faces that could not be meshed.
     pub failures: Vec<Failure>,
     /// Whether there would be more nodes than allowed: then faces are missing.
@@ -249,8 +272,78 @@ impl Parametric {
                 round += 1;
                 continue;
             }
-            let filled = self.undoubled(filled, &points, &chains, &plan, run)?;
-            return Ok(self.joined(points, places, wants, filled, halved));
+            let mut filled = self.undoubled(filled, &points, &chains, &plan, run)?;
+            let mut steps = self.finer(&factor);
+            self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
+            return Ok(FaceMeshes { steps, ..self.joined(points, places, wants, filled, halved) });
+        }
+    }
+
+    /// The faces whose edges were divided more finely.
+    fn finer(&self, factor: &[usize]) -> Vec<(u32, Step, String)> {
+        let halved = |f: &usize| self.brep.faces[*f].loops.iter().flatten().any(|c| factor[c.edge as usize] > 1);
+        let why = || "edges crossed others in the parameter domain".to_string();
+        (0..self.brep.faces.len()).filter(halved).map(|f| (f as u32, Step::FinerEdges, why())).collect()
+    }
+
+    /// Triangulates faces that failed on a plane through their border.
+    fn on_planes(
+        &self,
+        filled: &mut [Result<Filled, Unfilled>],
+        points: &[DVec3],
+        chains: &[Chain],
+        plan: &Plan<'_>,
+        steps: &mut Vec<(u32, Step, String)>,
+    ) {
+        for (f, made) in filled.iter_mut().enumerate() {
+            let Err(why) = made else { continue };
+            let Some(plane) = self.border_plane(f as u32, points, chains) else { continue };
+            let around = &self.boxes[f];
+            let chart = Chart::new(super::surface::Surface::Plane { frame: plane }, around);
+            if let Ok(mut flat) = self.face_on(f as u32, &chart, None, points, chains, plan, &FxHashSet::default()) {
+                let own = &self.charts[f];
+                flat.nodes.iter_mut().for_each(|p| *p = own.foot(*p));
+                if flat.nodes.iter().all(|p| p.is_finite()) {
+                    steps.push((f as u32, Step::Plane, self.told(why)));
+                    *made = Ok(flat);
+                }
+            }
+        }
+    }
+
+    /// A plane across the longest loop of a face, its normal where the face's outer loop is counter-clockwise about it.
+    fn border_plane(&self, f: u32, points: &[DVec3], chains: &[Chain]) -> Option<super::frame::Frame> {
+        let face = &self.brep.faces[f as usize];
+        let area = |l: &[super::brep::Coedge]| -> (DVec3, DVec3) {
+            let mut nodes: Vec<DVec3> = Vec::new();
+            for c in l {
+                let chain = &chains[c.edge as usize].nodes;
+                let at = |v: &u32| points[*v as usize];
+                let n = chain.len() - 1;
+                if c.forward {
+                    nodes.extend(chain[..n].iter().map(at))
+                } else {
+                    nodes.extend(chain[1..].iter().rev().map(at))
+                }
+            }
+            let o = nodes.first().copied().unwrap_or_default();
+            let k = nodes.len();
+            ((0..k).map(|i| (nodes[i] - o).cross(nodes[(i + 1) % k] - o)).sum::<DVec3>(), o)
+        };
+        let (sum, origin) =
+            face.loops.iter().map(|l| area(l)).max_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()))?;
+        let z = sum.try_normalize()? * if face.outward { 1.0 } else { -1.0 };
+        Some(super::frame::Frame::new(origin, z, None))
+    }
+
+    /// Why a face has no triangles, in words.
+    fn told(&self, why: &Unfilled) -> String {
+        match why {
+            Unfilled::Other(what) => what.clone(),
+            Unfilled::Crossing(edges) => {
+                let id = |e: &u32| format!("#{}", self.brep.edges[*e as usize].source);
+                format!("its edges {} cross others", edges.iter().take(4).map(id).collect::<Vec<_>>().join(", "))
+            }
         }
     }
 
@@ -310,7 +403,7 @@ impl Parametric {
     fn chains(
         &self,
         sampled: &[Sampled],
-        field: &Graded,
+        field: &Field<'_>,
         factor: &[usize],
         least: &[usize],
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
@@ -350,9 +443,23 @@ impl Parametric {
         plan: &Plan<'_>,
         doubled: &FxHashSet<[u32; 2]>,
     ) -> Result<Filled, Unfilled> {
+        self.face_on(f, &self.charts[f as usize], self.divided[f as usize].as_ref(), points, chains, plan, doubled)
+    }
+
+    /// Fills a face in the domain of a chart, which need not be its own.
+    #[allow(clippy::too_many_arguments)]
+    fn face_on(
+        &self,
+        f: u32,
+        chart: &Chart,
+        sheets: Option<&(Sheets, u32)>,
+        points: &[DVec3],
+        chains: &[Chain],
+        plan: &Plan<'_>,
+        doubled: &FxHashSet<[u32; 2]>,
+    ) -> Result<Filled, Unfilled> {
         let Plan { sizes, field, count } = plan;
         let face = &self.brep.faces[f as usize];
-        let chart = &self.charts[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
         let contours = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
@@ -369,7 +476,6 @@ impl Parametric {
         let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
-        let sheets = self.divided[f as usize].as_ref();
         let next = first + domain.nodes.len() as u32;
         let lines = sheets.map(|s| &s.0);
         let mut filled = fill(chart, &domain, lines, &all, next, &size_at, doubled, (count, sizes.most))?;
@@ -419,17 +525,7 @@ impl Parametric {
                     out.sizes.extend(made.sizes);
                 }
                 Err(why) => {
-                    let reason = match why {
-                        Unfilled::Other(what) => what,
-                        Unfilled::Crossing(edges) => {
-                            let ids: Vec<String> = edges
-                                .iter()
-                                .take(4)
-                                .map(|e| format!("#{}", self.brep.edges[*e as usize].source))
-                                .collect();
-                            format!("its edges {} cross others", ids.join(", "))
-                        }
-                    };
+                    let reason = self.told(&why);
                     out.failures.push(Failure { face, reason });
                 }
             }

@@ -13,8 +13,8 @@ use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.0;
-/// Where that is less than the least length they are at most this many times as long: angles of 23 degrees.
-const EASE: f64 = 2.4;
+/// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
+const EASE: f64 = 2.0;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
 const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
@@ -22,6 +22,19 @@ const MOST_POINTS: f64 = 64.0;
 const AROUND: f64 = 3.0;
 /// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
 const INTO: f64 = 0.3;
+
+/// The field of wanted lengths.
+pub(super) struct Field<'a> {
+    graded: Graded,
+    place: &'a (dyn Fn(DVec3) -> f64 + Sync),
+}
+
+impl Field<'_> {
+    /// The length wanted at a place, at most `most`.
+    pub(super) fn at(&self, p: DVec3, most: f64) -> f64 {
+        self.graded.at(p, most).min((self.place)(p))
+    }
+}
 
 /// A straight piece of a loop.
 struct Piece {
@@ -34,13 +47,13 @@ struct Piece {
 }
 
 /// The field of wanted lengths of a whole model.
-pub(super) fn field(
+pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
     sampled: &[Sampled],
-    sizes: &MeshSizes<'_>,
+    sizes: &MeshSizes<'a>,
     run: &Run,
-) -> Result<Graded> {
+) -> Result<Field<'a>> {
     let mut sources: Vec<(DVec3, f64)> = Vec::new();
     for s in sampled {
         for (p, h) in s.points.iter().zip(&s.own) {
@@ -52,7 +65,9 @@ pub(super) fn field(
     let uses = brep.uses();
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
-            // A seam: nothing in space.
+            // A seam: nothing in space, but it runs along a tube, around which there shall be three edges at least.
+            let around = s.bend.iter().map(|r| fitting(std::f64::consts::TAU / 3.0 * r, sizes));
+            sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
         }
         let length = s.length();
@@ -76,7 +91,7 @@ pub(super) fn field(
     });
     run.check()?;
     sources.extend(narrow.into_iter().flatten());
-    Ok(Graded::new(sources, sizes.grading))
+    Ok(Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size })
 }
 
 /// The edge length that fits a place of some width. Places so narrow that there will be needles get few of them.
