@@ -357,7 +357,7 @@ impl Parametric {
         plan: &Plan<'_>,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
-        const ROUNDS: usize = 3;
+        const ROUNDS: usize = 8;
         plan.count.store(0, Ordering::Relaxed);
         let first = points.len() as u32;
         let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
