@@ -44,7 +44,7 @@ const DEEP: f64 = 0.5;
 /// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
 const DISTANCE: f64 = 1.4e-3;
 /// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away.
-const CHORD: f64 = 0.7;
+const CHORD: f64 = 0.5;
 /// The same where the distance is asked for: some edges come out a third longer than wanted.
 const CHORD_ASKED: f64 = 0.45;
 /// Where that does not do it is tried with this share of it.
@@ -163,19 +163,19 @@ fn first_mesh(
     };
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
     // Who asks for a least length gets it.
-    let share = |s: f64| if options.least.is_some() { 1.0 } else { s };
+    let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
     let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
     let first = |sizing: &Sizing, most: usize| {
         let by_curvature = |k: f64| {
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-            sizing.at(k).min((1.0 / k).max(share(DEEP) * sizing.least))
+            sizing.at(k).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
         };
         // A distance asked for is no wish for narrow places.
         let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
         let sizes = MeshSizes {
             size,
-            least: share(NARROW) * narrow,
-            deepest: share(NARROWEST) * narrow,
+            least: share(sizing, NARROW) * narrow,
+            deepest: share(sizing, NARROWEST) * narrow,
             size_at: &by_curvature,
             place_size: by_place,
             face_size: &by_face,

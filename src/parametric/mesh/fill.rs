@@ -35,6 +35,8 @@ pub(super) struct Filled {
     pub(super) pieces: Vec<u32>,
     /// New nodes; numbering goes on from the domain's.
     pub(super) nodes: Vec<DVec3>,
+    /// How many of them, the first ones, lie on cuts of the domain.
+    pub(super) cuts: u32,
     /// The lengths wanted at them.
     pub(super) sizes: Vec<f64>,
 }
@@ -151,7 +153,7 @@ pub(super) fn fill(
     if triangles.is_empty() {
         return Err(Unfilled::Other("the contour encloses nothing".into()));
     }
-    Ok(Filled { triangles, pieces, nodes, sizes })
+    Ok(Filled { triangles, pieces, nodes, cuts: 0, sizes })
 }
 
 /// Removes pairs of triangles that are each other's back: between copies of a pole a node may be joined to nothing but the

@@ -6,6 +6,7 @@
 mod domain;
 mod edges;
 mod fill;
+mod ladder;
 mod loops;
 mod sheets;
 mod sizes;
@@ -279,74 +280,6 @@ impl Parametric {
         }
     }
 
-    /// The faces whose edges were divided more finely.
-    fn finer(&self, factor: &[usize]) -> Vec<(u32, Step, String)> {
-        let halved = |f: &usize| self.brep.faces[*f].loops.iter().flatten().any(|c| factor[c.edge as usize] > 1);
-        let why = || "edges crossed others in the parameter domain".to_string();
-        (0..self.brep.faces.len()).filter(halved).map(|f| (f as u32, Step::FinerEdges, why())).collect()
-    }
-
-    /// Triangulates faces that failed on a plane through their border.
-    fn on_planes(
-        &self,
-        filled: &mut [Result<Filled, Unfilled>],
-        points: &[DVec3],
-        chains: &[Chain],
-        plan: &Plan<'_>,
-        steps: &mut Vec<(u32, Step, String)>,
-    ) {
-        for (f, made) in filled.iter_mut().enumerate() {
-            let Err(why) = made else { continue };
-            let Some(plane) = self.border_plane(f as u32, points, chains) else { continue };
-            let around = &self.boxes[f];
-            let chart = Chart::new(super::surface::Surface::Plane { frame: plane }, around);
-            if let Ok(mut flat) = self.face_on(f as u32, &chart, None, points, chains, plan, &FxHashSet::default()) {
-                let own = &self.charts[f];
-                flat.nodes.iter_mut().for_each(|p| *p = own.foot(*p));
-                if flat.nodes.iter().all(|p| p.is_finite()) {
-                    steps.push((f as u32, Step::Plane, self.told(why)));
-                    *made = Ok(flat);
-                }
-            }
-        }
-    }
-
-    /// A plane across the longest loop of a face, its normal where the face's outer loop is counter-clockwise about it.
-    fn border_plane(&self, f: u32, points: &[DVec3], chains: &[Chain]) -> Option<super::frame::Frame> {
-        let face = &self.brep.faces[f as usize];
-        let area = |l: &[super::brep::Coedge]| -> (DVec3, DVec3) {
-            let mut nodes: Vec<DVec3> = Vec::new();
-            for c in l {
-                let chain = &chains[c.edge as usize].nodes;
-                let at = |v: &u32| points[*v as usize];
-                let n = chain.len() - 1;
-                if c.forward {
-                    nodes.extend(chain[..n].iter().map(at))
-                } else {
-                    nodes.extend(chain[1..].iter().rev().map(at))
-                }
-            }
-            let o = nodes.first().copied().unwrap_or_default();
-            let k = nodes.len();
-            ((0..k).map(|i| (nodes[i] - o).cross(nodes[(i + 1) % k] - o)).sum::<DVec3>(), o)
-        };
-        let (sum, origin) =
-            face.loops.iter().map(|l| area(l)).max_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()))?;
-        let z = sum.try_normalize()? * if face.outward { 1.0 } else { -1.0 };
-        Some(super::frame::Frame::new(origin, z, None))
-    }
-
-    /// Why a face has no triangles, in words.
-    fn told(&self, why: &Unfilled) -> String {
-        match why {
-            Unfilled::Other(what) => what.clone(),
-            Unfilled::Crossing(edges) => {
-                let id = |e: &u32| format!("#{}", self.brep.edges[*e as usize].source);
-                format!("its edges {} cross others", edges.iter().take(4).map(id).collect::<Vec<_>>().join(", "))
-            }
-        }
-    }
-
     /// Two faces may join the same two nodes of their borders across themselves: such edges are split in all faces that have
     /// them.
     fn undoubled(
@@ -360,30 +293,36 @@ impl Parametric {
         const ROUNDS: usize = 8;
         plan.count.store(0, Ordering::Relaxed);
         let first = points.len() as u32;
-        let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
+        // Pairs of nodes of borders, which several faces may have, and others by face.
+        let mut doubled: FxHashMap<u32, FxHashSet<[u32; 2]>> = FxHashMap::default();
         for _ in 0..ROUNDS {
             run.check()?;
-            // Directed edges between nodes of borders; a sound edge comes once in each direction.
-            let mut seen: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+            // Directed edges; a sound one comes once in each direction. Nodes of one face have numbers of its own.
+            let key = |f: usize, [a, b]: [u32; 2]| {
+                let own = if a < first && b < first { u32::MAX } else { f as u32 };
+                (own, [a, b])
+            };
+            let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+            let mut seen: FxHashMap<(u32, [u32; 2]), Vec<u32>> = FxHashMap::default();
             for (f, made) in filled.iter().enumerate() {
                 let Ok(made) = made else { continue };
-                for t in &made.triangles {
-                    for k in 0..3 {
-                        let e = [t[k], t[(k + 1) % 3]];
-                        if e[0] < first && e[1] < first {
-                            seen.entry(e).or_default().push(f as u32);
-                        }
+                for e in made.triangles.iter().flat_map(sides) {
+                    // Edges between two nodes inside a face are those of a planar triangulation.
+                    if e[0] < first + made.cuts && e[1] < first + made.cuts {
+                        seen.entry(key(f, e)).or_default().push(f as u32);
                     }
                 }
             }
             let mut again: Vec<u32> = Vec::new();
-            for t in filled.iter().flatten().flat_map(|made| &made.triangles) {
-                for k in 0..3 {
-                    let e = [t[k], t[(k + 1) % 3]];
-                    if let Some(faces) = seen.get(&e).filter(|f| f.len() > 1) {
-                        doubled.insert([e[0].min(e[1]), e[0].max(e[1])]);
-                        again.extend(faces);
-                        again.extend(seen.get(&[e[1], e[0]]).into_iter().flatten());
+            for (f, made) in filled.iter().enumerate() {
+                let Ok(made) = made else { continue };
+                for e in made.triangles.iter().flat_map(sides) {
+                    if let Some(faces) = seen.get(&key(f, e)).filter(|f| f.len() > 1) {
+                        let back = seen.get(&key(f, [e[1], e[0]])).into_iter().flatten();
+                        for g in faces.iter().chain(back) {
+                            doubled.entry(*g).or_default().insert([e[0].min(e[1]), e[0].max(e[1])]);
+                            again.push(*g);
+                        }
                     }
                 }
             }
@@ -393,7 +332,8 @@ impl Parametric {
             again.sort_unstable();
             again.dedup();
             for f in again {
-                filled[f as usize] = self.face(f, points, chains, plan, &doubled);
+                let own = doubled.get(&f).cloned().unwrap_or_default();
+                filled[f as usize] = self.face(f, points, chains, plan, &own);
             }
         }
         Ok(filled)
@@ -485,11 +425,12 @@ impl Parametric {
         if !face.outward {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
+        let cuts = domain.nodes.len() as u32;
         let mut nodes = domain.nodes;
         let mut wants: Vec<f64> = nodes.iter().map(|p| size_at(chart.project(*p), *p)).collect();
         nodes.append(&mut filled.nodes);
         wants.append(&mut filled.sizes);
-        Ok(Filled { triangles: filled.triangles, pieces, nodes, sizes: wants })
+        Ok(Filled { triangles: filled.triangles, pieces, nodes, cuts, sizes: wants })
     }
 
     fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
