@@ -43,7 +43,7 @@ pub(super) fn remeshed(
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
                 let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = remeshed_body(solid, &marks, part, &places, &sizes, options, run)?;
+                let out = sound_body(solid, &marks, part, &places, &sizes, options, run)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
                 Ok(out)
             })
@@ -61,6 +61,12 @@ pub(super) fn remeshed(
                 .ladder
                 .extend(faces.into_iter().map(|f| FaceStep::of(solid, f, Rung::FirstTriangulation, why.clone())));
             report.shortfalls.push(why);
+        }
+        for f in part.dropped {
+            let face = &solid.brep.faces[f as usize];
+            let why = "however it is triangulated its triangles cross others, or double their edges";
+            report.shortfalls.push(format!("face {} (#{}) has no mesh: {why}", face.name, face.source));
+            report.ladder.push(FaceStep::of(solid, f, Rung::None, why.into()));
         }
         kept.extend(part.kept);
         let start = all.nodes.len() as u32;
@@ -84,7 +90,77 @@ struct Remeshed {
     mesh: TriMesh,
     /// Faces that were left as they were first triangulated.
     kept: Vec<u32>,
+    /// Faces that were left out.
+    dropped: Vec<u32>,
     shortfall: Option<String>,
+    /// Whether no triangles intersect others.
+    sound: bool,
+}
+
+/// Remeshes one body; where that does not come out sound because it was not to begin with, without the faces to blame.
+fn sound_body(
+    solid: &Parametric,
+    marks: &Marks,
+    part: TriMesh,
+    places: &[Place],
+    sizes: &[f64],
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<Remeshed> {
+    let out = remeshed_body(solid, marks, part.clone(), places, sizes, options, run)?;
+    if out.sound {
+        return Ok(out);
+    }
+    let dropped = to_blame(solid, &part, run)?;
+    let left = |l: &u32| dropped.binary_search(&solid.face_of(*l)).is_err();
+    if dropped.is_empty() || !part.labels.iter().any(left) {
+        return Ok(out);
+    }
+    let mut rest = TriMesh { faces: part.faces.clone(), ..TriMesh::default() };
+    let (mut of_rest, mut wants) = (Vec::new(), Vec::new());
+    let mut number = vec![u32::MAX; part.nodes.len()];
+    for (t, l) in part.triangles.iter().zip(&part.labels).filter(|x| left(x.1)) {
+        for v in t.map(|v| v as usize) {
+            if number[v] == u32::MAX {
+                number[v] = rest.nodes.len() as u32;
+                rest.nodes.push(part.nodes[v]);
+                of_rest.push(places[v]);
+                wants.push(sizes[v]);
+            }
+        }
+        rest.triangles.push(t.map(|v| number[v as usize]));
+        rest.labels.push(*l);
+    }
+    split_fans(&mut rest, &mut of_rest, &mut wants);
+    let again = remeshed_body(solid, marks, rest, &of_rest, &wants, options, run)?;
+    Ok(if again.sound { Remeshed { dropped, ..again } } else { out })
+}
+
+/// As few faces as may be without which no triangles of a first triangulation intersect and no edge is there twice, ascending.
+fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
+    let face = |t: u32| solid.face_of(part.labels[t as usize]);
+    let mut pairs: Vec<[u32; 2]> = self_intersections(part, run)?.into_iter().map(|p| p.map(face)).collect();
+    let mut seen: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    for (t, nodes) in part.triangles.iter().enumerate() {
+        for k in 0..3 {
+            if let Some(other) = seen.insert([nodes[k], nodes[(k + 1) % 3]], t as u32) {
+                pairs.push([face(other), face(t as u32)]);
+            }
+        }
+    }
+    let mut out = Vec::new();
+    while !pairs.is_empty() {
+        let mut count = vec![0usize; solid.brep.faces.len()];
+        for [a, b] in &pairs {
+            count[*a as usize] += 1;
+            count[*b as usize] += usize::from(a != b);
+        }
+        let Some(worst) = (0..count.len()).rev().max_by_key(|f| count[*f]).map(|f| f as u32) else { break };
+        pairs.retain(|p| !p.contains(&worst));
+        out.push(worst);
+    }
+    out.sort_unstable();
+    Ok(out)
 }
 
 /// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
@@ -102,7 +178,7 @@ fn remeshed_body(
     let as_it_was = |mut part: TriMesh, why: String| {
         part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
         let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
-        Ok(Remeshed { mesh: part, kept: Vec::new(), shortfall })
+        Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
     };
     let mut kept: Vec<u32> = Vec::new();
     let mut best: Option<(usize, TriMesh)> = None;
@@ -122,7 +198,7 @@ fn remeshed_body(
             };
         // The labels are faces from here on.
         if found.self_intersections == 0 {
-            return Ok(Remeshed { mesh: out, kept, shortfall: None });
+            return Ok(Remeshed { mesh: out, kept, dropped: Vec::new(), shortfall: None, sound: true });
         }
         let mut folded: Vec<u32> =
             self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
@@ -141,7 +217,9 @@ fn remeshed_body(
     }
     let first = self_intersections(&part, run)?.len();
     match best {
-        Some((count, out)) if count <= first => Ok(Remeshed { mesh: out, kept: Vec::new(), shortfall: None }),
+        Some((count, out)) if count <= first => {
+            Ok(Remeshed { mesh: out, kept: Vec::new(), dropped: Vec::new(), shortfall: None, sound: false })
+        }
         _ => as_it_was(part, "remeshing folded it".into()),
     }
 }
