@@ -95,8 +95,8 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     let measured = options.measure || options.tolerance.is_some();
     // Places that came out too far from the surface, and the lengths that will do there.
     let mut finer: Vec<(DVec3, f64)> = Vec::new();
-    let mut round = 0;
-    let (mut mesh, mut report) = loop {
+    let mut best: Option<(TriMesh, Report)> = None;
+    for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
         let field = Graded::new(finer.clone(), options.grading);
         let by_place = |p: DVec3| {
             let of_regions = wishes.regions.iter().map(|r| r.at(p, options.grading));
@@ -109,32 +109,34 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         let exact = ExactOptions { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading: options.grading };
         let mesh = remeshed(&solid, made, &exact, &mut told, run)?;
         if !measured {
-            break (mesh, told);
+            best = Some((mesh, told));
+            break;
         }
         run.progress("distance", 0.0);
         let away = distances(&solid, &mesh, run)?;
         let beyond: Vec<usize> = (0..away.len()).filter(|t| away[*t] > limit).collect();
-        // Without a wish one more try is enough.
-        let rounds = if options.tolerance.is_some() { ROUNDS } else { 1 };
-        if beyond.is_empty() || round == rounds {
-            let to_surface = away.iter().copied().fold(0.0, f64::max);
-            let from_surface = from_edges(&solid, &mesh);
-            let asked = options.tolerance;
-            told.distance = Some(Distance { to_surface, from_surface, diagonal, asked, beyond: beyond.len() });
-            if !beyond.is_empty() && asked.is_some() {
-                let what = format!("{} triangles are farther from the surface than asked for", beyond.len());
-                told.shortfalls.push(format!("{what}: the farthest by {to_surface:.4e}"));
-            }
-            break (mesh, told);
-        }
-        finer.extend(beyond.into_iter().map(|t| {
+        let to_surface = away.iter().copied().fold(0.0, f64::max);
+        let (from_surface, asked) = (from_edges(&solid, &mesh), options.tolerance);
+        told.distance = Some(Distance { to_surface, from_surface, diagonal, asked, beyond: beyond.len() });
+        finer.extend(beyond.iter().map(|&t| {
             let [a, b, c] = mesh.corners(t);
             let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
             let share = (CHORD_ASKED * limit / away[t]).sqrt().max(FINER);
             (mesh.centroid(t), (share * length).max(options.least.unwrap_or(0.0)))
         }));
-        round += 1;
-    };
+        // A finer mesh that falls short of something else is no better.
+        if best.as_ref().is_none_or(|b| told.shortfalls.len() <= b.1.shortfalls.len()) {
+            best = Some((mesh, told));
+        }
+        if beyond.is_empty() {
+            break;
+        }
+    }
+    let Some((mut mesh, mut report)) = best else { return Err(Error::Failed("no mesh was made".into())) };
+    if let Some(d) = report.distance.filter(|d| d.beyond > 0 && d.asked.is_some()) {
+        let what = format!("{} triangles are farther from the surface than asked for", d.beyond);
+        report.shortfalls.push(format!("{what}: the farthest by {:.4e}", d.to_surface));
+    }
     mesh.groups = groups;
     run.progress("check", 0.0);
     let mut found = check(&mesh, None, run)?;
