@@ -32,7 +32,7 @@ SCENES = [
     ("touching_contours", 1.2, (-0.4, -0.6, 1), (2, 1.5, 6), 5),
     ("border_curvature", 1.2, (0.4, -1, 0.3), (6.8, 0, 1.6), 3.5),
     ("narrow_face", 2, (1, 1, 0.8), (9.9, 9.9, 4), 3.5),
-    ("narrow_region", 1.2, (-0.1, -0.1, 1), (4.5, 0.5, 5), 5),
+    ("narrow_region", 1.2, (-0.1, -0.3, 1), (7.6, 0.3, 5), 1.4),
     ("sharp_edge", 0.18, (0.5, -1, 0.5), (3.8, 0.2, 0), 0.9),
 ]
 
@@ -101,7 +101,7 @@ def main():
     for axes in flat:
         axes.axis("off")
     figure.subplots_adjust(0.01, 0.01, 0.99, 0.97, 0.03, 0.1)
-    figure.savefig(sys.argv[1], dpi=100)
+    figure.savefig(sys.argv[1], dpi=90, pil_kwargs={"optimize": True})
 
 
 if __name__ == "__main__":
