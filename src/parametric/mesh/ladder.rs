@@ -11,6 +11,9 @@ use crate::parametric::chart::Chart;
 use crate::parametric::frame::Frame;
 use crate::parametric::surface::Surface;
 
+/// Cosine of the angle up to which a surface may turn away from a plane its face is triangulated on.
+const FACING: f64 = 0.3;
+
 impl Parametric {
     /// The faces whose edges were divided more finely.
     pub(super) fn finer(&self, factor: &[usize]) -> Vec<(u32, Step, String)> {
@@ -36,7 +39,12 @@ impl Parametric {
             if let Ok(mut flat) = self.face_on(f as u32, &chart, None, points, chains, plan, &FxHashSet::default()) {
                 let own = &self.charts[f];
                 flat.nodes.iter_mut().for_each(|p| *p = own.foot(*p));
-                if flat.nodes.iter().all(|p| p.is_finite()) {
+                // A surface that turns away from the plane has no business on it.
+                let border = self.brep.faces[f].loops.iter().flatten().flat_map(|c| &chains[c.edge as usize].nodes);
+                let up = plane.z();
+                let faces = |p: DVec3| own.normal_near(p).is_some_and(|n| n.dot(up) > FACING);
+                let all = border.map(|v| points[*v as usize]).chain(flat.nodes.iter().copied());
+                if all.into_iter().all(|p| p.is_finite() && faces(p)) {
                     steps.push((f as u32, Step::Plane, self.told(why)));
                     *made = Ok(flat);
                 }
