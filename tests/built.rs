@@ -36,7 +36,7 @@ fn sound(name: &str, share: f64) {
 }
 
 /// A hole whose rim falls together, contours that cross when they are divided, ones that touch, seams, poles, a surface
-/// periodic both ways, curvature at the border, narrow faces, narrow regions.
+/// periodic both ways, curvature at the border, narrow faces, narrow regions, two sides that run together.
 #[test]
 fn the_named_troubles_mesh() {
     for (name, share) in [
@@ -49,8 +49,68 @@ fn the_named_troubles_mesh() {
         ("border_curvature", 0.02),
         ("narrow_face", 1e-9),
         ("narrow_region", 1e-9),
+        ("sharp_edge", 0.02),
     ] {
         sound(&format!("troubles/{name}.py"), share);
+    }
+}
+
+#[test]
+fn both_sides_of_a_sharp_edge_are_remeshed() {
+    let part = load_part(&data("troubles/sharp_edge.py"), &[]).unwrap();
+    let made = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap();
+    assert!(made.report.ladder.is_empty(), "{:?}", made.report.ladder);
+    let quality = made.report.check.unwrap().quality;
+    assert!(quality.p05_angle > 40.0 && quality.mean_radius_ratio > 0.95, "{quality:?}");
+}
+
+/// Distances are those to the true sphere, and what was asked for holds at every point looked at.
+#[test]
+fn a_distance_asked_for_is_kept() {
+    let text = "part(revolve_edges(arc((0, 0, -1), (1, 0, 0), (0, 0, 1)), \"z\").name(\"ball\"))\nmesh(size=0.5)\n";
+    let part = parse(text, &[]).unwrap();
+    for tolerance in [0.01, 0.001] {
+        let how = MeshOptions { tolerance: Some(tolerance), ..MeshOptions::default() };
+        let made = mesh_part(&part, &how, &Run::new()).unwrap();
+        assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+        let told = made.report.distance.unwrap();
+        let m = &made.mesh;
+        let deepest = (0..m.triangles.len()).map(|t| 1.0 - m.centroid(t).length()).fold(0.0, f64::max);
+        assert!(deepest <= told.to_surface + 1e-9 && told.to_surface <= tolerance, "{deepest} {told:?}");
+        assert_eq!((told.asked, told.beyond), (Some(tolerance), 0));
+        // As few triangles as about do it: with edges h all over they are h^2/6 away.
+        let few = 4.0 * std::f64::consts::PI / (3f64.sqrt() / 4.0 * 6.0 * tolerance);
+        assert!((m.triangles.len() as f64) < 3.0 * few + 200.0, "{} {few}", m.triangles.len());
+    }
+}
+
+/// Edges are as short as asked for in a box, a ball and on faces by name, by both gates.
+#[test]
+fn places_are_refined() {
+    let built = "part(extrude_edges(polyline([(-2, -2), (2, -2), (2, 2), (-2, 2)], closed=True), \"z\", 4).name(\"cube\"))\nmesh(size=0.8)\n";
+    let tree = "part(box((4, 4, 4), at=(0, 0, 2)).name(\"cube\"))\nmesh(size=0.8)\n";
+    for text in [built, tree] {
+        let part = parse(text, &[]).unwrap();
+        for (wish, inside) in [
+            ("box=1,1,3,2,2,4:0.2", DVec3::new(2.0, 2.0, 4.0)),
+            ("sphere=-2,-2,0,0.5:0.2", DVec3::new(-2.0, -2.0, 0.0)),
+            ("face=cube*:0.2", DVec3::new(2.0, -2.0, 4.0)),
+        ] {
+            let how = MeshOptions { refinements: vec![wish.parse().unwrap()], ..MeshOptions::default() };
+            let made = mesh_part(&part, &how, &Run::new()).unwrap();
+            assert!(made.report.shortfalls.is_empty(), "{wish}: {:?}", made.report.shortfalls);
+            assert!(!made.report.warnings.iter().any(|w| w.contains("refinement")), "{:?}", made.report.warnings);
+            let m = &made.mesh;
+            let near = (0..m.triangles.len()).filter(|t| m.centroid(*t).distance(inside) < 0.4);
+            let longest = |t: usize| {
+                let [a, b, c] = m.corners(t);
+                a.distance(b).max(b.distance(c)).max(c.distance(a))
+            };
+            let lengths: Vec<f64> = near.map(longest).collect();
+            assert!(lengths.len() > 5 && lengths.iter().all(|l| *l < 0.42), "{wish}: {lengths:?}");
+            let plain = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap().mesh.triangles.len();
+            assert!(m.triangles.len() > plain, "{wish}");
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use rvachev::pipeline::Method;
-use rvachev::pipeline::SizeRequest;
+use rvachev::pipeline::{Refinement, SizeRequest};
 
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
@@ -78,6 +78,9 @@ pub struct How {
     /// No edge longer than this many times the thickness of the wall beneath it (functions, leaf)
     #[arg(long, value_name = "RATIO", value_parser = positive)]
     pub thickness: Option<f64>,
+    /// Shorter edges somewhere: box=x0,y0,z0,x1,y1,z1:H, sphere=x,y,z,r:H or face=PATTERN:H; may be given more than once
+    #[arg(long, value_name = "PLACE:H", value_parser = refinement, allow_hyphen_values = true)]
+    pub refine: Vec<Refinement>,
     /// Refuse a size that needs more memory than this, in GiB
     #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
     pub memory: f64,
@@ -232,6 +235,10 @@ fn threads(s: &str) -> Result<usize, String> {
 }
 
 fn size(s: &str) -> Result<SizeRequest, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn refinement(s: &str) -> Result<Refinement, String> {
     s.parse().map_err(|e: rvachev::Error| e.to_string())
 }
 

@@ -33,6 +33,7 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         grading: how.grading,
         least: how.size_min,
         thickness: how.thickness,
+        refinements: how.refine.clone(),
         measure,
     }
 }
@@ -104,6 +105,9 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     if !a.common.quiet {
         if let Some(check) = &made.report.check {
             say(&check.to_string());
+        }
+        if let Some(distance) = &made.report.distance {
+            say(&distance.to_string());
         }
         note("warning", &made.report.warnings);
     }

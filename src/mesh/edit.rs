@@ -155,7 +155,7 @@ impl EditMesh {
         self.pinned[v as usize] = pinned;
     }
 
-    /// Whether both ends of the edge are pinned: such an edge is neither flipped nor, by the operators, split.
+    /// Whether both ends of the edge are pinned: such an edge is neither flipped nor split by the operators.
     pub fn is_pinned_edge(&self, h: u32) -> bool {
         self.is_pinned(self.origin(h)) && self.is_pinned(self.target(h))
     }
@@ -313,15 +313,15 @@ impl EditMesh {
     /// Whether [`flip`](Self::flip) would succeed.
     pub fn can_flip(&self, h: u32) -> bool {
         let o = self.opposite[h as usize];
-        if o == NONE || self.sharp[h as usize] || self.is_pinned_edge(h) {
+        if o == NONE || self.sharp[h as usize] {
             return false;
         }
         let (c, d) = (self.apex(h), self.apex(o));
         c != d && self.edge_between(c, d).is_none()
     }
 
-    /// Replaces the edge between two triangles by the other diagonal. Refused on boundary and sharp edges, between
-    /// pinned nodes, and where the diagonal exists already. Both triangles keep their ids; `h` afterwards is an edge of the new pair's rim.
+    /// Replaces the edge between two triangles by the other diagonal. Refused on boundary and sharp edges,
+    /// and where the diagonal exists already. Both triangles keep their ids; `h` afterwards is an edge of the new pair's rim.
     pub fn flip(&mut self, h: u32) -> bool {
         if !self.can_flip(h) {
             return false;

@@ -280,7 +280,7 @@ pub fn remove_degenerate(
 /// Whether the other diagonal has the better worst angle and its triangles face the right way.
 fn flip_is_better(mesh: &EditMesh, h: u32) -> bool {
     let o = mesh.opposite(h);
-    if o == NONE || mesh.is_sharp(h) {
+    if o == NONE || mesh.is_sharp(h) || mesh.is_pinned_edge(h) {
         return false;
     }
     let [a, b, c, d] = [mesh.origin(h), mesh.target(h), mesh.apex(h), mesh.apex(o)].map(|v| mesh.point(v));

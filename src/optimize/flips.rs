@@ -37,7 +37,7 @@ pub fn flip_for_angles(mesh: &mut EditMesh, bend: f64, run: &Run) -> Result<usiz
         let mut flips = 0;
         let mut touched = vec![false; mesh.triangle_capacity()];
         for h in 0..3 * mesh.triangle_capacity() as u32 {
-            if !mesh.is_edge(h) || mesh.is_feature(h) {
+            if !mesh.is_edge(h) || mesh.is_feature(h) || mesh.is_pinned_edge(h) {
                 continue;
             }
             let o = mesh.opposite(h);
@@ -127,7 +127,7 @@ pub fn flip_for_normals(
             if h % 1024 == 0 {
                 run.check()?;
             }
-            if !mesh.is_edge(h) || mesh.is_feature(h) {
+            if !mesh.is_edge(h) || mesh.is_feature(h) || mesh.is_pinned_edge(h) {
                 continue;
             }
             let o = mesh.opposite(h);

@@ -23,6 +23,12 @@ const FLAT: f64 = 1e-11;
 const FLAT_CELL: f64 = 0.9;
 /// Steps of Newton's method, at most.
 const NEWTON_STEPS: usize = 20;
+/// The longest of them, as a share of the range of a parameter.
+const LONGEST_STEP: f64 = 0.1;
+/// How often one is halved that leads away.
+const HALVINGS: usize = 12;
+/// A side of the net shorter than this share of another is a pole.
+const NO_LENGTH: f64 = 1e-6;
 
 /// A surface and how to find one's way on it.
 #[derive(Debug, Clone)]
@@ -84,6 +90,21 @@ impl Chart {
         {
             this.net = Some(this.sampled());
         }
+        this
+    }
+
+    /// Whether points are looked for in a net of samples.
+    pub(super) fn is_sampled(&self) -> bool {
+        self.net.is_some()
+    }
+
+    /// The chart of a part of the domain, with a net of its own; it has no period along the axis that is cut.
+    pub(super) fn part(&self, axis: usize, range: [f64; 2]) -> Self {
+        let mut this = Self { net: None, ..self.clone() };
+        this.bounds[axis] = range;
+        this.periods[axis] = None;
+        this.poles.retain(|p| p.axis != axis || (range[0]..=range[1]).contains(&p.value));
+        this.net = Some(this.sampled());
         this
     }
 
@@ -162,6 +183,9 @@ impl Chart {
             }
             _ => (vec![a, b], 24),
         };
+        // Those of the part of the domain that matters.
+        let inner = breaks.into_iter().filter(|t| *t > a && *t < b);
+        let breaks: Vec<f64> = [a].into_iter().chain(inner).chain([b]).collect();
         let parts = parts.max(LEAST_CELLS.div_ceil(breaks.len().max(2) - 1));
         let mut out: Vec<f64> = breaks
             .windows(2)
@@ -273,8 +297,14 @@ impl Chart {
             let mut step = step.unwrap_or_else(|| {
                 DVec2::new(if e > 0.0 { -gu / e } else { 0.0 }, if g > 0.0 { -gv / g } else { 0.0 })
             });
+            // Near poles one parameter changes little in space and a step along it may go around more than once.
+            let [a, b] = self.bounds.map(|[a, b]| if (b - a).is_finite() { LONGEST_STEP * (b - a) } else { f64::MAX });
+            let over = (step.x / a).abs().max((step.y / b).abs());
+            if over > 1.0 {
+                step /= over;
+            }
             let mut moved = false;
-            for _ in 0..6 {
+            for _ in 0..HALVINGS {
                 let next = self.clamped(uv + step);
                 let there = self.jet(next);
                 // Near the foot squares of distances no longer tell better from worse; Newton's step does.
@@ -378,7 +408,8 @@ fn weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (u, v, w) = (b - a, c - a, p - a);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let det = uu * vv - uv * uv;
-    if !(det > 1e-14 * uu * vv) {
+    let flat = uu.min(vv).min(b.distance_squared(c)) <= NO_LENGTH * NO_LENGTH * uu.max(vv);
+    if flat || !(det > 1e-14 * uu * vv) {
         // A triangle without area: along its longest side, taken from a.
         let (side, d) = if uu >= vv { (0, u) } else { (1, v) };
         let t = if d.length_squared() > 0.0 { (w.dot(d) / d.length_squared()).clamp(0.0, 1.0) } else { 0.0 };

@@ -3,19 +3,36 @@
 
 use glam::DVec3;
 
+use super::chart::Chart;
 use super::mesh::Parametric;
 use super::surface::Surface;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
 
 impl Parametric {
-    /// Unit normal of a face's surface near a point, to the side of Su x Sv.
-    fn normal_near(&self, face: u32, p: DVec3) -> Option<DVec3> {
-        self.charts.get(face as usize)?.normal_near(p)
+    /// The face of a piece: pieces beyond the faces are sheets of them.
+    pub fn face_of(&self, piece: u32) -> u32 {
+        let beyond = (piece as usize).checked_sub(self.brep.faces.len());
+        beyond.and_then(|k| self.sheets.get(k)).map_or(piece, |s| s.0)
     }
 
-    /// The point of a face's surface nearest to `p`; the surface is taken as a whole, without its borders.
+    /// How many pieces there are: faces and sheets.
+    pub fn piece_count(&self) -> u32 {
+        (self.brep.faces.len() + self.sheets.len()) as u32
+    }
+
+    fn chart(&self, piece: u32) -> Option<&Chart> {
+        let piece = piece as usize;
+        self.charts.get(piece).or_else(|| self.sheets.get(piece.checked_sub(self.charts.len())?).map(|s| &s.1))
+    }
+
+    /// Unit normal of a piece's surface near a point, to the side of Su x Sv.
+    fn normal_near(&self, face: u32, p: DVec3) -> Option<DVec3> {
+        self.chart(face)?.normal_near(p)
+    }
+
+    /// The point of a piece's surface nearest to `p`; the surface is taken as a whole, without its borders.
     pub fn foot(&self, face: u32, p: DVec3) -> Option<DVec3> {
-        let q = self.charts.get(face as usize)?.foot(p);
+        let q = self.chart(face)?.foot(p);
         q.is_finite().then_some(q)
     }
 
@@ -46,6 +63,21 @@ impl Parametric {
         near.into_iter()
             .map(|e| self.on_edge(e, p))
             .min_by(|a, b| a.distance_squared(p).total_cmp(&b.distance_squared(p)))
+    }
+
+    /// Points along the edges of faces that `of` picks, several on each of their smooth pieces.
+    pub fn edge_points(&self, of: impl Fn(u32) -> bool) -> Vec<DVec3> {
+        const PARTS: usize = 8;
+        let mut out = Vec::new();
+        for (e, faces) in self.brep.edges.iter().zip(&self.faces_of) {
+            if faces.iter().any(|f| of(*f)) {
+                for w in e.curve.pieces(e.range).windows(2) {
+                    let at = |k: usize| e.curve.at(w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64);
+                    out.extend((0..PARTS).map(at));
+                }
+            }
+        }
+        out
     }
 
     /// Nodes' places that no remesher may move: see the source for the rule.
@@ -143,7 +175,7 @@ impl Pieces for Parametric {
     fn meet(&self, pieces: &[u32], p: DVec3, reach: f64) -> Option<DVec3> {
         let q = match *pieces {
             [face] => self.foot(face, p)?,
-            [a, b] => self.on_common_edge([a, b], p)?,
+            [a, b] => self.on_common_edge([a, b].map(|x| self.face_of(x)), p)?,
             _ => return None,
         };
         (q.distance(p) <= reach).then_some(q)
@@ -154,14 +186,14 @@ impl Pieces for Parametric {
     }
 
     fn plane(&self, piece: u32) -> Option<(DVec3, f64)> {
-        match &self.charts.get(piece as usize)?.surface {
+        match &self.chart(piece)?.surface {
             Surface::Plane { frame } => Some((frame.z(), frame.z().dot(frame.origin))),
             _ => None,
         }
     }
 
     fn curvature(&self, piece: u32, p: DVec3) -> Option<f64> {
-        let chart = self.charts.get(piece as usize)?;
+        let chart = self.chart(piece)?;
         chart.curvature(chart.project_roughly(p))
     }
 
@@ -174,6 +206,6 @@ impl Pieces for Parametric {
     }
 
     fn face_at(&self, piece: u32, _p: DVec3) -> Option<u32> {
-        Some(piece)
+        Some(self.face_of(piece))
     }
 }

@@ -2,29 +2,27 @@
 
 use std::path::Path;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use glam::DVec3;
 
-use rayon::prelude::*;
-use rustc_hash::FxHashMap;
-
+use super::bodies::{NAMED, components, remeshed};
+use super::distance::{Distance, distances, from_edges};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
-use super::report::Report;
+use super::refine::Wishes;
+use super::report::{FaceStep, Report, Rung};
 use crate::error::{Error, Result};
-use crate::geometry::Pieces;
 use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
-use crate::mesh::{EditMesh, Group, TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::mesh::{Group, TriMesh, self_intersections};
+use crate::optimize::exact::ExactOptions;
 use crate::optimize::{Sizing, size::GRADATION};
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
-use crate::parametric::mesh::{FaceMeshes, MeshSizes, Place};
+use crate::parametric::mesh::{FaceMeshes, MeshSizes};
 use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, check};
 use crate::run::Run;
+use crate::spatial::Graded;
 
-/// How many things of one kind a report names.
-const NAMED: usize = 20;
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 const ANGLE: f64 = 20.0;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
@@ -38,11 +36,25 @@ const MANY: usize = 80_000;
 const LESS: f64 = 1.6;
 /// Narrow places and short edges, which cost less, down to this share.
 const NARROW: f64 = 0.25;
+/// And to this one where triangles would be needles otherwise.
+const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
 
-/// A node this near to a point without a normal, as a share of the model, is on it.
-const AT_TIP: f64 = 1e-9;
+/// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
+const DISTANCE: f64 = 1.4e-3;
+/// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away.
+const CHORD: f64 = 0.5;
+/// The same where the distance is asked for: some edges come out a third longer than wanted.
+const CHORD_ASKED: f64 = 0.45;
+/// Where that does not do it is tried with this share of it.
+const STRICTER: f64 = 0.85;
+/// With a distance asked for curvature makes edges at most this many times shorter than the size.
+const FINEST: f64 = 256.0;
+/// How often what is too far from the surface is meshed finer.
+const ROUNDS: usize = 4;
+/// At most by this factor each time.
+const FINER: f64 = 0.25;
 
 /// Whether a path is that of a STEP file.
 pub fn is_step(path: &Path) -> bool {
@@ -76,22 +88,104 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         report.warnings.push(format!("and {} more such notes", notes.len() - NAMED));
     }
     report.shortfalls.extend(notes.iter().filter(|n| n.message.contains("left out")).map(ToString::to_string));
+    let diagonal = solid.bounds().diagonal();
+    let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()));
+    report.warnings.extend(wishes.warnings.iter().cloned());
+    let limit = options.tolerance.unwrap_or(DISTANCE * diagonal);
+    let measured = options.measure || options.tolerance.is_some();
+    // Places that came out too far from the surface, and the lengths that will do there.
+    let mut finer: Vec<(DVec3, f64)> = Vec::new();
+    let mut best: Option<(TriMesh, Report)> = None;
+    for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
+        let field = Graded::new(finer.clone(), options.grading.unwrap_or(GRADATION));
+        let by_place = |p: DVec3| {
+            let of_regions = wishes.regions.iter().map(|r| r.at(p, options.grading.unwrap_or(GRADATION)));
+            field.at(p, of_regions.fold(f64::INFINITY, f64::min))
+        };
+        let mut told = report.clone();
+        let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
+        let chord = share * STRICTER.powi(round as i32) * limit;
+        let (made, sizing) = first_mesh(&solid, [size, chord], options, &wishes, &by_place, &mut told, run)?;
+        let (face_sizes, regions) = (Vec::new(), Vec::new());
+        let grading = options.grading.unwrap_or(GRADATION);
+        let exact = ExactOptions { sizing, face_sizes, regions, grading, thickness: None };
+        let mesh = remeshed(&solid, made, &exact, &mut told, run)?;
+        if !measured {
+            best = Some((mesh, told));
+            break;
+        }
+        run.progress("distance", 0.0);
+        let away = distances(&solid, &mesh, run)?;
+        let beyond: Vec<usize> = (0..away.len()).filter(|t| away[*t] > limit).collect();
+        let to_surface = away.iter().copied().fold(0.0, f64::max);
+        let (from_surface, asked) = (from_edges(&solid, &mesh), options.tolerance);
+        told.distance = Some(Distance { to_surface, from_surface, diagonal, asked, beyond: beyond.len() });
+        finer.extend(beyond.iter().map(|&t| {
+            let [a, b, c] = mesh.corners(t);
+            let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
+            let share = (CHORD_ASKED * limit / away[t]).sqrt().max(FINER);
+            (mesh.centroid(t), (share * length).max(options.least.unwrap_or(0.0)))
+        }));
+        // A finer mesh that falls short of something else is no better.
+        if best.as_ref().is_none_or(|b| told.shortfalls.len() <= b.1.shortfalls.len()) {
+            best = Some((mesh, told));
+        }
+        if beyond.is_empty() {
+            break;
+        }
+    }
+    let Some((mut mesh, mut report)) = best else { return Err(Error::Failed("no mesh was made".into())) };
+    if let Some(d) = report.distance.filter(|d| d.beyond > 0 && d.asked.is_some()) {
+        let what = format!("{} triangles are farther from the surface than asked for", d.beyond);
+        report.shortfalls.push(format!("{what}: the farthest by {:.4e}", d.to_surface));
+    }
+    mesh.groups = groups;
+    run.progress("check", 0.0);
+    let mut found = check(&mesh, None, run)?;
+    excuse_open(&solid, &mut found, &mut report);
+    excuse_overlaps(&mesh, &mut found, &mut report, run)?;
+    report.judge(found);
+    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
+}
+
+/// Faces between edges, triangulated for the first time, and the sizes that were followed.
+fn first_mesh(
+    solid: &Parametric,
+    [size, chord]: [f64; 2],
+    options: &MeshOptions,
+    wishes: &Wishes,
+    by_place: &(dyn Fn(DVec3) -> f64 + Sync),
+    report: &mut Report,
+    run: &Run,
+) -> Result<(FaceMeshes, Sizing)> {
+    let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
     let mut sizing = Sizing {
         size,
         nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
-        chord: options.tolerance,
-        least: options.least.unwrap_or(size / LEAST_SHARE),
+        chord: Some(chord),
+        least: options.least.unwrap_or(size / small),
     };
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
     // Who asks for a least length gets it.
-    let share = |s: f64| if options.least.is_some() { 1.0 } else { s };
+    let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
+    let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
     let first = |sizing: &Sizing, most: usize| {
         let by_curvature = |k: f64| {
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-            sizing.at(k).min((1.0 / k).max(share(DEEP) * sizing.least))
+            sizing.at(k).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
         };
-        let (least, grading) = (share(NARROW) * sizing.least, options.grading.unwrap_or(GRADATION));
-        let sizes = MeshSizes { size, least, size_at: &by_curvature, face_size: &|_| None, grading, most };
+        // A distance asked for is no wish for narrow places.
+        let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
+        let sizes = MeshSizes {
+            size,
+            least: share(sizing, NARROW) * narrow,
+            deepest: share(sizing, NARROWEST) * narrow,
+            size_at: &by_curvature,
+            place_size: by_place,
+            face_size: &by_face,
+            grading: options.grading.unwrap_or(GRADATION),
+            most,
+        };
         solid.mesh(&sizes, run)
     };
     let mut made = first(&sizing, if free { MANY } else { usize::MAX })?;
@@ -109,24 +203,19 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
             sizing.least
         ));
     }
+    for (face, rung, why) in &made.steps {
+        report.ladder.push(FaceStep::of(solid, *face, (*rung).into(), why.clone()));
+    }
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];
         let kind = face.surface.kind();
         report.shortfalls.push(format!("face {} (#{}, {kind}) has no mesh: {}", face.name, face.source, f.reason));
+        report.ladder.push(FaceStep::of(solid, f.face, Rung::None, f.reason.clone()));
     }
     if made.mesh.triangles.is_empty() {
         return Err(Error::Failed(format!("no face could be meshed: {}", report.shortfalls.join("; "))));
     }
-    let exact =
-        ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION), thickness: None };
-    let mut mesh = remeshed(&solid, made, &exact, &mut report, run)?;
-    mesh.groups = groups;
-    run.progress("check", 0.0);
-    let mut measured = check(&mesh, None, run)?;
-    excuse_open(&solid, &mut measured, &mut report);
-    excuse_overlaps(&mesh, &mut measured, &mut report, run)?;
-    report.judge(measured);
-    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
+    Ok((made, sizing))
 }
 
 /// A model with open edges, or one without the mesh of a face, has no closed mesh: that is told, but not a fault of the
@@ -183,287 +272,4 @@ fn groups(brep: &Brep) -> Vec<Group> {
     }
     out.extend(colors.into_iter().map(|(name, faces)| Group { name, faces }));
     out
-}
-
-fn remeshed(
-    solid: &Parametric,
-    made: FaceMeshes,
-    options: &ExactOptions,
-    report: &mut Report,
-    run: &Run,
-) -> Result<TriMesh> {
-    let FaceMeshes { mut mesh, mut places, mut sizes, .. } = made;
-    split_fans(&mut mesh, &mut places, &mut sizes);
-    let marks = Marks::new(solid);
-    // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
-    let parts = components(&mesh);
-    let done = AtomicUsize::new(0);
-    let count = parts.len();
-    let results: Vec<Result<Remeshed>> = run.install(|| {
-        parts
-            .into_par_iter()
-            .map(|(part, nodes)| {
-                run.check()?;
-                let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
-                let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = remeshed_body(solid, &marks, part, &places, &sizes, options, run)?;
-                run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-                Ok(out)
-            })
-            .collect()
-    });
-    let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
-    let mut kept: Vec<u32> = Vec::new();
-    for r in results {
-        let part = r?;
-        report.shortfalls.extend(part.shortfall);
-        kept.extend(part.kept);
-        let start = all.nodes.len() as u32;
-        all.nodes.extend(part.mesh.nodes);
-        all.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|v| v + start)));
-        all.labels.extend(part.mesh.labels);
-    }
-    if !kept.is_empty() {
-        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
-        let names = names.join(", ");
-        report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
-    }
-    all.drop_unused_nodes();
-    Ok(all)
-}
-
-/// A body after remeshing.
-struct Remeshed {
-    mesh: TriMesh,
-    /// Faces that were left as they were first triangulated.
-    kept: Vec<u32>,
-    shortfall: Option<String>,
-}
-
-/// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
-/// where this does not help the whole body is.
-fn remeshed_body(
-    solid: &Parametric,
-    marks: &Marks,
-    part: TriMesh,
-    places: &[Place],
-    sizes: &[f64],
-    options: &ExactOptions,
-    run: &Run,
-) -> Result<Remeshed> {
-    const TRIES: usize = 4;
-    let as_it_was = |part: TriMesh, why: String| {
-        let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
-        Ok(Remeshed { mesh: part, kept: Vec::new(), shortfall })
-    };
-    let mut kept: Vec<u32> = Vec::new();
-    let mut best: Option<(usize, TriMesh)> = None;
-    for _ in 0..TRIES {
-        let edit = match EditMesh::new(&part) {
-            Ok(e) => e,
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(e) => return as_it_was(part, e.to_string()),
-        };
-        let work = patchwork(solid, marks, edit, &part, places, sizes.to_vec(), &kept);
-        let quiet = Run::new().with_cancel(run.cancel_token());
-        let ExactMesh { mesh: out, report: found, .. } =
-            match remesh_patchwork(work, &part, solid, options, &quiet, None) {
-                Err(Error::Input { message, .. }) => return as_it_was(part, message),
-                other => other?,
-            };
-        if found.self_intersections == 0 {
-            return Ok(Remeshed { mesh: out, kept, shortfall: None });
-        }
-        let mut folded: Vec<u32> =
-            self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
-        folded.sort_unstable();
-        folded.dedup();
-        let before = kept.len();
-        kept.extend(folded);
-        kept.sort_unstable();
-        kept.dedup();
-        if best.as_ref().is_none_or(|b| found.self_intersections < b.0) {
-            best = Some((found.self_intersections, out));
-        }
-        if kept.len() == before {
-            break;
-        }
-    }
-    let first = self_intersections(&part, run)?.len();
-    match best {
-        Some((count, out)) if count <= first => Ok(Remeshed { mesh: out, kept: Vec::new(), shortfall: None }),
-        _ => as_it_was(part, "remeshing folded it".into()),
-    }
-}
-
-/// The connected parts of a mesh, each with the old numbers of its nodes.
-fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
-    let mut leader: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
-    for t in &mesh.triangles {
-        for k in 1..3 {
-            let (a, b) = (find(&mut leader, t[0]), find(&mut leader, t[k]));
-            leader[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let mut number = vec![u32::MAX; mesh.nodes.len()];
-    let mut place = vec![u32::MAX; mesh.nodes.len()];
-    let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();
-    for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
-        let l = find(&mut leader, t[0]) as usize;
-        if number[l] == u32::MAX {
-            number[l] = parts.len() as u32;
-            parts.push((TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() }, Vec::new()));
-        }
-        let (part, nodes) = &mut parts[number[l] as usize];
-        for v in t {
-            if place[*v as usize] == u32::MAX {
-                place[*v as usize] = nodes.len() as u32;
-                nodes.push(*v);
-                part.nodes.push(mesh.nodes[*v as usize]);
-            }
-        }
-        part.triangles.push(t.map(|v| place[v as usize]));
-        part.labels.push(*label);
-    }
-    parts
-}
-
-/// The smallest number of a set, halving paths on the way.
-fn find(leader: &mut [u32], mut i: u32) -> u32 {
-    while leader[i as usize] != i {
-        leader[i as usize] = leader[leader[i as usize] as usize];
-        i = leader[i as usize];
-    }
-    i
-}
-
-/// What holds nodes and edges in their places.
-struct Marks {
-    corners: Vec<bool>,
-    seams: Vec<bool>,
-    tips: FxHashMap<u32, Vec<glam::DVec3>>,
-    near: f64,
-}
-
-impl Marks {
-    fn new(solid: &Parametric) -> Self {
-        let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
-        for (f, p) in solid.tips() {
-            tips.entry(f).or_default().push(p);
-        }
-        let near = AT_TIP * solid.bounds().diagonal();
-        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near }
-    }
-}
-
-/// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
-fn patchwork(
-    solid: &Parametric,
-    marks: &Marks,
-    mut mesh: EditMesh,
-    from: &TriMesh,
-    places: &[Place],
-    sizes: Vec<f64>,
-    kept: &[u32],
-) -> Patchwork {
-    let mut sets = vec![PieceSet::default(); from.nodes.len()];
-    for (t, l) in from.triangles.iter().zip(&from.labels) {
-        for v in t {
-            sets[*v as usize] = sets[*v as usize].union(&PieceSet::one(*l));
-        }
-    }
-    for h in 0..3 * mesh.triangle_capacity() as u32 {
-        let o = mesh.opposite(h);
-        if o == crate::mesh::edit::NONE || mesh.label(h / 3) != mesh.label(o / 3) {
-            mesh.set_sharp(h, true);
-        }
-    }
-    let on_seam = |v: u32| match places[v as usize] {
-        Place::Edge(e) => marks.seams[e as usize].then_some(e),
-        _ => None,
-    };
-    let ends = |v: u32, e: u32| match places[v as usize] {
-        Place::Edge(f) => e == f,
-        Place::Vertex(x) => solid.brep.edges[e as usize].ends.contains(&x),
-        Place::Face(_) => false,
-    };
-    for h in 0..3 * mesh.triangle_capacity() as u32 {
-        let (a, b) = (mesh.origin(h), mesh.target(h));
-        if on_seam(a).or(on_seam(b)).is_some_and(|e| ends(a, e) && ends(b, e)) {
-            mesh.set_sharp(h, true);
-            mesh.set_pinned(a, true);
-            mesh.set_pinned(b, true);
-        }
-    }
-    let at_tip = |f: u32, v: usize| {
-        marks.tips.get(&f).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
-    };
-    for (v, place) in places.iter().enumerate() {
-        let pinned = match *place {
-            Place::Vertex(x) => marks.corners[x as usize] || sets[v].as_slice().iter().any(|f| at_tip(*f, v)),
-            Place::Face(f) => at_tip(f, v),
-            Place::Edge(_) => false,
-        };
-        if pinned {
-            mesh.set_pinned(v as u32, true);
-        }
-    }
-    let patches = (0..solid.brep.faces.len() as u32)
-        .map(|f| Patch {
-            piece: f,
-            outward: if solid.brep.faces[f as usize].outward { 1.0 } else { -1.0 },
-            plane: solid.plane(f),
-        })
-        .collect();
-    for (t, l) in from.triangles.iter().zip(&from.labels) {
-        if kept.binary_search(l).is_ok() {
-            t.iter().for_each(|v| mesh.set_pinned(*v, true));
-        }
-    }
-    Patchwork { sizes, spaced: true, frozen: kept.to_vec(), ..Patchwork::new(mesh, sets, patches) }
-}
-
-/// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
-fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
-    // Triangles of a node that share an edge at it are of one fan: union-find over corners.
-    let corners = 3 * mesh.triangles.len();
-    let mut leader: Vec<u32> = (0..corners as u32).collect();
-    let mut seen: FxHashMap<[u32; 2], [u32; 2]> = FxHashMap::default();
-    for (t, nodes) in mesh.triangles.iter().enumerate() {
-        for k in 0..3 {
-            let (i, j) = (3 * t + k, 3 * t + (k + 1) % 3);
-            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
-            // Corners at the smaller and the larger node.
-            let own = if a < b { [i as u32, j as u32] } else { [j as u32, i as u32] };
-            match seen.get(&[a.min(b), a.max(b)]) {
-                Some(other) => {
-                    for s in 0..2 {
-                        let (x, y) = (find(&mut leader, own[s]), find(&mut leader, other[s]));
-                        leader[x.max(y) as usize] = x.min(y);
-                    }
-                }
-                None => {
-                    seen.insert([a.min(b), a.max(b)], own);
-                }
-            }
-        }
-    }
-    let mut first: Vec<u32> = vec![u32::MAX; mesh.nodes.len()];
-    let mut copy: FxHashMap<u32, u32> = FxHashMap::default();
-    for c in 0..corners {
-        let l = find(&mut leader, c as u32);
-        let v = mesh.triangles[c / 3][c % 3];
-        if first[v as usize] == u32::MAX {
-            first[v as usize] = l;
-        }
-        if first[v as usize] != l {
-            let new = *copy.entry(l).or_insert_with(|| {
-                mesh.nodes.push(mesh.nodes[v as usize]);
-                places.push(places[v as usize]);
-                sizes.push(sizes[v as usize]);
-                mesh.nodes.len() as u32 - 1
-            });
-            mesh.triangles[c / 3][c % 3] = new;
-        }
-    }
 }

@@ -127,7 +127,7 @@ pub fn build(part: &Part, run: &Run) -> Result<Option<Brep>> {
 
 /// Meshes a part whose solids are built from edges, beside its solid of R-functions where it has one.
 pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    let sized = MeshOptions { size: options.size.or(part.mesh.size), ..*options };
+    let sized = MeshOptions { size: options.size.or(part.mesh.size), ..options.clone() };
     let mut made = mesh_step(brep.into(), &sized, run)?;
     made.report.units.clone_from(&part.units);
     // Groups by name: faces without triangles are dropped below.

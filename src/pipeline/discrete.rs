@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::heal::told;
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
+use super::refine::Wishes;
 use super::report::Report;
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
@@ -185,8 +186,11 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     };
     let named = solid.named();
     let open = !named.defects().is_closed();
-    let exact =
-        ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading.unwrap_or(GRADATION), thickness: None };
+    let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
+    report.warnings.extend(wishes.warnings);
+    let grading = options.grading.unwrap_or(GRADATION);
+    let (face_sizes, regions) = (wishes.faces, wishes.regions);
+    let exact = ExactOptions { sizing, face_sizes, regions, grading, thickness: None };
     let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
     let (mut attempt, mut last) = (0, usize::MAX);
     let (mesh, seams, corners) = loop {

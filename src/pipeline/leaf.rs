@@ -61,9 +61,13 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions) -> ExactOption
     // Who asks for an angle and no tolerance gets what was asked for.
     let own = (CHORD * ready.size).max(FINE * ready.model.bounds().diagonal());
     let chord = options.tolerance.or(options.angle.is_none().then_some(own));
+    let wishes = ready.wishes(options);
+    let wish = |i: usize| wishes.faces.get(i).copied().flatten();
+    let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
     ExactOptions {
         sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord, least },
-        face_sizes: ready.model.faces().iter().map(|f| f.size).collect(),
+        face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, wish(i))).collect(),
+        regions: wishes.regions,
         grading: options.grading.unwrap_or(GRADING),
         thickness: options.thickness,
     }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
 use super::leaf::{ByLeaf, by_leaf};
+use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
@@ -84,6 +85,8 @@ pub struct MeshOptions {
     pub least: Option<f64>,
     /// No edge is longer than this many times the solid's thickness beneath it (solids of R-functions, leaf method).
     pub thickness: Option<f64>,
+    /// Where edges shall be shorter; the methods without exact edges do not heed this.
+    pub refinements: Vec<Refinement>,
     /// Whether to measure distances and features too, not only what makes a mesh sound.
     pub measure: bool,
 }
@@ -101,6 +104,7 @@ impl Default for MeshOptions {
             grading: None,
             least: None,
             thickness: None,
+            refinements: Vec::new(),
             measure: true,
         }
     }
@@ -187,6 +191,12 @@ impl Ready {
         extract(&self.model, &e, run)
     }
 
+    /// Refinements for this part.
+    pub(super) fn wishes(&self, options: &MeshOptions) -> Wishes {
+        let names = self.model.faces().iter().map(|f| f.name.as_str());
+        Wishes::new(&options.refinements, self.model.bounds().diagonal(), names)
+    }
+
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
         let default = Options::new(self.size);
         if options.angle.is_none() && options.tolerance.is_none() {
@@ -220,7 +230,7 @@ impl Ready {
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..*options };
+    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
@@ -240,6 +250,10 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
+    report.warnings.extend(ready.wishes(options).warnings);
+    if options.method != Method::Leaf && !options.refinements.is_empty() {
+        report.warnings.push("refinements are not heeded by this method".into());
+    }
     // What the leaf method calls sound is: a closed manifold by construction, tested for intersections.
     if intersecting != Some(0)
         && let Some(healed) = heal_made(&mesh, intersecting, &ImplicitOracle::new(&ready.model, &extracted), run)?

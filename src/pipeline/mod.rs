@@ -1,15 +1,18 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
 mod attempts;
+mod bodies;
 mod brep;
 mod brep_info;
 mod brep_oracle;
 mod built;
 mod compare;
 mod discrete;
+mod distance;
 mod heal;
 mod leaf;
 mod mesh;
+mod refine;
 mod report;
 
 pub use crate::implicit::part::{Part, SizeRequest};
@@ -18,6 +21,8 @@ pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, bre
 pub use built::{build, save_step};
 pub use compare::{Comparison, Row, compare};
 pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_soup, soup_info};
+pub use distance::Distance;
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
-pub use report::{Info, LeafInfo, Report, info};
+pub use refine::{Place, Refinement};
+pub use report::{FaceStep, Info, LeafInfo, Report, Rung, info};

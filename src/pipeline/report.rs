@@ -4,10 +4,13 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::distance::Distance;
 use super::mesh::Method;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Implicit;
 use crate::implicit::part::Part;
+use crate::parametric::Parametric;
+use crate::parametric::mesh::Step;
 use crate::quality::Check;
 
 /// The report of one mesh.
@@ -23,8 +26,57 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Where the mesh falls short of what was asked; a command exits with 1 if there are any.
     pub shortfalls: Vec<String>,
+    /// Faces of boundary representations that did not come out the plain way, and how they did.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ladder: Vec<FaceStep>,
+    /// Distances between the mesh and the faces of a boundary representation, where they were measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<Distance>,
     /// The measured mesh.
     pub check: Option<Check>,
+}
+
+/// How a face came by its mesh where the plain way (its parameter domain, then the remesher) did not do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rung {
+    /// Edges around it were divided more finely than asked.
+    FinerEdges,
+    /// Triangulated on a plane through its border, its nodes put on the surface.
+    Plane,
+    /// Left as it was first triangulated.
+    FirstTriangulation,
+    /// It has no mesh.
+    None,
+}
+
+impl From<Step> for Rung {
+    fn from(s: Step) -> Self {
+        match s {
+            Step::FinerEdges => Rung::FinerEdges,
+            Step::Plane => Rung::Plane,
+        }
+    }
+}
+
+/// One face and a rung of the ladder it took.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaceStep {
+    /// The face.
+    pub face: String,
+    /// The number of the record that made it, in a file.
+    pub source: u64,
+    /// The rung.
+    pub rung: Rung,
+    /// Why the one before it did not do.
+    pub why: String,
+}
+
+impl FaceStep {
+    pub(super) fn of(solid: &Parametric, face: u32, rung: Rung, why: String) -> Self {
+        let f = &solid.brep.faces[face as usize];
+        Self { face: f.name.clone(), source: f.source, rung, why }
+    }
 }
 
 impl Report {
@@ -34,7 +86,16 @@ impl Report {
 
     /// The report of a mesh made in a way of its own.
     pub(super) fn of(method: &'static str, size: f64, units: Option<String>) -> Self {
-        Self { method, size, units, warnings: Vec::new(), shortfalls: Vec::new(), check: None }
+        Self {
+            method,
+            size,
+            units,
+            warnings: Vec::new(),
+            shortfalls: Vec::new(),
+            ladder: Vec::new(),
+            distance: None,
+            check: None,
+        }
     }
 
     /// Records what was measured, and as shortfalls what no mesh should have.

@@ -28,6 +28,9 @@ impl Remesher<'_> {
         let sizing = &self.options.sizing;
         let (m, p) = (&self.work.mesh, self.point(v));
         let mut size = sizing.size.min(self.work.sizes.get(v as usize).copied().unwrap_or(f64::INFINITY));
+        for r in &self.options.regions {
+            size = size.min(r.at(p, self.options.grading));
+        }
         let mut last = NONE;
         for h in m.outgoing(v) {
             let patch = m.label(h / 3);

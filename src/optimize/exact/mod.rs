@@ -17,6 +17,7 @@ mod remesh;
 pub use cut::{CutReport, Raw, cut_pieces};
 pub use patchwork::{Patch, Patchwork, PieceSet};
 
+use super::region::Region;
 use super::size::Sizing;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
@@ -40,8 +41,8 @@ const POLISH: usize = 4;
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
-/// Shapes below this are mended one by one: 42 degrees.
-const MEND: f64 = 0.92;
+/// Shapes below this are mended one by one: 45 degrees.
+const MEND: f64 = 0.95;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
 const STUCK: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
@@ -65,6 +66,8 @@ pub struct ExactOptions {
     pub sizing: Sizing,
     /// Wanted edge lengths on single faces, by index of the face.
     pub face_sizes: Vec<Option<f64>>,
+    /// Wanted edge lengths in parts of space; with borders that are spaced already there is no need for them.
+    pub regions: Vec<Region>,
     /// How fast edge lengths may grow per length.
     pub grading: f64,
     /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_pieces`] only).

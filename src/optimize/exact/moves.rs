@@ -335,8 +335,8 @@ impl Remesher<'_> {
         if rank == Rank::Corner {
             return false;
         }
-        // Borders are spaced already: only for bad shapes are their nodes moved.
-        let limit = if rank == Rank::Curve { limit.min(STUCK) } else { limit };
+        // What borders were spaced for here stays but for bad shapes; those spaced before had no look at what lies beside.
+        let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
         let start = self.point(v);
         let reach = self.want[v as usize];
         let (mut p, mut best) = self.climbed_to_apex(v, limit, reach, &set);

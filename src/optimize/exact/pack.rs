@@ -19,6 +19,8 @@ use crate::mesh::edit::{NONE, next};
 const RING: f64 = 1.3;
 /// No node is placed nearer to another than this many wanted lengths.
 const CLOSE: f64 = 0.68;
+/// Where a border is in the way a node is placed this many wanted lengths away.
+const NARROW: f64 = 0.75;
 /// A place that is farther from the node whose ring it completes than this many wanted lengths is none: the surface bends away.
 const FAR: f64 = 1.2;
 /// A patch gets at most this many times the nodes its area asks for, and some more: a bound for surfaces that mislead.
@@ -175,19 +177,27 @@ impl Remesher<'_> {
             };
             (q.distance_squared(p) <= (FAR * r).powi(2)).then_some(q)
         };
-        let room = |q: DVec3, want: f64| {
-            near.iter().all(|&(x, id)| {
-                let limit = CLOSE * 0.5 * (want + self.want[id as usize]);
-                x.distance_squared(q) >= limit * limit
-            })
+        let crowds = |q: DVec3, want: f64, &(x, id): &(DVec3, u32)| {
+            let limit = CLOSE * 0.5 * (want + self.want[id as usize]);
+            x.distance_squared(q) < limit * limit
         };
+        let room = |q: DVec3, want: f64| near.iter().all(|x| !crowds(q, want, x));
         let mut q = place(own)?;
-        if !room(q, own) {
-            return None;
+        let narrow = !room(q, own);
+        if narrow {
+            // Between two borders a row that is nearer to each of them may do.
+            let border = |x: &(DVec3, u32)| self.work.mesh.is_boundary(x.1);
+            if !near.iter().any(|x| border(x) && crowds(q, own, x)) {
+                return None;
+            }
+            q = place(NARROW * own)?;
+            if !room(q, own) {
+                return None;
+            }
         }
         let (mut t, mut weights) = self.walk(v, q, packing.normals[v as usize])?;
         let mut want = self.want_in(t, weights);
-        if (want - own).abs() > 0.05 * own {
+        if !narrow && (want - own).abs() > 0.05 * own {
             q = place(0.5 * (own + want))?;
             (t, weights) = self.walk(v, q, packing.normals[v as usize])?;
             want = self.want_in(t, weights);

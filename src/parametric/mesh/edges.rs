@@ -4,9 +4,9 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
+use super::sizes::Field;
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
-use crate::spatial::Graded;
 
 /// Samples per wanted length when a length is measured.
 const SAMPLES: f64 = 4.0;
@@ -14,6 +14,8 @@ const SAMPLES: f64 = 4.0;
 const MOST_SAMPLES: usize = 400;
 /// And at least.
 const LEAST_SAMPLES: usize = 4;
+/// Places looked at between two samples when an edge is divided, at most.
+const MOST_STEPS: f64 = 64.0;
 
 /// An edge divided.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +34,8 @@ pub(super) struct Sampled {
     pub(super) points: Vec<DVec3>,
     /// Lengths wanted by the curvature of the edge and its faces.
     pub(super) own: Vec<f64>,
+    /// The smallest radius of curvature of its faces.
+    pub(super) bend: Vec<f64>,
     /// Normals Su x Sv of each of the edge's faces.
     pub(super) normals: Vec<Vec<DVec3>>,
 }
@@ -47,12 +51,13 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
     let t = sampled(edge, sizes);
     let points: Vec<DVec3> = t.iter().map(|t| edge.curve.at(*t)).collect();
     let mut own: Vec<f64> = t.iter().map(|t| (sizes.size_at)(edge.curve.curvature(*t))).collect();
+    let mut bend = vec![f64::INFINITY; points.len()];
     let mut normals = Vec::with_capacity(charts.len());
     for (face, chart) in charts {
         let wished = (sizes.face_size)(*face).unwrap_or(f64::INFINITY);
         let mut last: Option<glam::DVec2> = None;
         let mut row = Vec::with_capacity(points.len());
-        for (p, h) in points.iter().zip(&mut own) {
+        for ((p, h), r) in points.iter().zip(&mut own).zip(&mut bend) {
             let uv = match last {
                 Some(uv) => chart.project_near(*p, uv),
                 None => chart.project(*p),
@@ -60,22 +65,39 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
             last = Some(uv);
             if let Some(c) = chart.curvature(uv) {
                 *h = h.min((sizes.size_at)(c));
+                *r = r.min(1.0 / c);
             }
             *h = h.min(wished);
             row.push(chart.normal(uv).unwrap_or(DVec3::ZERO));
         }
         normals.push(row);
     }
-    Sampled { t, points, own, normals }
+    Sampled { t, points, own, bend, normals }
 }
 
 /// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
 /// edges.
-pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Graded, factor: usize, least: usize) -> Vec<f64> {
-    let h: Vec<f64> = s.points.iter().zip(&s.own).map(|(p, own)| field.at(*p, *own)).collect();
-    let mut sum = vec![0.0];
-    for i in 0..h.len() - 1 {
-        sum.push(sum[i] + s.points[i].distance(s.points[i + 1]) / (0.5 * (h[i] + h[i + 1])));
+pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, factor: usize, least: usize) -> Vec<f64> {
+    // The field may fall and rise between two samples: as many places in between as edges may lie there.
+    let (mut places, mut sum) = (vec![s.t[0]], vec![0.0]);
+    let mut last = field.at(s.points[0], s.own[0]);
+    for i in 0..s.points.len() - 1 {
+        let (p, q) = (s.points[i], s.points[i + 1]);
+        let own = s.own[i].min(s.own[i + 1]);
+        let next = field.at(q, s.own[i + 1]);
+        let least = last.min(next).min(field.at(0.5 * (p + q), own));
+        let steps = (2.0 * p.distance(q) / least).ceil().clamp(1.0, MOST_STEPS) as usize;
+        for k in 1..=steps {
+            let share = k as f64 / steps as f64;
+            let h = if k == steps {
+                next
+            } else {
+                field.at(p.lerp(q, share), s.own[i] + (s.own[i + 1] - s.own[i]) * share)
+            };
+            places.push(s.t[i] + (s.t[i + 1] - s.t[i]) * share);
+            sum.push(sum[sum.len() - 1] + p.distance(q) / steps as f64 / (0.5 * (last + h)));
+            last = h;
+        }
     }
     let total = sum[sum.len() - 1];
     let parts = (total.round().clamp(1.0, 1e7) as usize).max(least) * factor;
@@ -83,11 +105,11 @@ pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Graded, factor: usize, le
     let mut i = 0;
     for k in 1..parts {
         let goal = total * k as f64 / parts as f64;
-        while i + 2 < h.len() && sum[i + 1] < goal {
+        while i + 2 < sum.len() && sum[i + 1] < goal {
             i += 1;
         }
         let share = if sum[i + 1] > sum[i] { (goal - sum[i]) / (sum[i + 1] - sum[i]) } else { 0.5 };
-        t.push(s.t[i] + share.clamp(0.0, 1.0) * (s.t[i + 1] - s.t[i]));
+        t.push(places[i] + share.clamp(0.0, 1.0) * (places[i + 1] - places[i]));
     }
     t.push(edge.range[1]);
     t

@@ -9,6 +9,7 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::domain::Domain;
+use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
 use crate::spatial::{Aabb, Bvh};
 
@@ -30,8 +31,12 @@ const DEEPEST: u32 = 48;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Filled {
     pub(super) triangles: Vec<[u32; 3]>,
+    /// The sheet of each, or what its caller makes of it.
+    pub(super) pieces: Vec<u32>,
     /// New nodes; numbering goes on from the domain's.
     pub(super) nodes: Vec<DVec3>,
+    /// How many of them, the first ones, lie on cuts of the domain.
+    pub(super) cuts: u32,
     /// The lengths wanted at them.
     pub(super) sizes: Vec<f64>,
 }
@@ -60,10 +65,12 @@ struct Filler<'a> {
 }
 
 /// Fills a domain; `points` are all nodes so far, the domain's own included; `size_at` gives the length wanted at
-/// parameters; edges between the pairs of nodes in `doubled` are avoided.
+/// parameters; edges between the pairs of nodes in `doubled` are avoided. Lines between `sheets` get nodes before the rest.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn fill(
     chart: &Chart,
     domain: &Domain,
+    sheets: Option<&Sheets>,
     points: &dyn Fn(u32) -> DVec3,
     first: u32,
     size_at: &dyn Fn(DVec2, DVec3) -> f64,
@@ -101,6 +108,15 @@ pub(super) fn fill(
         border.nearest(p, CLEAR * h, |i| segment_distance_squared(p, segments[i as usize])).is_none()
     };
     let mut found = Vec::new();
+    let mut chains: Vec<[DVec3; 2]> = Vec::new();
+    if let Some(s) = sheets {
+        f.along_lines(s, [lo, hi], &inside, size_at, &clear, &mut found, &mut chains);
+    }
+    let lines = Bvh::new(chains.iter().map(|s| Aabb::around(*s)).collect());
+    let clear = |p: DVec3, h: f64| {
+        let near = |i: u32| segment_distance_squared(p, chains[i as usize]);
+        clear(p, h) && lines.nearest(p, CLEAR * h, near).is_none()
+    };
     f.scatter([lo, hi], &inside, size_at, &clear, (count, most.min(MOST_NODES)), &mut found)?;
     let (mut nodes, mut sizes) = (Vec::with_capacity(found.len()), Vec::with_capacity(found.len()));
     for (uv, p, h) in found {
@@ -121,26 +137,28 @@ pub(super) fn fill(
         sizes.extend(more.into_iter().zip(&nodes[sizes.len()..]).map(|(uv, p)| size_at(uv, *p)).collect::<Vec<_>>());
     }
     let inside = f.inside(&odd);
-    let mut triangles = Vec::new();
+    let (mut triangles, mut pieces) = (Vec::new(), Vec::new());
     for t in f.cdt.inner_faces() {
         if inside[t.fix().index()] {
             let corners = t.vertices().map(|v| f.node[v.fix().index()]);
             let [a, b, c] = corners;
             if a != b && b != c && c != a {
                 triangles.push(corners);
+                let middle = t.vertices().iter().map(|v| f.parameters(v.fix().index())).sum::<DVec2>() / 3.0;
+                pieces.push(sheets.map_or(0, |s| s.sheet(chart, middle) as u32));
             }
         }
     }
-    cancel_flaps(&mut triangles);
+    cancel_flaps(&mut triangles, &mut pieces);
     if triangles.is_empty() {
         return Err(Unfilled::Other("the contour encloses nothing".into()));
     }
-    Ok(Filled { triangles, nodes, sizes })
+    Ok(Filled { triangles, pieces, nodes, cuts: 0, sizes })
 }
 
 /// Removes pairs of triangles that are each other's back: between copies of a pole a node may be joined to nothing but the
 /// pole and one more node, and hang there as a flap.
-fn cancel_flaps(triangles: &mut Vec<[u32; 3]>) {
+fn cancel_flaps(triangles: &mut Vec<[u32; 3]>, pieces: &mut Vec<u32>) {
     let key = |t: &[u32; 3]| {
         let mut k = *t;
         k.sort_unstable();
@@ -156,11 +174,10 @@ fn cancel_flaps(triangles: &mut Vec<[u32; 3]>) {
             }
         }
     }
-    let mut i = 0;
-    triangles.retain(|_| {
-        i += 1;
-        !dead[i - 1]
-    });
+    let mut alive = dead.iter().map(|d| !d);
+    triangles.retain(|_| alive.next().unwrap_or(true));
+    let mut alive = dead.iter().map(|d| !d);
+    pieces.retain(|_| alive.next().unwrap_or(true));
 }
 
 /// Mean lengths in space per unit of u and of v.
@@ -301,6 +318,51 @@ impl Filler<'_> {
             }
         }
         state.into_iter().map(|s| s.unwrap_or(false)).collect()
+    }
+
+    /// Nodes along the lines between sheets, as far apart as wanted, and the pieces of line between them.
+    #[allow(clippy::too_many_arguments)]
+    fn along_lines(
+        &self,
+        sheets: &Sheets,
+        [lo, hi]: [DVec2; 2],
+        inside: &[bool],
+        size_at: &dyn Fn(DVec2, DVec3) -> f64,
+        clear: &dyn Fn(DVec3, f64) -> bool,
+        found: &mut Vec<(DVec2, DVec3, f64)>,
+        chains: &mut Vec<[DVec3; 2]>,
+    ) {
+        const MOST_STEPS: usize = 100_000;
+        let (axis, other) = (sheets.axis, 1 - sheets.axis);
+        let period = self.chart.periods[axis];
+        for (value, _) in &sheets.lines {
+            let turns = period.map_or(0..=0, |p| {
+                (((lo[axis] - value) / p).ceil() as i64)..=(((hi[axis] - value) / p).floor() as i64)
+            });
+            for turn in turns {
+                let t = value + turn as f64 * period.unwrap_or(0.0);
+                let place = |s: f64| if axis == 0 { DVec2::new(t, s) } else { DVec2::new(s, t) };
+                let (mut s, mut last) = (lo[other], None);
+                for _ in 0..MOST_STEPS {
+                    if !(s < hi[other]) {
+                        break;
+                    }
+                    let uv = place(s);
+                    let [p, su, sv, ..] = self.chart.jet(uv);
+                    let h = size_at(uv, p);
+                    let fits = self.is_inside(uv, inside) && clear(p, h);
+                    if fits {
+                        found.push((uv, p, h));
+                        chains.extend(last.map(|q| [q, p]));
+                    }
+                    last = fits.then_some(p);
+                    let speed = if axis == 0 { sv.length() } else { su.length() };
+                    // Up to the border in small steps, so that the first node is as near as may be.
+                    let step = if fits { 1.0 } else { 0.2 } * h / speed.max(f64::MIN_POSITIVE);
+                    s += step.min((hi[other] - lo[other]) / 8.0);
+                }
+            }
+        }
     }
 
     /// Nodes inside: centers of cells that are halved, the longer side first, until they are as wide as wanted.

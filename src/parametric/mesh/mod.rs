@@ -6,7 +6,9 @@
 mod domain;
 mod edges;
 mod fill;
+mod ladder;
 mod loops;
+mod sheets;
 mod sizes;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,11 +22,13 @@ use super::chart::Chart;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::{Aabb, Graded};
+use crate::spatial::Aabb;
 use domain::Cutter;
 use edges::{Chain, Sampled, divide, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::Unroller;
+use sheets::Sheets;
+use sizes::Field;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;
@@ -38,10 +42,14 @@ const SAME_PLACE: f64 = 1e-9;
 pub struct MeshSizes<'a> {
     /// The greatest.
     pub size: f64,
-    /// Narrow places and short edges ask for no less than this.
+    /// Narrow places and short edges ask for no less than this while they are not much shorter.
     pub least: f64,
+    /// Those that are ask for what keeps triangles from being needles, and for no less than this.
+    pub deepest: f64,
     /// By curvature, at most `size`.
     pub size_at: &'a (dyn Fn(f64) -> f64 + Sync),
+    /// By place, at most; must grow no faster than `grading`.
+    pub place_size: &'a (dyn Fn(DVec3) -> f64 + Sync),
     /// By face, where one is asked for.
     pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
     /// How fast lengths may grow per length.
@@ -53,14 +61,23 @@ pub struct MeshSizes<'a> {
 /// The sizes, as a field, and how many nodes faces have got so far.
 struct Plan<'a> {
     sizes: &'a MeshSizes<'a>,
-    field: &'a Graded,
+    field: &'a Field<'a>,
     count: AtomicUsize,
 }
 
 impl<'a> MeshSizes<'a> {
     /// Sizes by curvature between `least` and `size`, none by face, growing by 0.3, and any number of nodes.
     pub fn new(size: f64, least: f64, size_at: &'a (dyn Fn(f64) -> f64 + Sync)) -> Self {
-        Self { size, least, size_at, face_size: &|_| None, grading: 0.3, most: usize::MAX }
+        Self {
+            size,
+            least,
+            deepest: least,
+            size_at,
+            place_size: &|_| f64::INFINITY,
+            face_size: &|_| None,
+            grading: 0.3,
+            most: usize::MAX,
+        }
     }
 }
 
@@ -73,6 +90,15 @@ pub enum Place {
     Edge(u32),
     /// Inside a face.
     Face(u32),
+}
+
+/// How a face was triangulated where the plain way did not do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// Edges around it were divided more finely.
+    FinerEdges,
+    /// On a plane through its border; nodes are on the surface all the same.
+    Plane,
 }
 
 /// A face without triangles.
@@ -89,10 +115,14 @@ pub struct Failure {
 pub struct FaceMeshes {
     /// Nodes and triangles; labels are faces.
     pub mesh: TriMesh,
+    /// The piece of each triangle: its face, or a sheet of it, see [`Parametric::face_of`].
+    pub pieces: Vec<u32>,
     /// Where each node lies.
     pub places: Vec<Place>,
     /// The edge length wanted at each node.
     pub sizes: Vec<f64>,
+    /// Faces that did not come out the plain way, and why not.
+    pub steps: Vec<(u32, Step, String)>,
     /// Faces that could not be meshed.
     pub failures: Vec<Failure>,
     /// Whether there would be more nodes than allowed: then faces are missing.
@@ -106,6 +136,10 @@ pub struct Parametric {
     /// The model.
     pub brep: Brep,
     pub(super) charts: Vec<Chart>,
+    /// Sheets of faces, with the face of each.
+    pub(super) sheets: Vec<(u32, Chart)>,
+    /// How faces are divided into sheets, and the number of the first one.
+    divided: Vec<Option<(Sheets, u32)>>,
     /// Faces of each edge.
     pub(super) faces_of: Vec<Vec<u32>>,
     /// The box around every face's edges.
@@ -147,13 +181,21 @@ impl Parametric {
                 if b.is_empty() { whole(&f.surface) } else { b }
             })
             .collect();
-        let charts = run.install(|| {
+        let charts: Vec<Chart> = run.install(|| {
             (0..brep.faces.len())
                 .into_par_iter()
                 .map(|i| Chart::new(brep.faces[i].surface.clone(), &boxes[i]))
                 .collect()
         });
         run.check()?;
+        let mut sheets = Vec::new();
+        let mut divided = Vec::with_capacity(charts.len());
+        for (f, chart) in charts.iter().enumerate() {
+            divided.push(Sheets::of(chart).map(|s| (s, sheets.len() as u32)));
+            if let Some(Some((s, _))) = divided.last() {
+                sheets.extend((0..s.count()).map(|k| (f as u32, s.chart(chart, k))));
+            }
+        }
         let samples = brep.edges.iter().map(samples_of).collect();
         let mut between: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
         for (e, faces) in faces_of.iter().enumerate() {
@@ -161,7 +203,7 @@ impl Parametric {
                 between.entry([a.min(b), a.max(b)]).or_default().push(e as u32);
             }
         }
-        Ok(Self { brep, charts, faces_of, boxes, edge_boxes, samples, between })
+        Ok(Self { brep, charts, sheets, divided, faces_of, boxes, edge_boxes, samples, between })
     }
 
     /// The box around the model.
@@ -231,8 +273,10 @@ impl Parametric {
                 round += 1;
                 continue;
             }
-            let filled = self.undoubled(filled, &points, &chains, &plan, run)?;
-            return Ok(self.joined(points, places, wants, filled, halved));
+            let mut filled = self.undoubled(filled, &points, &chains, &plan, run)?;
+            let mut steps = self.finer(&factor);
+            self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
+            return Ok(FaceMeshes { steps, ..self.joined(points, places, wants, filled, halved) });
         }
     }
 
@@ -246,33 +290,39 @@ impl Parametric {
         plan: &Plan<'_>,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
-        const ROUNDS: usize = 3;
+        const ROUNDS: usize = 8;
         plan.count.store(0, Ordering::Relaxed);
         let first = points.len() as u32;
-        let mut doubled: FxHashSet<[u32; 2]> = FxHashSet::default();
+        // Pairs of nodes of borders, which several faces may have, and others by face.
+        let mut doubled: FxHashMap<u32, FxHashSet<[u32; 2]>> = FxHashMap::default();
         for _ in 0..ROUNDS {
             run.check()?;
-            // Directed edges between nodes of borders; a sound edge comes once in each direction.
-            let mut seen: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+            // Directed edges; a sound one comes once in each direction. Nodes of one face have numbers of its own.
+            let key = |f: usize, [a, b]: [u32; 2]| {
+                let own = if a < first && b < first { u32::MAX } else { f as u32 };
+                (own, [a, b])
+            };
+            let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+            let mut seen: FxHashMap<(u32, [u32; 2]), Vec<u32>> = FxHashMap::default();
             for (f, made) in filled.iter().enumerate() {
                 let Ok(made) = made else { continue };
-                for t in &made.triangles {
-                    for k in 0..3 {
-                        let e = [t[k], t[(k + 1) % 3]];
-                        if e[0] < first && e[1] < first {
-                            seen.entry(e).or_default().push(f as u32);
-                        }
+                for e in made.triangles.iter().flat_map(sides) {
+                    // Edges between two nodes inside a face are those of a planar triangulation.
+                    if e[0] < first + made.cuts && e[1] < first + made.cuts {
+                        seen.entry(key(f, e)).or_default().push(f as u32);
                     }
                 }
             }
             let mut again: Vec<u32> = Vec::new();
-            for t in filled.iter().flatten().flat_map(|made| &made.triangles) {
-                for k in 0..3 {
-                    let e = [t[k], t[(k + 1) % 3]];
-                    if let Some(faces) = seen.get(&e).filter(|f| f.len() > 1) {
-                        doubled.insert([e[0].min(e[1]), e[0].max(e[1])]);
-                        again.extend(faces);
-                        again.extend(seen.get(&[e[1], e[0]]).into_iter().flatten());
+            for (f, made) in filled.iter().enumerate() {
+                let Ok(made) = made else { continue };
+                for e in made.triangles.iter().flat_map(sides) {
+                    if let Some(faces) = seen.get(&key(f, e)).filter(|f| f.len() > 1) {
+                        let back = seen.get(&key(f, [e[1], e[0]])).into_iter().flatten();
+                        for g in faces.iter().chain(back) {
+                            doubled.entry(*g).or_default().insert([e[0].min(e[1]), e[0].max(e[1])]);
+                            again.push(*g);
+                        }
                     }
                 }
             }
@@ -282,7 +332,8 @@ impl Parametric {
             again.sort_unstable();
             again.dedup();
             for f in again {
-                filled[f as usize] = self.face(f, points, chains, plan, &doubled);
+                let own = doubled.get(&f).cloned().unwrap_or_default();
+                filled[f as usize] = self.face(f, points, chains, plan, &own);
             }
         }
         Ok(filled)
@@ -292,7 +343,7 @@ impl Parametric {
     fn chains(
         &self,
         sampled: &[Sampled],
-        field: &Graded,
+        field: &Field<'_>,
         factor: &[usize],
         least: &[usize],
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
@@ -332,9 +383,23 @@ impl Parametric {
         plan: &Plan<'_>,
         doubled: &FxHashSet<[u32; 2]>,
     ) -> Result<Filled, Unfilled> {
+        self.face_on(f, &self.charts[f as usize], self.divided[f as usize].as_ref(), points, chains, plan, doubled)
+    }
+
+    /// Fills a face in the domain of a chart, which need not be its own.
+    #[allow(clippy::too_many_arguments)]
+    fn face_on(
+        &self,
+        f: u32,
+        chart: &Chart,
+        sheets: Option<&(Sheets, u32)>,
+        points: &[DVec3],
+        chains: &[Chain],
+        plan: &Plan<'_>,
+        doubled: &FxHashSet<[u32; 2]>,
+    ) -> Result<Filled, Unfilled> {
         let Plan { sizes, field, count } = plan;
         let face = &self.brep.faces[f as usize];
-        let chart = &self.charts[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
         let contours = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
@@ -351,16 +416,21 @@ impl Parametric {
         let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
-        let mut filled =
-            fill(chart, &domain, &all, first + domain.nodes.len() as u32, &size_at, doubled, (count, sizes.most))?;
+        let next = first + domain.nodes.len() as u32;
+        let lines = sheets.map(|s| &s.0);
+        let mut filled = fill(chart, &domain, lines, &all, next, &size_at, doubled, (count, sizes.most))?;
+        // Sheets are numbered beyond the faces.
+        let number = |s: &u32| sheets.map_or(f, |d| self.brep.faces.len() as u32 + d.1 + s);
+        let pieces = filled.pieces.iter().map(number).collect();
         if !face.outward {
             filled.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
+        let cuts = domain.nodes.len() as u32;
         let mut nodes = domain.nodes;
         let mut wants: Vec<f64> = nodes.iter().map(|p| size_at(chart.project(*p), *p)).collect();
         nodes.append(&mut filled.nodes);
         wants.append(&mut filled.sizes);
-        Ok(Filled { triangles: filled.triangles, nodes, sizes: wants })
+        Ok(Filled { triangles: filled.triangles, pieces, nodes, cuts, sizes: wants })
     }
 
     fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
@@ -390,22 +460,13 @@ impl Parametric {
                     let number = |v: u32| if v < first { v } else { v - first + start };
                     out.mesh.triangles.extend(made.triangles.iter().map(|t| t.map(number)));
                     out.mesh.labels.resize(out.mesh.triangles.len(), face);
+                    out.pieces.extend(made.pieces);
                     out.places.extend(std::iter::repeat_n(Place::Face(face), made.nodes.len()));
                     out.mesh.nodes.extend(made.nodes);
                     out.sizes.extend(made.sizes);
                 }
                 Err(why) => {
-                    let reason = match why {
-                        Unfilled::Other(what) => what,
-                        Unfilled::Crossing(edges) => {
-                            let ids: Vec<String> = edges
-                                .iter()
-                                .take(4)
-                                .map(|e| format!("#{}", self.brep.edges[*e as usize].source))
-                                .collect();
-                            format!("its edges {} cross others", ids.join(", "))
-                        }
-                    };
+                    let reason = self.told(&why);
                     out.failures.push(Failure { face, reason });
                 }
             }

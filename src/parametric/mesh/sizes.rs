@@ -13,11 +13,28 @@ use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.0;
+/// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
+const EASE: f64 = 2.0;
+/// A narrow place is looked at in this many points of a piece of its border, at most.
+const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
 /// beside a corner of 37 degrees it is.
 const AROUND: f64 = 3.0;
 /// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
 const INTO: f64 = 0.3;
+
+/// The field of wanted lengths.
+pub(super) struct Field<'a> {
+    graded: Graded,
+    place: &'a (dyn Fn(DVec3) -> f64 + Sync),
+}
+
+impl Field<'_> {
+    /// The length wanted at a place, at most `most`.
+    pub(super) fn at(&self, p: DVec3, most: f64) -> f64 {
+        self.graded.at(p, most).min((self.place)(p))
+    }
+}
 
 /// A straight piece of a loop.
 struct Piece {
@@ -30,13 +47,13 @@ struct Piece {
 }
 
 /// The field of wanted lengths of a whole model.
-pub(super) fn field(
+pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
     sampled: &[Sampled],
-    sizes: &MeshSizes<'_>,
+    sizes: &MeshSizes<'a>,
     run: &Run,
-) -> Result<Graded> {
+) -> Result<Field<'a>> {
     let mut sources: Vec<(DVec3, f64)> = Vec::new();
     for s in sampled {
         for (p, h) in s.points.iter().zip(&s.own) {
@@ -48,13 +65,16 @@ pub(super) fn field(
     let uses = brep.uses();
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
-            // A seam: nothing in space.
+            // A seam: nothing in space, but it runs along a tube, around which there shall be three edges at least.
+            let around = s.bend.iter().map(|r| fitting(std::f64::consts::TAU / 3.0 * r, sizes));
+            sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
         }
         let length = s.length();
         let h = if e.ends[0] == e.ends[1] { length / 3.0 } else { length };
         if h < sizes.size {
-            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h.max(sizes.least))));
+            let h = fitting(h, sizes);
+            sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h)));
         }
     }
     run.check()?;
@@ -71,7 +91,12 @@ pub(super) fn field(
     });
     run.check()?;
     sources.extend(narrow.into_iter().flatten());
-    Ok(Graded::new(sources, sizes.grading))
+    Ok(Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size })
+}
+
+/// The edge length that fits a place of some width. Places so narrow that there will be needles get few of them.
+fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
+    if EASE * width < sizes.deepest { sizes.least } else { width.max((EASE * width).min(sizes.least)) }
 }
 
 /// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
@@ -112,33 +137,38 @@ fn narrow_places(
     let tree = Bvh::new(pieces.iter().map(|p| Aabb::around(p.ends)).collect());
     let mut out = Vec::new();
     for p in &pieces {
-        let at = 0.5 * (p.ends[0] + p.ends[1]);
-        let place = p.from + 0.5 * p.ends[0].distance(p.ends[1]);
-        let across = |i: u32| -> f64 {
-            let q = &pieces[i as usize];
-            let d = q.ends[1] - q.ends[0];
-            let t = ((at - q.ends[0]).dot(d) / d.length_squared()).clamp(0.0, 1.0);
-            let way = q.ends[0] + t * d - at;
-            let length = way.length();
-            let into = way.dot(p.inward) > INTO * length && -way.dot(q.inward) > INTO * length;
-            if !into {
-                return f64::INFINITY;
-            }
-            if q.looped == p.looped {
-                let apart = (q.from + t * d.length() - place).abs();
-                let round = rounds[p.looped as usize];
-                if apart.min(round - apart) < AROUND * length {
-                    return f64::INFINITY;
-                }
-            }
-            length * length
+        let length = p.ends[0].distance(p.ends[1]);
+        let width = |t: f64| {
+            let at = p.ends[0].lerp(p.ends[1], t);
+            let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
+            let found = tree.nearest(at, sizes.size / ACROSS, across);
+            found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), sizes))).filter(|x| x.1 < sizes.size)
         };
-        if let Some((_, d)) = tree.nearest(at, sizes.size / ACROSS, across) {
-            let h = (ACROSS * d.sqrt()).max(sizes.least);
-            if h < sizes.size {
-                out.push((at, h));
-            }
-        }
+        let Some(middle) = width(0.5) else { continue };
+        // The field grows on both sides of a source: there must be one at about every length.
+        let points = (length / middle.1).ceil().min(MOST_POINTS);
+        let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
+        out.push(middle);
+        out.extend(more.filter_map(width));
     }
     out
+}
+
+/// The squared distance of a point on one piece of a border to another piece, infinite where that is not across from it.
+fn opposite(p: &Piece, at: DVec3, along: f64, q: &Piece, rounds: &[f64]) -> f64 {
+    let d = q.ends[1] - q.ends[0];
+    let t = ((at - q.ends[0]).dot(d) / d.length_squared()).clamp(0.0, 1.0);
+    let way = q.ends[0] + t * d - at;
+    let length = way.length();
+    if !(way.dot(p.inward) > INTO * length && -way.dot(q.inward) > INTO * length) {
+        return f64::INFINITY;
+    }
+    if q.looped == p.looped {
+        let apart = (q.from + t * d.length() - p.from - along).abs();
+        let round = rounds[p.looped as usize];
+        if apart.min(round - apart) < AROUND * length {
+            return f64::INFINITY;
+        }
+    }
+    length * length
 }

@@ -190,7 +190,8 @@ fn flat(loops: &[&[(f64, f64)]]) -> Brep {
 }
 
 fn meshed(brep: Brep, size: f64, most: usize) -> FaceMeshes {
-    let sizes = MeshSizes { size, least: size / 4.0, size_at: &|_| size, face_size: &|_| None, grading: 0.3, most };
+    let by_curvature = |_| size;
+    let sizes = MeshSizes { most, ..MeshSizes::new(size, size / 4.0, &by_curvature) };
     Parametric::new(brep, &Run::new()).unwrap().mesh(&sizes, &Run::new()).unwrap()
 }
 

@@ -1,0 +1,422 @@
+//! Remeshing the bodies of a boundary representation: faces keep their borders, and one that comes out folded is left as
+//! it was.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::report::{FaceStep, Report, Rung};
+use crate::error::{Error, Result};
+use crate::geometry::Pieces;
+use crate::mesh::{EditMesh, TriMesh, self_intersections};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::parametric::Parametric;
+use crate::parametric::mesh::{FaceMeshes, Place};
+use crate::run::Run;
+
+/// How many things of one kind a report names.
+pub(super) const NAMED: usize = 20;
+/// A node this near to a point without a normal, as a share of the model, is on it.
+const AT_TIP: f64 = 1e-9;
+
+/// Remeshes every body on its own, and puts them together.
+pub(super) fn remeshed(
+    solid: &Parametric,
+    made: FaceMeshes,
+    options: &ExactOptions,
+    report: &mut Report,
+    run: &Run,
+) -> Result<TriMesh> {
+    let FaceMeshes { mut mesh, pieces, mut places, mut sizes, .. } = made;
+    mesh.labels = pieces;
+    split_fans(&mut mesh, &mut places, &mut sizes);
+    let marks = Marks::new(solid);
+    // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
+    let parts = components(&mesh);
+    let done = AtomicUsize::new(0);
+    let count = parts.len();
+    let results: Vec<Result<Remeshed>> = run.install(|| {
+        parts
+            .into_par_iter()
+            .map(|(part, nodes)| {
+                run.check()?;
+                let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
+                let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
+                let out = sound_body(solid, &marks, part, &places, &sizes, options, run)?;
+                run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+                Ok(out)
+            })
+            .collect()
+    });
+    let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    let mut kept: Vec<u32> = Vec::new();
+    for r in results {
+        let part = r?;
+        if let Some(why) = part.shortfall {
+            let mut faces = part.mesh.labels.clone();
+            faces.sort_unstable();
+            faces.dedup();
+            report
+                .ladder
+                .extend(faces.into_iter().map(|f| FaceStep::of(solid, f, Rung::FirstTriangulation, why.clone())));
+            report.shortfalls.push(why);
+        }
+        for f in part.dropped {
+            let face = &solid.brep.faces[f as usize];
+            let why = "however it is triangulated its triangles cross others, or double their edges";
+            report.shortfalls.push(format!("face {} (#{}) has no mesh: {why}", face.name, face.source));
+            report.ladder.push(FaceStep::of(solid, f, Rung::None, why.into()));
+        }
+        kept.extend(part.kept);
+        let start = all.nodes.len() as u32;
+        all.nodes.extend(part.mesh.nodes);
+        all.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|v| v + start)));
+        all.labels.extend(part.mesh.labels);
+    }
+    if !kept.is_empty() {
+        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
+        let names = names.join(", ");
+        report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
+        let why = "remeshed, its triangles intersect others";
+        report.ladder.extend(kept.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
+    }
+    all.drop_unused_nodes();
+    Ok(all)
+}
+
+/// A body after remeshing.
+struct Remeshed {
+    mesh: TriMesh,
+    /// Faces that were left as they were first triangulated.
+    kept: Vec<u32>,
+    /// Faces that were left out.
+    dropped: Vec<u32>,
+    shortfall: Option<String>,
+    /// Whether no triangles intersect others.
+    sound: bool,
+}
+
+/// Remeshes one body; where that does not come out sound because it was not to begin with, without the faces to blame.
+fn sound_body(
+    solid: &Parametric,
+    marks: &Marks,
+    part: TriMesh,
+    places: &[Place],
+    sizes: &[f64],
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<Remeshed> {
+    let out = remeshed_body(solid, marks, part.clone(), places, sizes, options, run)?;
+    if out.sound {
+        return Ok(out);
+    }
+    let dropped = to_blame(solid, &part, run)?;
+    let left = |l: &u32| dropped.binary_search(&solid.face_of(*l)).is_err();
+    if dropped.is_empty() || !part.labels.iter().any(left) {
+        return Ok(out);
+    }
+    let mut rest = TriMesh { faces: part.faces.clone(), ..TriMesh::default() };
+    let (mut of_rest, mut wants) = (Vec::new(), Vec::new());
+    let mut number = vec![u32::MAX; part.nodes.len()];
+    for (t, l) in part.triangles.iter().zip(&part.labels).filter(|x| left(x.1)) {
+        for v in t.map(|v| v as usize) {
+            if number[v] == u32::MAX {
+                number[v] = rest.nodes.len() as u32;
+                rest.nodes.push(part.nodes[v]);
+                of_rest.push(places[v]);
+                wants.push(sizes[v]);
+            }
+        }
+        rest.triangles.push(t.map(|v| number[v as usize]));
+        rest.labels.push(*l);
+    }
+    split_fans(&mut rest, &mut of_rest, &mut wants);
+    let again = remeshed_body(solid, marks, rest, &of_rest, &wants, options, run)?;
+    Ok(if again.sound { Remeshed { dropped, ..again } } else { out })
+}
+
+/// As few faces as may be without which no triangles of a first triangulation intersect and no edge is there twice, ascending.
+fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
+    let face = |t: u32| solid.face_of(part.labels[t as usize]);
+    let mut pairs: Vec<[u32; 2]> = self_intersections(part, run)?.into_iter().map(|p| p.map(face)).collect();
+    let mut seen: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    for (t, nodes) in part.triangles.iter().enumerate() {
+        for k in 0..3 {
+            if let Some(other) = seen.insert([nodes[k], nodes[(k + 1) % 3]], t as u32) {
+                pairs.push([face(other), face(t as u32)]);
+            }
+        }
+    }
+    let mut out = Vec::new();
+    while !pairs.is_empty() {
+        let mut count = vec![0usize; solid.brep.faces.len()];
+        for [a, b] in &pairs {
+            count[*a as usize] += 1;
+            count[*b as usize] += usize::from(a != b);
+        }
+        let Some(worst) = (0..count.len()).rev().max_by_key(|f| count[*f]).map(|f| f as u32) else { break };
+        pairs.retain(|p| !p.contains(&worst));
+        out.push(worst);
+    }
+    out.sort_unstable();
+    Ok(out)
+}
+
+/// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
+/// where this does not help the whole body is.
+fn remeshed_body(
+    solid: &Parametric,
+    marks: &Marks,
+    part: TriMesh,
+    places: &[Place],
+    sizes: &[f64],
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<Remeshed> {
+    const TRIES: usize = 4;
+    let as_it_was = |mut part: TriMesh, why: String| {
+        part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
+        let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
+        Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
+    };
+    let mut kept: Vec<u32> = Vec::new();
+    let mut best: Option<(usize, TriMesh)> = None;
+    for _ in 0..TRIES {
+        let edit = match EditMesh::new(&part) {
+            Ok(e) => e,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(e) => return as_it_was(part, e.to_string()),
+        };
+        let sizes = as_spaced(&part, sizes);
+        let work = patchwork(solid, marks, edit, &part, places, sizes, &kept);
+        let quiet = Run::new().with_cancel(run.cancel_token());
+        let ExactMesh { mesh: out, report: found, .. } =
+            match remesh_patchwork(work, &part, solid, options, &quiet, None) {
+                Err(Error::Input { message, .. }) => return as_it_was(part, message),
+                other => other?,
+            };
+        // The labels are faces from here on.
+        if found.self_intersections == 0 {
+            return Ok(Remeshed { mesh: out, kept, dropped: Vec::new(), shortfall: None, sound: true });
+        }
+        let mut folded: Vec<u32> =
+            self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
+        folded.sort_unstable();
+        folded.dedup();
+        let before = kept.len();
+        kept.extend(folded);
+        kept.sort_unstable();
+        kept.dedup();
+        if best.as_ref().is_none_or(|b| found.self_intersections < b.0) {
+            best = Some((found.self_intersections, out));
+        }
+        if kept.len() == before {
+            break;
+        }
+    }
+    let first = self_intersections(&part, run)?.len();
+    match best {
+        Some((count, out)) if count <= first => {
+            Ok(Remeshed { mesh: out, kept: Vec::new(), dropped: Vec::new(), shortfall: None, sound: false })
+        }
+        _ => as_it_was(part, "remeshing folded it".into()),
+    }
+}
+
+/// The sizes, at nodes of borders those the border was divided by: whole numbers of parts make edges up to half as long
+/// again as asked for, or as short, and rows beside them shall fit.
+fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
+    // Sum of lengths and number of the edges of borders at every node, each edge seen from both sides.
+    let mut sums = vec![(0.0, 0u32); part.nodes.len()];
+    let mut faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    for (t, l) in part.triangles.iter().zip(&part.labels) {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            let other = faces.insert([a.min(b), a.max(b)], *l);
+            if other.is_some_and(|o| o != *l) {
+                let length = part.nodes[a as usize].distance(part.nodes[b as usize]);
+                for v in [a, b] {
+                    sums[v as usize].0 += length;
+                    sums[v as usize].1 += 1;
+                }
+            }
+        }
+    }
+    let own = |(h, s): (&f64, &(f64, u32))| if s.1 > 0 { s.0 / f64::from(s.1) } else { *h };
+    sizes.iter().zip(&sums).map(own).collect()
+}
+
+/// The connected parts of a mesh, each with the old numbers of its nodes.
+pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
+    let mut leader: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+    for t in &mesh.triangles {
+        for k in 1..3 {
+            let (a, b) = (find(&mut leader, t[0]), find(&mut leader, t[k]));
+            leader[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut number = vec![u32::MAX; mesh.nodes.len()];
+    let mut place = vec![u32::MAX; mesh.nodes.len()];
+    let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();
+    for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
+        let l = find(&mut leader, t[0]) as usize;
+        if number[l] == u32::MAX {
+            number[l] = parts.len() as u32;
+            parts.push((TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() }, Vec::new()));
+        }
+        let (part, nodes) = &mut parts[number[l] as usize];
+        for v in t {
+            if place[*v as usize] == u32::MAX {
+                place[*v as usize] = nodes.len() as u32;
+                nodes.push(*v);
+                part.nodes.push(mesh.nodes[*v as usize]);
+            }
+        }
+        part.triangles.push(t.map(|v| place[v as usize]));
+        part.labels.push(*label);
+    }
+    parts
+}
+
+/// The smallest number of a set, halving paths on the way.
+fn find(leader: &mut [u32], mut i: u32) -> u32 {
+    while leader[i as usize] != i {
+        leader[i as usize] = leader[leader[i as usize] as usize];
+        i = leader[i as usize];
+    }
+    i
+}
+
+/// What holds nodes and edges in their places.
+struct Marks {
+    corners: Vec<bool>,
+    seams: Vec<bool>,
+    tips: FxHashMap<u32, Vec<glam::DVec3>>,
+    near: f64,
+}
+
+impl Marks {
+    fn new(solid: &Parametric) -> Self {
+        let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
+        for (f, p) in solid.tips() {
+            tips.entry(f).or_default().push(p);
+        }
+        let near = AT_TIP * solid.bounds().diagonal();
+        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near }
+    }
+}
+
+/// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
+fn patchwork(
+    solid: &Parametric,
+    marks: &Marks,
+    mut mesh: EditMesh,
+    from: &TriMesh,
+    places: &[Place],
+    sizes: Vec<f64>,
+    kept: &[u32],
+) -> Patchwork {
+    let mut sets = vec![PieceSet::default(); from.nodes.len()];
+    for (t, l) in from.triangles.iter().zip(&from.labels) {
+        for v in t {
+            sets[*v as usize] = sets[*v as usize].union(&PieceSet::one(*l));
+        }
+    }
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        let o = mesh.opposite(h);
+        if o == crate::mesh::edit::NONE || mesh.label(h / 3) != mesh.label(o / 3) {
+            mesh.set_sharp(h, true);
+        }
+    }
+    let on_seam = |v: u32| match places[v as usize] {
+        Place::Edge(e) => marks.seams[e as usize].then_some(e),
+        _ => None,
+    };
+    let ends = |v: u32, e: u32| match places[v as usize] {
+        Place::Edge(f) => e == f,
+        Place::Vertex(x) => solid.brep.edges[e as usize].ends.contains(&x),
+        Place::Face(_) => false,
+    };
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        let (a, b) = (mesh.origin(h), mesh.target(h));
+        if on_seam(a).or(on_seam(b)).is_some_and(|e| ends(a, e) && ends(b, e)) {
+            mesh.set_sharp(h, true);
+            mesh.set_pinned(a, true);
+            mesh.set_pinned(b, true);
+        }
+    }
+    let at_tip = |f: u32, v: usize| {
+        marks.tips.get(&solid.face_of(f)).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
+    };
+    for (v, place) in places.iter().enumerate() {
+        let pinned = match *place {
+            Place::Vertex(x) => marks.corners[x as usize] || sets[v].as_slice().iter().any(|f| at_tip(*f, v)),
+            Place::Face(f) => at_tip(f, v),
+            Place::Edge(_) => false,
+        };
+        if pinned {
+            mesh.set_pinned(v as u32, true);
+        }
+    }
+    let patches = (0..solid.piece_count())
+        .map(|f| Patch {
+            piece: f,
+            outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
+            plane: solid.plane(f),
+        })
+        .collect();
+    let is_kept = |piece: u32| kept.binary_search(&solid.face_of(piece)).is_ok();
+    for (t, l) in from.triangles.iter().zip(&from.labels) {
+        if is_kept(*l) {
+            t.iter().for_each(|v| mesh.set_pinned(*v, true));
+        }
+    }
+    let frozen = (0..solid.piece_count()).filter(|p| is_kept(*p)).collect();
+    Patchwork { sizes, spaced: true, frozen, ..Patchwork::new(mesh, sets, patches) }
+}
+
+/// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
+fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
+    // Triangles of a node that share an edge at it are of one fan: union-find over corners.
+    let corners = 3 * mesh.triangles.len();
+    let mut leader: Vec<u32> = (0..corners as u32).collect();
+    let mut seen: FxHashMap<[u32; 2], [u32; 2]> = FxHashMap::default();
+    for (t, nodes) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (i, j) = (3 * t + k, 3 * t + (k + 1) % 3);
+            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+            // Corners at the smaller and the larger node.
+            let own = if a < b { [i as u32, j as u32] } else { [j as u32, i as u32] };
+            match seen.get(&[a.min(b), a.max(b)]) {
+                Some(other) => {
+                    for s in 0..2 {
+                        let (x, y) = (find(&mut leader, own[s]), find(&mut leader, other[s]));
+                        leader[x.max(y) as usize] = x.min(y);
+                    }
+                }
+                None => {
+                    seen.insert([a.min(b), a.max(b)], own);
+                }
+            }
+        }
+    }
+    let mut first: Vec<u32> = vec![u32::MAX; mesh.nodes.len()];
+    let mut copy: FxHashMap<u32, u32> = FxHashMap::default();
+    for c in 0..corners {
+        let l = find(&mut leader, c as u32);
+        let v = mesh.triangles[c / 3][c % 3];
+        if first[v as usize] == u32::MAX {
+            first[v as usize] = l;
+        }
+        if first[v as usize] != l {
+            let new = *copy.entry(l).or_insert_with(|| {
+                mesh.nodes.push(mesh.nodes[v as usize]);
+                places.push(places[v as usize]);
+                sizes.push(sizes[v as usize]);
+                mesh.nodes.len() as u32 - 1
+            });
+            mesh.triangles[c / 3][c % 3] = new;
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! How far a mesh and the faces of a boundary representation are from each other, triangle by triangle.
+
+use std::fmt;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use crate::parametric::Parametric;
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
+
+/// Triangles worked on between two looks at the cancel flag.
+const CHUNK: usize = 512;
+
+/// The largest distances between a mesh and the model it is of, in the model's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Distance {
+    /// From the middle and the sides of triangles to the surfaces of their faces, each taken as a whole.
+    pub to_surface: f64,
+    /// From points of the model's edges to the mesh.
+    pub from_surface: f64,
+    /// The model's diagonal.
+    pub diagonal: f64,
+    /// The distance asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asked: Option<f64>,
+    /// Triangles farther away than that, or than what is aimed at without a wish.
+    pub beyond: usize,
+}
+
+impl fmt::Display for Distance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let share = self.to_surface / self.diagonal;
+        let (to, from) = (self.to_surface, self.from_surface);
+        write!(
+            f,
+            "largest distance to the surface {to:.4e} ({share:.2e} of the diagonal), of edges to the mesh {from:.4e}"
+        )
+    }
+}
+
+/// For every triangle the largest distance of its middle and of the middles of its sides to the surface of its face.
+///
+/// *Errors*: cancellation.
+pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<Vec<f64>> {
+    let away = |face: u32, p: DVec3| solid.foot(face, p).map_or(0.0, |q| q.distance(p));
+    let count = mesh.triangles.len();
+    let mut labels: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+    for (t, l) in mesh.triangles.iter().zip(&mesh.labels) {
+        (0..3).for_each(|k| {
+            labels.insert([t[k], t[(k + 1) % 3]], *l);
+        });
+    }
+    // A side within a face is measured from one of its triangles.
+    let shared = |a: u32, b: u32, l: u32| labels.get(&[b, a]) == Some(&l);
+    let one = |t: usize| -> [f64; 4] {
+        let (nodes, label) = (mesh.triangles[t], mesh.labels[t]);
+        let p = mesh.corners(t);
+        let mut out = [away(label, (p[0] + p[1] + p[2]) / 3.0), 0.0, 0.0, 0.0];
+        for k in 0..3 {
+            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+            if a < b || !shared(a, b, label) {
+                out[k + 1] = away(label, 0.5 * (p[k] + p[(k + 1) % 3]));
+            }
+        }
+        out
+    };
+    let chunks: Result<Vec<Vec<[f64; 4]>>> = run.install(|| {
+        (0..count.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|c| {
+                run.check()?;
+                Ok((c * CHUNK..((c + 1) * CHUNK).min(count)).map(one).collect())
+            })
+            .collect()
+    });
+    let found: Vec<[f64; 4]> = chunks?.concat();
+    let mut sides: FxHashMap<[u32; 2], f64> = FxHashMap::default();
+    for (t, d) in mesh.triangles.iter().zip(&found) {
+        (0..3).for_each(|k| {
+            sides.insert([t[k], t[(k + 1) % 3]], d[k + 1]);
+        });
+    }
+    let whole = |(t, d): (&[u32; 3], &[f64; 4])| {
+        let other = |k: usize| {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            sides.get(&[b, a]).copied().filter(|_| a > b && d[k + 1] == 0.0).unwrap_or(0.0)
+        };
+        (0..3).map(other).chain(d.iter().copied()).fold(0.0, f64::max)
+    };
+    Ok(mesh.triangles.iter().zip(&found).map(whole).collect())
+}
+
+/// The largest distance of points of the model's edges to the mesh; edges of faces without triangles are left out.
+pub(super) fn from_edges(solid: &Parametric, mesh: &TriMesh) -> f64 {
+    let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
+    let mut used = vec![false; solid.brep.faces.len()];
+    mesh.labels.iter().for_each(|l| used[*l as usize] = true);
+    let away = |p: DVec3| {
+        let near = |t: u32| triangle_distance_squared(p, mesh.corners(t as usize));
+        tree.nearest(p, f64::INFINITY, near).map_or(0.0, |n| n.1)
+    };
+    let points: Vec<DVec3> = solid.edge_points(|f| used[f as usize]);
+    points.into_par_iter().map(away).reduce(|| 0.0, f64::max).sqrt()
+}
