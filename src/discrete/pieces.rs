@@ -1,5 +1,7 @@
 //! A soup as a model whose faces and edges answer for themselves.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -65,7 +67,8 @@ pub struct Discrete {
     /// Creases and open borders: the line of each, and the pieces of nodes on them.
     creases: Vec<u32>,
     crease_at: FxHashMap<u32, Vec<u32>>,
-    everything: Bvh,
+    /// Made when it is asked for.
+    everything: OnceLock<Bvh>,
     order: Vec<u32>,
 }
 
@@ -110,7 +113,7 @@ impl Discrete {
         let curvatures = curvatures(&mesh, &normals, NOISE * options.scale);
         let mut this = Self {
             sheets: sheets(&mesh, &normals, &curvatures, count, precision),
-            everything: Bvh::new(mesh.triangles().map(|t| Aabb::around(mesh.corner_points(t))).collect()),
+            everything: OnceLock::new(),
             order: mesh.triangles().collect(),
             mesh,
             removed,
@@ -282,6 +285,11 @@ fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, preci
 }
 
 impl Discrete {
+    fn everything(&self) -> &Bvh {
+        let boxes = || self.order.iter().map(|t| Aabb::around(self.mesh.corner_points(*t))).collect();
+        self.everything.get_or_init(|| Bvh::new(boxes()))
+    }
+
     /// The triangle nearest to a point and the nearest point of it.
     fn nearest(&self, p: DVec3, reach: f64) -> Option<(u32, DVec3)> {
         let at = |k: u32| {
@@ -289,7 +297,7 @@ impl Discrete {
             let w = triangle_foot(p, c);
             c[0] * w[0] + c[1] * w[1] + c[2] * w[2]
         };
-        let k = self.everything.nearest(p, reach, |k| p.distance_squared(at(k)))?.0;
+        let k = self.everything().nearest(p, reach, |k| p.distance_squared(at(k)))?.0;
         Some((self.order[k as usize], at(k)))
     }
 }
@@ -304,7 +312,7 @@ impl SurfaceOracle for Discrete {
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         let ends = Aabb::around([p - reach * direction, p + reach * direction]);
         let mut best: Option<(f64, u32)> = None;
-        self.everything.overlapping(&ends, |k| {
+        self.everything().overlapping(&ends, |k| {
             let t = self.order[k as usize];
             let [a, b, c] = self.mesh.corner_points(t);
             let (u, v) = (b - a, c - a);
@@ -340,7 +348,7 @@ impl Pieces for Discrete {
     fn near(&self, p: DVec3) -> Vec<u32> {
         let reach = DVec3::splat(0.01 * self.bounds.diagonal());
         let mut out = Vec::new();
-        self.everything.overlapping(&Aabb::new(p - reach, p + reach), |k| {
+        self.everything().overlapping(&Aabb::new(p - reach, p + reach), |k| {
             out.push(self.mesh.label(self.order[k as usize]));
         });
         out.sort_unstable();

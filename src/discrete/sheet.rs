@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::spatial::{Aabb, Bvh, triangle_foot};
+use crate::spatial::{Aabb, Bvh, Cells, triangle_foot};
 
 /// A triangle of a face, with what is known at its corners.
 #[derive(Clone)]
@@ -32,16 +32,16 @@ impl Facet {
 /// The triangles of a face.
 pub(super) struct Sheet {
     facets: Vec<Facet>,
-    tree: Bvh,
+    cells: Cells,
     /// Unit normal and offset, where the face is a plane to the precision of its nodes.
     pub(super) plane: Option<(DVec3, f64)>,
 }
 
 impl Sheet {
     pub(super) fn new(facets: Vec<Facet>, precision: f64) -> Self {
-        let tree = Bvh::new(facets.iter().map(|f| Aabb::around(f.corners)).collect());
+        let cells = Cells::new(&facets.iter().map(|f| f.corners).collect::<Vec<_>>());
         let plane = plane(&facets, precision);
-        Self { facets, tree, plane }
+        Self { facets, cells, plane }
     }
 
     /// The triangle nearest to `p` and the barycentric coordinates of the nearest point.
@@ -50,7 +50,7 @@ impl Sheet {
             let f = &self.facets[t as usize];
             p.distance_squared(f.at(f.foot(p)))
         };
-        let f = &self.facets[self.tree.nearest(p, f64::INFINITY, distance)?.0 as usize];
+        let f = &self.facets[self.cells.nearest(p, f64::INFINITY, distance)?.0 as usize];
         Some((f, f.foot(p)))
     }
 
@@ -68,7 +68,7 @@ impl Sheet {
             }
             p.distance_squared(f.at(f.foot(p)))
         };
-        let t = self.tree.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0;
+        let t = self.cells.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0;
         let f = &self.facets[t as usize];
         let w = f.foot(p);
         Some((f.at(w), f.normal(w)))
