@@ -30,7 +30,7 @@ const LEAST_FEATURE: f64 = 20.0;
 /// How often sizes are halved around places where the result intersects itself.
 const ATTEMPTS: usize = 3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
-const STUB: f64 = 1.0;
+const STUB: f64 = 2.0;
 
 /// What a soup is asked for, beyond [`MeshOptions`].
 #[derive(Debug, Clone, PartialEq)]

@@ -45,6 +45,8 @@ const MEND: f64 = 0.92;
 const STUCK: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
+/// Edges around such places up to which nodes are looked at.
+const AROUND: usize = 2;
 /// Nor is it when one triangle in this many intersects others.
 const FEW: usize = 4;
 /// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
@@ -191,9 +193,14 @@ fn remesh(
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
         around.sort_unstable();
         around.dedup();
+        let before = r.want.clone();
         if !r.refine(&around, LEAST * options.sizing.size)? {
             break;
         }
+        // What is good elsewhere stays as it is.
+        let mut focus: Vec<bool> = r.want.iter().zip(&before).map(|(now, then)| now < then).collect();
+        around.iter().for_each(|&v| focus[v as usize] = true);
+        r.look_around(focus, AROUND);
         r.split_long()?;
         r.flip(false)?;
         r.relax()?;

@@ -163,8 +163,9 @@ impl Remesher<'_> {
     /// moves of the four nodes after it; undone where that does not help.
     pub(super) fn flip_and_move(&mut self, limit: f64) -> Result<()> {
         let m = &self.work.mesh;
+        let seen = |t: &u32| m.corners(*t).into_iter().any(|v| self.sees(v));
         let mut list: Vec<(f64, u32)> =
-            m.triangles().map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
+            m.triangles().filter(seen).map(|t| (self.work.shape(self.surface, t), t)).filter(|x| x.0 < limit).collect();
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         for (_, t) in list {
             self.run.check()?;

@@ -23,6 +23,10 @@ pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
 pub(super) const GOOD: f64 = 0.6;
 
+/// No flip makes a triangle of a smaller shape than this, whichever way it faces, if there was none: beside creases normals
+/// may mislead.
+const SLIVER: f64 = 0.03;
+
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
 
@@ -71,6 +75,17 @@ impl<'a> Remesher<'a> {
         for v in m.nodes().filter(|&v| self.rank[v as usize] != Rank::Face) {
             focus[v as usize] = true;
             m.neighbors(v).for_each(|x| focus[x as usize] = true);
+        }
+        self.focus = Some(focus);
+    }
+
+    /// Has what follows look only at some nodes and those up to `rings` edges away, and at nodes made from here on.
+    pub(super) fn look_around(&mut self, mut focus: Vec<bool>, rings: usize) {
+        let m = &self.work.mesh;
+        focus.resize(m.node_capacity(), false);
+        for _ in 0..rings {
+            let front: Vec<u32> = m.nodes().filter(|&v| focus[v as usize]).collect();
+            front.iter().for_each(|&v| m.neighbors(v).for_each(|x| focus[x as usize] = true));
         }
         self.focus = Some(focus);
     }
@@ -415,7 +430,7 @@ impl<'a> Remesher<'a> {
         let smooth = (q - p).cross(r - p).dot((s - p).cross(q - p)) > 0.0;
         let now = plain_shape([p, q, r]).min(plain_shape([q, p, s]));
         let then = plain_shape([p, s, r]).min(plain_shape([s, q, r]));
-        if smooth && !valence && now > MEND {
+        if (smooth && !valence && now > MEND) || then < SLIVER.min(now) {
             return false;
         }
         let label = m.label(h / 3);
