@@ -31,6 +31,8 @@ const LEAST_FEATURE: f64 = 20.0;
 const ATTEMPTS: usize = 3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 2.0;
+/// The same for edges that end within a face on both sides.
+const ISOLATED: f64 = 6.0;
 
 /// What a soup is asked for, beyond [`MeshOptions`].
 #[derive(Debug, Clone, PartialEq)]
@@ -151,6 +153,7 @@ fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
         area: soup.min_area,
         width: soup.min_length.unwrap_or(0.0),
         length: soup.min_length.unwrap_or(STUB * size),
+        isolated: soup.min_length.unwrap_or(ISOLATED * size),
     };
     DiscreteOptions { feature_angle: soup.feature_angle, limits, scale: size, ..DiscreteOptions::default() }
 }
