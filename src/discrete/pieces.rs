@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::features::{bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices};
@@ -112,7 +113,7 @@ impl Discrete {
         let normals = corner_normals(&mesh);
         let curvatures = curvatures(&mesh, &normals, NOISE * options.scale);
         let mut this = Self {
-            sheets: sheets(&mesh, &normals, &curvatures, count, precision),
+            sheets: run.install(|| sheets(&mesh, &normals, &curvatures, count, precision, options.scale)),
             everything: OnceLock::new(),
             order: mesh.triangles().collect(),
             mesh,
@@ -271,17 +272,36 @@ fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
 }
 
 /// The triangles of every face, with normals and curvatures at their corners.
-fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, precision: f64) -> Vec<Sheet> {
+fn sheets(
+    mesh: &EditMesh,
+    normals: &[DVec3],
+    bends: &[f64],
+    count: usize,
+    precision: f64,
+    scale: f64,
+) -> Vec<Sheet> {
     let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
+    let mut number = vec![NONE; mesh.triangle_capacity()];
+    let mut counts = vec![0; count];
+    for t in mesh.triangles() {
+        let n = &mut counts[mesh.label(t) as usize];
+        number[t as usize] = *n;
+        *n += 1;
+    }
+    let beside = |h: u32| {
+        let o = mesh.opposite(h);
+        if o == NONE || mesh.label(o / 3) != mesh.label(h / 3) { NONE } else { number[(o / 3) as usize] }
+    };
     for t in mesh.triangles() {
         let around = [3 * t, 3 * t + 1, 3 * t + 2].map(|h| h as usize);
         parts[mesh.label(t) as usize].push(Facet {
             corners: mesh.corner_points(t),
             normals: around.map(|h| normals[h]),
             bends: around.map(|h| bends[h]),
+            beside: around.map(|h| beside(h as u32)),
         });
     }
-    parts.into_iter().map(|facets| Sheet::new(facets, precision)).collect()
+    parts.into_par_iter().map(|facets| Sheet::new(facets, precision, scale)).collect()
 }
 
 impl Discrete {

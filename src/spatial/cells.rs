@@ -3,7 +3,7 @@
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
-use super::{Aabb, Bvh};
+use super::{Aabb, Bvh, triangle_distance_squared};
 
 /// Items a cell of even triangles shall hold, about: smaller cells do not get cheaper, they only get more.
 const ITEMS: f64 = 1.5;
@@ -21,24 +21,37 @@ pub struct Cells {
     cell: f64,
     /// Place in `runs` by cell.
     of_cell: FxHashMap<u64, u32>,
-    /// First item and number of items of a cell.
-    runs: Vec<(u32, u32)>,
+    runs: Vec<Run>,
     items: Vec<u32>,
     tree: Bvh,
 }
+
+/// What is known of a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Run {
+    first: u32,
+    count: u32,
+    /// The item nearest to the center, where all items face about the same way; else `NONE`.
+    start: u32,
+}
+
+const NONE: u32 = u32::MAX;
+/// Cosine of the angle up to which items face the same way as their mean: 45 degrees.
+const SAME_WAY: f64 = 0.7;
 
 fn key(c: IVec3) -> u64 {
     (c.x as u64) | (c.y as u64) << 21 | (c.z as u64) << 42
 }
 
 impl Cells {
-    /// Cells over triangles, which are numbered as given.
-    pub fn new(triangles: &[[DVec3; 3]]) -> Self {
+    /// Cells over triangles, which are numbered as given. `least` is how large cells must be: about the distance from the
+    /// surface up to which points are asked for.
+    pub fn new(triangles: &[[DVec3; 3]], least: f64) -> Self {
         let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::around(*t)).collect();
         let all = boxes.iter().fold(Aabb::EMPTY, |b, x| b.union(x));
         let area: f64 = triangles.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum();
         let count = triangles.len().max(1) as f64;
-        let mut cell = (ITEMS * area / count).sqrt().max(all.diagonal() / MOST);
+        let mut cell = (ITEMS * area / count).sqrt().max(all.diagonal() / MOST).max(least);
         let entries = |cell: f64| boxes.iter().map(|b| (b.size() / cell + 1.0).element_product()).sum::<f64>();
         while cell > 0.0 && entries(cell) > ENTRIES * count {
             cell *= 1.5;
@@ -60,6 +73,7 @@ impl Cells {
 
     fn fill(&mut self, triangles: &[[DVec3; 3]], boxes: &[Aabb]) {
         let mut entries: Vec<(u32, u32)> = Vec::with_capacity(6 * triangles.len());
+        let mut centers = Vec::new();
         for (i, t) in triangles.iter().enumerate() {
             let normal = (t[1] - t[0]).cross(t[2] - t[0]);
             // How far the corners of a cell are from its center, along the normal; and what rounding adds to that.
@@ -76,9 +90,10 @@ impl Cells {
                         let next = self.runs.len() as u32;
                         let run = *self.of_cell.entry(key(c)).or_insert(next);
                         if run == next {
-                            self.runs.push((0, 0));
+                            self.runs.push(Run::default());
+                            centers.push(center);
                         }
-                        self.runs[run as usize].1 += 1;
+                        self.runs[run as usize].count += 1;
                         entries.push((run, i as u32));
                     }
                 }
@@ -86,19 +101,43 @@ impl Cells {
         }
         let mut first = 0;
         for run in &mut self.runs {
-            run.0 = first;
-            first += std::mem::take(&mut run.1);
+            run.first = first;
+            first += std::mem::take(&mut run.count);
         }
         self.items = vec![0; entries.len()];
         for (run, i) in entries {
             let run = &mut self.runs[run as usize];
-            self.items[(run.0 + run.1) as usize] = i;
-            run.1 += 1;
+            self.items[(run.first + run.count) as usize] = i;
+            run.count += 1;
+        }
+        for (run, center) in self.runs.iter_mut().zip(centers) {
+            let own = &self.items[run.first as usize..(run.first + run.count) as usize];
+            let normal = |i: u32| {
+                let [a, b, c] = triangles[i as usize];
+                (b - a).cross(c - a).normalize_or_zero()
+            };
+            let mean = own.iter().map(|i| normal(*i)).sum::<DVec3>().normalize_or_zero();
+            let away = |i: u32| triangle_distance_squared(center, triangles[i as usize]);
+            let nearest = own.iter().copied().map(|i| (away(i), i)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let even = own.iter().all(|i| normal(*i).dot(mean) > SAME_WAY);
+            run.start = nearest.filter(|_| even).map_or(NONE, |n| n.1);
         }
     }
 
+    /// A triangle close to a point whose cell all triangles cross facing about the same way: from there the nearest one can
+    /// be walked to. And the length of a cell's side.
+    pub fn start(&self, p: DVec3) -> Option<(u32, f64)> {
+        let c = self.cell_at(p);
+        if c.min_element() < 0 {
+            return None;
+        }
+        let run = self.runs[*self.of_cell.get(&key(c))? as usize];
+        (run.start != NONE).then_some((run.start, self.cell))
+    }
+
     fn cell_at(&self, p: DVec3) -> IVec3 {
-        ((p - self.origin) / self.cell).floor().as_ivec3()
+        // Towards zero: what lies before the first cell by less than one counts as in it.
+        ((p - self.origin) / self.cell).as_ivec3()
     }
 
     /// The triangle nearest to `p` by `distance_squared`, as [`Bvh::nearest`] has it, and that squared distance.
@@ -111,7 +150,7 @@ impl Cells {
                 return true;
             }
             let Some(&run) = self.of_cell.get(&key(c)) else { return true };
-            let (first, count) = self.runs[run as usize];
+            let Run { first, count, .. } = self.runs[run as usize];
             if count > CROWDED {
                 return false;
             }
@@ -162,7 +201,7 @@ mod tests {
                 .iter()
                 .map(|(c, d)| [0, 3, 6].map(|k| DVec3::from_array(*c) + DVec3::from_slice(&d[k..k + 3])))
                 .collect();
-            let cells = Cells::new(&triangles);
+            let cells = Cells::new(&triangles, 0.0);
             let mut places = vec![DVec3::from_array(q)];
             if !triangles.is_empty() {
                 let [a, b, c] = triangles[on.index(triangles.len())];

@@ -148,7 +148,8 @@ impl Remesher<'_> {
                 continue;
             }
             let before = self.worst(from, p).min(self.worst(to, q));
-            if !self.work.mesh.can_merge(side) || self.worst_after(side, q) <= before {
+            let worse = self.makes_sliver(side, q) || self.worst_after(side, q) <= before;
+            if !self.work.mesh.can_merge(side) || worse {
                 continue;
             }
             if self.work.mesh.merge(side, q) {

@@ -448,7 +448,11 @@ impl<'a> Remesher<'a> {
         if smooth && !evener && now > FAIR && then <= now + 1e-9 {
             return false;
         }
-        let normal = self.work.normal(self.surface, label, 0.25 * (p + q + r + s));
+        let (middle, up) = (0.25 * (p + q + r + s), (q - p).cross(r - p) + (s - p).cross(q - p));
+        let mut normal = self.work.normal(self.surface, label, middle);
+        if normal.dot(up) <= 0.0 {
+            normal = self.work.normal_facing(self.surface, label, middle, up, SHORT * self.wanted(h)).unwrap_or(normal);
+        }
         let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
         let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
