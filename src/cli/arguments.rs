@@ -83,7 +83,8 @@ pub struct How {
 /// How to find a model in triangles.
 #[derive(Debug, Args)]
 pub struct Triangles {
-    /// Triangles: edges are features where the normals beside them differ by more than this
+    /// Triangles: edges are features where the normals beside them differ by more than this; 180 keeps only borders between
+    /// labels and open ones
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0, value_parser = positive)]
     pub feature_angle: f64,
     /// Triangles: faces of less area are merged with a neighbor
@@ -92,6 +93,9 @@ pub struct Triangles {
     /// Triangles: shorter edges that end within a face are dropped, narrower faces merged with a neighbor
     #[arg(long, value_name = "LENGTH", value_parser = number)]
     pub min_length: Option<f64>,
+    /// Triangles: about how many nodes the mesh shall have, instead of a size
+    #[arg(long, value_name = "N")]
+    pub nodes: Option<usize>,
     /// Triangles: close contours of open edges; without this an open surface stays open
     #[arg(long)]
     pub close: bool,

@@ -37,7 +37,13 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
 }
 
 fn soup_options(t: &Triangles) -> SoupOptions {
-    SoupOptions { feature_angle: t.feature_angle, min_area: t.min_area, min_length: t.min_length, close: t.close }
+    SoupOptions {
+        feature_angle: t.feature_angle,
+        min_area: t.min_area,
+        min_length: t.min_length,
+        nodes: t.nodes,
+        close: t.close,
+    }
 }
 
 fn to_json(value: &impl Serialize) -> Result<String> {

@@ -186,7 +186,9 @@ fn remesh(
     let mut out = finish(mesh, &r);
     let mut bad = intersecting(&out, run)?;
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
-    let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len();
+    // Nor where refinement makes more of them.
+    let least = 2 * bad.len();
+    let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len() && bad.len() <= least;
     while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let mut around: Vec<u32> =
