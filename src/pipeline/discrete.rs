@@ -24,8 +24,8 @@ use crate::spatial::{Aabb, Bvh};
 const NAMED: usize = 20;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
-/// Without a tolerance edges stay within this share of the size of the surface.
-const CHORD: f64 = 0.05;
+/// Without a tolerance edges stay within this share of the size of the surface: a circle of radius 1 gets edges of 0.8.
+const CHORD: f64 = 0.08;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// How often more of the input is kept around places where the result intersects itself.

@@ -39,6 +39,8 @@ const POLISH: usize = 4;
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
+/// A packing with no more than one folded triangle in this many is kept: what follows mends them.
+const SPARED: usize = 500;
 /// Shapes below this are mended one by one: 42 degrees.
 const MEND: f64 = 0.92;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
@@ -278,7 +280,8 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     let folded = before.folded().len();
     r.pack()?;
     even_out(r)?;
-    if r.folded().len() > folded {
+    let spared = r.work.mesh.triangle_count() / SPARED;
+    if r.folded().len() > folded + spared {
         *r = before;
         for _ in 0..PLAIN {
             r.collapse_short(SHORT)?;
