@@ -38,9 +38,7 @@ const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
-const PLAIN: usize = 3;
-/// A packing with no more than one folded triangle in this many is kept: what follows mends them.
-const SPARED: usize = 500;
+const PLAIN: usize = 6;
 /// Shapes below this are mended one by one: 42 degrees.
 const MEND: f64 = 0.92;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
@@ -280,8 +278,11 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     let folded = before.folded().len();
     r.pack()?;
     even_out(r)?;
-    let spared = r.work.mesh.triangle_count() / SPARED;
-    if r.folded().len() > folded + spared {
+    if r.folded().len() > folded {
+        r.mend_worst(POOR)?;
+        r.flip_and_move(POOR)?;
+    }
+    if r.folded().len() > folded {
         *r = before;
         for _ in 0..PLAIN {
             r.collapse_short(SHORT)?;

@@ -25,7 +25,7 @@ pub(super) const GOOD: f64 = 0.6;
 
 /// No flip makes a triangle of a smaller shape than this, whichever way it faces, if there was none: beside creases normals
 /// may mislead.
-pub(super) const SLIVER: f64 = 0.03;
+pub(super) const SLIVER: f64 = 0.004;
 
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
