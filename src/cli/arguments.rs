@@ -46,7 +46,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py), STEP file (.step, .stp) or, for `mesh` and `info`, mesh file such as STL
+    /// Part file (.py), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -134,6 +134,8 @@ pub struct Compare {
     pub part: PartFile,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub triangles: Triangles,
     /// Write the rows here (JSON)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::features::{bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices};
+use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
 use super::sheet::{Facet, Line, Sheet};
 use super::simplify::{Limits, Removed, simplify};
@@ -97,6 +97,7 @@ impl Discrete {
                     break;
                 }
             }
+            drop_islands(&mut mesh, 0.5 * options.scale);
         }
         let removed = simplify(&mut mesh, &options.limits, run)?;
         mesh.compact();
@@ -272,14 +273,7 @@ fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
 }
 
 /// The triangles of every face, with normals and curvatures at their corners.
-fn sheets(
-    mesh: &EditMesh,
-    normals: &[DVec3],
-    bends: &[f64],
-    count: usize,
-    precision: f64,
-    scale: f64,
-) -> Vec<Sheet> {
+fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, precision: f64, scale: f64) -> Vec<Sheet> {
     let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
     let mut number = vec![NONE; mesh.triangle_capacity()];
     let mut counts = vec![0; count];

@@ -118,8 +118,8 @@ pub fn load_mesh(path: &Path, run: &Run) -> Result<TriMesh> {
 }
 
 /// A soup that the discrete gate can work on.
-struct Prepared {
-    mesh: TriMesh,
+pub(super) struct Prepared {
+    pub(super) mesh: TriMesh,
     healed: Vec<String>,
 }
 
@@ -134,7 +134,7 @@ fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
 }
 
 /// Heals what needs it: nothing, then what can be healed without closing contours, then everything.
-fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
+pub(super) fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
     input.validate()?;
     run.progress("look", 0.0);
     let closed = |m: &TriMesh| m.defects().is_closed();
@@ -160,7 +160,7 @@ fn told(report: &HealReport) -> Vec<String> {
     report.to_string().lines().skip(1).map(|l| format!("healed: {}", l.trim())).collect()
 }
 
-fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
+pub(super) fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
     let limits = Limits {
         area: soup.min_area,
         width: soup.min_length.unwrap_or(0.0),
@@ -170,7 +170,7 @@ fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
     DiscreteOptions { feature_angle: soup.feature_angle, limits, scale: size, ..DiscreteOptions::default() }
 }
 
-fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
+pub(super) fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
     match size.unwrap_or(DEFAULT_SIZE) {
         SizeRequest::Length(h) => h,
         SizeRequest::Share(s) => s * mesh.bounds().diagonal(),
@@ -229,12 +229,7 @@ fn mesh_prepared(
         Err(e) => return Err(Error::Failed(format!("not remeshed: {e}"))),
     };
     tell_removed(&solid, &mut report);
-    let sizing = Sizing {
-        size,
-        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
-        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
-        least: options.least.unwrap_or(size / LEAST_SHARE),
-    };
+    let sizing = sizing(size, options);
     let named = solid.named();
     let open = !named.defects().is_closed();
     let exact = ExactOptions { sizing, face_sizes: Vec::new(), grading: options.grading };
@@ -277,8 +272,17 @@ fn mesh_prepared(
     Ok(Meshed { mesh, seams, corners, report })
 }
 
+pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
+    Sizing {
+        size,
+        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
+        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
+        least: options.least.unwrap_or(size / LEAST_SHARE),
+    }
+}
+
 /// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
-fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Report) -> Vec<f64> {
+pub(super) fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Report) -> Vec<f64> {
     let (m, size) = (&solid.mesh, sizing.size);
     let sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
     let steps = |h: u32| {
@@ -291,7 +295,9 @@ fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Report) -> Vec<
     if along <= MOST_FEATURES * within + MOST_NODES {
         return sizes;
     }
-    report.warnings.push("too many features close to each other to be resolved: triangles there are longer than wide".into());
+    report
+        .warnings
+        .push("too many features close to each other to be resolved: triangles there are longer than wide".into());
     solid.feature_sizes(size, sizing.least.max(size / LEAST_SHARE))
 }
 
@@ -333,13 +339,12 @@ fn keep_around(kept: &mut [bool], reach: f64, solid: &Discrete, mesh: &TriMesh, 
 }
 
 /// The triangles with what the remesher needs; those that stay are patches of their own.
-fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) -> Patchwork {
+pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) -> Patchwork {
     let mut mesh: EditMesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let faces = solid.face_count() as u32;
-    let mut patches: Vec<Patch> = (0..faces)
-        .map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) })
-        .collect();
+    let mut patches: Vec<Patch> =
+        (0..faces).map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) }).collect();
     let mut frozen_as = vec![u32::MAX; patches.len()];
     for t in solid.mesh.triangles().filter(|t| kept[*t as usize]) {
         let face = mesh.label(t) as usize;

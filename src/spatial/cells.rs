@@ -118,7 +118,8 @@ impl Cells {
             };
             let mean = own.iter().map(|i| normal(*i)).sum::<DVec3>().normalize_or_zero();
             let away = |i: u32| triangle_distance_squared(center, triangles[i as usize]);
-            let nearest = own.iter().copied().map(|i| (away(i), i)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let nearest =
+                own.iter().copied().map(|i| (away(i), i)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let even = own.iter().all(|i| normal(*i).dot(mean) > SAME_WAY);
             run.start = nearest.filter(|_| even).map_or(NONE, |n| n.1);
         }

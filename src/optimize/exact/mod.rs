@@ -12,9 +12,10 @@ mod pack;
 mod patches;
 mod patchwork;
 mod remesh;
+mod scatter;
 
 pub use cut::{CutReport, Raw, cut_pieces};
-pub use patchwork::{Patch, Patchwork, PieceSet};
+pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 
 use super::size::Sizing;
 use crate::error::{Error, Result};
@@ -180,11 +181,18 @@ fn remesh(
         prepare_borders(&mut r, &mut show)?;
     }
     r.look_everywhere();
-    r.each_patch(remesh_patch)?;
+    let filling = r.work.filling;
+    r.each_patch(match filling {
+        Filling::Mended => remesh_patch,
+        Filling::Front => |r: &mut Remesher<'_>| r.pack(),
+        Filling::Random => |r: &mut Remesher<'_>| r.scatter(),
+    })?;
     show("pack", &r);
-    polish(&mut r, LAST)?;
+    if filling == Filling::Mended {
+        polish(&mut r, LAST)?;
+    }
     let mut out = finish(mesh, &r);
-    let mut bad = intersecting(&out, run)?;
+    let mut bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
     // Nor where refinement makes more of them.
     let least = 2 * bad.len();

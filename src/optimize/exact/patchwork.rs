@@ -76,6 +76,18 @@ pub struct Patch {
     pub plane: Option<(DVec3, f64)>,
 }
 
+/// How patches are filled with nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filling {
+    /// A packing, evened out and mended.
+    #[default]
+    Mended,
+    /// The front of nodes alone, as frontal methods leave it: flips, nothing is moved.
+    Front,
+    /// Nodes at random that keep apart, and flips.
+    Random,
+}
+
 /// A mesh cut along the borders of pieces. Triangle labels are indices into `patches`; edges between patches are sharp.
 #[derive(Debug, Clone)]
 pub struct Patchwork {
@@ -94,6 +106,8 @@ pub struct Patchwork {
     pub frozen: Vec<u32>,
     /// Whether borders are divided by `sizes` already, which then are what nodes want.
     pub spaced: bool,
+    /// How patches are filled with nodes.
+    pub filling: Filling,
     /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
     pub raw: bool,
 }
@@ -109,6 +123,7 @@ impl Patchwork {
             lines_from: u32::MAX,
             frozen: Vec::new(),
             spaced: false,
+            filling: Filling::default(),
             raw: false,
         }
     }
