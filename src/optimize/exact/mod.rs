@@ -39,7 +39,7 @@ const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
-const PLAIN: usize = 6;
+const PLAIN: usize = 3;
 /// Shapes below this are mended one by one: 42 degrees.
 const MEND: f64 = 0.92;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
@@ -287,10 +287,6 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     r.pack()?;
     even_out(r)?;
     if r.folded().len() > folded {
-        r.mend_worst(POOR)?;
-        r.flip_and_move(POOR)?;
-    }
-    if r.folded().len() > folded {
         *r = before;
         for _ in 0..PLAIN {
             r.collapse_short(SHORT)?;
@@ -310,6 +306,10 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
 }
 
 fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
+    // Old nodes that found no way out.
+    if r.work.raw {
+        r.collapse_short(TINY)?;
+    }
     for _ in 0..rounds {
         r.flip(false)?;
         r.relax()?;
