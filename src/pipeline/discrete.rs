@@ -435,3 +435,46 @@ impl fmt::Display for SoupInfo {
         write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::DVec3;
+
+    /// A bumpy square of n x n nodes, open.
+    fn square(n: u32) -> TriMesh {
+        let at = |i: u32, j: u32| {
+            let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(n - 1));
+            DVec3::new(x, y, 0.05 * (5.0 * x).sin() * (4.0 * y).cos())
+        };
+        let nodes = (0..n * n).map(|k| at(k % n, k / n)).collect();
+        let cell = |k: u32| {
+            let a = k / (n - 1) * n + k % (n - 1);
+            [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]
+        };
+        TriMesh::new(nodes, (0..(n - 1) * (n - 1)).flat_map(cell).collect())
+    }
+
+    #[test]
+    fn triangles_that_are_kept_stay_as_they_are_and_the_rest_is_remeshed() {
+        let (run, size) = (Run::new(), 0.04);
+        let solid = Discrete::new(&square(40), &discrete_options(&SoupOptions::default(), size), &run).unwrap();
+        let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
+        let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
+        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept);
+        let exact =
+            ExactOptions { sizing: sizing(size, &MeshOptions::default()), face_sizes: Vec::new(), grading: 0.3 };
+        let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
+        assert_eq!(made.report.self_intersections, 0);
+        let now: std::collections::BTreeSet<[u64; 3]> =
+            (0..made.mesh.triangles.len()).map(|t| made.mesh.centroid(t).to_array().map(f64::to_bits)).collect();
+        let is_there = |t: usize| now.contains(&centers[t].to_array().map(f64::to_bits));
+        let (mut stayed, mut others) = (0, 0);
+        for t in 0..kept.len() {
+            if kept[t] { stayed += usize::from(is_there(t)) } else { others += usize::from(is_there(t)) }
+        }
+        assert!(stayed > 300 && stayed == kept.iter().filter(|k| **k).count());
+        assert!(others < kept.len() / 20 && made.mesh.triangles.len() < kept.len());
+        assert_eq!(made.mesh.labels.iter().max(), Some(&0));
+    }
+}
