@@ -46,7 +46,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py), STEP file (.step, .stp) or, for `mesh` and `info`, mesh file such as STL
+    /// Part file (.py), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -89,7 +89,8 @@ pub struct How {
 /// How to find a model in triangles.
 #[derive(Debug, Args)]
 pub struct Triangles {
-    /// Triangles: edges are features where the normals beside them differ by more than this
+    /// Triangles: edges are features where the normals beside them differ by more than this; 180 keeps only borders between
+    /// labels and open ones
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0, value_parser = positive)]
     pub feature_angle: f64,
     /// Triangles: faces of less area are merged with a neighbor
@@ -98,6 +99,9 @@ pub struct Triangles {
     /// Triangles: shorter edges that end within a face are dropped, narrower faces merged with a neighbor
     #[arg(long, value_name = "LENGTH", value_parser = number)]
     pub min_length: Option<f64>,
+    /// Triangles: about how many nodes the mesh shall have, instead of a size
+    #[arg(long, value_name = "N")]
+    pub nodes: Option<usize>,
     /// Triangles: close contours of open edges; without this an open surface stays open
     #[arg(long)]
     pub close: bool,
@@ -136,6 +140,8 @@ pub struct Compare {
     pub part: PartFile,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub triangles: Triangles,
     /// Write the rows here (JSON)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -39,7 +39,13 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
 }
 
 fn soup_options(t: &Triangles) -> SoupOptions {
-    SoupOptions { feature_angle: t.feature_angle, min_area: t.min_area, min_length: t.min_length, close: t.close }
+    SoupOptions {
+        feature_angle: t.feature_angle,
+        min_area: t.min_area,
+        min_length: t.min_length,
+        nodes: t.nodes,
+        close: t.close,
+    }
 }
 
 fn to_json(value: &impl Serialize) -> Result<String> {
@@ -118,9 +124,14 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
 pub fn compare(a: &Compare) -> Result<bool> {
     a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
-    let part = pipeline::load_part(&a.part.part, &a.part.define)?;
-    let c = pipeline::compare(&part, &options(&a.how, Method::default(), true), &run)
-        .map_err(|e| e.in_file(&a.part.part))?;
+    let how = options(&a.how, Method::default(), true);
+    let c = if pipeline::is_mesh(&a.part.part) {
+        let mesh = pipeline::load_mesh(&a.part.part, &run)?;
+        pipeline::compare_soup(&mesh, &how, &soup_options(&a.triangles), &run)
+    } else {
+        pipeline::compare(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
+    };
+    let c = c.map_err(|e| e.in_file(&a.part.part))?;
     if let Some(path) = &a.png {
         let mut cells = Vec::new();
         let (width, height) = SHEET_CELL;

@@ -19,6 +19,8 @@ const PERSISTS: f64 = 0.6;
 const COHERENT: f64 = 0.7;
 /// Where edges that are no features bend by more than this on average the surface is rough: 15 degrees.
 const ROUGH: f64 = 0.26;
+/// Triangles of an island at most.
+const ISLAND: u32 = 4;
 /// Triangles looked at on each side of an edge at most.
 const MOST_AROUND: usize = 200;
 
@@ -124,6 +126,42 @@ pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Res
     }
     gone.iter().for_each(|&h| mesh.set_sharp(h, false));
     Ok(gone.len())
+}
+
+/// Unmarks the borders of islands: faces of at most a few triangles, smaller than `scale` across, that lie within one other.
+/// A step up or down has walls; what differs from everything around without any is noise. Returns how many went.
+pub fn drop_islands(mesh: &mut EditMesh, scale: f64) -> usize {
+    let (face, count) = flood(mesh);
+    let mut islands: Vec<(u32, f64, u32, Vec<u32>)> = vec![(0, 0.0, NONE, Vec::new()); count];
+    for t in mesh.triangles() {
+        let own = &mut islands[face[t as usize] as usize];
+        own.0 += 1;
+        own.1 += 0.5 * mesh.area_vector(t).length();
+        if own.0 > ISLAND {
+            continue;
+        }
+        for h in (3 * t..3 * t + 3).filter(|&h| mesh.is_sharp(h)) {
+            let o = mesh.opposite(h);
+            let other = if o == NONE || mesh.label(t) != mesh.label(o / 3) { NONE } else { face[(o / 3) as usize] };
+            // A border, or a second neighbor: no island.
+            if other == NONE || (own.2 != NONE && own.2 != other) {
+                own.0 = ISLAND + 1;
+                break;
+            }
+            if other != face[t as usize] {
+                own.2 = other;
+                own.3.push(h);
+            }
+        }
+    }
+    let mut gone = 0;
+    for (triangles, area, beside, border) in islands {
+        if triangles <= ISLAND && beside != NONE && area < scale * scale {
+            border.into_iter().for_each(|h| mesh.set_sharp(h, false));
+            gone += 1;
+        }
+    }
+    gone
 }
 
 /// Where the edges around that are no features are bent a lot, too: the mean area vectors of all triangles on either side,

@@ -20,7 +20,7 @@ mod sizes;
 #[cfg(test)]
 mod tests;
 
-pub use features::{Chain, bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices};
+pub use features::{Chain, bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 pub use needles::mend_needles;
 pub use pieces::{Discrete, DiscreteOptions};
 pub use simplify::{Limits, Removed, simplify};

@@ -1,9 +1,12 @@
 //! A soup as a model whose faces and edges answer for themselves.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::features::{bridge_gaps, chains, drop_noise, flood, mark_feature_edges, mark_vertices};
+use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
 use super::sheet::{Facet, Line, Sheet};
 use super::simplify::{Limits, Removed, simplify};
@@ -65,7 +68,8 @@ pub struct Discrete {
     /// Creases and open borders: the line of each, and the pieces of nodes on them.
     creases: Vec<u32>,
     crease_at: FxHashMap<u32, Vec<u32>>,
-    everything: Bvh,
+    /// Made when it is asked for.
+    everything: OnceLock<Bvh>,
     order: Vec<u32>,
 }
 
@@ -93,6 +97,7 @@ impl Discrete {
                     break;
                 }
             }
+            drop_islands(&mut mesh, 0.5 * options.scale);
         }
         let removed = simplify(&mut mesh, &options.limits, run)?;
         mesh.compact();
@@ -109,8 +114,8 @@ impl Discrete {
         let normals = corner_normals(&mesh);
         let curvatures = curvatures(&mesh, &normals, NOISE * options.scale);
         let mut this = Self {
-            sheets: sheets(&mesh, &normals, &curvatures, count, precision),
-            everything: Bvh::new(mesh.triangles().map(|t| Aabb::around(mesh.corner_points(t))).collect()),
+            sheets: run.install(|| sheets(&mesh, &normals, &curvatures, count, precision, options.scale)),
+            everything: OnceLock::new(),
             order: mesh.triangles().collect(),
             mesh,
             removed,
@@ -268,20 +273,37 @@ fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
 }
 
 /// The triangles of every face, with normals and curvatures at their corners.
-fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, precision: f64) -> Vec<Sheet> {
+fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, precision: f64, scale: f64) -> Vec<Sheet> {
     let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
+    let mut number = vec![NONE; mesh.triangle_capacity()];
+    let mut counts = vec![0; count];
+    for t in mesh.triangles() {
+        let n = &mut counts[mesh.label(t) as usize];
+        number[t as usize] = *n;
+        *n += 1;
+    }
+    let beside = |h: u32| {
+        let o = mesh.opposite(h);
+        if o == NONE || mesh.label(o / 3) != mesh.label(h / 3) { NONE } else { number[(o / 3) as usize] }
+    };
     for t in mesh.triangles() {
         let around = [3 * t, 3 * t + 1, 3 * t + 2].map(|h| h as usize);
         parts[mesh.label(t) as usize].push(Facet {
             corners: mesh.corner_points(t),
             normals: around.map(|h| normals[h]),
             bends: around.map(|h| bends[h]),
+            beside: around.map(|h| beside(h as u32)),
         });
     }
-    parts.into_iter().map(|facets| Sheet::new(facets, precision)).collect()
+    parts.into_par_iter().map(|facets| Sheet::new(facets, precision, scale)).collect()
 }
 
 impl Discrete {
+    fn everything(&self) -> &Bvh {
+        let boxes = || self.order.iter().map(|t| Aabb::around(self.mesh.corner_points(*t))).collect();
+        self.everything.get_or_init(|| Bvh::new(boxes()))
+    }
+
     /// The triangle nearest to a point and the nearest point of it.
     fn nearest(&self, p: DVec3, reach: f64) -> Option<(u32, DVec3)> {
         let at = |k: u32| {
@@ -289,7 +311,7 @@ impl Discrete {
             let w = triangle_foot(p, c);
             c[0] * w[0] + c[1] * w[1] + c[2] * w[2]
         };
-        let k = self.everything.nearest(p, reach, |k| p.distance_squared(at(k)))?.0;
+        let k = self.everything().nearest(p, reach, |k| p.distance_squared(at(k)))?.0;
         Some((self.order[k as usize], at(k)))
     }
 }
@@ -304,7 +326,7 @@ impl SurfaceOracle for Discrete {
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         let ends = Aabb::around([p - reach * direction, p + reach * direction]);
         let mut best: Option<(f64, u32)> = None;
-        self.everything.overlapping(&ends, |k| {
+        self.everything().overlapping(&ends, |k| {
             let t = self.order[k as usize];
             let [a, b, c] = self.mesh.corner_points(t);
             let (u, v) = (b - a, c - a);
@@ -340,7 +362,7 @@ impl Pieces for Discrete {
     fn near(&self, p: DVec3) -> Vec<u32> {
         let reach = DVec3::splat(0.01 * self.bounds.diagonal());
         let mut out = Vec::new();
-        self.everything.overlapping(&Aabb::new(p - reach, p + reach), |k| {
+        self.everything().overlapping(&Aabb::new(p - reach, p + reach), |k| {
             out.push(self.mesh.label(self.order[k as usize]));
         });
         out.sort_unstable();

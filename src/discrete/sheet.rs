@@ -2,7 +2,15 @@
 
 use glam::DVec3;
 
-use crate::spatial::{Aabb, Bvh, triangle_foot};
+use crate::mesh::edit::NONE;
+use crate::spatial::{Aabb, Bvh, Cells, triangle_foot};
+
+/// Points asked for lie up to about this share of the mesh's edge length off the surface.
+const OFF: f64 = 0.2;
+/// A walk is believed where it ends at most this share of a cell away.
+const TRUSTED: f64 = 0.75;
+/// Triangles a walk may cross, and triangles around a corner.
+const STEPS: usize = 24;
 
 /// A triangle of a face, with what is known at its corners.
 #[derive(Clone)]
@@ -12,6 +20,8 @@ pub(super) struct Facet {
     pub(super) normals: [DVec3; 3],
     /// The larger magnitude of the principal curvatures.
     pub(super) bends: [f64; 3],
+    /// The triangles across the edges that begin at the corners, `NONE` across those of other faces.
+    pub(super) beside: [u32; 3],
 }
 
 impl Facet {
@@ -32,25 +42,83 @@ impl Facet {
 /// The triangles of a face.
 pub(super) struct Sheet {
     facets: Vec<Facet>,
-    tree: Bvh,
+    cells: Cells,
     /// Unit normal and offset, where the face is a plane to the precision of its nodes.
     pub(super) plane: Option<(DVec3, f64)>,
 }
 
 impl Sheet {
-    pub(super) fn new(facets: Vec<Facet>, precision: f64) -> Self {
-        let tree = Bvh::new(facets.iter().map(|f| Aabb::around(f.corners)).collect());
+    /// `scale` is the edge length of meshes whose points are asked for.
+    pub(super) fn new(facets: Vec<Facet>, precision: f64, scale: f64) -> Self {
         let plane = plane(&facets, precision);
-        Self { facets, tree, plane }
+        let cells = Cells::new(&facets.iter().map(|f| f.corners).collect::<Vec<_>>(), OFF * scale);
+        Self { facets, cells, plane }
+    }
+
+    /// A triangle none of whose neighbors is nearer to `p`, found by walking there, and the barycentric coordinates of its
+    /// nearest point; nothing where a walk may not be trusted.
+    fn walk(&self, p: DVec3) -> Option<(&Facet, [f64; 3])> {
+        let (start, cell) = self.cells.start(p)?;
+        let at = |t: u32| {
+            let f = &self.facets[t as usize];
+            let w = f.foot(p);
+            (p.distance_squared(f.at(w)), t, w)
+        };
+        let mut best = at(start);
+        for _ in 0..STEPS {
+            let (_, t, w) = best;
+            let beside = self.facets[t as usize].beside;
+            let next = match w.map(|x| x == 0.0) {
+                [false, false, false] => break,
+                [true, false, false] => (beside[1] != NONE).then(|| at(beside[1])),
+                [false, true, false] => (beside[2] != NONE).then(|| at(beside[2])),
+                [false, false, true] => (beside[0] != NONE).then(|| at(beside[0])),
+                [_, true, true] => self.around(t, 0, at),
+                [true, _, true] => self.around(t, 1, at),
+                [true, true, _] => self.around(t, 2, at),
+            };
+            match next {
+                Some(n) if n.0 < best.0 => best = n,
+                _ => break,
+            }
+        }
+        (best.0 <= (TRUSTED * cell).powi(2)).then(|| (&self.facets[best.1 as usize], best.2))
+    }
+
+    /// The nearest of the triangles around a corner.
+    fn around(&self, t: u32, k: usize, at: impl Fn(u32) -> (f64, u32, [f64; 3])) -> Option<(f64, u32, [f64; 3])> {
+        let p = self.facets[t as usize].corners[k];
+        let mut best: Option<(f64, u32, [f64; 3])> = None;
+        // One way round, and the other from the border on.
+        for back in [false, true] {
+            let (mut x, mut corner) = (t, k);
+            for _ in 0..STEPS {
+                let beside = self.facets[x as usize].beside[if back { corner } else { (corner + 2) % 3 }];
+                if beside == t {
+                    return best;
+                }
+                let found = self.facets.get(beside as usize).and_then(|f| f.corners.iter().position(|c| *c == p));
+                let Some(c) = found else { break };
+                (x, corner) = (beside, c);
+                let n = at(x);
+                if best.is_none_or(|b| n.0 < b.0) {
+                    best = Some(n);
+                }
+            }
+        }
+        best
     }
 
     /// The triangle nearest to `p` and the barycentric coordinates of the nearest point.
     fn nearest(&self, p: DVec3) -> Option<(&Facet, [f64; 3])> {
+        if let Some(found) = self.walk(p) {
+            return Some(found);
+        }
         let distance = |t: u32| {
             let f = &self.facets[t as usize];
             p.distance_squared(f.at(f.foot(p)))
         };
-        let f = &self.facets[self.tree.nearest(p, f64::INFINITY, distance)?.0 as usize];
+        let f = &self.facets[self.cells.nearest(p, f64::INFINITY, distance)?.0 as usize];
         Some((f, f.foot(p)))
     }
 
@@ -60,15 +128,21 @@ impl Sheet {
 
     /// The nearest point on triangles that face the way of `normal`, and the normal there.
     pub(super) fn foot_facing(&self, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
+        let faces = |f: &Facet| (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]).dot(normal) > 0.0;
+        if let Some((f, w)) = self.walk(p)
+            && faces(f)
+        {
+            let q = f.at(w);
+            return (q.distance_squared(p) <= reach * reach).then(|| (q, f.normal(w)));
+        }
         let distance = |t: u32| {
             let f = &self.facets[t as usize];
-            let [a, b, c] = f.corners;
-            if (b - a).cross(c - a).dot(normal) <= 0.0 {
+            if !faces(f) {
                 return f64::INFINITY;
             }
             p.distance_squared(f.at(f.foot(p)))
         };
-        let t = self.tree.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0;
+        let t = self.cells.nearest(p, reach, distance).filter(|n| n.1.is_finite())?.0;
         let f = &self.facets[t as usize];
         let w = f.foot(p);
         Some((f.at(w), f.normal(w)))

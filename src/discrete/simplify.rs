@@ -19,6 +19,8 @@ pub struct Limits {
     pub width: f64,
     /// Geometric edges shorter than this that bound no face, because they end in it, are unmarked.
     pub length: f64,
+    /// The same for those that end in it on both sides.
+    pub isolated: f64,
 }
 
 /// One thing that was taken away.
@@ -49,7 +51,7 @@ pub fn simplify(mesh: &mut EditMesh, limits: &Limits, run: &Run) -> Result<Vec<R
     loop {
         run.check()?;
         let before = removed.len();
-        drop_stubs(mesh, limits.length, &mut removed);
+        drop_stubs(mesh, limits, &mut removed);
         if limits.area > 0.0 || limits.width > 0.0 {
             merge_faces(mesh, limits, &mut removed);
         }
@@ -65,17 +67,18 @@ fn is_fixed(mesh: &EditMesh, h: u32) -> bool {
     o == NONE || mesh.label(h / 3) != mesh.label(o / 3)
 }
 
-/// Unmarks chains that end inside a face and are shorter than `length`.
-fn drop_stubs(mesh: &mut EditMesh, length: f64, removed: &mut Vec<Removed>) {
-    if !(length > 0.0) {
+/// Unmarks chains that end inside a face and are shorter than the limits.
+fn drop_stubs(mesh: &mut EditMesh, limits: &Limits, removed: &mut Vec<Removed>) {
+    if !(limits.length > 0.0 || limits.isolated > 0.0) {
         return;
     }
     loop {
         let before = removed.len();
         for chain in chains(mesh) {
             let ends = [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]];
-            let loose = ends.iter().any(|&v| mesh.sharp_neighbors(v).count() == 1);
-            if loose && chain.length < length && !chain.edges.iter().any(|&h| is_fixed(mesh, h)) {
+            let loose = ends.iter().filter(|&&v| mesh.sharp_neighbors(v).count() == 1).count();
+            let length = [0.0, limits.length, limits.isolated.max(limits.length)][loose];
+            if chain.length < length && !chain.edges.iter().any(|&h| is_fixed(mesh, h)) {
                 removed.push(Removed { what: "edge", size: chain.length, at: middle(mesh, &chain).to_array() });
                 chain.edges.iter().for_each(|&h| mesh.set_sharp(h, false));
             }

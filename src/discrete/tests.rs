@@ -3,7 +3,9 @@
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
-use super::{Discrete, DiscreteOptions, Limits, chains, drop_noise, flood, mark_feature_edges, mend_needles};
+use super::{
+    Discrete, DiscreteOptions, Limits, chains, drop_islands, drop_noise, flood, mark_feature_edges, mend_needles,
+};
 use crate::geometry::{Pieces, SurfaceOracle};
 use crate::mesh::{EditMesh, Group, TriMesh};
 use crate::run::Run;
@@ -143,6 +145,18 @@ fn curvature_of_a_cylinder_is_that_of_its_circle() {
     assert!((k - 1.0).abs() < 0.01, "{k}");
     let top = found.piece_at(DVec3::new(0.1, 0.1, 2.0)).unwrap();
     assert_eq!(found.curvature(top, DVec3::new(0.1, 0.1, 2.0)), Some(0.0));
+}
+
+#[test]
+fn islands_go_and_faces_with_walls_stay() {
+    let mut mesh = EditMesh::new(&ball(8, 0.0)).unwrap();
+    (0..3).for_each(|h| mesh.set_sharp(h, true));
+    assert_eq!(flood(&mesh).1, 2);
+    assert_eq!(drop_islands(&mut mesh, 1e-3), 0);
+    assert_eq!((drop_islands(&mut mesh, 1.0), flood(&mesh).1), (1, 1));
+    let mut mesh = EditMesh::new(&cube()).unwrap();
+    mark_feature_edges(&mut mesh, 40.0);
+    assert_eq!((drop_islands(&mut mesh, 10.0), flood(&mesh).1), (0, 6));
 }
 
 #[test]

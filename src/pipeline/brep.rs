@@ -106,9 +106,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
         let chord = share * STRICTER.powi(round as i32) * limit;
         let (made, sizing) = first_mesh(&solid, [size, chord], options, &wishes, &by_place, &mut told, run)?;
-        let (face_sizes, regions) = (Vec::new(), Vec::new());
-        let grading = options.grading.unwrap_or(GRADATION);
-        let exact = ExactOptions { sizing, face_sizes, regions, grading, thickness: None };
+        let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
         let mesh = remeshed(&solid, made, &exact, &mut told, run)?;
         if !measured {
             best = Some((mesh, told));

@@ -23,7 +23,8 @@ const SHARP: f64 = 40.0;
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// `mc`, `paper` (the sequence of \[LIS14\]), `operators` or `leaf` (the default; all its attempts).
+    /// `mc`, `paper` (the sequence of \[LIS14\]), `operators` or `leaf` (the default; all its attempts); of a
+    /// soup `input`, `poisson`, `frontal` or `triangles`.
     pub method: &'static str,
     /// The stage just finished.
     pub stage: String,

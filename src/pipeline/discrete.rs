@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::heal::{HealOptions, heal};
 use crate::implicit::part::SizeRequest;
 use crate::io::{self, Format};
+use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::optimize::{Sizing, size::GRADATION};
@@ -25,14 +26,25 @@ use crate::spatial::{Aabb, Bvh};
 const NAMED: usize = 20;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
-/// Without a tolerance edges stay within this share of the size of the surface.
-const CHORD: f64 = 0.05;
+/// Without a tolerance edges stay within this share of the size of the surface: a circle of radius 1 gets edges of 0.8.
+const CHORD: f64 = 0.08;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
-/// How often sizes are halved around places where the result intersects itself.
+/// How often more of the input is kept around places where the result intersects itself.
 const ATTEMPTS: usize = 3;
+/// Where more than one triangle in this many intersects others it is no matter of places.
+const FEW: usize = 10;
+/// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
+/// be resolved.
+const MOST_FEATURES: f64 = 2.0;
+const MOST_NODES: f64 = 5e3;
+/// How often a mesh is made to come to a number of nodes, and how near to it is near enough.
+const TRIALS: usize = 5;
+const NEAR: f64 = 0.03;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
-const STUB: f64 = 1.0;
+const STUB: f64 = 2.0;
+/// The same for edges that end within a face on both sides.
+const ISOLATED: f64 = 6.0;
 
 /// What a soup is asked for, beyond [`MeshOptions`].
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +56,8 @@ pub struct SoupOptions {
     /// Edges shorter than this that end within a face are dropped, faces narrower than this merged with a neighbor. Without
     /// a wish edges shorter than the size are dropped, and no faces.
     pub min_length: Option<f64>,
+    /// About how many nodes the mesh shall have, instead of a size.
+    pub nodes: Option<usize>,
     /// Whether contours of open edges are closed, too. Otherwise an open surface stays open, unless it is damaged.
     pub close: bool,
 }
@@ -51,7 +65,7 @@ pub struct SoupOptions {
 impl Default for SoupOptions {
     fn default() -> Self {
         let d = DiscreteOptions::default();
-        Self { feature_angle: d.feature_angle, min_area: 0.0, min_length: None, close: false }
+        Self { feature_angle: d.feature_angle, min_area: 0.0, min_length: None, nodes: None, close: false }
     }
 }
 
@@ -106,8 +120,8 @@ pub fn load_mesh(path: &Path, run: &Run) -> Result<TriMesh> {
 }
 
 /// A soup that the discrete gate can work on.
-struct Prepared {
-    mesh: TriMesh,
+pub(super) struct Prepared {
+    pub(super) mesh: TriMesh,
     healed: Vec<String>,
 }
 
@@ -122,7 +136,7 @@ fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
 }
 
 /// Heals what needs it: nothing, then what can be healed without closing contours, then everything.
-fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
+pub(super) fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
     input.validate()?;
     run.progress("look", 0.0);
     let closed = |m: &TriMesh| m.defects().is_closed();
@@ -144,16 +158,17 @@ fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
     Ok(Prepared { healed, mesh: full.mesh })
 }
 
-fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
+pub(super) fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions {
     let limits = Limits {
         area: soup.min_area,
         width: soup.min_length.unwrap_or(0.0),
         length: soup.min_length.unwrap_or(STUB * size),
+        isolated: soup.min_length.unwrap_or(ISOLATED * size),
     };
     DiscreteOptions { feature_angle: soup.feature_angle, limits, scale: size, ..DiscreteOptions::default() }
 }
 
-fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
+pub(super) fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
     match size.unwrap_or(DEFAULT_SIZE) {
         SizeRequest::Length(h) => h,
         SizeRequest::Share(s) => s * mesh.bounds().diagonal(),
@@ -163,54 +178,91 @@ fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
 /// Meshes a triangle soup.
 ///
 /// Guarantees: nodes on features lie on the input's features, others on its triangles; the same bytes for any number of
-/// threads; what was healed or simplified away is in the report's `warnings`. Where remeshing does not come out sound and
-/// the input is, the input's triangles are handed over, and the report's `shortfalls` say so.
+/// threads; what was healed or simplified away is in the report's `warnings`. Where remeshing makes the surface intersect
+/// itself and the input does not, the input's triangles around are kept, at last all of them, and the report's `shortfalls`
+/// say so.
 ///
-/// Errors: what [`heal`] refuses; cancellation.
+/// Errors: what [`heal`] refuses; [`Error::Usage`] for fewer than four nodes; cancellation.
 pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Meshed> {
-    let Prepared { mesh, healed } = prepare(input, soup.close, run)?;
-    let size = length(options.size, &mesh);
+    let prepared = prepare(input, soup.close, run)?;
+    let Some(nodes) = soup.nodes else {
+        return mesh_prepared(&prepared, length(options.size, &prepared.mesh), options, soup, run);
+    };
+    if nodes < 4 {
+        return Err(Error::Usage(format!("a mesh needs at least four nodes, not {nodes}")));
+    }
+    // A closed surface of even triangles has two to a node.
+    let mut size = (prepared.mesh.area() / (2.0 * nodes as f64) / (3f64.sqrt() / 4.0)).sqrt();
+    let mut best: Option<(f64, Meshed)> = None;
+    for _ in 0..TRIALS {
+        let made = mesh_prepared(&prepared, size, options, soup, run)?;
+        let off = (made.mesh.nodes.len() as f64 / nodes as f64).ln();
+        if best.as_ref().is_none_or(|b| off.abs() < b.0) {
+            best = Some((off.abs(), made));
+        }
+        if off.abs() < NEAR {
+            break;
+        }
+        size *= (0.5 * off).exp().clamp(0.4, 2.5);
+    }
+    let (off, mut made) = best.ok_or(Error::Cancelled)?;
+    if off >= NEAR {
+        made.report.warnings.push(format!("{} nodes, not {nodes}: features ask for them", made.mesh.nodes.len()));
+    }
+    Ok(made)
+}
+
+fn mesh_prepared(
+    Prepared { mesh, healed }: &Prepared,
+    size: f64,
+    options: &MeshOptions,
+    soup: &SoupOptions,
+    run: &Run,
+) -> Result<Meshed> {
     let mut report = Report::of("triangles", size, None);
-    report.warnings = healed;
-    let solid = match Discrete::new(&mesh, &discrete_options(soup, size), run) {
+    report.warnings.clone_from(healed);
+    let solid = match Discrete::new(mesh, &discrete_options(soup, size), run) {
         Ok(s) => s,
         Err(Error::Cancelled) => return Err(Error::Cancelled),
         Err(e) => return Err(Error::Failed(format!("not remeshed: {e}"))),
     };
     tell_removed(&solid, &mut report);
-    let sizing = Sizing {
-        size,
-        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
-        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
-        least: options.least.unwrap_or(size / LEAST_SHARE),
-    };
+    let sizing = sizing(size, options);
     let named = solid.named();
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
     report.warnings.extend(wishes.warnings);
-    let grading = options.grading.unwrap_or(GRADATION);
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
-    let exact = ExactOptions { sizing, face_sizes, regions, grading, thickness: None };
-    let mut sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
-    let (mut attempt, mut last) = (0, usize::MAX);
+    let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+    let exact = ExactOptions { face_sizes, regions, ..plain };
+    let sizes = feature_sizes(&solid, &sizing, &mut report);
+    let mut kept = vec![false; solid.mesh.triangle_capacity()];
+    let mut attempt = 0;
     let (mesh, seams, corners) = loop {
-        let made = remesh_patchwork(patchwork(&solid, sizes.clone()), &named, &solid, &exact, run, None)?;
+        let work = patchwork(&solid, sizes.clone(), &kept);
+        let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
         if made.report.self_intersections == 0 {
             break (made.mesh, made.seams, made.corners);
         }
         attempt += 1;
-        // What smaller sizes do not help with is no matter of size: sheets that touch, say.
-        let helps = made.report.self_intersections <= last / 2;
-        last = made.report.self_intersections;
-        if attempt > ATTEMPTS || !helps {
-            if self_intersections(&named, run)?.is_empty() {
-                report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
-                break (named, Vec::new(), Vec::new());
-            }
-            break (made.mesh, made.seams, made.corners);
+        let few = FEW * made.report.self_intersections <= made.mesh.triangles.len();
+        if attempt <= ATTEMPTS && few && keep_around(&mut kept, attempt as f64, &solid, &made.mesh, run)? {
+            continue;
         }
-        shrink(&mut sizes, &solid, &made.mesh, run)?;
+        if self_intersections(&named, run)?.is_empty() {
+            report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+            break (named, Vec::new(), Vec::new());
+        }
+        break (made.mesh, made.seams, made.corners);
     };
+    if let Some(first) = kept.iter().position(|k| *k).filter(|_| attempt <= ATTEMPTS) {
+        let count = kept.iter().filter(|k| **k).count();
+        let p = solid.mesh.centroid(first as u32);
+        report.shortfalls.push(format!(
+            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: others intersected there",
+            p.x, p.y, p.z
+        ));
+    }
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
     let mut measured = check(&mesh, against, run)?;
@@ -220,6 +272,35 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     }
     report.judge(measured);
     Ok(Meshed { mesh, seams, corners, report })
+}
+
+pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
+    Sizing {
+        size,
+        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
+        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
+        least: options.least.unwrap_or(size / LEAST_SHARE),
+    }
+}
+
+/// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
+pub(super) fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Report) -> Vec<f64> {
+    let (m, size) = (&solid.mesh, sizing.size);
+    let sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
+    let steps = |h: u32| {
+        let want = sizes[m.origin(h) as usize].min(sizes[m.target(h) as usize]).min(size);
+        m.edge_length(h) / want
+    };
+    let along: f64 = m.edges().filter(|&h| m.is_sharp(h)).map(steps).sum();
+    let area: f64 = m.triangles().map(|t| 0.5 * m.area_vector(t).length()).sum();
+    let within = area / (0.5 * 3f64.sqrt() * size * size);
+    if along <= MOST_FEATURES * within + MOST_NODES {
+        return sizes;
+    }
+    report
+        .warnings
+        .push("too many features close to each other to be resolved: triangles there are longer than wide".into());
+    solid.feature_sizes(size, sizing.least.max(size / LEAST_SHARE))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {
@@ -238,36 +319,57 @@ fn excuse_open(check: &mut Check) {
     check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
 }
 
-/// Halves the sizes around triangles that intersect others.
-fn shrink(sizes: &mut [f64], solid: &Discrete, mesh: &TriMesh, run: &Run) -> Result<()> {
+/// Has the input's triangles stay around those that intersect others, up to `reach` times as far as these are long. Returns
+/// whether there are more of them now.
+fn keep_around(kept: &mut [bool], reach: f64, solid: &Discrete, mesh: &TriMesh, run: &Run) -> Result<bool> {
     let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
     bad.sort_unstable();
     bad.dedup();
-    let lengths: Vec<f64> = bad
-        .iter()
-        .map(|t| {
-            let [a, b, c] = mesh.corners(*t as usize);
-            a.distance(b).max(b.distance(c)).max(c.distance(a))
-        })
-        .collect();
-    let around = |k: usize| Aabb::around(mesh.corners(bad[k] as usize)).grown(lengths[k]);
-    let tree = Bvh::new((0..bad.len()).map(around).collect());
-    for v in solid.mesh.nodes() {
-        let p = solid.mesh.point(v);
-        let s = &mut sizes[v as usize];
-        tree.overlapping(&Aabb::new(p, p), |k| *s = s.min(0.5 * lengths[k as usize]));
+    let around = |t: &u32| {
+        let [a, b, c] = mesh.corners(*t as usize);
+        Aabb::around([a, b, c]).grown(reach * a.distance(b).max(b.distance(c)).max(c.distance(a)))
+    };
+    let tree = Bvh::new(bad.iter().map(around).collect());
+    let mut more = false;
+    for t in solid.mesh.triangles().filter(|t| !kept[*t as usize]).collect::<Vec<_>>() {
+        tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |_| {
+            kept[t as usize] = true;
+            more = true;
+        });
     }
-    Ok(())
+    Ok(more)
 }
 
-/// The triangles with what the remesher needs.
-fn patchwork(solid: &Discrete, sizes: Vec<f64>) -> Patchwork {
-    let mesh: EditMesh = solid.mesh.clone();
+/// The triangles with what the remesher needs; those that stay are patches of their own.
+pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) -> Patchwork {
+    let mut mesh: EditMesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
-    let patches = (0..solid.face_count() as u32)
-        .map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) })
+    let faces = solid.face_count() as u32;
+    let mut patches: Vec<Patch> =
+        (0..faces).map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) }).collect();
+    let mut frozen_as = vec![u32::MAX; patches.len()];
+    for t in solid.mesh.triangles().filter(|t| kept[*t as usize]) {
+        let face = mesh.label(t) as usize;
+        if frozen_as[face] == u32::MAX {
+            frozen_as[face] = patches.len() as u32;
+            patches.push(patches[face]);
+        }
+        let normal = mesh.area_vector(t).normalize_or_zero();
+        mesh.set_surface(t, frozen_as[face], normal);
+        // Sizes grow from what stays.
+        for h in 3 * t..3 * t + 3 {
+            for v in [mesh.origin(h), mesh.target(h)] {
+                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h));
+            }
+        }
+    }
+    let borders: Vec<u32> = mesh
+        .edges()
+        .filter(|&h| mesh.opposite(h) != NONE && mesh.label(h / 3) != mesh.label(mesh.opposite(h) / 3))
         .collect();
-    Patchwork { lines_from: solid.face_count() as u32, sizes, raw: true, ..Patchwork::new(mesh, sets, patches) }
+    borders.into_iter().for_each(|h| mesh.set_sharp(h, true));
+    let frozen = (faces..patches.len() as u32).collect();
+    Patchwork { lines_from: faces, sizes, frozen, raw: true, ..Patchwork::new(mesh, sets, patches.into()) }
 }
 
 /// Finds the model in a soup, as [`mesh_soup`] does, and tells what it is made of.
@@ -333,5 +435,47 @@ impl fmt::Display for SoupInfo {
             writeln!(f, "  {}: area {:.6}, {} triangles{plane}; beside {next}", face.name, face.area, face.triangles)?;
         }
         write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::DVec3;
+
+    /// A bumpy square of n x n nodes, open.
+    fn square(n: u32) -> TriMesh {
+        let at = |i: u32, j: u32| {
+            let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(n - 1));
+            DVec3::new(x, y, 0.05 * (5.0 * x).sin() * (4.0 * y).cos())
+        };
+        let nodes = (0..n * n).map(|k| at(k % n, k / n)).collect();
+        let cell = |k: u32| {
+            let a = k / (n - 1) * n + k % (n - 1);
+            [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]
+        };
+        TriMesh::new(nodes, (0..(n - 1) * (n - 1)).flat_map(cell).collect())
+    }
+
+    #[test]
+    fn triangles_that_are_kept_stay_as_they_are_and_the_rest_is_remeshed() {
+        let (run, size) = (Run::new(), 0.04);
+        let solid = Discrete::new(&square(40), &discrete_options(&SoupOptions::default(), size), &run).unwrap();
+        let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
+        let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
+        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept);
+        let exact = ExactOptions::new(sizing(size, &MeshOptions::default()), GRADATION);
+        let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
+        assert_eq!(made.report.self_intersections, 0);
+        let now: std::collections::BTreeSet<[u64; 3]> =
+            (0..made.mesh.triangles.len()).map(|t| made.mesh.centroid(t).to_array().map(f64::to_bits)).collect();
+        let is_there = |t: usize| now.contains(&centers[t].to_array().map(f64::to_bits));
+        let (mut stayed, mut others) = (0, 0);
+        for t in 0..kept.len() {
+            if kept[t] { stayed += usize::from(is_there(t)) } else { others += usize::from(is_there(t)) }
+        }
+        assert!(stayed > 300 && stayed == kept.iter().filter(|k| **k).count());
+        assert!(others < kept.len() / 20 && made.mesh.triangles.len() < kept.len());
+        assert_eq!(made.mesh.labels.iter().max(), Some(&0));
     }
 }

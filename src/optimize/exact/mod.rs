@@ -13,9 +13,10 @@ mod pack;
 mod patches;
 mod patchwork;
 mod remesh;
+mod scatter;
 
 pub use cut::{CutReport, Raw, cut_pieces};
-pub use patchwork::{Patch, Patchwork, PieceSet};
+pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 
 use super::region::Region;
 use super::size::Sizing;
@@ -47,8 +48,8 @@ const MEND: f64 = 0.95;
 const STUCK: f64 = 0.8;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
-/// How many edges around them are worked on.
-const AROUND: usize = 6;
+/// Edges around such places up to which nodes are looked at.
+const AROUND: usize = 2;
 /// Nor is it when one triangle in this many intersects others.
 const FEW: usize = 4;
 /// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
@@ -72,6 +73,13 @@ pub struct ExactOptions {
     pub grading: f64,
     /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_pieces`] only).
     pub thickness: Option<f64>,
+}
+
+impl ExactOptions {
+    /// The same wish everywhere.
+    pub fn new(sizing: Sizing, grading: f64) -> Self {
+        Self { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading, thickness: None }
+    }
 }
 
 /// What [`remesh_pieces`] met.
@@ -202,23 +210,36 @@ fn remesh(
         prepare_borders(&mut r, &mut show)?;
     }
     r.look_everywhere();
-    r.each_patch(remesh_patch)?;
+    let filling = r.work.filling;
+    r.each_patch(match filling {
+        Filling::Mended => remesh_patch,
+        Filling::Front => |r: &mut Remesher<'_>| r.pack(),
+        Filling::Random => |r: &mut Remesher<'_>| r.scatter(),
+    })?;
     show("pack", &r);
-    polish(&mut r, LAST)?;
+    if filling == Filling::Mended {
+        polish(&mut r, LAST)?;
+    }
     let mut out = finish(mesh, &r);
-    let mut bad = intersecting(&out, run)?;
+    let mut bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
-    let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len();
+    // Nor where refinement makes more of them.
+    let least = 2 * bad.len();
+    let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len() && bad.len() <= least;
     while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let mut around: Vec<u32> =
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
         around.sort_unstable();
         around.dedup();
+        let before = r.want.clone();
         if !r.refine(&around, LEAST * options.sizing.size)? {
             break;
         }
-        r.look_around(&around, AROUND);
+        // What is good elsewhere stays as it is.
+        let mut focus: Vec<bool> = r.want.iter().zip(&before).map(|(now, then)| now < then).collect();
+        around.iter().for_each(|&v| focus[v as usize] = true);
+        r.look_around(focus, AROUND);
         r.split_long()?;
         r.flip(false)?;
         r.relax()?;
@@ -315,6 +336,10 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
 }
 
 fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
+    // Old nodes that found no way out.
+    if r.work.raw {
+        r.collapse_short(TINY)?;
+    }
     for _ in 0..rounds {
         r.flip(false)?;
         r.relax()?;

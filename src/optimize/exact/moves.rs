@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::STUCK;
-use super::patchwork::PieceSet;
-use super::remesh::{FAIR, LONG, Rank, Remesher};
+use super::patchwork::{PieceSet, plain_shape};
+use super::remesh::{FAIR, LONG, Rank, Remesher, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 
@@ -181,7 +181,8 @@ impl Remesher<'_> {
                 continue;
             }
             let before = self.worst(from, p).min(self.worst(to, q));
-            if !self.work.mesh.can_merge(side) || self.worst_after(side, q) <= before {
+            let worse = self.makes_sliver(side, q) || self.worst_after(side, q) <= before;
+            if !self.work.mesh.can_merge(side) || worse {
                 continue;
             }
             if self.work.mesh.merge(side, q) {
@@ -216,16 +217,25 @@ impl Remesher<'_> {
             return false;
         }
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
+        // No way back from there: edges between pinned nodes are not flipped.
+        if m.is_pinned(nodes[2]) && m.is_pinned(nodes[3]) {
+            return false;
+        }
         let places = nodes.map(|v| self.point(v));
         let worst = |r: &Self| nodes.map(|v| r.worst(v, r.point(v))).into_iter().fold(f64::INFINITY, f64::min);
-        let before = worst(self);
+        let plain = |r: &Self| [h / 3, o / 3].map(|t| plain_shape(r.work.mesh.corner_points(t)));
+        let slimmer = |r: &Self, then: [f64; 2]| {
+            let [now, then] = [plain(r), then].map(|s| s[0].min(s[1]));
+            now < SLIVER.min(then)
+        };
+        let (before, plain_before) = (worst(self), plain(self));
         if !self.work.mesh.flip(h) {
             return false;
         }
         for v in nodes {
             self.climb(v, limit);
         }
-        if worst(self) > before + BETTER {
+        if worst(self) > before + BETTER && !slimmer(self, plain_before) {
             return true;
         }
         for (v, p) in nodes.into_iter().zip(places) {
@@ -246,7 +256,7 @@ impl Remesher<'_> {
         let fits = |h: &u32| {
             let (to, p) = (m.target(*h), self.point(m.target(*h)));
             let long = |x: u32| p.distance(self.point(x)) > LONG * self.want[to as usize].max(self.want[x as usize]);
-            m.can_collapse(*h) && !m.neighbors(v).any(long)
+            m.can_collapse(*h) && !m.neighbors(v).any(long) && !self.makes_sliver(*h, p)
         };
         let after = |h: u32| (self.worst_after(h, self.point(m.target(h))), h);
         let best = m.outgoing(v).filter(fits).map(after).max_by(|x, y| x.0.total_cmp(&y.0));
@@ -271,6 +281,18 @@ impl Remesher<'_> {
             }
         }
         worst
+    }
+
+    /// Whether a triangle gets degenerate, whichever way it faces, once an edge's origin is at `q`: beside creases normals may
+    /// mislead.
+    pub(super) fn makes_sliver(&self, h: u32, q: DVec3) -> bool {
+        let m = &self.work.mesh;
+        let dying = [h / 3, m.opposite(h) / 3];
+        let p = self.point(m.origin(h));
+        m.outgoing(m.origin(h)).filter(|e| !dying.contains(&(e / 3))).any(|e| {
+            let [a, b] = [m.target(e), m.apex(e)].map(|v| self.point(v));
+            plain_shape([q, a, b]) < SLIVER.min(plain_shape([p, a, b]))
+        })
     }
 
     fn collapse_if_better(&mut self, h: u32) -> bool {

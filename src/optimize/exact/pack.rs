@@ -39,8 +39,8 @@ const BESIDE: f64 = 0.02;
 const PASSES: usize = 3;
 
 /// What is known while a patch is packed.
-struct Packing {
-    grid: Grid,
+pub(super) struct Packing {
+    pub(super) grid: Grid,
     placed: Vec<bool>,
     normals: Vec<DVec3>,
     queue: Vec<u32>,
@@ -49,11 +49,12 @@ struct Packing {
 }
 
 impl Remesher<'_> {
-    /// Replaces the nodes inside a patch, the only one of this mesh, by a packing.
-    pub(super) fn pack(&mut self) -> Result<()> {
+    /// A packing of a patch, the only one of this mesh, with the nodes of its border placed; the nodes, the patch, and how
+    /// many nodes its area asks for.
+    pub(super) fn begin_packing(&self) -> Option<(Packing, Vec<u32>, u32, f64)> {
         let m = &self.work.mesh;
         let nodes: Vec<u32> = m.nodes().collect();
-        let Some(&first) = nodes.first() else { return Ok(()) };
+        let &first = nodes.first()?;
         let label = m.outgoing(first).next().map_or(0, |h| m.label(h / 3));
         let least = nodes.iter().map(|&v| self.want[v as usize]).fold(f64::INFINITY, f64::min);
         let mut packing = Packing {
@@ -68,6 +69,12 @@ impl Remesher<'_> {
         }
         let area = |t: u32| m.area_vector(t).length() / (3f64.sqrt() * self.want[m.corners(t)[0] as usize].powi(2));
         let asked: f64 = m.triangles().map(area).sum();
+        Some((packing, nodes, label, asked))
+    }
+
+    /// Replaces the nodes inside a patch, the only one of this mesh, by a packing.
+    pub(super) fn pack(&mut self) -> Result<()> {
+        let Some((mut packing, nodes, label, asked)) = self.begin_packing() else { return Ok(()) };
         let most = nodes.len() + (MOST * asked) as usize;
         let mut done = 0;
         let mut seeds = nodes.iter();
@@ -89,6 +96,11 @@ impl Remesher<'_> {
             let Some(&v) = seeds.by_ref().find(|v| far(v)) else { break };
             packing.place(self, v, label);
         }
+        self.drop_unplaced(&packing)
+    }
+
+    /// Flips, and takes out the nodes that were there before the packing.
+    pub(super) fn drop_unplaced(&mut self, packing: &Packing) -> Result<()> {
         for _ in 0..PASSES {
             self.flip(false)?;
             let left = self.collapse_unplaced(&packing.placed)?;
@@ -211,13 +223,13 @@ impl Remesher<'_> {
         Some((q, id))
     }
 
-    fn want_in(&self, t: u32, weights: [f64; 3]) -> f64 {
+    pub(super) fn want_in(&self, t: u32, weights: [f64; 3]) -> f64 {
         let c = self.work.mesh.corners(t);
         (0..3).map(|k| weights[k] * self.want[c[k] as usize]).sum()
     }
 
     /// The triangle a point beside node `v` lies over, found by walking there, and its barycentric coordinates in it.
-    fn walk(&self, v: u32, q: DVec3, n: DVec3) -> Option<(u32, [f64; 3])> {
+    pub(super) fn walk(&self, v: u32, q: DVec3, n: DVec3) -> Option<(u32, [f64; 3])> {
         let m = &self.work.mesh;
         let (p, d) = (self.point(v), q - self.point(v));
         let ahead = |h: &u32| {
@@ -277,7 +289,7 @@ impl Remesher<'_> {
     }
 
     /// Puts a new node into a triangle, or on the edge of it that the place is near, and flips what lies around.
-    fn insert(
+    pub(super) fn insert(
         &mut self,
         t: u32,
         weights: [f64; 3],
@@ -348,7 +360,7 @@ impl Packing {
         self.add(v, p, r.work.normal(r.surface, label, p), r.want[v as usize]);
     }
 
-    fn add(&mut self, v: u32, p: DVec3, n: DVec3, want: f64) {
+    pub(super) fn add(&mut self, v: u32, p: DVec3, n: DVec3, want: f64) {
         self.placed[v as usize] = true;
         self.normals[v as usize] = n;
         self.grid.insert(p, want, v);

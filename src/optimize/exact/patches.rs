@@ -97,6 +97,7 @@ impl Remesher<'_> {
                 lines_from: self.work.lines_from,
                 spaced: false,
                 frozen: Vec::new(),
+                filling: self.work.filling,
                 raw: false,
             },
         };

@@ -76,6 +76,18 @@ pub struct Patch {
     pub plane: Option<(DVec3, f64)>,
 }
 
+/// How patches are filled with nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filling {
+    /// A packing, evened out and mended.
+    #[default]
+    Mended,
+    /// The front of nodes alone, as frontal methods leave it: flips, nothing is moved.
+    Front,
+    /// Nodes at random that keep apart, and flips.
+    Random,
+}
+
 /// A mesh cut along the borders of pieces. Triangle labels are indices into `patches`; edges between patches are sharp.
 #[derive(Debug, Clone)]
 pub struct Patchwork {
@@ -94,6 +106,8 @@ pub struct Patchwork {
     pub frozen: Vec<u32>,
     /// Whether borders are divided by `sizes` already, which then are what nodes want.
     pub spaced: bool,
+    /// How patches are filled with nodes.
+    pub filling: Filling,
     /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
     pub raw: bool,
 }
@@ -109,10 +123,17 @@ impl Patchwork {
             lines_from: u32::MAX,
             frozen: Vec::new(),
             spaced: false,
+            filling: Filling::default(),
             raw: false,
         }
     }
 }
+
+/// A triangle that seems to be turned over may lie on another sheet of its piece that is this share of its longest edge away:
+/// the other side of a thin wall or of a crease.
+const SHEET: f64 = 0.15;
+/// A triangle of a smaller shape seems to be.
+const TURNED: f64 = 0.05;
 
 /// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
 /// negative for one turned over.
@@ -160,7 +181,30 @@ impl Patchwork {
         if self.patches[patch as usize].piece == NONE {
             return 1.0;
         }
-        shape(t, self.normal(surface, patch, (t[0] + t[1] + t[2]) / 3.0))
+        let middle = (t[0] + t[1] + t[2]) / 3.0;
+        let seen = shape(t, self.normal(surface, patch, middle));
+        if seen > TURNED {
+            return seen;
+        }
+        let (u, v) = (t[1] - t[0], t[2] - t[0]);
+        let longest = u.length_squared().max(v.length_squared()).max(u.distance_squared(v)).sqrt();
+        self.normal_facing(surface, patch, middle, u.cross(v), longest).map_or(seen, |n| seen.max(shape(t, n)))
+    }
+
+    /// Outward unit normal of a sheet of a patch's piece that faces the way of `up` and is near `p`, beside edges of `length`.
+    pub(super) fn normal_facing(
+        &self,
+        surface: &dyn Pieces,
+        patch: u32,
+        p: DVec3,
+        up: DVec3,
+        length: f64,
+    ) -> Option<DVec3> {
+        let Patch { piece, outward, plane } = self.patches[patch as usize];
+        if plane.is_some() {
+            return None;
+        }
+        surface.foot_facing(piece, p, up * outward, SHEET * length)?.1.map(|n| n * outward)
     }
 
     /// [`shape`] of a triangle as it is.
@@ -182,15 +226,18 @@ impl Patchwork {
     pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> (f64, u32) {
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
+        // Both sides of a line within a piece are the piece's, with normals of their own.
+        let on_line = self.sets[v as usize].as_slice().last().is_some_and(|piece| *piece >= self.lines_from);
         for h in m.outgoing(v) {
             let label = m.label(h / 3);
             if self.patches[label as usize].piece == NONE {
                 continue;
             }
-            if label != last {
+            let triangle = [p, m.point(m.target(h)), m.point(m.apex(h))];
+            if label != last && !on_line {
                 (last, normal) = (label, known.unwrap_or_else(|| self.normal(surface, label, p)));
             }
-            let shape = shape([p, m.point(m.target(h)), m.point(m.apex(h))], normal);
+            let shape = if on_line { self.shape_at(surface, label, triangle) } else { shape(triangle, normal) };
             if worst.1 == NONE || shape < worst.0 {
                 worst = (shape, h);
             }

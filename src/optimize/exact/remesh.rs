@@ -23,6 +23,10 @@ pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
 pub(super) const GOOD: f64 = 0.6;
 
+/// No flip makes a triangle of a smaller shape than this, whichever way it faces, if there was none: beside creases normals
+/// may mislead.
+pub(super) const SLIVER: f64 = 0.004;
+
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
 
@@ -75,19 +79,13 @@ impl<'a> Remesher<'a> {
         self.focus = Some(focus);
     }
 
-    /// Has what follows look only at nodes up to so many edges from some, as they are now, and at nodes made from here on.
-    pub(super) fn look_around(&mut self, nodes: &[u32], edges: usize) {
+    /// Has what follows look only at some nodes and those up to `rings` edges away, and at nodes made from here on.
+    pub(super) fn look_around(&mut self, mut focus: Vec<bool>, rings: usize) {
         let m = &self.work.mesh;
-        let mut focus = vec![false; m.node_capacity()];
-        let mut front = nodes.to_vec();
-        front.iter().for_each(|&v| focus[v as usize] = true);
-        for _ in 0..edges {
-            let around = front.iter().flat_map(|&v| m.neighbors(v));
-            let mut next: Vec<u32> = around.filter(|&x| !focus[x as usize]).collect();
-            next.sort_unstable();
-            next.dedup();
-            next.iter().for_each(|&v| focus[v as usize] = true);
-            front = next;
+        focus.resize(m.node_capacity(), false);
+        for _ in 0..rings {
+            let front: Vec<u32> = m.nodes().filter(|&v| focus[v as usize]).collect();
+            front.iter().for_each(|&v| m.neighbors(v).for_each(|x| focus[x as usize] = true));
         }
         self.focus = Some(focus);
     }
@@ -365,7 +363,7 @@ impl<'a> Remesher<'a> {
                 }
             }
         }
-        after > before || after >= FAIR
+        (after > before || after >= FAIR) && !self.makes_sliver(h, p)
     }
 
     /// Flips edges where that raises the smaller shape, until nothing changes. With `valence` also where it evens out
@@ -434,6 +432,9 @@ impl<'a> Remesher<'a> {
             return false;
         }
         let then = plain_shape([p, s, r]).min(plain_shape([s, q, r]));
+        if then < SLIVER.min(now) {
+            return false;
+        }
         if smooth && then <= GOOD && now > FAIR && then <= now + 1e-9 {
             return false;
         }
@@ -452,7 +453,11 @@ impl<'a> Remesher<'a> {
         if smooth && !evener && now > FAIR && then <= now + 1e-9 {
             return false;
         }
-        let normal = self.work.normal(self.surface, label, 0.25 * (p + q + r + s));
+        let (middle, up) = (0.25 * (p + q + r + s), (q - p).cross(r - p) + (s - p).cross(q - p));
+        let mut normal = self.work.normal(self.surface, label, middle);
+        if normal.dot(up) <= 0.0 {
+            normal = self.work.normal_facing(self.surface, label, middle, up, SHORT * self.wanted(h)).unwrap_or(normal);
+        }
         let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
         let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };

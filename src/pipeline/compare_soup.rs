@@ -1,0 +1,49 @@
+//! A soup remeshed beside the two methods that \[GUO\] is compared with in its paper, built from the same parts: the same
+//! model, sizes and nodes on borders, other nodes within the faces.
+
+use super::compare::{Comparison, Row};
+use super::discrete::{SoupOptions, discrete_options, feature_sizes, length, mesh_soup, patchwork, prepare, sizing};
+use super::mesh::MeshOptions;
+use super::report::Report;
+use crate::discrete::Discrete;
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use crate::optimize::exact::{ExactOptions, Filling, Patchwork, remesh_patchwork};
+use crate::optimize::size::GRADATION;
+use crate::quality::{Against, check};
+use crate::render::View;
+use crate::run::Run;
+
+/// Measures the input, two baselines and the mesh of [`mesh_soup`] alike.
+///
+/// The baselines: `frontal` leaves the nodes where the front puts them, as frontal Delaunay methods do; `poisson` throws them
+/// at random, apart from each other. Both end with flips.
+///
+/// Errors: those of [`mesh_soup`].
+pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Comparison> {
+    let prepared = prepare(input, soup.close, run)?;
+    let size = length(options.size, &prepared.mesh);
+    let solid = Discrete::new(&prepared.mesh, &discrete_options(soup, size), run)?;
+    let (named, sizing) = (solid.named(), sizing(size, options));
+    let sizes = feature_sizes(&solid, &sizing, &mut Report::of("triangles", size, None));
+    let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+    let mut rows = Vec::new();
+    let mut row = |method, stage: &str, mesh: TriMesh| -> Result<()> {
+        let check = check(&mesh, Some(Against::new(&solid)), run)?;
+        rows.push(Row { method, stage: stage.into(), check, mesh });
+        Ok(())
+    };
+    row("input", "as understood", named.clone())?;
+    for (method, filling) in [("poisson", Filling::Random), ("frontal", Filling::Front)] {
+        let nothing = vec![false; solid.mesh.triangle_capacity()];
+        let work = Patchwork { filling, ..patchwork(&solid, sizes.clone(), &nothing) };
+        row(method, "flips", remesh_patchwork(work, &named, &solid, &exact, run, None)?.mesh)?;
+    }
+    let quiet = MeshOptions { measure: false, size: Some(super::SizeRequest::Length(size)), ..options.clone() };
+    row("triangles", "mended", mesh_soup(input, &quiet, &SoupOptions { nodes: None, ..soup.clone() }, run)?.mesh)?;
+    let m = &solid.mesh;
+    let towards = View::default().towards;
+    let corners = m.nodes().filter(|&v| m.is_pinned(v)).map(|v| m.point(v));
+    let focus = corners.max_by(|a, b| a.dot(towards).total_cmp(&b.dot(towards)));
+    Ok(Comparison { size, focus, rows })
+}
