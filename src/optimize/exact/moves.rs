@@ -217,10 +217,6 @@ impl Remesher<'_> {
             return false;
         }
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
-        // No way back from there: edges between pinned nodes are not flipped.
-        if m.is_pinned(nodes[2]) && m.is_pinned(nodes[3]) {
-            return false;
-        }
         let places = nodes.map(|v| self.point(v));
         let worst = |r: &Self| nodes.map(|v| r.worst(v, r.point(v))).into_iter().fold(f64::INFINITY, f64::min);
         let plain = |r: &Self| [h / 3, o / 3].map(|t| plain_shape(r.work.mesh.corner_points(t)));
