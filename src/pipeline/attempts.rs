@@ -20,6 +20,8 @@ const CELLS: [(f64, bool); 8] =
     [(1.0, false), (1.0, true), (0.5, false), (0.5, true), (0.25, false), (0.25, true), (0.125, false), (0.125, true)];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 const MOST_TRIANGLES: f64 = 1_500_000.0;
+/// How many attempts without all edges are remeshed, until one is sound.
+const OTHERS: usize = 3;
 /// Where this many places are left without an exact edge and smaller cells do not halve them, still smaller ones will not
 /// either.
 const MANY: usize = 100;
@@ -206,13 +208,14 @@ pub(super) fn search(
     observer: &mut Option<&mut Observer<'_>>,
 ) -> Result<Attempt> {
     let mut best: Option<Attempt> = None;
-    let mut second: Option<(Scout, (Patchwork, CutReport))> = None;
+    // What did not come out well, the best first.
+    let mut others: Vec<(Scout, (Patchwork, CutReport))> = Vec::new();
     let mut first_error = None;
     // What was extracted without blunting: the blunted mesh may lack tips of it, not more.
     let mut whole = Vec::new();
     let mut trials = Trials::new(ready.size);
     while let Some((cell, blunt)) = trials.next() {
-        let known = second.as_ref().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
+        let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
         // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
         let triangles = |s: &Scout| s.extracted.mesh.triangles.len() as f64 * (s.cell / cell).powi(2);
         if known.is_some_and(|s| triangles(s) > MOST_TRIANGLES) {
@@ -243,9 +246,9 @@ pub(super) fn search(
         trials.note(blunt, scout.unresolved.len());
         if !scout.unresolved.is_empty() {
             trials.go_below(&scout.missed, cell);
-            if second.as_ref().is_none_or(|s| scout.badness() < s.0.badness()) {
-                second = Some((scout, cut));
-            }
+            others.push((scout, cut));
+            others.sort_by_key(|s| s.0.badness());
+            others.truncate(OTHERS);
             continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
@@ -258,9 +261,10 @@ pub(super) fn search(
         }
     }
     // A sound one with all its edges lacks no more than a splinter, or some of a wall.
-    if let Some((scout, cut)) = second
-        && best.as_ref().is_none_or(|b| b.faults() > 0)
-    {
+    for (scout, cut) in others {
+        if best.as_ref().is_some_and(|b| b.faults() == 0) {
+            break;
+        }
         let this = scout.remesh(cut, ready, options, run, observer)?;
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
             best = Some(this);
