@@ -146,7 +146,7 @@ fn a_number_of_nodes_is_met() {
 }
 
 #[test]
-fn baselines_are_sound_and_worse() {
+fn baselines_are_sound_and_random_nodes_make_worse_triangles() {
     let input = cylinder(48);
     let options = MeshOptions { size: Some(SizeRequest::Length(0.15)), ..MeshOptions::default() };
     let c = compare_soup(&input, &options, &SoupOptions::default(), &Run::new()).unwrap();
