@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::mesh::edit::NONE;
-use crate::spatial::{Aabb, Bvh, Cells, triangle_foot};
+use crate::spatial::{Aabb, Bvh, Cells, segment_foot, triangle_foot};
 
 /// Points asked for lie up to about this share of the mesh's edge length off the surface.
 const OFF: f64 = 0.2;
@@ -191,12 +191,7 @@ impl Line {
     }
 
     pub(super) fn foot(&self, p: DVec3) -> Option<DVec3> {
-        let at = |k: u32| {
-            let [a, b] = self.segments[k as usize];
-            let d = b - a;
-            let t = (p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE);
-            a + d * t.clamp(0.0, 1.0)
-        };
+        let at = |k: u32| segment_foot(p, self.segments[k as usize]);
         self.tree.nearest(p, f64::INFINITY, |k| p.distance_squared(at(k))).map(|n| at(n.0))
     }
 }

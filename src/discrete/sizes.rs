@@ -6,7 +6,7 @@ use super::features::{Chain, chains};
 use super::pieces::{Discrete, each_sector};
 use crate::mesh::EditMesh;
 use crate::mesh::edit::{NONE, next, prev};
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// Edges between two features may be this many times as long as these are apart: triangles between them then keep angles
 /// above 25 degrees.
@@ -136,13 +136,11 @@ impl Proximity {
     /// The edge length wanted at a point of a chain.
     fn wanted(&self, c: usize, p: DVec3) -> f64 {
         let far = |k: u32| {
-            let ([a, b], other) = self.segments[k as usize];
+            let (segment, other) = self.segments[k as usize];
             if !self.are_across(c, other as usize) {
                 return f64::INFINITY;
             }
-            let d = b - a;
-            let t = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            p.distance_squared(a + t * d)
+            p.distance_squared(segment_foot(p, segment))
         };
         let chain = &self.chains[c];
         let own = if chain.is_closed() { f64::INFINITY } else { ACROSS * chain.length };

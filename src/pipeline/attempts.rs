@@ -260,9 +260,9 @@ pub(super) fn search(
             best = Some(this);
         }
     }
-    // A sound one with all its edges lacks no more than a splinter, or some of a wall.
+    // A sound one with its walls lacks no more than a splinter, or some edges.
     for (scout, cut) in others {
-        if best.as_ref().is_some_and(|b| b.faults() == 0) {
+        if best.as_ref().is_some_and(|b| b.faults() == 0 && b.missed.is_empty()) {
             break;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;

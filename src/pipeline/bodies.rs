@@ -43,7 +43,7 @@ pub(super) fn remeshed(
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
                 let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = sound_body(solid, &marks, part, &places, &sizes, options, run)?;
+                let out = sound_body(solid, &marks, &Body { part, places, sizes }, options, run)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
                 Ok(out)
             })
@@ -85,6 +85,14 @@ pub(super) fn remeshed(
     Ok(all)
 }
 
+/// A body before remeshing.
+struct Body {
+    part: TriMesh,
+    /// Where on the model each node is, and the edge length it wants.
+    places: Vec<Place>,
+    sizes: Vec<f64>,
+}
+
 /// A body after remeshing.
 struct Remeshed {
     mesh: TriMesh,
@@ -98,20 +106,13 @@ struct Remeshed {
 }
 
 /// Remeshes one body; where that does not come out sound because it was not to begin with, without the faces to blame.
-fn sound_body(
-    solid: &Parametric,
-    marks: &Marks,
-    part: TriMesh,
-    places: &[Place],
-    sizes: &[f64],
-    options: &ExactOptions,
-    run: &Run,
-) -> Result<Remeshed> {
-    let out = remeshed_body(solid, marks, part.clone(), places, sizes, options, run)?;
+fn sound_body(solid: &Parametric, marks: &Marks, body: &Body, options: &ExactOptions, run: &Run) -> Result<Remeshed> {
+    let out = remeshed_body(solid, marks, body, options, run)?;
+    let Body { part, places, sizes } = body;
     if out.sound {
         return Ok(out);
     }
-    let dropped = to_blame(solid, &part, run)?;
+    let dropped = to_blame(solid, part, run)?;
     let left = |l: &u32| dropped.binary_search(&solid.face_of(*l)).is_err();
     if dropped.is_empty() || !part.labels.iter().any(left) {
         return Ok(out);
@@ -132,7 +133,8 @@ fn sound_body(
         rest.labels.push(*l);
     }
     split_fans(&mut rest, &mut of_rest, &mut wants);
-    let again = remeshed_body(solid, marks, rest, &of_rest, &wants, options, run)?;
+    let rest = Body { part: rest, places: of_rest, sizes: wants };
+    let again = remeshed_body(solid, marks, &rest, options, run)?;
     Ok(if again.sound { Remeshed { dropped, ..again } } else { out })
 }
 
@@ -168,32 +170,32 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
 fn remeshed_body(
     solid: &Parametric,
     marks: &Marks,
-    part: TriMesh,
-    places: &[Place],
-    sizes: &[f64],
+    body: &Body,
     options: &ExactOptions,
     run: &Run,
 ) -> Result<Remeshed> {
     const TRIES: usize = 4;
-    let as_it_was = |mut part: TriMesh, why: String| {
+    let Body { part, places, sizes } = body;
+    let as_it_was = |why: String| {
+        let mut part = part.clone();
         part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
         let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
         Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
     };
+    let sizes = as_spaced(part, sizes);
     let mut kept: Vec<u32> = Vec::new();
     let mut best: Option<(usize, TriMesh)> = None;
     for _ in 0..TRIES {
-        let edit = match EditMesh::new(&part) {
+        let edit = match EditMesh::new(part) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(e) => return as_it_was(part, e.to_string()),
+            Err(e) => return as_it_was(e.to_string()),
         };
-        let sizes = as_spaced(&part, sizes);
-        let work = patchwork(solid, marks, edit, &part, places, sizes, &kept);
+        let work = patchwork(solid, marks, edit, part, places, sizes.clone(), &kept);
         let quiet = Run::new().with_cancel(run.cancel_token());
         let ExactMesh { mesh: out, report: found, .. } =
-            match remesh_patchwork(work, &part, solid, options, &quiet, None) {
-                Err(Error::Input { message, .. }) => return as_it_was(part, message),
+            match remesh_patchwork(work, part, solid, options, &quiet, None) {
+                Err(Error::Input { message, .. }) => return as_it_was(message),
                 other => other?,
             };
         // The labels are faces from here on.
@@ -215,12 +217,12 @@ fn remeshed_body(
             break;
         }
     }
-    let first = self_intersections(&part, run)?.len();
+    let first = self_intersections(part, run)?.len();
     match best {
         Some((count, out)) if count <= first => {
             Ok(Remeshed { mesh: out, kept: Vec::new(), dropped: Vec::new(), shortfall: None, sound: false })
         }
-        _ => as_it_was(part, "remeshing folded it".into()),
+        _ => as_it_was("remeshing folded it".into()),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::geometry::{Features, Pieces};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// Mesh edges count as sharp above this dihedral deviation, degrees.
 pub const SHARP_MESH: f64 = 30.0;
@@ -41,13 +41,6 @@ pub struct FeatureRecovery {
     pub node_residual_max: f64,
 }
 
-fn segment_distance_squared(p: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let d = b - a;
-    let l = d.length_squared();
-    let t = if l > 0.0 { ((p - a).dot(d) / l).clamp(0.0, 1.0) } else { 0.0 };
-    p.distance_squared(a + d * t)
-}
-
 /// Measures the recovery; `h` is the length scale, by custom the mean edge length.
 pub fn recovery(
     mesh: &TriMesh,
@@ -66,7 +59,7 @@ pub fn recovery(
     run.check()?;
     let mut recovered = 0.0;
     for s in &must {
-        let d = |i: u32| segment_distance_squared(s.point, ends[i as usize][0], ends[i as usize][1]);
+        let d = |i: u32| s.point.distance_squared(segment_foot(s.point, ends[i as usize]));
         if mesh_edges.nearest(s.point, near, d).is_some() {
             recovered += s.length;
         }
@@ -80,7 +73,7 @@ pub fn recovery(
         .collect();
     let true_edges = Bvh::new(tangents.iter().map(|e| Aabb::around(*e)).collect());
     let to_truth = |p: DVec3| {
-        let d = |i: u32| segment_distance_squared(p, tangents[i as usize][0], tangents[i as usize][1]);
+        let d = |i: u32| p.distance_squared(segment_foot(p, tangents[i as usize]));
         true_edges.nearest(p, near, d)
     };
     let off = |p: DVec3| {

@@ -10,4 +10,4 @@ pub use aabb::Aabb;
 pub use bvh::Bvh;
 pub use cells::Cells;
 pub use graded::Graded;
-pub use triangle::{triangle_distance_squared, triangle_foot};
+pub use triangle::{segment_foot, triangle_distance_squared, triangle_foot};

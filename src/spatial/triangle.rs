@@ -1,6 +1,13 @@
-//! A point and a triangle: distance, nearest point.
+//! A point and a triangle or a segment: distance, nearest point.
 
 use glam::DVec3;
+
+/// The point of the segment `ab` nearest to `p`; `a` where the segment has no length.
+pub fn segment_foot(p: DVec3, [a, b]: [DVec3; 2]) -> DVec3 {
+    let d = b - a;
+    let squared = d.length_squared();
+    if squared > 0.0 { a + d * ((p - a).dot(d) / squared).clamp(0.0, 1.0) } else { a }
+}
 
 /// Squared distance from `p` to the triangle `abc`.
 pub fn triangle_distance_squared(p: DVec3, corners: [DVec3; 3]) -> f64 {

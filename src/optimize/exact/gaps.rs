@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::patchwork::Patchwork;
 use crate::error::Result;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// One row of equilateral triangles across a strip has edges of this many times its width.
 const ROW: f64 = 1.15;
@@ -51,9 +51,7 @@ pub(super) fn across_gaps(work: &Patchwork, size: f64, least: f64, run: &Run) ->
             if other.label != rim.label || other.ends.contains(&rim.ends[end]) {
                 return;
             }
-            let ([a, b], along) = (other.points, other.points[1] - other.points[0]);
-            let share = along.dot(p - a) / along.length_squared();
-            let way = (if share.is_finite() { a.lerp(b, share.clamp(0.0, 1.0)) } else { a }) - p;
+            let way = segment_foot(p, other.points) - p;
             let d = way.length();
             let facing = way.dot(rim.inward) > ACROSS * d && -way.dot(other.inward) > ACROSS * d;
             if range.contains(&d) && facing {

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::Part;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, TriMesh, edit::NONE};
+use crate::spatial::segment_foot;
 
 /// What [`measure`] finds.
 #[derive(Debug, Clone, Copy)]
@@ -22,12 +23,6 @@ pub struct Measure {
     pub p05_angle: f64,
     pub below_20: f64,
     pub node_error: f64,
-}
-
-fn segment_distance(p: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let d = b - a;
-    let t = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    p.distance(a + t * d)
 }
 
 /// Measures `mesh` against `part`: features within 5 % of `h`, as truth those sharper than 40 degrees.
@@ -69,7 +64,7 @@ pub fn measure(mesh: &TriMesh, part: &Part, h: f64) -> Measure {
     }
     let found = |p: &&DVec3| {
         let candidates = grid.get(&key(**p)).map_or(&[][..], |v| v);
-        candidates.iter().any(|&i| segment_distance(**p, sharp[i].0, sharp[i].1) < near)
+        candidates.iter().any(|&i| p.distance(segment_foot(**p, [sharp[i].0, sharp[i].1])) < near)
     };
     let recall = curve.iter().filter(found).count() as f64 / curve.len().max(1) as f64;
     let corners_found = corners.iter().filter(|c| mesh.nodes.iter().any(|p| p.distance(**c) < near)).count();

@@ -11,7 +11,7 @@ use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, Positi
 use super::domain::Domain;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// Cells wider than this many wanted lengths are halved.
 const WIDE: f64 = 1.35;
@@ -105,7 +105,7 @@ pub(super) fn fill(
         .collect();
     let border = Bvh::new(segments.iter().map(|s| Aabb::around(*s)).collect());
     let clear = |p: DVec3, h: f64| {
-        border.nearest(p, CLEAR * h, |i| segment_distance_squared(p, segments[i as usize])).is_none()
+        border.nearest(p, CLEAR * h, |i| p.distance_squared(segment_foot(p, segments[i as usize]))).is_none()
     };
     let mut found = Vec::new();
     let mut chains: Vec<[DVec3; 2]> = Vec::new();
@@ -114,7 +114,7 @@ pub(super) fn fill(
     }
     let lines = Bvh::new(chains.iter().map(|s| Aabb::around(*s)).collect());
     let clear = |p: DVec3, h: f64| {
-        let near = |i: u32| segment_distance_squared(p, chains[i as usize]);
+        let near = |i: u32| p.distance_squared(segment_foot(p, chains[i as usize]));
         clear(p, h) && lines.nearest(p, CLEAR * h, near).is_none()
     };
     f.scatter([lo, hi], &inside, size_at, &clear, (count, most.min(MOST_NODES)), &mut found)?;
@@ -192,13 +192,6 @@ fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
     let mean = sum / 25.0;
     let good = |x: f64| x.is_finite() && x > 0.0;
     if good(mean.x) && good(mean.y) { mean } else { 1.0 / (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE)) }
-}
-
-fn segment_distance_squared(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
-    let d = b - a;
-    let l = d.length_squared();
-    let t = if l > 0.0 { ((p - a).dot(d) / l).clamp(0.0, 1.0) } else { 0.0 };
-    p.distance_squared(a + t * d)
 }
 
 impl Filler<'_> {
@@ -451,7 +444,7 @@ impl Filler<'_> {
             let [p, q] = [at(x, nodes), at(y, nodes)];
             let uv = 0.5 * (self.parameters(a) + self.parameters(b));
             let m = self.chart.at(uv);
-            let away = segment_distance_squared(m, [p, q]).sqrt();
+            let away = m.distance(segment_foot(m, [p, q]));
             let far = away > BEND * p.distance(q) && away > 1e-6 * self.size;
             if far || doubled.contains(&[x.min(y), x.max(y)]) {
                 splits.push((uv, m));
