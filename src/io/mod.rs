@@ -25,6 +25,7 @@
 
 mod atomic;
 mod build;
+mod line;
 mod msh;
 mod msh_read;
 mod obj;

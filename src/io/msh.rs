@@ -16,6 +16,7 @@ use crate::spatial::Aabb;
 
 use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
+use super::line::Line;
 use super::text::escape;
 
 /// gmsh's number of the three-node triangle.
@@ -27,30 +28,24 @@ const QUADRILATERAL: i32 = 3;
 struct Row<'a> {
     out: &'a mut dyn Write,
     binary: bool,
-    line: Vec<u8>,
+    line: Line,
 }
 
 impl Row<'_> {
     fn int(&mut self, x: i32) {
-        if self.binary { self.line.extend(x.to_le_bytes()) } else { self.line.extend(format!("{x} ").bytes()) }
+        if self.binary { self.line.bytes(x.to_le_bytes()) } else { _ = self.line.whole(x) }
     }
 
     fn size(&mut self, x: usize) {
-        if self.binary { self.line.extend((x as u64).to_le_bytes()) } else { self.line.extend(format!("{x} ").bytes()) }
+        if self.binary { self.line.bytes((x as u64).to_le_bytes()) } else { _ = self.line.whole(x) }
     }
 
     fn real(&mut self, x: f64) {
-        if self.binary { self.line.extend(x.to_le_bytes()) } else { self.line.extend(format!("{x:?} ").bytes()) }
+        if self.binary { self.line.bytes(x.to_le_bytes()) } else { _ = self.line.real(x) }
     }
 
     fn end(&mut self) -> Result<()> {
-        if !self.binary {
-            self.line.pop();
-            self.line.push(b'\n');
-        }
-        self.out.write_all(&self.line).map_err(write_failed)?;
-        self.line.clear();
-        Ok(())
+        if self.binary { self.line.flush(self.out) } else { self.line.end(self.out) }
     }
 
     /// A line of plain text, in binary files too.
@@ -73,7 +68,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
     }
     let blocks = blocks(mesh, run)?;
     let nodes = mesh.nodes_of_faces();
-    let mut row = Row { out, binary, line: Vec::new() };
+    let mut row = Row { out, binary, line: Line::default() };
 
     row.text(&format!("$MeshFormat\n4.1 {} 8", u8::from(binary)))?;
     if binary {

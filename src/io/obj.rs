@@ -16,6 +16,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node};
+use super::line::Line;
 use super::text::{Lines, at, escape, point, quote, unescape};
 
 /// What the first pass leaves.
@@ -136,16 +137,13 @@ fn node_index(word: &str, count: usize, line: usize) -> Result<usize> {
 }
 
 pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
-    each_node(mesh, 0..mesh.node_count(), run, |p| {
-        writeln!(out, "v {:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)
-    })?;
+    let mut line = Line::default();
+    each_node(mesh, 0..mesh.node_count(), run, |p| line.word("v").reals(p).end(out))?;
     for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
         writeln!(out, "g {}", escape(&mesh.face_names()[face])).map_err(write_failed)?;
         for range in ranges {
             each_cell(mesh, range, run, |cell, _| {
-                write!(out, "f").map_err(write_failed)?;
-                cell.iter().try_for_each(|v| write!(out, " {}", u64::from(*v) + 1)).map_err(write_failed)?;
-                writeln!(out).map_err(write_failed)
+                line.word("f").wholes(cell.iter().map(|v| u64::from(*v) + 1)).end(out)
             })?;
         }
     }

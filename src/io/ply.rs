@@ -14,6 +14,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, reserve};
+use super::line::Line;
 use super::text::{Lines, at, count, ended, escape, quote, unescape};
 
 /// The number types of PLY.
@@ -400,11 +401,12 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
     if nodes > i32::MAX as usize {
         return Err(Error::Failed("PLY files number nodes by 32-bit integers, this mesh has more".into()));
     }
+    let mut line = Line::default();
     each_node(mesh, 0..nodes, run, |p| {
         if binary {
             p.to_array().iter().try_for_each(|x| out.write_all(&x.to_le_bytes())).map_err(write_failed)
         } else {
-            writeln!(out, "{:?} {:?} {:?}", p.x, p.y, p.z).map_err(write_failed)
+            line.reals(p).end(out)
         }
     })?;
     let mut record = Vec::new();
@@ -417,8 +419,6 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
             cell.iter().chain([&label]).for_each(|x| record.extend(x.to_le_bytes()));
             return out.write_all(&record).map_err(write_failed);
         }
-        write!(out, "{size}").map_err(write_failed)?;
-        cell.iter().chain([&label]).try_for_each(|x| write!(out, " {x}")).map_err(write_failed)?;
-        writeln!(out).map_err(write_failed)
+        line.whole(size).wholes(cell.iter().copied().chain([label])).end(out)
     })
 }

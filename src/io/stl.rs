@@ -11,6 +11,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, fan};
+use super::line::Line;
 use super::text::{Lines, at, ended, escape, point, quote, unescape};
 
 /// Bytes of the free header.
@@ -189,6 +190,7 @@ pub(super) fn write_binary(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) 
 }
 
 pub(super) fn write_ascii(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
+    let mut line = Line::default();
     for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
         let name = escape(&mesh.face_names()[face]);
         writeln!(out, "solid {name}").map_err(write_failed)?;
@@ -197,13 +199,9 @@ pub(super) fn write_ascii(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -
                 for corners in fan(cell) {
                     let corners = corners.map(|v| mesh.node(v as usize));
                     let n = normal(corners);
-                    let [a, b, c] = corners.map(|p| format!("   vertex {:?} {:?} {:?}\n", p.x, p.y, p.z));
-                    writeln!(
-                        out,
-                        " facet normal {:?} {:?} {:?}\n  outer loop\n{a}{b}{c}  endloop\n endfacet",
-                        n.x, n.y, n.z
-                    )
-                    .map_err(write_failed)?;
+                    line.word(" facet normal").reals(n).and().word("  outer loop").and();
+                    corners.into_iter().for_each(|p| _ = line.word("   vertex").reals(p).and());
+                    line.word("  endloop").and().word(" endfacet").end(out)?;
                 }
                 Ok(())
             })?;

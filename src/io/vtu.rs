@@ -8,6 +8,7 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
+use super::line::Line;
 
 /// VTK's number of the triangle cell.
 const VTK_TRIANGLE: u8 = 5;
@@ -29,7 +30,7 @@ impl Arrays<'_> {
         attributes: &str,
         count: usize,
         values: impl FnOnce(&Run, &mut dyn FnMut(T) -> Result<()>) -> Result<()>,
-        text: impl Fn(T) -> String,
+        text: impl Fn(&mut Line, T),
         bytes: impl Fn(T) -> [u8; N],
     ) -> Result<()> {
         self.run.check()?;
@@ -41,8 +42,15 @@ impl Arrays<'_> {
             values(self.run, &mut |value| base64.push(&bytes(value)))?;
             base64.finish()?;
         } else {
-            let out = &mut *self.out;
-            values(self.run, &mut |value| write!(out, "{} ", text(value)).map_err(write_failed))?;
+            // Lines of a bearable length.
+            const WORDS: usize = 12;
+            let (out, mut line, mut words) = (&mut *self.out, Line::default(), 0);
+            values(self.run, &mut |value| {
+                text(&mut line, value);
+                words += 1;
+                if words % WORDS == 0 { line.end(out) } else { Ok(()) }
+            })?;
+            line.flush(out)?;
         }
         self.line("\n</DataArray>")
     }
@@ -125,12 +133,18 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
     let coordinates = |run: &Run, take: &mut dyn FnMut(f64) -> Result<()>| {
         each_node(mesh, 0..nodes, run, |p| p.to_array().into_iter().try_for_each(&mut *take))
     };
-    a.array(three, 3 * nodes, coordinates, |x: f64| format!("{x:?}"), f64::to_le_bytes)?;
+    a.array(three, 3 * nodes, coordinates, |line, x: f64| _ = line.real(x), f64::to_le_bytes)?;
     a.line("</Points>\n<Cells>")?;
     let connectivity = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
         each_cell(mesh, 0..count, run, |cell, _| cell.iter().try_for_each(|v| take(i64::from(*v))))
     };
-    a.array(r#"type="Int64" Name="connectivity""#, corners, connectivity, |v| v.to_string(), i64::to_le_bytes)?;
+    a.array(
+        r#"type="Int64" Name="connectivity""#,
+        corners,
+        connectivity,
+        |line, v| _ = line.whole(v),
+        i64::to_le_bytes,
+    )?;
     let offsets = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
         let mut end = 0;
         each_cell(mesh, 0..count, run, |cell, _| {
@@ -138,7 +152,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
             take(end)
         })
     };
-    a.array(r#"type="Int64" Name="offsets""#, count, offsets, |v| v.to_string(), i64::to_le_bytes)?;
+    a.array(r#"type="Int64" Name="offsets""#, count, offsets, |line, v| _ = line.whole(v), i64::to_le_bytes)?;
     let types = |run: &Run, take: &mut dyn FnMut(u8) -> Result<()>| {
         each_cell(mesh, 0..count, run, |cell, _| {
             take(match cell.len() {
@@ -148,12 +162,12 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
             })
         })
     };
-    a.array(r#"type="UInt8" Name="types""#, count, types, |v| v.to_string(), u8::to_le_bytes)?;
+    a.array(r#"type="UInt8" Name="types""#, count, types, |line, v| _ = line.whole(v), u8::to_le_bytes)?;
     a.line("</Cells>\n<CellData Scalars=\"face\">")?;
     let labels = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
         each_cell(mesh, 0..count, run, |_, label| take(i64::from(label)))
     };
-    a.array(r#"type="Int64" Name="face""#, count, labels, |v| v.to_string(), i64::to_le_bytes)?;
+    a.array(r#"type="Int64" Name="face""#, count, labels, |line, v| _ = line.whole(v), i64::to_le_bytes)?;
     for group in mesh.groups() {
         let mut member = vec![0u8; mesh.face_names().len()];
         group.faces.iter().for_each(|f| member[*f as usize] = 1);
@@ -161,7 +175,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
         let inside = |run: &Run, take: &mut dyn FnMut(u8) -> Result<()>| {
             each_cell(mesh, 0..count, run, |_, label| take(member[label as usize]))
         };
-        a.array(&head, count, inside, |v| v.to_string(), u8::to_le_bytes)?;
+        a.array(&head, count, inside, |line, v| _ = line.whole(v), u8::to_le_bytes)?;
     }
     a.line("</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }

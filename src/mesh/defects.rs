@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Place, Result};
 
+use super::sides::{Side, sides};
 use super::trimesh::TriMesh;
 
 /// Everything that keeps a mesh from being a closed, oriented 2-manifold. All lists are ascending.
@@ -51,35 +52,6 @@ pub struct Topology {
     pub genus: Option<i64>,
 }
 
-/// One side of a triangle: `key` is the undirected edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-struct Side {
-    key: u64,
-    triangle: u32,
-    forward: bool,
-}
-
-/// All sides, ascending. They are gathered by their smaller node first, which leaves little to sort.
-fn sides(mesh: &TriMesh) -> Vec<Side> {
-    let each = || {
-        let ends = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
-        (0u32..).zip(&mesh.triangles).flat_map(move |(t, tri)| ends(tri).map(|e| (t, e)))
-    };
-    let mut fill = vec![0usize; mesh.nodes.len() + 1];
-    each().for_each(|(_, [a, b])| fill[a.min(b) as usize + 1] += 1);
-    for v in 0..mesh.nodes.len() {
-        fill[v + 1] += fill[v];
-    }
-    let mut sides = vec![Side::default(); 3 * mesh.triangles.len()];
-    for (triangle, [a, b]) in each() {
-        let at = &mut fill[a.min(b) as usize];
-        sides[*at] = Side { key: u64::from(a.min(b)) << 32 | u64::from(a.max(b)), triangle, forward: a < b };
-        *at += 1;
-    }
-    sides.chunk_by_mut(|x, y| x.key >> 32 == y.key >> 32).for_each(<[Side]>::sort_unstable);
-    sides
-}
-
 struct Sets(Vec<u32>);
 
 impl Sets {
@@ -99,10 +71,6 @@ impl Sets {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b) as usize] = a.min(b);
     }
-}
-
-fn ends(key: u64) -> [u32; 2] {
-    [(key >> 32) as u32, key as u32]
 }
 
 impl TriMesh {
@@ -143,9 +111,9 @@ impl TriMesh {
         }
         let sides = sides(self);
         // Triangles with the same nodes share every edge, so their nodes' sums differ if anything does.
-        let sum = |s: &Side| self.triangles[s.triangle as usize].iter().map(|v| u64::from(*v)).sum::<u64>();
+        let sum = |s: &Side| self.triangles[s.triangle() as usize].iter().map(|v| u64::from(*v)).sum::<u64>();
         for group in sides.chunk_by(|a, b| a.key == b.key).filter(|g| g.len() > 1) {
-            let mut seen: Vec<(u64, u32)> = group.iter().map(|s| (sum(s), s.triangle)).collect();
+            let mut seen: Vec<(u64, u32)> = group.iter().map(|s| (sum(s), s.triangle())).collect();
             seen.sort_unstable();
             let twice = seen.windows(2).filter(|w| w[0].0 == w[1].0 && w[0].1 != w[1].1);
             d.duplicate_triangles.extend(twice.map(|w| w[1].1));
@@ -159,7 +127,7 @@ impl TriMesh {
             3 * t + (0..3).find(|k| tri[*k as usize] == v).unwrap_or(0)
         };
         for group in sides.chunk_by(|a, b| a.key == b.key) {
-            let e = ends(group[0].key);
+            let e = group[0].edge();
             match group {
                 [_] => d.open_edges.push(e),
                 [a, b] => {
@@ -167,7 +135,7 @@ impl TriMesh {
                         d.misoriented_edges.push(e);
                     }
                     for v in e {
-                        fans.join(corner(a.triangle, v), corner(b.triangle, v));
+                        fans.join(corner(a.triangle(), v), corner(b.triangle(), v));
                     }
                 }
                 _ => d.nonmanifold_edges.push(e),
@@ -214,7 +182,7 @@ impl TriMesh {
         sides(self)
             .chunk_by(|a, b| a.key == b.key)
             .filter(|g| g.len() == 2)
-            .map(|g| (ends(g[0].key), [g[0].triangle, g[1].triangle]))
+            .map(|g| (g[0].edge(), [g[0].triangle(), g[1].triangle()]))
             .collect()
     }
 

@@ -6,6 +6,7 @@ mod defects;
 mod defects_tests;
 pub mod edit;
 mod intersect;
+pub(crate) mod sides;
 mod trimesh;
 pub mod view;
 

@@ -7,6 +7,7 @@
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
+use crate::mesh::sides::sides;
 
 use super::cells::{Boundary, Cells};
 use super::fragment::{EdgeFragment, FaceFragment};
@@ -107,25 +108,23 @@ impl<'a> Cutter<'a> {
         let mut marked: Vec<[u32; 2]> = borders.iter().map(|[a, b]| key(*a, *b)).collect();
         marked.sort_unstable();
         let n = 3 * mesh.triangles.len() as u32;
-        let from = |s: u32| mesh.triangles[s as usize / 3][s as usize % 3];
-        let mut sides: Vec<([u32; 2], u32)> = (0..n).map(|s| (key(from(s), from(next(s))), s)).collect();
-        sides.sort_unstable();
+        let sides = sides(mesh);
         let mut twin = vec![NONE; n as usize];
         let mut rim_of = vec![NONE; n as usize];
         let mut rims = Vec::new();
-        for group in sides.chunk_by(|a, b| a.0 == b.0) {
-            if let [(edge, a), (_, b)] = *group
-                && from(a) != from(b)
-                && mesh.labels[a as usize / 3] == mesh.labels[b as usize / 3]
-                && marked.binary_search(&edge).is_err()
+        for group in sides.chunk_by(|a, b| a.key == b.key) {
+            if let [a, b] = group
+                && a.forward != b.forward
+                && mesh.labels[a.triangle() as usize] == mesh.labels[b.triangle() as usize]
+                && marked.binary_search(&a.edge()).is_err()
             {
-                (twin[a as usize], twin[b as usize]) = (b, a);
+                (twin[a.number as usize], twin[b.number as usize]) = (b.number, a.number);
                 continue;
             }
-            for (_, s) in group {
-                rim_of[*s as usize] = rims.len() as u32;
+            for s in group {
+                rim_of[s.number as usize] = rims.len() as u32;
             }
-            rims.push(group[0].0);
+            rims.push(group[0].edge());
         }
         Self {
             mesh,

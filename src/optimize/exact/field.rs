@@ -94,7 +94,7 @@ impl Remesher<'_> {
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
         for _ in 0..HALVINGS {
-            if self.flip(false)? == 0 {
+            if self.flip()? == 0 {
                 break;
             }
         }
@@ -113,7 +113,7 @@ impl Remesher<'_> {
                     self.own[v as usize] = self.size_at(v);
                 }
             }
-            self.flip(false)?;
+            self.flip()?;
             self.grade()?;
         }
         Ok(())

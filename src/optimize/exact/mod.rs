@@ -241,7 +241,7 @@ fn remesh(
         around.iter().for_each(|&v| focus[v as usize] = true);
         r.look_around(focus, AROUND);
         r.split_long()?;
-        r.flip(false)?;
+        r.flip()?;
         r.relax()?;
         polish(&mut r, POLISH)?;
         r.look_everywhere();
@@ -264,7 +264,7 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
     r.look_at_borders();
     r.collapse_short(TINY)?;
     for _ in 0..2 {
-        r.flip(false)?;
+        r.flip()?;
         r.mend_worst(POOR, 1)?;
     }
     show("untangle", r);
@@ -273,12 +273,12 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
         r.look_everywhere();
         let left = r.space_curves()?;
         r.look_at_borders();
-        r.flip(false)?;
+        r.flip()?;
         for _ in 0..POLISH {
             if r.mend_worst(POOR, 1)? == 0 {
                 break;
             }
-            r.flip(false)?;
+            r.flip()?;
         }
         if left == 0 {
             break;
@@ -329,7 +329,7 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
 
 fn even_out(r: &mut Remesher<'_>) -> Result<()> {
     for _ in 0..ROUNDS {
-        r.flip(true)?;
+        r.flip_evenly()?;
         r.relax()?;
     }
     Ok(())
@@ -341,7 +341,7 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
         r.collapse_short(TINY)?;
     }
     for _ in 0..rounds {
-        r.flip(false)?;
+        r.flip()?;
         r.relax()?;
     }
     r.mend_worst(MEND, POLISH)?;

@@ -141,7 +141,7 @@ impl Remesher<'_> {
     }
 
     fn mend(&mut self, t: u32, limit: f64) -> bool {
-        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, false)) {
+        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, None)) {
             return true;
         }
         let mut any = false;

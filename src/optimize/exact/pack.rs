@@ -102,7 +102,7 @@ impl Remesher<'_> {
     /// Flips, and takes out the nodes that were there before the packing.
     pub(super) fn drop_unplaced(&mut self, packing: &Packing) -> Result<()> {
         for _ in 0..PASSES {
-            self.flip(false)?;
+            self.flip()?;
             let left = self.collapse_unplaced(&packing.placed)?;
             if left == 0 {
                 break;
@@ -313,7 +313,7 @@ impl Remesher<'_> {
         packing.normals.resize(v as usize + 1, n);
         let ring: Vec<u32> = self.work.mesh.outgoing(v).map(next).collect();
         for h in ring {
-            self.flip_one(h, false);
+            self.flip_one(h, None);
         }
         Some(v)
     }

@@ -135,19 +135,50 @@ const SHEET: f64 = 0.15;
 /// A triangle of a smaller shape seems to be.
 const TURNED: f64 = 0.05;
 
-/// Shape of a triangle seen along `normal`: 1 for an equilateral one facing that way, 0 for a degenerate or upright one,
-/// negative for one turned over.
-pub(super) fn shape([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
-    let (u, v, w) = (b - a, c - a, c - b);
-    let squares = u.length_squared() + v.length_squared() + w.length_squared();
-    if squares > 0.0 { 2.0 * 3f64.sqrt() * u.cross(v).dot(normal) / squares } else { 0.0 }
+/// A triangle by what its shape is made of.
+#[derive(Clone, Copy)]
+pub(super) struct Facet {
+    /// Twice the area vector.
+    pub(super) area: DVec3,
+    /// The sum of the squared sides.
+    squares: f64,
 }
 
-/// [`shape`] whichever way the triangle faces.
-pub(super) fn plain_shape([a, b, c]: [DVec3; 3]) -> f64 {
-    let (u, v, w) = (b - a, c - a, c - b);
-    let squares = u.length_squared() + v.length_squared() + w.length_squared();
-    if squares > 0.0 { 2.0 * 3f64.sqrt() * u.cross(v).length() / squares } else { 0.0 }
+impl Facet {
+    pub(super) fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let (u, v, w) = (b - a, c - a, c - b);
+        Self { area: u.cross(v), squares: u.length_squared() + v.length_squared() + w.length_squared() }
+    }
+
+    fn relative(&self, area: f64) -> f64 {
+        if self.squares > 0.0 { 2.0 * 3f64.sqrt() * area / self.squares } else { 0.0 }
+    }
+
+    /// The shape seen along `normal`: 1 for an equilateral triangle facing that way, 0 for a degenerate or upright one,
+    /// negative for one turned over.
+    pub(super) fn seen(&self, normal: DVec3) -> f64 {
+        self.relative(self.area.dot(normal))
+    }
+
+    /// The shape whichever way the triangle faces.
+    pub(super) fn plain(&self) -> f64 {
+        self.relative(self.area.length())
+    }
+
+    /// Whether [`plain`](Self::plain) is above `limit`.
+    pub(super) fn is_above(&self, limit: f64) -> bool {
+        12.0 * self.area.length_squared() > (limit * self.squares).powi(2)
+    }
+}
+
+/// [`Facet::seen`] of a triangle.
+pub(super) fn shape(corners: [DVec3; 3], normal: DVec3) -> f64 {
+    Facet::new(corners).seen(normal)
+}
+
+/// [`Facet::plain`] of a triangle.
+pub(super) fn plain_shape(corners: [DVec3; 3]) -> f64 {
+    Facet::new(corners).plain()
 }
 
 impl Patchwork {

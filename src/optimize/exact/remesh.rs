@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::ExactOptions;
 use super::MEND;
-use super::patchwork::{Patchwork, PieceSet, plain_shape, shape};
+use super::patchwork::{Facet, Patchwork, PieceSet};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::edit::NONE;
@@ -340,35 +340,43 @@ impl<'a> Remesher<'a> {
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
         let dying = [h / 3, m.opposite(h) / 3];
-        let (mut before, mut after) = (f64::INFINITY, f64::INFINITY);
+        let mut after = f64::INFINITY;
         let long = |v: u32, x: u32| {
             let want = self.want[v as usize].min(self.want[x as usize]);
             p.distance(self.point(x)) > longest * want
         };
+        let corners = |v: u32, e: u32| [self.point(v), self.point(m.target(e)), self.point(m.apex(e))];
+        let shape = |e: u32, corners: [DVec3; 3]| self.work.shape_at(self.surface, m.label(e / 3), corners);
         for v in [a, b] {
-            for e in m.outgoing(v) {
-                let t = e / 3;
-                let (x, y) = (m.target(e), m.apex(e));
-                let corners = [self.point(v), self.point(x), self.point(y)];
-                before = before.min(self.work.shape_at(self.surface, m.label(t), corners));
-                if !dying.contains(&t) {
-                    if p == self.point(v) {
-                        after = after.min(self.work.shape_at(self.surface, m.label(t), corners));
-                        continue;
-                    }
-                    after = after.min(self.work.shape_at(self.surface, m.label(t), [p, corners[1], corners[2]]));
-                    if long(b, x) && p.distance(self.point(x)) > self.point(v).distance(self.point(x)) {
-                        return false;
-                    }
+            for e in m.outgoing(v).filter(|e| !dying.contains(&(e / 3))) {
+                let [q, x, y] = corners(v, e);
+                after = after.min(shape(e, [p, x, y]));
+                if p != q && p.distance(x) > q.distance(x) && long(b, m.target(e)) {
+                    return false;
                 }
             }
         }
-        (after > before || after >= FAIR) && !self.makes_sliver(h, p)
+        let now = || {
+            [a, b].into_iter().flat_map(|v| m.outgoing(v).map(move |e| (v, e))).map(|(v, e)| shape(e, corners(v, e)))
+        };
+        (after >= FAIR || after > now().fold(f64::INFINITY, f64::min)) && !self.makes_sliver(h, p)
     }
 
-    /// Flips edges where that raises the smaller shape, until nothing changes. With `valence` also where it evens out
-    /// valences and shapes stay good.
-    pub(super) fn flip(&mut self, valence: bool) -> Result<usize> {
+    /// Flips edges where that raises the smaller shape, until nothing changes.
+    pub(super) fn flip(&mut self) -> Result<usize> {
+        self.flip_edges(None)
+    }
+
+    /// [`flip`](Self::flip) of a patch that is the only one of its mesh, also where that evens out valences and shapes stay
+    /// good.
+    pub(super) fn flip_evenly(&mut self) -> Result<usize> {
+        let m = &self.work.mesh;
+        let mut excess = vec![0; m.node_capacity()];
+        m.nodes().for_each(|v| excess[v as usize] = self.excess(v));
+        self.flip_edges(Some(excess))
+    }
+
+    fn flip_edges(&mut self, mut excess: Option<Vec<i64>>) -> Result<usize> {
         let mut count = 0;
         // Only edges of triangles that changed are looked at again.
         let mut list = self.seen();
@@ -381,8 +389,17 @@ impl<'a> Remesher<'a> {
                 for h in 3 * t..3 * t + 3 {
                     let o = self.work.mesh.opposite(h);
                     let other_way = o == NONE || (o < h && listed[(o / 3) as usize]);
-                    if !other_way && self.flip_one(h, valence) {
+                    if other_way {
+                        continue;
+                    }
+                    let [a, b] = [self.work.mesh.origin(h), self.work.mesh.target(h)];
+                    let [c, d] = [self.work.mesh.apex(h), self.work.mesh.apex(o)];
+                    if self.flip_one(h, excess.as_deref()) {
                         changed.extend([t, o / 3]);
+                        if let Some(excess) = &mut excess {
+                            [a, b].into_iter().for_each(|v| excess[v as usize] -= 1);
+                            [c, d].into_iter().for_each(|v| excess[v as usize] += 1);
+                        }
                     }
                 }
             }
@@ -398,26 +415,26 @@ impl<'a> Remesher<'a> {
         Ok(count)
     }
 
-    /// How many triangles of a patch a node has beyond what suits it: six around a node within, three beside a border,
-    /// as many as fit at a corner.
-    fn excess(&self, v: u32, label: u32) -> i64 {
+    /// How many triangles a node has beyond what suits it: six around a node within, three beside a border, as many as fit
+    /// at a corner.
+    fn excess(&self, v: u32) -> i64 {
         let m = &self.work.mesh;
+        let count = m.outgoing(v).count() as i64;
         match self.rank[v as usize] {
-            Rank::Face => m.outgoing(v).count() as i64 - 6,
-            Rank::Curve => m.outgoing(v).filter(|h| m.label(h / 3) == label).count() as i64 - 3,
+            Rank::Face => count - 6,
+            Rank::Curve => count - 3,
             Rank::Corner => {
-                let (mut count, mut angle) = (0, 0.0);
-                for h in m.outgoing(v).filter(|h| m.label(h / 3) == label) {
-                    let p = self.point(v);
-                    angle += (self.point(m.target(h)) - p).angle_between(self.point(m.apex(h)) - p);
-                    count += 1;
-                }
+                let p = self.point(v);
+                let angle = |h: u32| (self.point(m.target(h)) - p).angle_between(self.point(m.apex(h)) - p);
+                let angle: f64 = m.outgoing(v).map(angle).sum();
                 count - (angle / std::f64::consts::FRAC_PI_3).round().max(1.0) as i64
             }
         }
     }
 
-    pub(super) fn flip_one(&mut self, h: u32, valence: bool) -> bool {
+    /// Flips an edge where that raises the smaller shape; with the `excess` of triangles at each node also where that becomes
+    /// more even and shapes stay good.
+    pub(super) fn flip_one(&mut self, h: u32, excess: Option<&[i64]>) -> bool {
         let m = &self.work.mesh;
         let o = m.opposite(h);
         if o == NONE || m.is_sharp(h) || self.work.is_kept(h / 3) {
@@ -425,13 +442,15 @@ impl<'a> Remesher<'a> {
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
         let [p, q, r, s] = [a, b, c, d].map(|v| self.point(v));
+        let [left, right] = [Facet::new([p, q, r]), Facet::new([q, p, s])];
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
-        let smooth = (q - p).cross(r - p).dot((s - p).cross(q - p)) > 0.0;
-        let now = plain_shape([p, q, r]).min(plain_shape([q, p, s]));
-        if smooth && !valence && now > MEND {
+        let smooth = left.area.dot(right.area) > 0.0;
+        if smooth && excess.is_none() && left.is_above(MEND) && right.is_above(MEND) {
             return false;
         }
-        let then = plain_shape([p, s, r]).min(plain_shape([s, q, r]));
+        let (above, below) = (Facet::new([p, s, r]), Facet::new([s, q, r]));
+        let now = left.plain().min(right.plain());
+        let then = above.plain().min(below.plain());
         if then < SLIVER.min(now) {
             return false;
         }
@@ -439,27 +458,26 @@ impl<'a> Remesher<'a> {
             return false;
         }
         let label = m.label(h / 3);
-        let evener = valence && then > GOOD && {
-            let off = |v: u32, change: i64| {
-                let e = self.excess(v, label);
-                (e + change).pow(2) - e.pow(2)
-            };
-            let change: i64 = [(a, -1), (b, -1), (c, 1), (d, 1)].into_iter().map(|(v, k)| off(v, k)).sum();
+        let mut evener = false;
+        if let Some(excess) = excess.filter(|_| then > GOOD) {
+            let [a, b, c, d] = [a, b, c, d].map(|v| excess[v as usize]);
+            // By how much the sum of squares changes, halved.
+            let change = c + d - a - b + 2;
             if change > 0 {
                 return false;
             }
-            change < 0
-        };
+            evener = change < 0;
+        }
         if smooth && !evener && now > FAIR && then <= now + 1e-9 {
             return false;
         }
-        let (middle, up) = (0.25 * (p + q + r + s), (q - p).cross(r - p) + (s - p).cross(q - p));
+        let (middle, up) = (0.25 * (p + q + r + s), left.area + right.area);
         let mut normal = self.work.normal(self.surface, label, middle);
         if normal.dot(up) <= 0.0 {
             normal = self.work.normal_facing(self.surface, label, middle, up, SHORT * self.wanted(h)).unwrap_or(normal);
         }
-        let now = shape([p, q, r], normal).min(shape([q, p, s], normal));
-        let then = shape([p, s, r], normal).min(shape([s, q, r], normal));
+        let now = left.seen(normal).min(right.seen(normal));
+        let then = above.seen(normal).min(below.seen(normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
         // A node of a border keeps at least one edge into each of its patches by the link condition alone.
         better && self.work.mesh.flip(h)

@@ -1,0 +1,72 @@
+//! Lines of numbers as text: most of what text formats consist of.
+
+use std::io::Write;
+
+use super::atomic::write_failed;
+use crate::error::Result;
+
+/// A line on its way into a file: words with a blank between them. Reals are the shortest text that reads back as the same
+/// number.
+#[derive(Default)]
+pub(super) struct Line(Vec<u8>);
+
+impl Line {
+    fn part(&mut self) {
+        if self.0.last().is_some_and(|c| *c != b'\n') {
+            self.0.push(b' ');
+        }
+    }
+
+    /// Adds a word as it is.
+    pub(super) fn word(&mut self, word: &str) -> &mut Self {
+        self.part();
+        self.0.extend(word.as_bytes());
+        self
+    }
+
+    /// Adds a number.
+    pub(super) fn real(&mut self, x: f64) -> &mut Self {
+        self.word(zmij::Buffer::new().format(x))
+    }
+
+    /// Adds numbers.
+    pub(super) fn reals(&mut self, numbers: impl Into<[f64; 3]>) -> &mut Self {
+        numbers.into().into_iter().for_each(|x| _ = self.real(x));
+        self
+    }
+
+    /// Adds a whole number.
+    pub(super) fn whole(&mut self, n: impl itoa::Integer) -> &mut Self {
+        self.word(itoa::Buffer::new().format(n))
+    }
+
+    /// Adds whole numbers.
+    pub(super) fn wholes<N: itoa::Integer>(&mut self, numbers: impl IntoIterator<Item = N>) -> &mut Self {
+        numbers.into_iter().for_each(|n| _ = self.whole(n));
+        self
+    }
+
+    /// Begins another line behind this one.
+    pub(super) fn and(&mut self) -> &mut Self {
+        self.0.push(b'\n');
+        self
+    }
+
+    /// Ends the line, writes it, and is empty again.
+    pub(super) fn end(&mut self, out: &mut dyn Write) -> Result<()> {
+        self.0.push(b'\n');
+        self.flush(out)
+    }
+
+    /// Writes what there is so far.
+    pub(super) fn flush(&mut self, out: &mut dyn Write) -> Result<()> {
+        out.write_all(&self.0).map_err(write_failed)?;
+        self.0.clear();
+        Ok(())
+    }
+
+    /// Adds bytes as they are.
+    pub(super) fn bytes<const N: usize>(&mut self, bytes: [u8; N]) {
+        self.0.extend(bytes);
+    }
+}
