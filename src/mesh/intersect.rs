@@ -17,7 +17,7 @@ use crate::spatial::{Aabb, Bvh};
 pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let (boxes, flat) = boxes_and_flat(mesh);
     run.check()?;
-    let bvh = Bvh::new(boxes);
+    let bvh = run.install(|| Bvh::new(boxes));
     let apart = spread_fans(mesh);
     let meet = |t: u32, u: u32| {
         !flat[t as usize]

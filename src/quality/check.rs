@@ -133,7 +133,7 @@ pub fn check_tested(
             features = Some(recovery(mesh, f, a.pieces, mesh.mean_edge_length(), run)?);
         }
     }
-    let shapes = shapes(mesh);
+    let shapes = run.install(|| shapes(mesh));
     let mut check = Check {
         nodes: mesh.nodes.len() - defects.unused_nodes.len(),
         triangles: mesh.triangles.len(),

@@ -1,6 +1,7 @@
 //! Shape of triangles.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::mesh::TriMesh;
@@ -55,7 +56,7 @@ pub fn quality(mesh: &TriMesh) -> Quality {
 }
 
 pub(super) fn shapes(mesh: &TriMesh) -> Vec<Shape> {
-    (0..mesh.triangles.len()).map(|t| shape(mesh.corners(t))).collect()
+    (0..mesh.triangles.len()).into_par_iter().with_min_len(1024).map(|t| shape(mesh.corners(t))).collect()
 }
 
 pub(super) fn summed_up(shapes: &[Shape]) -> Quality {

@@ -10,6 +10,9 @@ const LEAF: usize = 4;
 /// Levels whose halves are looked at in parallel.
 const FORKS: u32 = 8;
 
+/// Halves of fewer items than this are built one after the other.
+const ALONE: usize = 1 << 12;
+
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bounds: Aabb,
@@ -29,7 +32,7 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the hierarchy over boxes; items are numbered as given.
+    /// Builds the hierarchy over boxes, on the threads of the current pool; items are numbered as given.
     pub fn new(boxes: Vec<Aabb>) -> Self {
         let mut centers: Vec<(DVec3, u32)> = boxes.iter().map(Aabb::center).zip(0..).collect();
         let mut nodes = Vec::with_capacity(2 * boxes.len().div_ceil(LEAF) + 1);
@@ -185,6 +188,12 @@ impl Bvh {
     }
 }
 
+/// Adds nodes that were built by themselves.
+fn append(nodes: &mut Vec<Node>, others: Vec<Node>) {
+    let before = nodes.len() as u32;
+    nodes.extend(others.into_iter().map(|n| if n.count > 0 { n } else { Node { start: n.start + before, ..n } }));
+}
+
 /// Builds the hierarchy over the items from number `start` on, and returns their bounds.
 fn build(boxes: &[Aabb], centers: &mut [(DVec3, u32)], start: u32, nodes: &mut Vec<Node>) -> Aabb {
     let at = nodes.len();
@@ -204,9 +213,22 @@ fn build(boxes: &[Aabb], centers: &mut [(DVec3, u32)], start: u32, nodes: &mut V
     let mid = centers.len() / 2;
     centers.select_nth_unstable_by(mid, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
     let (low, high) = centers.split_at_mut(mid);
-    let left = build(boxes, low, start, nodes);
-    let right = nodes.len() as u32;
-    let bounds = left.union(&build(boxes, high, start + mid as u32, nodes));
+    let (bounds, right);
+    if high.len() < ALONE {
+        let left = build(boxes, low, start, nodes);
+        right = nodes.len() as u32;
+        bounds = left.union(&build(boxes, high, start + mid as u32, nodes));
+    } else {
+        let half = |centers: &mut [(DVec3, u32)], start| {
+            let mut nodes = Vec::with_capacity(2 * centers.len().div_ceil(LEAF) + 1);
+            (build(boxes, centers, start, &mut nodes), nodes)
+        };
+        let (left, other) = rayon::join(|| half(low, start), || half(high, start + mid as u32));
+        bounds = left.0.union(&other.0);
+        append(nodes, left.1);
+        right = nodes.len() as u32;
+        append(nodes, other.1);
+    }
     nodes[at] = Node { bounds, start: right, count: 0 };
     bounds
 }

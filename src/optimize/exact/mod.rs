@@ -58,7 +58,7 @@ const MOST_REPAIRED: usize = 3;
 const LEAST: f64 = 1.0 / 16.0;
 
 /// Sees the mesh after a stage, with the stage's name.
-pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + 'a;
+pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + Send + 'a;
 
 /// What [`remesh_pieces`] aims at.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,7 +157,7 @@ pub fn remesh_cut(
     work.sizes = sizes;
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    remesh(names, r, report, observer)
+    run.install(|| remesh(names, r, report, observer))
 }
 
 /// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
@@ -173,7 +173,8 @@ pub fn remesh_patchwork(
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     check_options(options)?;
-    remesh(names, Remesher::new(work, surface, options, run)?, ExactReport::default(), observer)
+    let r = Remesher::new(work, surface, options, run)?;
+    run.install(|| remesh(names, r, ExactReport::default(), observer))
 }
 
 fn check_options(options: &ExactOptions) -> Result<()> {

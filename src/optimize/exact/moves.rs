@@ -1,15 +1,19 @@
 //! Moving nodes: relaxation of all, and mending of the worst triangles one by one.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::STUCK;
 use super::patchwork::{PieceSet, plain_shape};
-use super::remesh::{FAIR, LONG, Rank, Remesher, SLIVER};
+use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 
 /// Nodes that would move by less than this share of their size stay.
 const STILL: f64 = 0.004;
+
+/// So many nodes are worth being sorted by who may move at the same time.
+const MANY: usize = 1 << 15;
 
 /// Halvings of a move that is refused.
 const BACKTRACKS: usize = 3;
@@ -36,46 +40,91 @@ fn equilateral(a: DVec3, b: DVec3, up: DVec3) -> DVec3 {
 
 impl Remesher<'_> {
     /// Moves every free node: inside faces to the mean of the places where its triangles would be equilateral on the edges
-    /// across from it, which favors no size over another; along curves to the middle of the neighbors.
-    pub(super) fn relax(&mut self) -> Result<usize> {
-        let mut moved = 0;
-        for v in 0..self.work.mesh.node_capacity() as u32 {
-            if v % 256 == 0 {
-                self.run.check()?;
-            }
-            if !self.work.mesh.is_node(v) || self.rank[v as usize] == Rank::Corner || !self.sees(v) {
-                continue;
-            }
-            let old = self.point(v);
-            let target = if self.rank[v as usize] == Rank::Curve {
-                match self.work.along(v)[..] {
-                    [a, b] => 0.5 * (self.point(a) + self.point(b)),
-                    _ => continue,
+    /// across from it, which favors no size over another; along curves to the middle of the neighbors. Of many nodes those
+    /// without an edge between them move at one time, of few each for itself.
+    pub(super) fn relax(&mut self) -> Result<()> {
+        if self.work.mesh.node_capacity() < MANY {
+            for v in 0..self.work.mesh.node_capacity() as u32 {
+                if v % 256 == 0 {
+                    self.run.check()?;
                 }
-            } else {
-                // The mean of the equilateral triangles' corners, of which the middles of the edges are one part.
-                let m = &self.work.mesh;
-                let (mut middles, mut across, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-                for h in m.outgoing(v) {
-                    let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
-                    middles += 0.5 * (a + b);
-                    across += 0.5 * 3f64.sqrt() * (a - old).cross(b - old).normalize_or_zero().cross(b - a);
-                    count += 1.0;
+                if self.is_free(v)
+                    && let Some(p) = self.relaxed(v)
+                {
+                    self.work.mesh.set_point(v, p);
                 }
-                if !(count > 0.0) {
-                    continue;
-                }
-                (middles + across) / count
-            };
-            if target.distance_squared(old) < (STILL * self.want[v as usize]).powi(2) {
-                continue;
             }
-            moved += usize::from(self.move_towards(v, old, target));
+            return Ok(());
         }
-        Ok(moved)
+        for nodes in self.independent() {
+            self.run.check()?;
+            let this = &*self;
+            let places: Vec<Option<DVec3>> =
+                self.run.install(|| nodes.par_iter().with_min_len(SHARE).map(|&v| this.relaxed(v)).collect());
+            for (&v, place) in nodes.iter().zip(places) {
+                if let Some(p) = place {
+                    self.work.mesh.set_point(v, p);
+                }
+            }
+        }
+        Ok(())
     }
 
-    fn move_towards(&mut self, v: u32, old: DVec3, target: DVec3) -> bool {
+    fn is_free(&self, v: u32) -> bool {
+        self.work.mesh.is_node(v) && self.rank[v as usize] != Rank::Corner && self.sees(v)
+    }
+
+    /// The nodes that may move, in groups none of which holds two neighbors.
+    fn independent(&self) -> Vec<Vec<u32>> {
+        let m = &self.work.mesh;
+        let mut color = vec![u8::MAX; m.node_capacity()];
+        let mut groups: Vec<Vec<u32>> = Vec::new();
+        for v in m.nodes().filter(|&v| self.is_free(v)) {
+            let mut taken = 0u64;
+            for x in m.neighbors(v) {
+                taken |= 1u64.checked_shl(color[x as usize].into()).unwrap_or(0);
+            }
+            // Of more colors than these the rest stays.
+            let own = taken.trailing_ones();
+            if own < u64::BITS {
+                color[v as usize] = own as u8;
+                groups.resize_with(groups.len().max(own as usize + 1), Vec::new);
+                groups[own as usize].push(v);
+            }
+        }
+        groups
+    }
+
+    /// Where [`relax`](Self::relax) moves a node, if anywhere.
+    fn relaxed(&self, v: u32) -> Option<DVec3> {
+        let old = self.point(v);
+        let target = if self.rank[v as usize] == Rank::Curve {
+            match self.work.along(v)[..] {
+                [a, b] => 0.5 * (self.point(a) + self.point(b)),
+                _ => return None,
+            }
+        } else {
+            // The mean of the equilateral triangles' corners, of which the middles of the edges are one part.
+            let m = &self.work.mesh;
+            let (mut middles, mut across, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+            for h in m.outgoing(v) {
+                let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
+                middles += 0.5 * (a + b);
+                across += 0.5 * 3f64.sqrt() * (a - old).cross(b - old).normalize_or_zero().cross(b - a);
+                count += 1.0;
+            }
+            if !(count > 0.0) {
+                return None;
+            }
+            (middles + across) / count
+        };
+        if target.distance_squared(old) < (STILL * self.want[v as usize]).powi(2) {
+            return None;
+        }
+        self.moved_towards(v, old, target)
+    }
+
+    fn moved_towards(&self, v: u32, old: DVec3, target: DVec3) -> Option<DVec3> {
         let set = self.work.sets[v as usize];
         let reach = self.want[v as usize];
         let mut before = None;
@@ -86,13 +135,12 @@ impl Remesher<'_> {
                 let worse = after < CALM
                     && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
                 if !worse {
-                    self.work.mesh.set_point(v, p);
-                    return true;
+                    return Some(p);
                 }
             }
             step *= 0.5;
         }
-        false
+        None
     }
 
     /// Triangles whose shape is below `limit`, worst first, are mended one by one: by a flip, by moving a corner, by a
@@ -134,8 +182,10 @@ impl Remesher<'_> {
 
     /// Triangles whose shape is below `limit`, worst first.
     fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
-        let shapes = among.iter().map(|&t| (self.work.shape(self.surface, t), t));
-        let mut list: Vec<(f64, u32)> = shapes.filter(|x| x.0 < limit).collect();
+        let mut list: Vec<(f64, u32)> = self.run.install(|| {
+            let shapes = among.par_iter().with_min_len(SHARE).map(|&t| (self.work.shape(self.surface, t), t));
+            shapes.filter(|x| x.0 < limit).collect()
+        });
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         list.into_iter().map(|x| x.1).collect()
     }

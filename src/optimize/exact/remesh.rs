@@ -5,6 +5,7 @@
 //! faces the wrong way has a negative shape, so the same guard untangles what cutting has folded.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::ExactOptions;
 use super::MEND;
@@ -29,6 +30,9 @@ pub(super) const SLIVER: f64 = 0.004;
 
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
+
+/// Edges or nodes that one thread looks at at a time, at least.
+pub(super) const SHARE: usize = 512;
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -384,26 +388,31 @@ impl<'a> Remesher<'a> {
         for _ in 0..FLIP_PASSES {
             self.run.check()?;
             list.iter().for_each(|&t| listed[t as usize] = true);
+            // Most edges stay; which do not is looked at again before each flip.
+            let this = &*self;
+            let wanted = |h: &u32| {
+                let o = this.work.mesh.opposite(*h);
+                let other_way = o == NONE || (o < *h && listed[(o / 3) as usize]);
+                !other_way && this.should_flip(*h, excess.as_deref())
+            };
+            let edges: Vec<u32> = self.run.install(|| {
+                let sides = list.par_iter().with_min_len(SHARE).flat_map_iter(|t| 3 * t..3 * t + 3);
+                sides.filter(wanted).collect()
+            });
+            list.iter().for_each(|&t| listed[t as usize] = false);
             let mut changed = Vec::new();
-            for &t in &list {
-                for h in 3 * t..3 * t + 3 {
-                    let o = self.work.mesh.opposite(h);
-                    let other_way = o == NONE || (o < h && listed[(o / 3) as usize]);
-                    if other_way {
-                        continue;
-                    }
-                    let [a, b] = [self.work.mesh.origin(h), self.work.mesh.target(h)];
-                    let [c, d] = [self.work.mesh.apex(h), self.work.mesh.apex(o)];
-                    if self.flip_one(h, excess.as_deref()) {
-                        changed.extend([t, o / 3]);
-                        if let Some(excess) = &mut excess {
-                            [a, b].into_iter().for_each(|v| excess[v as usize] -= 1);
-                            [c, d].into_iter().for_each(|v| excess[v as usize] += 1);
-                        }
+            for h in edges {
+                let m = &self.work.mesh;
+                let o = m.opposite(h);
+                let [a, b, c, d] = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
+                if self.flip_one(h, excess.as_deref()) {
+                    changed.extend([h / 3, o / 3]);
+                    if let Some(excess) = &mut excess {
+                        [a, b].into_iter().for_each(|v| excess[v as usize] -= 1);
+                        [c, d].into_iter().for_each(|v| excess[v as usize] += 1);
                     }
                 }
             }
-            list.iter().for_each(|&t| listed[t as usize] = false);
             count += changed.len() / 2;
             changed.sort_unstable();
             changed.dedup();
@@ -432,9 +441,15 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Flips an edge where that raises the smaller shape; with the `excess` of triangles at each node also where that becomes
-    /// more even and shapes stay good.
+    /// Flips an edge where that [helps](Self::should_flip).
     pub(super) fn flip_one(&mut self, h: u32, excess: Option<&[i64]>) -> bool {
+        // A node of a border keeps at least one edge into each of its patches by the link condition alone.
+        self.should_flip(h, excess) && self.work.mesh.flip(h)
+    }
+
+    /// Whether the flip of an edge raises the smaller shape; with the `excess` of triangles at each node also whether that
+    /// becomes more even and shapes stay good.
+    fn should_flip(&self, h: u32, excess: Option<&[i64]>) -> bool {
         let m = &self.work.mesh;
         let o = m.opposite(h);
         if o == NONE || m.is_sharp(h) || self.work.is_kept(h / 3) {
@@ -478,8 +493,6 @@ impl<'a> Remesher<'a> {
         }
         let now = left.seen(normal).min(right.seen(normal));
         let then = above.seen(normal).min(below.seen(normal));
-        let better = if evener { then > GOOD } else { then > now + 1e-9 };
-        // A node of a border keeps at least one edge into each of its patches by the link condition alone.
-        better && self.work.mesh.flip(h)
+        if evener { then > GOOD } else { then > now + 1e-9 }
     }
 }
