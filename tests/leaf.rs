@@ -190,11 +190,24 @@ fn sizes_follow_faces_curvature_and_chords() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let part = Part::from_solid(turned(cube_with_holes()));
-    let options = MeshOptions { size: Some(SizeRequest::Length(0.09)), ..MeshOptions::default() };
-    let meshes = [1, 2, 3, 16]
-        .map(|threads| mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap().mesh);
-    assert!(meshes.iter().all(|m| *m == meshes[0]));
+    // A ball is one face, and is worked on in parts.
+    let ball = Primitive::Sphere { r: 1.0, at: DVec3::ZERO }.into();
+    for (solid, size) in [(turned(cube_with_holes()), 0.09), (ball, 0.02)] {
+        let part = Part::from_solid(solid);
+        let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+        let meshes = [1, 2, 3, 16]
+            .map(|threads| mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap().mesh);
+        assert!(meshes.iter().all(|m| *m == meshes[0]));
+    }
+}
+
+#[test]
+fn a_large_face_shows_no_trace_of_its_parts() {
+    let (ball, size) = (Solid::from(Primitive::Sphere { r: 1.0, at: DVec3::ZERO }), 0.02);
+    let c = exact(ball.clone(), size);
+    assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 0));
+    let q = c.quality;
+    assert!(q.min_angle > 35.0 && q.p05_angle > 48.0 && q.mean_radius_ratio > 0.985, "{q:?}");
 }
 
 #[test]

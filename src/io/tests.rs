@@ -322,8 +322,8 @@ fn meshes_no_reader_takes_are_not_written() {
 fn vtu_text_holds_the_arrays() {
     let text = String::from_utf8(bytes_of(&cube(), Format::Vtu, Encoding::Text)).unwrap();
     assert!(text.contains("NumberOfPoints=\"8\" NumberOfCells=\"12\""));
-    assert!(text.contains("Name=\"face\" format=\"ascii\">\n0 0 1 1 2 2 3 3 4 4 5 5 \n"));
-    assert!(text.contains("Name=\"group clamped\" format=\"ascii\">\n1 1 0 0 1 1 0 0 0 0 0 0 \n"));
+    assert!(text.contains("Name=\"face\" format=\"ascii\">\n0 0 1 1 2 2 3 3 4 4 5 5\n"));
+    assert!(text.contains("Name=\"group clamped\" format=\"ascii\">\n1 1 0 0 1 1 0 0 0 0 0 0\n"));
     let binary = String::from_utf8(bytes_of(&cube(), Format::Vtu, Encoding::Binary)).unwrap();
     // Twelve bytes of value 5 after their count.
     assert!(binary.contains("DAAAAAAAAAAFBQUFBQUFBQUFBQU="), "{binary}");

@@ -41,6 +41,7 @@ impl Arrays<'_> {
             base64.push(&((count * N) as u64).to_le_bytes())?;
             values(self.run, &mut |value| base64.push(&bytes(value)))?;
             base64.finish()?;
+            self.line("")?;
         } else {
             // Lines of a bearable length.
             const WORDS: usize = 12;
@@ -50,9 +51,11 @@ impl Arrays<'_> {
                 words += 1;
                 if words % WORDS == 0 { line.end(out) } else { Ok(()) }
             })?;
-            line.flush(out)?;
+            if words % WORDS > 0 {
+                line.end(out)?;
+            }
         }
-        self.line("\n</DataArray>")
+        self.line("</DataArray>")
     }
 
     fn line(&mut self, text: &str) -> Result<()> {

@@ -458,7 +458,7 @@ fn cells_of_any_number_of_nodes_are_written() {
             (Err(error), Format::Msh) => assert!(error.to_string().contains("cell 2 has 5 corners"), "{error}"),
             (Ok(bytes), Format::Vtu) => {
                 let text = String::from_utf8(bytes).unwrap();
-                let types = "Name=\"types\" format=\"ascii\">\n9 5 7 \n";
+                let types = "Name=\"types\" format=\"ascii\">\n9 5 7\n";
                 assert!(encoding == Encoding::Binary || text.contains(types), "{text}");
             }
             (Ok(bytes), _) => {

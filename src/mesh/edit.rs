@@ -19,7 +19,7 @@ mod opposites;
 mod part;
 mod store;
 
-pub use part::{ByLabel, Part};
+pub use part::{Part, Regions};
 
 use glam::DVec3;
 

@@ -1,10 +1,10 @@
-//! Taking a mesh apart into the patches between its labels, so that each can be worked on alone.
+//! Taking a mesh apart into regions, so that each can be worked on alone.
 
 use glam::DVec3;
 
 use super::{EditMesh, NONE, next, prev};
 
-/// Some triangles of a mesh on their own: edges to other labels and sharp edges have become a boundary.
+/// Some triangles of a mesh on their own: edges to other regions and sharp edges have become a boundary.
 #[derive(Debug, Clone)]
 pub struct Part {
     /// The triangles, with the labels they had.
@@ -13,44 +13,50 @@ pub struct Part {
     pub nodes: Vec<u32>,
 }
 
-/// The triangles of every label, and where each stands among those of its label.
+/// The triangles of every region, and where each stands among those of its region.
 #[derive(Debug, Clone)]
-pub struct ByLabel {
+pub struct Regions {
+    of: Vec<u32>,
     starts: Vec<u32>,
     order: Vec<u32>,
     position: Vec<u32>,
 }
 
-impl ByLabel {
-    /// Sorts the living triangles of a mesh whose labels are below `labels`.
-    pub fn new(mesh: &EditMesh, labels: usize) -> Self {
-        let mut starts = vec![0u32; labels + 1];
-        mesh.triangles().for_each(|t| starts[mesh.label(t) as usize + 1] += 1);
-        for k in 0..labels {
+impl Regions {
+    /// Sorts the living triangles of a mesh by their regions, given for every triangle there is room for and below `count`.
+    pub fn new(mesh: &EditMesh, of: Vec<u32>, count: usize) -> Self {
+        let mut starts = vec![0u32; count + 1];
+        mesh.triangles().for_each(|t| starts[of[t as usize] as usize + 1] += 1);
+        for k in 0..count {
             starts[k + 1] += starts[k];
         }
         let mut next = starts.clone();
-        let mut order = vec![NONE; starts[labels] as usize];
+        let mut order = vec![NONE; starts[count] as usize];
         let mut position = vec![NONE; mesh.triangle_capacity()];
         for t in mesh.triangles() {
-            let label = mesh.label(t) as usize;
-            order[next[label] as usize] = t;
-            position[t as usize] = next[label] - starts[label];
-            next[label] += 1;
+            let region = of[t as usize] as usize;
+            order[next[region] as usize] = t;
+            position[t as usize] = next[region] - starts[region];
+            next[region] += 1;
         }
-        Self { starts, order, position }
+        Self { of, starts, order, position }
     }
 
-    /// The triangles of a label, ascending.
-    pub fn triangles(&self, label: u32) -> &[u32] {
-        &self.order[self.starts[label as usize] as usize..self.starts[label as usize + 1] as usize]
+    /// How many regions there are.
+    pub fn count(&self) -> u32 {
+        self.starts.len() as u32 - 1
+    }
+
+    /// The triangles of a region, ascending.
+    pub fn triangles(&self, region: u32) -> &[u32] {
+        &self.order[self.starts[region as usize] as usize..self.starts[region as usize + 1] as usize]
     }
 }
 
 impl EditMesh {
-    /// The triangles of one label on their own; `sorted` must be of this mesh as it is.
-    pub fn part(&self, label: u32, sorted: &ByLabel) -> Part {
-        let triangles = sorted.triangles(label);
+    /// The triangles of one region on their own; `regions` must be of this mesh as it is.
+    pub fn part(&self, region: u32, regions: &Regions) -> Part {
+        let triangles = regions.triangles(region);
         let n = triangles.len();
         let mut mesh = EditMesh {
             points: Vec::with_capacity(n / 2 + 2),
@@ -59,7 +65,7 @@ impl EditMesh {
             sharp: vec![false; 3 * n],
             out: Vec::with_capacity(n / 2 + 2),
             pinned: Vec::with_capacity(n / 2 + 2),
-            labels: vec![label; n],
+            labels: triangles.iter().map(|&t| self.label(t)).collect(),
             normals: vec![DVec3::ZERO; n],
             faces: Vec::new(),
             groups: Vec::new(),
@@ -69,8 +75,8 @@ impl EditMesh {
             mesh.normals[i] = self.normals[t as usize];
             for k in 0..3 {
                 let o = self.opposite[3 * t as usize + k];
-                if o != NONE && self.label(o / 3) == label && !self.sharp[3 * t as usize + k] {
-                    mesh.opposite[3 * i + k] = 3 * sorted.position[(o / 3) as usize] + o % 3;
+                if o != NONE && regions.of[(o / 3) as usize] == region && !self.sharp[3 * t as usize + k] {
+                    mesh.opposite[3 * i + k] = 3 * regions.position[(o / 3) as usize] + o % 3;
                 }
             }
         }

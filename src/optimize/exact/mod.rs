@@ -212,11 +212,11 @@ fn remesh(
     }
     r.look_everywhere();
     let filling = r.work.filling;
-    r.each_patch(match filling {
-        Filling::Mended => remesh_patch,
-        Filling::Front => |r: &mut Remesher<'_>| r.pack(),
-        Filling::Random => |r: &mut Remesher<'_>| r.scatter(),
-    })?;
+    match filling {
+        Filling::Mended => r.each_part(remesh_patch)?,
+        Filling::Front => r.each_patch(|r| r.pack())?,
+        Filling::Random => r.each_patch(|r| r.scatter())?,
+    }
     show("pack", &r);
     if filling == Filling::Mended {
         polish(&mut r, LAST)?;

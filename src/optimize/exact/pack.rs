@@ -44,8 +44,9 @@ pub(super) struct Packing {
     placed: Vec<bool>,
     normals: Vec<DVec3>,
     queue: Vec<u32>,
-    /// Scratch: the placed nodes around the one whose ring is completed.
+    /// Scratch: the placed nodes around the one whose ring is completed, and the places of nodes on cuts.
     near: Vec<(DVec3, u32)>,
+    cuts: Vec<DVec3>,
 }
 
 impl Remesher<'_> {
@@ -63,9 +64,14 @@ impl Remesher<'_> {
             normals: vec![DVec3::ZERO; m.node_capacity()],
             queue: Vec::with_capacity(nodes.len()),
             near: Vec::new(),
+            cuts: Vec::new(),
         };
         for &v in nodes.iter().filter(|&&v| self.rank[v as usize] == Rank::Corner) {
-            packing.place(self, v, label);
+            if self.is_open(v) {
+                packing.grid.insert(self.point(v), self.want[v as usize], v);
+            } else {
+                packing.place(self, v, label);
+            }
         }
         let area = |t: u32| m.area_vector(t).length() / (3f64.sqrt() * self.want[m.corners(t)[0] as usize].powi(2));
         let asked: f64 = m.triangles().map(area).sum();
@@ -120,9 +126,14 @@ impl Remesher<'_> {
         let mut near = std::mem::take(&mut packing.near);
         near.clear();
         let farthest = (FAR + CLOSE) * want;
+        packing.cuts.clear();
         packing.grid.around(p, farthest, want, |q, id| {
             if id != v && q.distance_squared(p) < farthest * farthest && packing.normals[id as usize].dot(n) >= 0.0 {
-                near.push((q, id));
+                if packing.placed[id as usize] {
+                    near.push((q, id));
+                } else {
+                    packing.cuts.push(q);
+                }
             }
         });
         near.sort_unstable_by_key(|x| x.1);
@@ -216,6 +227,11 @@ impl Remesher<'_> {
             if !room(q, want) {
                 return None;
             }
+        }
+        // The two sides of a cut do not know of each other.
+        let beside_cut = |x: &DVec3| x.distance_squared(q) < (0.5 * CLOSE * own).powi(2);
+        if self.work.mesh.corners(t).into_iter().any(|v| self.is_open(v)) || packing.cuts.iter().any(beside_cut) {
+            return None;
         }
         let n = self.work.normal(self.surface, label, q);
         let id = self.claim(t, q, n, want, packing).or_else(|| self.insert(t, weights, q, n, want, packing))?;

@@ -1,12 +1,14 @@
-//! Work on each patch alone, in parallel, its border fixed.
+//! Work on each patch alone, in parallel, its border fixed; large patches in parts.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patchwork::{Patchwork, PieceSet};
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
-use crate::mesh::edit::{ByLabel, NONE};
+use crate::mesh::edit::{NONE, Regions};
 use crate::mesh::{EditMesh, TriMesh};
+use crate::spatial::Aabb;
 
 /// A patch after the work.
 struct Done {
@@ -16,7 +18,15 @@ struct Done {
     sets: Vec<PieceSet>,
     own: Vec<f64>,
     want: Vec<f64>,
+    open: Vec<bool>,
 }
+
+/// Patches that ask for more nodes than this are worked on in parts of no more. It is a share that one thread takes, and
+/// large beside what lies along the cuts, which is worked on twice.
+const LARGE: f64 = 6000.0;
+
+/// Edges around a cut within which patches are worked on again.
+const BAND: usize = 4;
 
 /// Rounds of splitting edges that would fall together: a loop of two edges takes two.
 const CHORD_ROUNDS: usize = 4;
@@ -58,34 +68,120 @@ impl Remesher<'_> {
     /// Does `work` on every patch as a mesh of its own, whose boundary must stay as it is, and joins the results. The
     /// result does not depend on the number of threads.
     pub(super) fn each_patch(&mut self, work: impl Fn(&mut Remesher<'_>) -> Result<()> + Sync) -> Result<()> {
-        let sorted = ByLabel::new(&self.work.mesh, self.work.patches.len());
+        let regions = Regions::new(&self.work.mesh, self.labels(), self.work.patches.len());
+        self.each_region(&regions, 0, false, work)
+    }
+
+    /// The same for work that replaces the nodes inside. Large patches are cut into parts, whose nodes on the cuts are
+    /// [open](Self::open) at first; then what lies along the cuts is worked on once more.
+    pub(super) fn each_part(&mut self, work: impl Fn(&mut Remesher<'_>) -> Result<()> + Sync) -> Result<()> {
+        let patches = self.work.patches.len();
+        let mut of = self.labels();
+        let count = self.cut_large(&mut of);
+        let regions = Regions::new(&self.work.mesh, of, count);
+        self.each_region(&regions, 0, true, &work)?;
+        if count == patches {
+            return Ok(());
+        }
+        let m = &self.work.mesh;
+        let mut near = std::mem::take(&mut self.open);
+        for _ in 1..BAND {
+            let front: Vec<u32> = m.nodes().filter(|&v| near[v as usize]).collect();
+            front.iter().for_each(|&v| m.neighbors(v).for_each(|x| near[x as usize] = true));
+        }
+        let mut of = self.labels();
+        for t in m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| near[v as usize])) {
+            of[t as usize] += patches as u32;
+        }
+        let regions = Regions::new(m, of, 2 * patches);
+        self.each_region(&regions, patches as u32, false, work)
+    }
+
+    /// The label of every triangle.
+    fn labels(&self) -> Vec<u32> {
+        let m = &self.work.mesh;
+        let mut of = vec![0; m.triangle_capacity()];
+        m.triangles().for_each(|t| of[t as usize] = m.label(t));
+        of
+    }
+
+    /// Gives the triangles of large patches other numbers, part by part, and returns how many numbers there are.
+    fn cut_large(&self, of: &mut [u32]) -> usize {
+        let m = &self.work.mesh;
+        let mut asked = vec![0.0; self.work.patches.len()];
+        let nodes = |t: u32| m.area_vector(t).length() / (3f64.sqrt() * self.want[m.corners(t)[0] as usize].powi(2));
+        m.triangles().for_each(|t| asked[m.label(t) as usize] += nodes(t));
+        let mut count = asked.len();
+        for label in (0..asked.len() as u32).filter(|&l| asked[l as usize] > LARGE && !self.work.stays(l)) {
+            let middle = |t: u32| m.corner_points(t).into_iter().sum::<DVec3>() / 3.0;
+            let triangles = m.triangles().filter(|&t| m.label(t) == label);
+            let mut parts = vec![triangles.map(|t| (middle(t), nodes(t), t)).collect::<Vec<_>>()];
+            let mut first = true;
+            while let Some(mut part) = parts.pop() {
+                let sum: f64 = part.iter().map(|x| x.1).sum();
+                if sum > LARGE && part.len() > 1 {
+                    let size = Aabb::around(part.iter().map(|x| x.0)).size();
+                    let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
+                    part.sort_unstable_by(|a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.2.cmp(&b.2)));
+                    let mut before = 0.0;
+                    let half = part.iter().position(|x| {
+                        before += x.1;
+                        before > 0.5 * sum
+                    });
+                    let other = part.split_off(half.unwrap_or(0).clamp(1, part.len() - 1));
+                    parts.extend([other, part]);
+                    continue;
+                }
+                // The first part keeps the patch's own number.
+                if !std::mem::take(&mut first) {
+                    part.iter().for_each(|x| of[x.2 as usize] = count as u32);
+                    count += 1;
+                }
+            }
+        }
+        count
+    }
+
+    /// Does `work` on the regions from number `from` on, with nodes on cuts [open](Self::open) if so asked.
+    fn each_region(
+        &mut self,
+        regions: &Regions,
+        from: u32,
+        open: bool,
+        work: impl Fn(&mut Remesher<'_>) -> Result<()> + Sync,
+    ) -> Result<()> {
         let this = &*self;
-        let one = |label: u32| {
-            let mut alone = this.alone(label, &sorted);
-            if !this.work.stays(label) {
+        let one = |region: u32| {
+            let mut alone = this.alone(region, regions, open);
+            let label = regions.triangles(region).first().map(|&t| this.work.mesh.label(t));
+            if label.is_some_and(|label| region >= from && !this.work.stays(label)) {
                 work(&mut alone.0)?;
             }
             let (r, nodes) = alone;
-            Ok(Done { mesh: r.work.mesh, nodes, sets: r.work.sets, own: r.own, want: r.want })
+            Ok(Done { mesh: r.work.mesh, nodes, sets: r.work.sets, own: r.own, want: r.want, open: r.open })
         };
-        let count = self.work.patches.len() as u32;
-        let done: Vec<Result<Done>> = self.run.install(|| (0..count).into_par_iter().map(one).collect());
+        let done: Vec<Result<Done>> = self.run.install(|| (0..regions.count()).into_par_iter().map(one).collect());
         let mut done: Vec<Done> = done.into_iter().collect::<Result<_>>()?;
         self.part_chords(&mut done);
         self.join(&done)
     }
 
-    fn alone(&self, label: u32, sorted: &ByLabel) -> (Remesher<'_>, Vec<u32>) {
-        let part = self.work.mesh.part(label, sorted);
+    fn alone(&self, region: u32, regions: &Regions, open: bool) -> (Remesher<'_>, Vec<u32>) {
+        let part = self.work.mesh.part(region, regions);
         let pick = |list: &[f64]| part.nodes.iter().map(|&v| list[v as usize]).collect();
         let rank = (0..part.nodes.len() as u32)
             .map(|v| if part.mesh.is_boundary(v) || part.mesh.is_pinned(v) { Rank::Corner } else { Rank::Face })
             .collect();
+        // Nodes of borders between patches have a rank of their own.
+        let within = |v: u32| self.rank[part.nodes[v as usize] as usize] == Rank::Face;
+        let cut = |v: u32| open && part.mesh.is_boundary(v) && within(v);
+        let open = (0..part.nodes.len() as u32).map(cut).collect();
         let r = Remesher {
             surface: self.surface,
             own: pick(&self.own),
             want: pick(&self.want),
             rank,
+            open,
             focus: None,
             options: self.options,
             run: self.run,
@@ -143,7 +239,7 @@ impl Remesher<'_> {
     fn join(&mut self, parts: &[Done]) -> Result<()> {
         let mut whole = TriMesh::default();
         let (mut sets, mut own, mut want, mut pinned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut borders = Vec::new();
+        let (mut borders, mut open) = (Vec::new(), Vec::new());
         let mut shared = vec![NONE; self.work.mesh.node_capacity()];
         let mut number = Vec::new();
         for part in parts {
@@ -166,9 +262,18 @@ impl Remesher<'_> {
                 own.push(part.own[v as usize]);
                 want.push(part.want[v as usize]);
                 pinned.push(part.mesh.is_pinned(v));
+                open.push(part.open.get(v as usize).copied().unwrap_or(false));
             }
-            let border = part.mesh.edges().filter(|&h| part.mesh.opposite(h) == NONE);
-            borders.extend(border.map(|h| [part.mesh.origin(h), part.mesh.target(h)].map(|v| number[v as usize])));
+            for h in part.mesh.edges().filter(|&h| part.mesh.opposite(h) == NONE) {
+                let ends = [part.mesh.origin(h), part.mesh.target(h)];
+                // Both ends of a cut may lie on a border, too.
+                let [a, b] = ends.map(|v| part.nodes[v as usize]);
+                let m = &self.work.mesh;
+                let cut = m.edge_between(a, b).is_some_and(|h| m.opposite(h) != NONE && !m.is_sharp(h));
+                if !cut {
+                    borders.push(ends.map(|v| number[v as usize]));
+                }
+            }
             for t in part.mesh.triangles() {
                 whole.triangles.push(part.mesh.corners(t).map(|v| number[v as usize]));
                 whole.labels.push(part.mesh.label(t));
@@ -182,7 +287,7 @@ impl Remesher<'_> {
         }
         (0..pinned.len()).filter(|&v| pinned[v]).for_each(|v| mesh.set_pinned(v as u32, true));
         (self.work.mesh, self.work.sets, self.work.sizes) = (mesh, sets, Vec::new());
-        (self.own, self.want) = (own, want);
+        (self.own, self.want, self.open) = (own, want, open);
         self.rank = (0..self.want.len() as u32).map(|v| self.rank_of(v)).collect();
         Ok(())
     }

@@ -52,6 +52,8 @@ pub(super) struct Remesher<'a> {
     /// The same after gradation: what counts.
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
+    /// Nodes on cuts within a patch, which stay for now but shall go; none at all if this is empty.
+    pub(super) open: Vec<bool>,
     /// Nodes around which edges and triangles are looked at; all if there is none.
     pub(super) focus: Option<Vec<bool>>,
     pub(super) options: &'a ExactOptions,
@@ -67,7 +69,7 @@ impl<'a> Remesher<'a> {
     ) -> Result<Self> {
         let count = work.mesh.node_capacity();
         let (own, want) = (vec![options.sizing.size; count], vec![options.sizing.size; count]);
-        let mut this = Self { work, surface, own, want, rank: Vec::new(), focus: None, options, run };
+        let mut this = Self { work, surface, own, want, rank: Vec::new(), open: Vec::new(), focus: None, options, run };
         this.rank = (0..count as u32).map(|v| this.rank_of(v)).collect();
         Ok(this)
     }
@@ -97,6 +99,11 @@ impl<'a> Remesher<'a> {
     /// Has what follows look at all nodes.
     pub(super) fn look_everywhere(&mut self) {
         self.focus = None;
+    }
+
+    /// Whether a node lies on a cut.
+    pub(super) fn is_open(&self, v: u32) -> bool {
+        self.open.get(v as usize).copied().unwrap_or(false)
     }
 
     /// Whether a node is to be looked at.
