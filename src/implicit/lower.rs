@@ -9,6 +9,7 @@ use super::blend::Blend;
 use super::expr::Expr;
 use super::formula::Formula;
 use super::leaf::{Frame, Leaf};
+use super::model::Implicit;
 use super::polygon::{EdgeTree, polygon_tree};
 use super::shapes::{canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
@@ -113,8 +114,8 @@ impl Lowerer {
                 }
                 Work::Visit(solid, mut c) => match solid.node() {
                     SolidNode::Primitive(p) => {
-                        let parts = if let Primitive::Formula(e) = p { split(e) } else { None };
-                        let Some(parts) = parts else {
+                        let parts = if let Primitive::Formula(e) = p { split(e).map(|s| (e, s)) } else { None };
+                        let Some((e, parts)) = parts else {
                             done.push(self.primitive(solid, p, &c)?);
                             continue;
                         };
@@ -122,7 +123,11 @@ impl Lowerer {
                         if c.name.is_none() {
                             c.name = Some(self.base_name(solid, "formula").into());
                         }
-                        done.push(self.tree_from(&parts, c)?);
+                        let whole = Leaf::Formula(Formula::compile(e, &c.place));
+                        let known = if c.negate { None } else { Implicit::box_of(whole) };
+                        let mut part = self.tree_from(&parts, c)?;
+                        part.bounds = part.bounds.intersection(&known.unwrap_or(Aabb::ALL));
+                        done.push(part);
                     }
                     SolidNode::And(all) | SolidNode::Or(all) => {
                         let and = matches!(solid.node(), SolidNode::And(_)) != c.negate;

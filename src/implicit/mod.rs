@@ -7,6 +7,7 @@ mod apex;
 mod batch;
 mod blend;
 mod blunt;
+mod creased;
 pub mod expr;
 mod extract;
 mod features;
@@ -33,6 +34,7 @@ mod tape;
 mod tests;
 mod thin;
 
+pub use creased::creased;
 pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};
 pub use features::features;

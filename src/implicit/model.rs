@@ -10,7 +10,7 @@ use super::leaf::Leaf;
 use super::lower::{FaceInfo, lower};
 use super::rfunction::RSystem;
 use super::solid::Solid;
-use super::tape::{Pruned, Scratch, Tape};
+use super::tape::{Op, Pruned, Scratch, Tape};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
@@ -87,6 +87,13 @@ impl Implicit {
             return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
         }
         Ok(model)
+    }
+
+    /// A box around the inside of one leaf, if one can be proved: a formula may show what its parts do not.
+    pub(super) fn box_of(leaf: Leaf) -> Option<Aabb> {
+        let tape = Tape { ops: vec![Op::Leaf { leaf: 0, face: 0, negate: false }] };
+        let (tape, rsystem) = (Arc::new(tape), RSystem::default());
+        Implicit { leaves: vec![leaf], tape, faces: Vec::new(), rsystem, bounds: Aabb::ALL }.find_bounds()
     }
 
     /// A box outside of which the sign is negative everywhere: grown from the structure's finite sides, else by powers of

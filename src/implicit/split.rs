@@ -1,8 +1,8 @@
 //! Formulas with creases inside, as set operations of formulas without.
 //!
 //! `min(a, b) >= 0` is the intersection of `a >= 0` and `b >= 0`; `max` makes a union, `|u| = max(u, -u)`. So the crease of
-//! such a formula is an edge between two leaves, like any other. Sums with smooth terms and multiples are looked through;
-//! switches deeper inside (below a root, a product, another sum of switches) stay in their leaf, and their creases with them.
+//! such a formula is an edge between two leaves, like any other. Sums and multiples are looked through, as `min(a, b) + c` is
+//! `min(a + c, b + c)`; switches deeper inside (below a root, a product) stay in their leaf, and their creases with them.
 
 use rustc_hash::FxHashMap;
 
@@ -21,7 +21,7 @@ pub(super) fn split(e: &Expr) -> Option<Solid> {
         return None;
     }
     let mut splitter = Splitter { switches, pieces: 0, taken_apart: false };
-    let solid = splitter.condition(e, 1.0, None, 0)?;
+    let solid = splitter.condition(e, 1.0, &Rest::default(), 0)?;
     splitter.taken_apart.then_some(solid)
 }
 
@@ -64,6 +64,21 @@ impl Switches {
     }
 }
 
+/// What else is added to a formula under division.
+#[derive(Clone, Copy, Default)]
+struct Rest<'a> {
+    /// What is done with.
+    done: Option<&'a Expr>,
+    /// Terms with switches that are still to be looked into, with their factors.
+    ahead: Option<&'a Ahead<'a>>,
+}
+
+struct Ahead<'a> {
+    term: &'a Expr,
+    factor: f64,
+    next: Option<&'a Ahead<'a>>,
+}
+
 struct Splitter {
     switches: Switches,
     pieces: usize,
@@ -71,48 +86,47 @@ struct Splitter {
 }
 
 impl Splitter {
-    /// `factor * e + offset >= 0`; `None` when there are too many pieces.
-    fn condition(&mut self, e: &Expr, factor: f64, offset: Option<&Expr>, depth: usize) -> Option<Solid> {
+    /// `factor * e + rest >= 0`; `None` when there are too many pieces.
+    fn condition(&mut self, e: &Expr, factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
         let deeper = depth + 1;
         if depth < DEPTH && self.switches.within(e) {
             match e.node() {
-                ExprNode::Unary(Unary::Neg, a) => return self.condition(a, -factor, offset, deeper),
+                ExprNode::Unary(Unary::Neg, a) => return self.condition(a, -factor, rest, deeper),
                 ExprNode::Unary(Unary::Abs, a) => {
                     self.taken_apart = true;
-                    let (p, q) =
-                        (self.condition(a, factor, offset, deeper)?, self.condition(a, -factor, offset, deeper)?);
+                    let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(a, -factor, rest, deeper)?);
                     return Some(if factor > 0.0 { p | q } else { p & q });
                 }
                 ExprNode::Binary(op @ (Binary::Min | Binary::Max), a, b) => {
                     self.taken_apart = true;
-                    let (p, q) =
-                        (self.condition(a, factor, offset, deeper)?, self.condition(b, factor, offset, deeper)?);
+                    let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(b, factor, rest, deeper)?);
                     return Some(if (*op == Binary::Min) == (factor > 0.0) { p & q } else { p | q });
                 }
                 ExprNode::Select(c, a, b) => {
                     self.taken_apart = true;
-                    let c = self.condition(c, 1.0, None, deeper)?;
-                    let (p, q) =
-                        (self.condition(a, factor, offset, deeper)?, self.condition(b, factor, offset, deeper)?);
+                    let c = self.condition(c, 1.0, &Rest::default(), deeper)?;
+                    let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(b, factor, rest, deeper)?);
                     return Some((c.clone() & p) | (!c & q));
                 }
                 ExprNode::Binary(op @ (Binary::Add | Binary::Sub), a, b) => {
                     let sign = if *op == Binary::Add { factor } else { -factor };
                     if !self.switches.within(b) {
-                        let offset = plus(offset, b, sign);
-                        return self.condition(a, factor, Some(&offset), deeper);
+                        let done = plus(rest.done, b, sign);
+                        return self.condition(a, factor, &Rest { done: Some(&done), ..*rest }, deeper);
                     }
                     if !self.switches.within(a) {
-                        let offset = plus(offset, a, factor);
-                        return self.condition(b, sign, Some(&offset), deeper);
+                        let done = plus(rest.done, a, factor);
+                        return self.condition(b, sign, &Rest { done: Some(&done), ..*rest }, deeper);
                     }
+                    let ahead = Ahead { term: b, factor: sign, next: rest.ahead };
+                    return self.condition(a, factor, &Rest { ahead: Some(&ahead), ..*rest }, deeper);
                 }
                 ExprNode::Binary(Binary::Mul, a, b) => {
                     if let Some((c, e)) = a.as_constant().map(|c| (c, b)).or(b.as_constant().map(|c| (c, a)))
                         && c != 0.0
                         && c.is_finite()
                     {
-                        return self.condition(e, factor * c, offset, deeper);
+                        return self.condition(e, factor * c, rest, deeper);
                     }
                 }
                 ExprNode::Binary(Binary::Div, a, b) => {
@@ -120,27 +134,26 @@ impl Splitter {
                         && c != 0.0
                         && c.is_finite()
                     {
-                        return self.condition(a, factor / c, offset, deeper);
+                        return self.condition(a, factor / c, rest, deeper);
                     }
                 }
                 _ => {}
             }
         }
+        let whole = plus(rest.done, e, factor);
+        if let Some(Ahead { term, factor, next }) = rest.ahead {
+            return self.condition(term, *factor, &Rest { done: Some(&whole), ahead: *next }, deeper);
+        }
         self.pieces += 1;
-        let own = if factor == 1.0 { e.clone() } else { e.clone() * factor };
-        let whole = match offset {
-            Some(o) => own + o.clone(),
-            None => own,
-        };
         (self.pieces <= MOST_PIECES).then(|| Solid::formula(whole))
     }
 }
 
-/// `offset + factor * e`
-fn plus(offset: Option<&Expr>, e: &Expr, factor: f64) -> Expr {
+/// `factor * e + rest`
+fn plus(rest: Option<&Expr>, e: &Expr, factor: f64) -> Expr {
     let term = if factor == 1.0 { e.clone() } else { e.clone() * factor };
-    match offset {
-        Some(o) => o.clone() + term,
+    match rest {
+        Some(r) => term + r.clone(),
         None => term,
     }
 }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
+use super::attempts::at;
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
 use super::leaf::{ByLeaf, by_leaf};
@@ -13,7 +14,7 @@ use super::report::Report;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
 use crate::implicit::{
-    ExtractOptions, Extracted, Implicit, ImplicitOracle, Wall, extract, features, thin_places, thin_walls,
+    ExtractOptions, Extracted, Implicit, ImplicitOracle, Wall, creased, extract, features, thin_places, thin_walls,
 };
 use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
@@ -273,6 +274,13 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         None => thin_walls(&ready.model, &extracted, cell, run)?,
     };
     list.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
+    if method == Method::Leaf {
+        let bent = creased(&mesh, &ImplicitOracle::new(&ready.model, &extracted), run);
+        report.warnings.extend(bent.first().map(|p| {
+            let what = "a crease inside a formula or blend, or a bend tighter than the least size";
+            format!("{} triangles cut off {what}: the first near {}", bent.len(), at(*p))
+        }));
+    }
     finish_names(part, &mut mesh, &mut report);
     run.progress("check", 0.0);
     let measured = if options.measure {

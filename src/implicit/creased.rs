@@ -1,0 +1,25 @@
+//! Creases that run inside one formula, of which the tree knows nothing: seen on the finished mesh.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::oracle::ImplicitOracle;
+use crate::geometry::Pieces;
+use crate::mesh::TriMesh;
+use crate::run::Run;
+
+/// Triangles whose normal is off from their formula's own by more than this cut off a crease: 25 degrees as a cosine. What
+/// bends by as much as sizes allow is off by a few degrees.
+const OFF: f64 = 0.906;
+
+/// The middles of triangles that cut off what bends too much for them: a crease inside a formula or a blend, or a bend that is
+/// tighter than the least size. Leaves of one smooth surface are not looked at.
+pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DVec3> {
+    let cut_off = |t: usize| {
+        let (p, n) = (mesh.centroid(t), mesh.normal(t));
+        let leaf = oracle.piece_at(p)?;
+        let user = oracle.leaves().get(leaf as usize)?.is_user();
+        (user && n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF).then_some(p)
+    };
+    run.install(|| (0..mesh.triangles.len()).into_par_iter().with_min_len(512).filter_map(cut_off).collect())
+}
