@@ -387,6 +387,35 @@ fn edits_show_at_once_and_bad_ones_change_nothing() {
     consistent(&view);
 }
 
+/// Editing one fragment touches nothing of the others: they stay where they are in memory, and the mesh is as if it had been
+/// merged anew.
+#[test]
+fn an_edit_costs_the_fragment_only() {
+    let mut mesh = torus(40, 30);
+    mesh.labels = (0..2400).map(|t| t / 400).collect();
+    mesh.faces = (0..6).map(|i| i.to_string()).collect();
+    let mut view = merged(&from_mesh(&mesh, &[], &[]).unwrap());
+    let kept = |view: &Merged| -> Vec<[usize; 3]> {
+        let faces = view.fragments().faces();
+        let at = |f: crate::model::FaceView| {
+            [f.border().as_ptr() as usize, f.inner().as_ptr() as usize, f.cells().stored().as_ptr() as usize]
+        };
+        faces.map(at).collect()
+    };
+    let before = kept(&view);
+    view.move_inner(2, |p| p.z += 0.01);
+    let mut face = view.fragments().face(4).to_fragment();
+    let border = face.view().border().len();
+    face.move_nodes(|nodes| nodes[border..].iter_mut().for_each(|p| p.z -= 0.01));
+    let back = view.replace(Replacement { faces: vec![(4, face)], ..Replacement::default() }).unwrap();
+    assert_eq!(kept(&view), before);
+    consistent(&view);
+    let (model, fragments) = view.clone().into_parts();
+    assert_eq!(TriMesh::from_view(&Merged::new(model, fragments).unwrap()), TriMesh::from_view(&view));
+    view.replace(back).unwrap();
+    assert_eq!(kept(&view), before);
+}
+
 #[test]
 fn refusals_name_the_edge() {
     let refused = |change: &dyn Fn(&mut Model, &mut Fragments)| {

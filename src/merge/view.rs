@@ -165,14 +165,14 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
         let (f, access) = self.numbering.face_of(j);
-        let corners = if access.size == 3 {
-            *self.fragments.corner_pool()[access.corners_of(j)..].first_chunk()?
-        } else {
-            let corners = self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f));
-            let [a, b, c] = *corners.as_ref() else { return None };
-            [a, b, c]
-        };
-        Some(corners.map(|v| self.to_global(access, v)))
+        if access.size == 3 {
+            let begin = access.corners_of(j);
+            let corners = &self.fragments.corner_pool()[begin..begin + 3];
+            return Some([0, 1, 2].map(|k| self.to_global(access, corners[k])));
+        }
+        let corners = self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f));
+        let [a, b, c] = *corners.as_ref() else { return None };
+        Some([a, b, c].map(|v| self.to_global(access, v)))
     }
 
     /// Puts the corners of the given cells into `out`, which is emptied first: quicker than
