@@ -125,6 +125,11 @@ fn numbers(corners: &[u32]) -> u32 {
     corners.iter().fold(0, |sum, v| sum.wrapping_add(*v))
 }
 
+/// A checksum that depends on the order of the corners, so that they are looked at one by one, as a writer does.
+fn in_order(sum: u32, corners: &[u32]) -> u32 {
+    corners.iter().fold(sum, |sum, v| (sum ^ v).wrapping_mul(0x0100_0193))
+}
+
 fn read_nodes(view: &dyn MeshView, range: std::ops::Range<usize>) -> u64 {
     let mut sum = 0u64;
     let _ = view.read_nodes(range, &mut |nodes| {
@@ -187,6 +192,17 @@ fn access(view: &Merged) {
     let (b, array) = cost(times, || numbers(black_box(&plain.triangles).as_flattened()));
     assert_eq!(a, b);
     row("cells one after the other", m, ours.seconds, array.seconds);
+    let (a, ours) = cost(times / 4, || {
+        let mut sum = 0;
+        let _ = view.read_cells(0..m, &mut |run: CellRun| {
+            sum = in_order(sum, run.corners());
+            Ok(())
+        });
+        sum
+    });
+    let (b, array) = cost(times / 4, || in_order(0, black_box(&plain.triangles).as_flattened()));
+    assert_eq!(a, b);
+    row("the same, corner by corner", m, ours.seconds, array.seconds);
     // Windows of one long order: short enough not to be interrupted, and never the same nodes twice.
     let order = scattered(n, 1 << 20);
     let mut sums = [0u64; 2];

@@ -73,7 +73,7 @@ const LARGER: f64 = 1.5;
 const DRAWN: usize = 12;
 
 /// A surface of which more than this share would have to move was not just pulled somewhere.
-const MOST_MOVED: f64 = 0.25;
+const MOST_MOVED: f64 = 0.3;
 
 /// Draws back a part of a closed surface that was pulled through another: its nodes, those of the stretched triangles around
 /// crossings, go where a membrane between the others would hang. The topology stays. Returns the mesh with the places moved

@@ -111,11 +111,16 @@ pub fn heal_onto(
     let longest = options.max_hole.unwrap_or(usize::MAX);
     let wanted = holes::close_holes(&mut mesh, longest, Defect::Hole, &mut report, run)?.wanted;
     clean::turn_outward(&mut mesh, &mut report);
+    let (branching, before) = (branching(&mesh), report.repairs.len());
     let mut pairs = levels::crossings(&mesh, run)?;
     if wanted == 0 && !(pairs.is_empty() && is_closed_manifold(&mesh)) {
         run.progress("uncross", 0.0);
         (mesh, pairs) = repair(input, mesh, pairs, diagonal, &mut report, run)?;
     }
+    let parted = report.repairs[before..].last().map_or(Action::Left, |r| r.action);
+    report.add(Defect::NonManifold, parted, branching.len(), &branching);
+    let strays = strays(&mesh);
+    report.add(Defect::StrayPiece, Action::Left, strays.len(), &strays);
     if let Some(oracle) = oracle {
         run.progress("project", 0.0);
         onto::onto(&mut mesh, oracle, &mut report, run)?;
@@ -135,6 +140,31 @@ const ENOUGH: f64 = 0.98;
 fn is_closed_manifold(mesh: &TriMesh) -> bool {
     let d = mesh.defects();
     d.is_closed() && d.is_manifold() && d.is_oriented()
+}
+
+/// Where more than two triangles meet in an edge or more than one fan in a node.
+fn branching(mesh: &TriMesh) -> Vec<DVec3> {
+    let d = mesh.defects();
+    let node = |v: u32| mesh.nodes[v as usize];
+    let edges = d.nonmanifold_edges.iter().map(|[a, b]| 0.5 * (node(*a) + node(*b)));
+    edges.chain(d.nonmanifold_nodes.iter().map(|v| node(*v))).collect()
+}
+
+/// A piece of less than this share of the area, a hundredth as long as the whole, is too small to mean anything.
+const STRAY_SHARE: f64 = 1e-4;
+
+/// Centers of pieces too small to mean anything. They may be what somebody drew, so they are only named.
+fn strays(mesh: &TriMesh) -> Vec<DVec3> {
+    let sides = sides::Sides::of(&mesh.triangles);
+    let (piece, count) = sides::pieces(mesh.triangles.len(), &sides, |_| true);
+    let area = clean::areas(mesh, &piece, count);
+    let total: f64 = area.iter().sum();
+    let mut middle = vec![(DVec3::ZERO, 0.0); count];
+    for (t, p) in piece.iter().enumerate() {
+        let sum = &mut middle[*p as usize];
+        *sum = (sum.0 + mesh.centroid(t), sum.1 + 1.0);
+    }
+    (0..count).filter(|p| area[*p] < STRAY_SHARE * total).map(|p| middle[p].0 / middle[p].1).collect()
 }
 
 /// Whether nothing is wrong.

@@ -21,7 +21,7 @@ pub enum Defect {
     Orientation,
     /// Triangles hanging on an edge of other triangles.
     Fin,
-    /// A piece too small to mean anything.
+    /// A piece too small to mean anything, which stays all the same.
     StrayPiece,
     /// A contour of open edges.
     Hole,

@@ -109,6 +109,80 @@ fn a_hole_is_closed_to_the_size_around_it() {
     let filled = h.mesh.faces.iter().position(|f| f == "filled").unwrap() as u32;
     let of_filling = h.mesh.labels.iter().filter(|l| **l == filled).count();
     assert!((20..200).contains(&of_filling), "{of_filling} triangles");
+    // as large as those around it, whose edges are 1/8 and its diagonal
+    let lengths: Vec<f64> = (0..h.mesh.triangles.len())
+        .filter(|t| h.mesh.labels[*t] == filled)
+        .flat_map(|t| {
+            let [a, b, c] = h.mesh.corners(t);
+            [a.distance(b), b.distance(c), c.distance(a)]
+        })
+        .collect();
+    let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+    assert!((0.1..0.18).contains(&mean) && lengths.iter().all(|l| *l < 0.36), "{mean} {lengths:?}");
+}
+
+/// Fillings of a hole in a saddle, before refinement.
+#[test]
+fn ears_are_cut_and_edges_flipped_while_the_area_falls() {
+    let n = 16u32;
+    let at = |i: u32| {
+        let a = TAU * f64::from(i) / f64::from(n);
+        DVec3::new(a.cos(), a.sin(), 0.4 * (2.0 * a).cos())
+    };
+    // a ring of triangles around the hole
+    let mut ring = TriMesh::new((0..n).map(at).chain((0..n).map(|i| 1.5 * at(i))).collect(), Vec::new());
+    for i in 0..n {
+        let j = (i + 1) % n;
+        ring.triangles.extend([[i, n + i, n + j], [i, n + j, j]]);
+    }
+    ring.labels = vec![0; ring.triangles.len()];
+    let inner = contours(&ring).into_iter().find(|c| c.nodes.iter().all(|v| *v < n)).unwrap();
+    let edges = sides::Sides::of(&ring.triangles).edges().map(|e| e[0].key).collect();
+    let (size, apex) = (vec![0.4; ring.nodes.len()], Default::default());
+    let around = fill::Around { mesh: &ring, edges: &edges, size: &size, apex: &apex };
+    let made = fill::fill(&around, &inner.nodes, fill::Way::Ears, false).unwrap().unwrap();
+    assert_eq!((made.nodes.len(), made.triangles.len()), (0, n as usize - 2));
+    let area = |t: [u32; 3]| {
+        let [a, b, c] = t.map(|v| ring.nodes[v as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    let total: f64 = made.triangles.iter().map(|t| area(*t)).sum();
+    // no flip gains any more
+    for (i, s) in made.triangles.iter().enumerate() {
+        for t in &made.triangles[..i] {
+            let shared: Vec<u32> = s.iter().copied().filter(|v| t.contains(v)).collect();
+            let [a, b] = shared[..] else { continue };
+            let other = |t: &[u32; 3]| t.iter().copied().find(|v| *v != a && *v != b).unwrap();
+            let (c, d) = (other(s), other(t));
+            let (before, after) = (area(*s) + area(*t), area([a, d, c]) + area([b, d, c]));
+            assert!(after >= before * (1.0 - 1e-9), "{s:?} {t:?}");
+        }
+    }
+    let least = fill::fill(&around, &inner.nodes, fill::Way::Area, false).unwrap().unwrap();
+    let least: f64 = least.triangles.iter().map(|t| area(*t)).sum();
+    let fan: f64 = (1..n - 1).map(|i| area([0, i, i + 1])).sum();
+    assert!(total < 1.05 * least && total < fan, "{total} {least} {fan}");
+}
+
+#[test]
+fn a_filling_that_would_intersect_is_refused() {
+    // a bar through the hole in a box's top: whatever closes it passes through the bar
+    let box_ = cube(8);
+    let open = without(&box_, |t| box_.centroid(t).distance(DVec3::new(0.5, 0.5, 1.0)) < 0.35);
+    let bar = cuboid(DVec3::new(0.4, 0.4, 0.5), DVec3::new(0.6, 0.6, 1.5), 1);
+    let mut mesh = together(&open, &bar);
+    let before = mesh.triangles.clone();
+    let mut report = HealReport::default();
+    let left = holes::close_holes(&mut mesh, usize::MAX, Defect::Hole, &mut report, &Run::new()).unwrap();
+    assert_eq!((left.wanted, left.refused), (0, 1));
+    assert_eq!(mesh.triangles, before);
+    let [only] = &report.repairs[..] else { panic!("{report}") };
+    assert_eq!((only.defect, only.action), (Defect::Hole, Action::Left));
+    assert!(DVec3::from_array(only.place).distance(DVec3::new(0.5, 0.5, 1.0)) < 0.1);
+    // with a bar that ends below the hole the first way that misses it is taken
+    let mut mesh = together(&open, &cuboid(DVec3::new(0.4, 0.4, 0.5), DVec3::new(0.6, 0.6, 0.99), 1));
+    let left = holes::close_holes(&mut mesh, usize::MAX, Defect::Hole, &mut report, &Run::new()).unwrap();
+    assert_eq!((left.wanted, left.refused), (0, 0));
 }
 
 #[test]
@@ -148,6 +222,33 @@ fn a_pair_of_chains_between_two_nodes_is_a_contour() {
     assert_eq!(found.len(), 2, "{found:?}");
     assert!(found.iter().all(|c| c.nodes.len() == 16), "{found:?}");
     expect(&split, 2, 1);
+}
+
+/// Three holes that touch each other in a ring of three nodes: around the tube of a torus, whose two sides hang together,
+/// and around a piece that is cut out by them.
+#[test]
+fn pairs_joined_over_triangles_are_no_contours_of_the_papers() {
+    let mesh = torus(24, 9);
+    let taken: Vec<u32> = [1, 2, 4, 5, 7, 8].to_vec();
+    let open = without(&mesh, |t| mesh.triangles[t].iter().any(|v| taken.contains(v)));
+    let found_here = contours(&open);
+    assert_eq!(found_here.len(), 3, "{found_here:?}");
+    assert!(found_here.iter().any(|c| c.continued), "the paper's iteration stops here");
+    let h = expect(&open, 0, 1);
+    assert!(found(&h, Defect::Hole, Action::FilledByContinuation), "{}", h.report);
+    assert_eq!(h.report.repairs.iter().map(|r| r.count).sum::<usize>(), found_here.iter().map(|c| c.nodes.len()).sum());
+
+    let mesh = torus(24, 18);
+    let around = |v: u32| {
+        let [i, j] = [i64::from(v / 18) - 12, i64::from(v % 18) - 9];
+        i.abs().max(j.abs()) == 3 && i != 0 && j != 0
+    };
+    let open = without(&mesh, |t| mesh.triangles[t].iter().any(|v| around(*v)));
+    let found_here = contours(&open);
+    assert_eq!(found_here.len(), 4, "{found_here:?}");
+    assert!(found_here.iter().all(|c| !c.continued), "no path over triangles joins the sides");
+    let h = expect(&open, 0, 1);
+    assert!(!found(&h, Defect::Hole, Action::FilledByContinuation), "{}", h.report);
 }
 
 #[test]
@@ -341,6 +442,76 @@ fn a_part_pulled_through_the_surface_is_drawn_back() {
     assert!(!found(&h, Defect::SelfIntersection, Action::Uncrossed), "{}", h.report);
 }
 
+/// Every kind of defect, one at a time at a known place: found, dealt with, and named there.
+#[test]
+fn every_defect_is_named_with_its_place() {
+    use Defect::*;
+    let mesh = cube(8);
+    let at = DVec3::new(0.5, 0.5, 1.0);
+    let near = |d: f64| (0..mesh.triangles.len()).filter(|t| mesh.centroid(*t).distance(at) < d).collect::<Vec<_>>();
+    let (t, some) = (near(0.1)[0], near(0.16));
+    let [a, b, c] = mesh.triangles[t];
+    let point = |v: u32| mesh.nodes[v as usize];
+    let small = |lo: DVec3, size: f64| cuboid(lo, lo + size, 1);
+    let with = |change: &dyn Fn(&mut TriMesh)| {
+        let mut out = mesh.clone();
+        change(&mut out);
+        out.labels = vec![0; out.triangles.len()];
+        out
+    };
+    let corner = |m: &mut TriMesh, p: DVec3| {
+        m.nodes.push(p);
+        m.nodes.len() as u32 - 1
+    };
+    let cases: [(Defect, TriMesh); 11] = [
+        (
+            CoincidentNodes,
+            with(&|m| {
+                let copy = corner(m, point(a));
+                m.triangles[t][0] = copy;
+            }),
+        ),
+        (DegenerateTriangle, with(&|m| m.triangles.push([a, b, a]))),
+        (DuplicateTriangle, with(&|m| m.triangles.push([b, c, a]))),
+        (
+            NearBorders,
+            with(&|m| {
+                let copy = corner(m, point(a) + 1e-7);
+                m.triangles[t][0] = copy;
+            }),
+        ),
+        (
+            TJunction,
+            with(&|m| {
+                let middle = corner(m, 0.5 * (point(a) + point(b)));
+                m.triangles[t] = [a, middle, c];
+                m.triangles.push([middle, b, c]);
+            }),
+        ),
+        (Orientation, with(&|m| m.triangles[t].swap(0, 1))),
+        (
+            Fin,
+            with(&|m| {
+                let tip = corner(m, mesh.centroid(t) + 0.05 * DVec3::Z);
+                m.triangles.push([a, b, tip]);
+            }),
+        ),
+        (Hole, without(&mesh, |t| some.contains(&t))),
+        (NonManifold, together(&mesh, &small(at, 0.2))),
+        (SelfIntersection, together(&mesh, &small(at - 0.1, 0.2))),
+        (StrayPiece, together(&mesh, &small(at + 0.05, 0.01))),
+    ];
+    for (defect, bad) in cases {
+        let h = healed(&bad);
+        assert!(h.report.is_sound(), "{defect:?}: {}", h.report);
+        let told = h.report.repairs.iter().find(|r| r.defect == defect);
+        let told = told.unwrap_or_else(|| panic!("{defect:?} is not named: {}", h.report));
+        let off = DVec3::from_array(told.place).distance(at);
+        assert!(off < 0.25 && told.extent < 0.4 && told.count > 0, "{defect:?} at {off}: {}", h.report);
+        assert!(told.action != Action::Left || defect == StrayPiece, "{}", h.report);
+    }
+}
+
 #[test]
 fn the_last_rung_is_closed_whatever_there_is() {
     let sheet = without(&torus(12, 8), |t| t % 3 == 0);
@@ -404,6 +575,55 @@ proptest! {
         let t = h.mesh.topology(&h.mesh.defects());
         prop_assert_eq!((t.euler, t.components), (0, 1));
         prop_assert!(h.mesh.volume() > 0.0);
+    }
+
+    /// A hole, a T-junction, a fin, a turned triangle and a body that crosses the surface, all around one node: triangles
+    /// farther away are there as they were.
+    #[test]
+    fn nothing_away_from_a_defect_moves(
+        center in 0u32..560, kinds in prop::array::uniform5(any::<bool>()), size in 0.1f64..0.5,
+        shift in prop::array::uniform3(-0.2f64..0.2),
+    ) {
+        let mesh = torus(28, 20);
+        let at = mesh.nodes[center as usize];
+        let near = |d: f64| (0..mesh.triangles.len()).filter(|t| mesh.centroid(*t).distance(at) < d).collect::<Vec<_>>();
+        let star: Vec<usize> = (0..mesh.triangles.len()).filter(|t| mesh.triangles[*t].contains(&center)).collect();
+        let mut bad = mesh.clone();
+        if kinds[0] {
+            let [a, b, c] = mesh.triangles[star[0]];
+            bad.nodes.push(0.5 * (mesh.nodes[a as usize] + mesh.nodes[b as usize]));
+            let m = bad.nodes.len() as u32 - 1;
+            bad.triangles[star[0]] = [a, m, c];
+            bad.triangles.push([m, b, c]);
+            bad.labels.push(0);
+        }
+        if kinds[1] {
+            let [a, b, _] = mesh.triangles[star[1]];
+            bad.nodes.push(at + 0.1 * DVec3::Z);
+            bad.triangles.push([a, b, bad.nodes.len() as u32 - 1]);
+            bad.labels.push(0);
+        }
+        if kinds[2] {
+            bad.triangles[star[2]].swap(0, 1);
+        }
+        if kinds[3] {
+            bad = without(&bad, |t| t == star[3] || t == star[4]);
+        }
+        if kinds[4] {
+            let lo = at + DVec3::from_array(shift) - 0.5 * size;
+            bad = together(&bad, &cuboid(lo, lo + size, 1));
+        }
+        let h = healed(&bad);
+        prop_assert!(h.report.is_sound(), "{}", h.report);
+        let of = |m: &TriMesh, t: usize| {
+            let mut p = m.corners(t).map(|p| p.to_array().map(f64::to_bits));
+            p.sort_unstable();
+            p
+        };
+        let there: std::collections::BTreeSet<_> = (0..h.mesh.triangles.len()).map(|t| of(&h.mesh, t)).collect();
+        let close = near(1.3);
+        let lost = (0..mesh.triangles.len()).filter(|t| !close.contains(t) && !there.contains(&of(&mesh, *t))).count();
+        prop_assert_eq!(lost, 0, "{}", h.report);
     }
 
     #[test]

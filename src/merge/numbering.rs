@@ -54,6 +54,12 @@ impl Starts {
         self.starts.last().map_or(0, |e| *e as usize)
     }
 
+    /// A stretch near the one that holds `i`, not after it.
+    #[inline]
+    pub(super) fn guess(&self, i: usize) -> usize {
+        self.guide[i >> self.shift] as usize
+    }
+
     /// The stretch that holds `i`, which must be one of their numbers.
     #[inline]
     pub(super) fn find(&self, i: usize) -> usize {
@@ -69,17 +75,30 @@ impl Starts {
     }
 }
 
-/// How the cells of a face are found and numbered.
+/// How the cells of a face are found and numbered: half a line of the cache.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(align(32))]
 pub(super) struct FaceAccess {
-    /// Where its corners stand among those of all fragments.
-    pub(super) corners: u32,
+    /// Where its cells end in the merged mesh.
+    pub(super) end: u32,
     /// How many corners each cell has; 0 where they differ or are not stored.
     pub(super) size: u32,
+    /// What to add to `size` times a cell's number for the place of its corners among those of all fragments, to wrap around.
+    corners: u32,
     /// What to add to the number an inner node has in the fragment, to wrap around.
     pub(super) shift: u32,
     /// How many of the fragment's nodes are on its border.
     pub(super) border: u32,
+    /// Where the face's union stands in `l2g`.
+    pub(super) union: [u32; 2],
+}
+
+impl FaceAccess {
+    /// Where the corners of cell `j` of the merged mesh begin.
+    #[inline]
+    pub(super) fn corners_of(&self, j: usize) -> usize {
+        self.corners.wrapping_add(self.size.wrapping_mul(j as u32)) as usize
+    }
 }
 
 /// The functions of \[LAZ\] section 4 for one model with its fragments.
@@ -92,8 +111,8 @@ pub(super) struct Numbering {
     /// Where the cells of each face begin: `s` of 4.3.
     pub(super) cells: Starts,
     pub(super) faces: Vec<FaceAccess>,
-    /// For each face its border's global numbers: `bounds` of 4.2.
-    pub(super) bounds: Unions,
+    /// For each face its nodes' global numbers: the union of `bounds`, those of its border, and of its inner nodes (4.2).
+    pub(super) l2g: Unions,
 }
 
 impl Numbering {
@@ -125,13 +144,21 @@ impl Numbering {
                 Cells::Quads(_) => 4,
                 Cells::Polygons { .. } | Cells::Grid(_) => 0,
             };
-            self.faces.push(FaceAccess { corners, size, shift: start.wrapping_sub(border), border });
+            let (cells, end) = (self.cells.start(f), self.cells.start(f + 1));
+            self.faces.push(FaceAccess {
+                end: end as u32,
+                size,
+                corners: corners.wrapping_sub(size.wrapping_mul(cells as u32)),
+                shift: start.wrapping_sub(border),
+                border,
+                union: [0; 2],
+            });
         }
-        self.bounds.clear();
-        for face in &model.faces {
+        self.l2g.clear();
+        for (f, face) in model.faces.iter().enumerate() {
             for border in &face.loops {
                 match border {
-                    Loop::Vertex(v) => self.bounds.join(*v, Progression::ascending(0, 0)),
+                    Loop::Vertex(v) => self.l2g.join(*v, Progression::ascending(0, 0)),
                     Loop::Edges(list) => {
                         for c in list {
                             let begin = model.begins(*c);
@@ -144,13 +171,30 @@ impl Numbering {
                                 let first = (self.nodes.start(1 + e) as u32).wrapping_sub(1);
                                 Progression::ascending(first, chain).exclude_bounds()
                             };
-                            self.bounds.join(begin, if c.reversed { inner.reverse() } else { inner });
+                            self.l2g.join(begin, if c.reversed { inner.reverse() } else { inner });
                         }
                     }
                 }
             }
-            self.bounds.finish();
+            self.l2g.finish(self.nodes.start(1 + edges + f) as u32);
+            self.faces[f].union = self.l2g.span(f);
         }
         Ok(())
+    }
+
+    /// The face a cell is on.
+    ///
+    /// # Panics
+    /// Where there is no such cell.
+    #[inline]
+    pub(super) fn face_of(&self, j: usize) -> (usize, &FaceAccess) {
+        let count = self.cells.end();
+        assert!(j < count, "cell {j} of {count}");
+        let mut f = self.cells.guess(j);
+        f += usize::from(self.faces[f].end as usize <= j);
+        if self.faces[f].end as usize <= j {
+            f = self.cells.find(j);
+        }
+        (f, &self.faces[f])
     }
 }

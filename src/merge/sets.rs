@@ -55,16 +55,23 @@ struct Part {
     step: i32,
 }
 
+impl Part {
+    #[inline]
+    fn after_head(self, i: u32) -> u32 {
+        self.offset.wrapping_add((self.step as u32).wrapping_mul(i))
+    }
+}
+
 /// Parts up to which looking at each of them is quicker than a search.
-const FEW: usize = 6;
+const FEW: usize = 8;
 
 /// Many unions, kept one after the other. Each is a union of pairs: a single element (where an edge of a loop begins), and
-/// a progression (what is inside that edge).
+/// a progression (what is inside that edge); and at last of one progression more.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Unions {
     parts: Vec<Part>,
-    /// For each union where its parts end, and how many elements it has.
-    ends: Vec<(u32, u32)>,
+    /// For each union where its parts end.
+    ends: Vec<u32>,
     growing: u32,
 }
 
@@ -77,10 +84,14 @@ impl Unions {
         self.growing += 1 + tail.len;
     }
 
-    /// Ends the union that is being built; the next [`join`](Self::join) begins another.
-    pub fn finish(&mut self) {
-        self.ends.push((self.parts.len() as u32, self.growing));
+    /// Ends the union that is being built by the numbers from `rest` on, as many as anybody asks for; the next
+    /// [`join`](Self::join) begins another. Returns how many elements came before.
+    pub fn finish(&mut self, rest: u32) -> u32 {
+        let begin = self.growing;
+        self.parts.push(Part { begin, head: rest, offset: rest.wrapping_sub(begin), step: 1 });
+        self.ends.push(self.parts.len() as u32);
         self.growing = 0;
+        begin
     }
 
     /// Forgets all unions and keeps the memory.
@@ -88,16 +99,26 @@ impl Unions {
         (self.growing, _) = (0, (self.parts.clear(), self.ends.clear()));
     }
 
-    #[inline]
-    fn parts(&self, union: usize) -> &[Part] {
-        let begin = if union == 0 { 0 } else { self.ends[union - 1].0 as usize };
-        &self.parts[begin..self.ends[union].0 as usize]
+    /// Where the parts of a union stand among all, for [`get_of`](Self::get_of).
+    pub(super) fn span(&self, union: usize) -> [u32; 2] {
+        [if union == 0 { 0 } else { self.ends[union - 1] }, self.ends[union]]
     }
 
-    /// Element `i` of a union; beyond the end it is something, of an empty union 0.
+    #[inline]
+    fn parts(&self, [begin, end]: [u32; 2]) -> &[Part] {
+        &self.parts[begin as usize..end as usize]
+    }
+
+    /// Element `i` of a union.
     #[inline]
     pub fn get(&self, union: usize, i: u32) -> u32 {
-        let mut parts = self.parts(union);
+        self.get_of(self.span(union), i)
+    }
+
+    /// Element `i` of the union that stands at a [`span`](Self::span).
+    #[inline]
+    pub(super) fn get_of(&self, span: [u32; 2], i: u32) -> u32 {
+        let mut parts = self.parts(span);
         // not branches: which way a search turns cannot be predicted
         while parts.len() > FEW {
             let (low, high) = parts.split_at(parts.len() / 2);
@@ -105,24 +126,25 @@ impl Unions {
         }
         let Some((_, later)) = parts.split_first() else { return 0 };
         let found = parts[later.iter().map(|part| usize::from(part.begin <= i)).sum::<usize>()];
-        let in_tail = found.offset.wrapping_add((found.step as u32).wrapping_mul(i));
-        select_unpredictable(i == found.begin, found.head, in_tail)
+        select_unpredictable(i == found.begin, found.head, found.after_head(i))
     }
 
-    /// How many elements a union has.
-    pub fn len(&self, union: usize) -> usize {
-        self.ends[union].1 as usize
-    }
-
-    /// Replaces the contents of `list` by the elements of a union.
+    /// Replaces the contents of `list` by the elements of a union, without the last progression.
     #[inline]
     pub fn list(&self, union: usize, list: &mut Vec<u32>) {
-        list.clear();
-        let parts = self.parts(union);
+        let Some((last, parts)) = self.parts(self.span(union)).split_last() else { return list.clear() };
+        list.resize(last.begin as usize, 0);
+        let mut left = &mut list[..];
         for (k, part) in parts.iter().enumerate() {
-            let end = parts.get(k + 1).map_or(self.ends[union].1, |next| next.begin);
-            list.push(part.head);
-            list.extend((part.begin + 1..end).map(|i| part.offset.wrapping_add((part.step as u32).wrapping_mul(i))));
+            let end = parts.get(k + 1).unwrap_or(last).begin;
+            let (own, rest) = left.split_at_mut((end - part.begin) as usize);
+            left = rest;
+            for (x, i) in own.iter_mut().zip(part.begin..) {
+                *x = part.after_head(i);
+            }
+            if let Some(first) = own.first_mut() {
+                *first = part.head;
+            }
         }
     }
 }

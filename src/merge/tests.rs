@@ -120,25 +120,25 @@ fn the_four_operations() {
     unions.join(3, s);
     unions.join(9, Progression::ascending(0, 0));
     unions.join(7, Progression { first: 7, len: 2, step: 0 });
-    unions.finish();
-    unions.finish();
+    let mut lengths = vec![unions.finish(50), unions.finish(60)];
     unions.join(4, s.reverse());
-    unions.finish();
+    lengths.push(unions.finish(70));
     for k in 0..20 {
         unions.join(100 * k, Progression { first: 10 * k, len: k % 3, step: if k % 2 == 0 { 1 } else { -1 } });
     }
-    unions.finish();
-    let elements = |u: usize| (0..unions.len(u) as u32).map(|i| unions.get(u, i)).collect::<Vec<_>>();
+    lengths.push(unions.finish(9000));
+    let elements = |u: usize| (0..lengths[u]).map(|i| unions.get(u, i)).collect::<Vec<_>>();
     assert_eq!(elements(0), [3, 10, 11, 12, 13, 14, 9, 7, 7, 7]);
     assert_eq!((elements(1), elements(2)), (vec![], vec![4, 14, 13, 12, 11, 10]));
     let long: Vec<u32> = (0..20u32)
         .flat_map(|k| [100 * k, 10 * k, 11 * k - k * (1 + k % 2)].into_iter().take(1 + k as usize % 3))
         .collect();
     assert_eq!(elements(3).len(), long.len());
-    for u in 0..4 {
+    for (u, rest) in [50, 60, 70, 9000].into_iter().enumerate() {
         let mut list = vec![99];
         unions.list(u, &mut list);
         assert_eq!(list, elements(u));
+        assert_eq!([0, 1, 30].map(|i| unions.get(u, lengths[u] + i)), [rest, rest + 1, rest + 30]);
     }
 }
 
@@ -385,6 +385,35 @@ fn edits_show_at_once_and_bad_ones_change_nothing() {
     assert!(view.replace(beyond).unwrap_err().to_string().contains("vertex 9"));
     assert_eq!(TriMesh::from_view(&view), before);
     consistent(&view);
+}
+
+/// Editing one fragment touches nothing of the others: they stay where they are in memory, and the mesh is as if it had been
+/// merged anew.
+#[test]
+fn an_edit_costs_the_fragment_only() {
+    let mut mesh = torus(40, 30);
+    mesh.labels = (0..2400).map(|t| t / 400).collect();
+    mesh.faces = (0..6).map(|i| i.to_string()).collect();
+    let mut view = merged(&from_mesh(&mesh, &[], &[]).unwrap());
+    let kept = |view: &Merged| -> Vec<[usize; 3]> {
+        let faces = view.fragments().faces();
+        let at = |f: crate::model::FaceView| {
+            [f.border().as_ptr() as usize, f.inner().as_ptr() as usize, f.cells().stored().as_ptr() as usize]
+        };
+        faces.map(at).collect()
+    };
+    let before = kept(&view);
+    view.move_inner(2, |p| p.z += 0.01);
+    let mut face = view.fragments().face(4).to_fragment();
+    let border = face.view().border().len();
+    face.move_nodes(|nodes| nodes[border..].iter_mut().for_each(|p| p.z -= 0.01));
+    let back = view.replace(Replacement { faces: vec![(4, face)], ..Replacement::default() }).unwrap();
+    assert_eq!(kept(&view), before);
+    consistent(&view);
+    let (model, fragments) = view.clone().into_parts();
+    assert_eq!(TriMesh::from_view(&Merged::new(model, fragments).unwrap()), TriMesh::from_view(&view));
+    view.replace(back).unwrap();
+    assert_eq!(kept(&view), before);
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! The merged mesh as a view of its fragments.
 
-use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -8,12 +7,12 @@ use multiversion::multiversion;
 
 use crate::error::{Error, Place as Where, Result};
 use crate::mesh::{CellRun, Group, MeshView};
-use crate::model::{Cells, Corners, EdgeFragment, FaceFragment, Fragments, Loop, Mismatch, Model, Violation};
+use crate::model::{
+    BLOCK, BLOCK_CORNERS, Cells, Corners, EdgeFragment, FaceFragment, Fragments, Loop, Mismatch, Model, PLACE_SHIFT,
+    Violation,
+};
 
 use super::numbering::{FaceAccess, Numbering};
-
-/// Cells translated at a time: their corners stay in the nearest cache until they are used.
-const BLOCK: usize = 512;
 
 /// Which fragment keeps a node, and the node's number there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,9 +108,7 @@ impl<P, C, S> Merged<P, C, S> {
     /// Where there is no such cell.
     #[inline]
     pub fn place_of_cell(&self, j: usize) -> (u32, usize) {
-        let count = self.numbering.cells.end();
-        assert!(j < count, "cell {j} of {count}");
-        let f = self.numbering.cells.find(j);
+        let (f, _) = self.numbering.face_of(j);
         (f as u32, j - self.numbering.cells.start(f))
     }
 
@@ -129,25 +126,18 @@ impl<P, C, S> Merged<P, C, S> {
     /// Where there is no such face.
     #[inline]
     pub fn local_to_global(&self, face: u32, node: u32) -> u32 {
-        self.to_global(face as usize, self.numbering.faces[face as usize], node)
+        self.numbering.l2g.get(face as usize, node)
     }
 
+    /// With a branch, though near borders it is foreseen half of the time only: numbers that are chosen wait for the corners
+    /// to come from memory, and with them all that follows.
     #[inline]
-    fn to_global(&self, face: usize, access: FaceAccess, node: u32) -> u32 {
-        if node < access.border { self.numbering.bounds.get(face, node) } else { node.wrapping_add(access.shift) }
-    }
-
-    #[inline]
-    fn triangle_to_global(&self, face: usize, access: FaceAccess, corners: [u32; 3]) -> [u32; 3] {
-        // one branch that is foreseen away from borders: what comes after it begins while corners are on their way
-        if corners[0].min(corners[1]).min(corners[2]) >= access.border {
-            return corners.map(|v| v.wrapping_add(access.shift));
+    fn to_global(&self, access: &FaceAccess, node: u32) -> u32 {
+        if node < access.border {
+            self.numbering.l2g.get_of(access.union, node)
+        } else {
+            node.wrapping_add(access.shift)
         }
-        // near them nothing is foreseen: both, then the choice
-        corners.map(|v| {
-            let (bound, inner) = (self.numbering.bounds.get(face, v), v.wrapping_add(access.shift));
-            select_unpredictable(v < access.border, bound, inner)
-        })
     }
 
     /// The corners of a cell, as numbers of the merged mesh's nodes.
@@ -156,17 +146,16 @@ impl<P, C, S> Merged<P, C, S> {
     /// Where there is no such cell.
     #[inline]
     pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
-        let (face, local) = self.place_of_cell(j);
-        let access = self.numbering.faces[face as usize];
+        let (f, access) = self.numbering.face_of(j);
         let corners = match access.size as usize {
-            0 => self.fragments.face(face as usize).cells().corners(local),
+            0 => self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f)),
             size => {
-                let begin = access.corners as usize + size * local;
+                let begin = access.corners_of(j);
                 Corners::Stored(&self.fragments.corner_pool()[begin..begin + size])
             }
         };
         let count = corners.as_ref().len();
-        (0..count).map(move |k| self.to_global(face as usize, access, corners.as_ref()[k]))
+        (0..count).map(move |k| self.to_global(access, corners.as_ref()[k]))
     }
 
     /// The corners of a cell where it is a triangle; [`cell`](Self::cell) takes any.
@@ -175,18 +164,15 @@ impl<P, C, S> Merged<P, C, S> {
     /// Where there is no such cell.
     #[inline]
     pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
-        let (face, local) = self.place_of_cell(j);
-        let f = face as usize;
-        let access = self.numbering.faces[f];
-        let corners = if access.size == 3 {
-            let begin = access.corners as usize + 3 * local;
-            *self.fragments.corner_pool()[begin..].first_chunk()?
-        } else {
-            let corners = self.fragments.face(f).cells().corners(local);
-            let [a, b, c] = *corners.as_ref() else { return None };
-            [a, b, c]
-        };
-        Some(self.triangle_to_global(f, access, corners))
+        let (f, access) = self.numbering.face_of(j);
+        if access.size == 3 {
+            let begin = access.corners_of(j);
+            let corners = &self.fragments.corner_pool()[begin..begin + 3];
+            return Some([0, 1, 2].map(|k| self.to_global(access, corners[k])));
+        }
+        let corners = self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f));
+        let [a, b, c] = *corners.as_ref() else { return None };
+        Some([a, b, c].map(|v| self.to_global(access, v)))
     }
 
     /// Puts the corners of the given cells into `out`, which is emptied first: quicker than
@@ -206,10 +192,9 @@ impl<P, C, S> Merged<P, C, S> {
         for part in cells.chunks(AHEAD) {
             // each loop short, so that the processor is in many rounds of it at once
             for (k, j) in part.iter().enumerate() {
-                let (f, local) = self.place_of_cell(*j as usize);
-                let access = &self.numbering.faces[f as usize];
-                face[k] = f;
-                begin[k] = if access.size == 3 { access.corners as usize + 3 * local } else { usize::MAX };
+                let (f, access) = self.numbering.face_of(*j as usize);
+                face[k] = f as u32;
+                begin[k] = if access.size == 3 { access.corners_of(*j as usize) } else { usize::MAX };
             }
             let first = out.len();
             out.extend(
@@ -218,12 +203,11 @@ impl<P, C, S> Merged<P, C, S> {
                     .map(|at| pool.get(*at..).and_then(|list| list.first_chunk()).copied().unwrap_or(NONE)),
             );
             for (k, corners) in out[first..].iter_mut().enumerate() {
-                let f = face[k] as usize;
-                let access = self.numbering.faces[f];
                 *corners = if begin[k] == usize::MAX {
                     self.triangle(part[k] as usize).unwrap_or(NONE)
                 } else {
-                    self.triangle_to_global(f, access, *corners)
+                    let access = &self.numbering.faces[face[k] as usize];
+                    corners.map(|v| self.to_global(access, v))
                 };
             }
         }
@@ -315,89 +299,71 @@ impl<P, C, S> Merged<P, C, S> {
         room: &mut Room,
         take: &mut dyn FnMut(CellRun) -> Result<()>,
     ) -> Result<()> {
-        let view = self.fragments.face(face);
         let label = self.model.faces[face].label;
         let first = self.numbering.cells.start(face);
-        let shift = self.numbering.faces[face].shift;
-        let (cells, stored) = (view.cells(), view.cells().stored());
-        let mut border = view.border_corners();
-        let even = |size: usize, range: &Range<usize>| size * range.start..size * range.end;
-        if range.start > 0 {
-            let begin = match cells {
-                Cells::Triangles(_) => 3 * range.start,
-                Cells::Quads(_) => 4 * range.start,
-                Cells::Polygons { ends, .. } => ends[range.start - 1] as usize,
-                Cells::Grid(_) => 0,
-            };
-            border = &border[border.partition_point(|corner| (corner[0] as usize) < begin)..];
-        }
+        let access = &self.numbering.faces[face];
         let mut begin = range.start;
+        if let Some(border) = self.fragments.border_corners(face) {
+            let (size, at) = (access.size as usize, access.corners_of(first));
+            let stored = &self.fragments.corner_pool()[at..at + size * (access.end as usize - first)];
+            for (b, block) in stored.chunks(size * BLOCK).enumerate().skip(begin / BLOCK) {
+                if begin >= range.end {
+                    break;
+                }
+                let (start, end) = (b * BLOCK, range.end.min((b + 1) * BLOCK));
+                room.translate(block, access.shift, border.of_block(b));
+                let part = &room.block[size * (begin - start)..size * (end - start)];
+                take(CellRun::even(first + begin, label, part, size))?;
+                begin = end;
+            }
+            return Ok(());
+        }
+        let cells = self.fragments.face(face).cells();
+        let number = |v: &u32| self.numbering.l2g.get_of(access.union, *v);
         while begin < range.end {
-            let block = begin..range.end.min(begin + BLOCK);
-            let Room { bounds, corners, ends } = &mut *room;
-            let run = match cells {
-                Cells::Triangles(_) => {
-                    border = translate(stored, even(3, &block), shift, border, bounds, corners);
-                    CellRun::even(first + begin, label, corners, 3)
-                }
-                Cells::Quads(_) => {
-                    border = translate(stored, even(4, &block), shift, border, bounds, corners);
-                    CellRun::even(first + begin, label, corners, 4)
-                }
-                Cells::Polygons { ends: all, .. } => {
-                    let from = if begin == 0 { 0 } else { all[begin - 1] };
-                    ends.clear();
-                    ends.extend(all[block.clone()].iter().map(|e| e - from));
-                    let range = from as usize..all[block.end - 1] as usize;
-                    border = translate(stored, range, shift, border, bounds, corners);
-                    CellRun::mixed(first + begin, label, corners, ends)
-                }
-                Cells::Grid(_) => {
-                    corners.clear();
-                    for j in block.clone() {
-                        let number = |v: &u32| bounds.get(*v as usize).copied().unwrap_or(v.wrapping_add(shift));
-                        corners.extend(cells.corners(j).as_ref().iter().map(number));
-                    }
-                    CellRun::even(first + begin, label, corners, 4)
-                }
-            };
-            take(run)?;
-            begin = block.end;
+            let end = range.end.min(begin + BLOCK);
+            room.corners.clear();
+            room.ends.clear();
+            for j in begin..end {
+                room.corners.extend(cells.corners(j).as_ref().iter().map(number));
+                room.ends.push(room.corners.len() as u32);
+            }
+            take(match cells {
+                Cells::Triangles(_) => CellRun::even(first + begin, label, &room.corners, 3),
+                Cells::Quads(_) | Cells::Grid(_) => CellRun::even(first + begin, label, &room.corners, 4),
+                Cells::Polygons { .. } => CellRun::mixed(first + begin, label, &room.corners, &room.ends),
+            })?;
+            begin = end;
         }
         Ok(())
     }
 }
 
 /// What reading needs, kept from face to face.
-#[derive(Default)]
 struct Room {
     /// The face's border numbers.
     bounds: Vec<u32>,
+    block: Box<[u32; BLOCK_CORNERS]>,
     corners: Vec<u32>,
     ends: Vec<u32>,
 }
 
-/// Puts the numbers of `nodes[range]` into `out`: as if none were on the border, then those that are. `border` holds the
-/// border corners from the range on; those beyond it are returned.
-#[inline]
-fn translate<'a>(
-    nodes: &[u32],
-    range: Range<usize>,
-    shift: u32,
-    border: &'a [[u32; 2]],
-    bounds: &[u32],
-    out: &mut Vec<u32>,
-) -> &'a [[u32; 2]] {
-    let part = &nodes[range.clone()];
-    out.resize(part.len(), 0);
-    add(part, shift, out);
-    let mut done = 0;
-    for [corner, place] in border {
-        let Some(x) = out.get_mut(*corner as usize - range.start) else { break };
-        *x = bounds[*place as usize];
-        done += 1;
+impl Room {
+    fn new() -> Self {
+        Self { bounds: Vec::new(), block: Box::new([0; BLOCK_CORNERS]), corners: Vec::new(), ends: Vec::new() }
     }
-    &border[done..]
+
+    /// Puts the numbers of a block's nodes into `block`: as if none were on the border, then those that are.
+    #[inline]
+    fn translate(&mut self, nodes: &[u32], shift: u32, border: &[u32]) {
+        let block = &mut *self.block;
+        add(nodes, shift, &mut block[..nodes.len()]);
+        let bounds = &self.bounds[..];
+        for x in border {
+            // the remainder is the place itself, and tells the compiler that it is one
+            block[*x as usize % BLOCK_CORNERS] = bounds[(*x >> PLACE_SHIFT) as usize];
+        }
+    }
 }
 
 /// Adds `shift` to each of as many numbers.
@@ -480,7 +446,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
         if range.is_empty() {
             return Ok(());
         }
-        let mut room = Room::default();
+        let mut room = Room::new();
         for f in cells.find(range.start)..cells.len() {
             let (start, end) = (cells.start(f), cells.start(f + 1).min(range.end));
             if start >= range.end {
@@ -488,7 +454,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
             }
             let begin = range.start.max(start);
             if begin < end {
-                self.numbering.bounds.list(f, &mut room.bounds);
+                self.numbering.l2g.list(f, &mut room.bounds);
                 self.read_face(f, begin - start..end - start, &mut room, take)?;
             }
         }

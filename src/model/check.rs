@@ -49,7 +49,7 @@ pub enum Violation {
     Gap { at: Item, coedge: u32 },
     /// A loop runs along an edge twice in the same direction. (Once in each direction is a seam.)
     EdgeRepeated { at: Item, edge: u32 },
-    /// A closed edge is not alone in its loop, and the loop has no seam.
+    /// A closed edge that is no pole is not alone in its loop, and the loop has no seam.
     ClosedEdgeNotAlone { at: Item, edge: u32 },
     /// An edge without length that does not end where it begins, or that more than one loop runs along.
     Pole { edge: u32 },
@@ -127,7 +127,7 @@ impl<P, C, S> Model<P, C, S> {
         }
     }
 
-    /// Loops of faces; returns how often loops run along each edge forward and backward.
+    /// Loops of faces; returns how many loops run along each edge forward and backward.
     fn check_faces(&self, found: &mut Vec<Violation>) -> Vec<[u32; 2]> {
         let mut uses = vec![[0u32; 2]; self.edges.len()];
         // The loop that last ran along an edge in a direction, counting loops from 1.
@@ -180,15 +180,20 @@ impl<P, C, S> Model<P, C, S> {
                 found.push(Violation::Gap { at, coedge: k as u32 });
             }
             let (e, side) = (c.edge as usize, usize::from(c.reversed));
-            uses[e][side] += 1;
             if last[e][side] == number {
                 found.push(Violation::EdgeRepeated { at, edge: c.edge });
+            } else {
+                uses[e][side] += 1;
             }
             last[e][side] = number;
             seam |= last[e][1 - side] == number;
         }
         if list.len() > 1 && !seam {
-            for c in list.iter().filter(|c| self.edges[c.edge as usize].is_closed()) {
+            let ring = |c: &&super::Coedge| {
+                let edge = &self.edges[c.edge as usize];
+                edge.is_closed() && !edge.pole
+            };
+            for c in list.iter().filter(ring) {
                 found.push(Violation::ClosedEdgeNotAlone { at, edge: c.edge });
             }
         }

@@ -69,6 +69,20 @@ pub(super) struct Stretch {
     pub(super) print: u64,
 }
 
+/// Cells are renumbered so many at a time, all corners alike, then those on the border one by one: of triangles and
+/// quadrilaterals a fragment keeps, for each block of so many cells, which of the block's corners are on the border, and
+/// which border nodes they are, both in one number.
+pub(crate) const BLOCK: usize = 512;
+
+/// A block has no more corners than this.
+pub(crate) const BLOCK_CORNERS: usize = 4 * BLOCK;
+
+/// How far a border node's number is shifted to make room for the corner's place in its block.
+pub(crate) const PLACE_SHIFT: u32 = BLOCK_CORNERS.ilog2();
+
+/// Borders of more nodes are not listed.
+const LARGEST_PLACE: u32 = 1 << (32 - PLACE_SHIFT);
+
 /// How the corners of a fragment's cells are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
@@ -90,7 +104,8 @@ pub struct FaceFragment {
     pub(super) form: Form,
     pub(super) corners: Vec<u32>,
     pub(super) ends: Vec<u32>,
-    pub(super) border_corners: Vec<[u32; 2]>,
+    /// For whoever renumbers cells: see [`BLOCK`].
+    pub(super) border_corners: Vec<u32>,
     pub(super) stretches: Vec<Stretch>,
     /// Where the stretches of each loop end.
     pub(super) loops: Vec<u32>,
@@ -104,7 +119,7 @@ pub struct FaceView<'a> {
     pub(super) form: Form,
     pub(super) corners: &'a [u32],
     pub(super) ends: &'a [u32],
-    pub(super) border_corners: &'a [[u32; 2]],
+    pub(super) border_corners: &'a [u32],
     pub(super) stretches: &'a [Stretch],
     pub(super) loops: &'a [u32],
 }
@@ -131,14 +146,6 @@ impl<'a> FaceView<'a> {
     #[inline]
     pub fn cells(self) -> Cells<'a> {
         cells(self.form, self.corners, self.ends)
-    }
-
-    /// The corners of cells that are on the border, ascending: where they stand in the list of all corners, and which
-    /// border node each is; none for a grid, whose corners are not listed.
-    ///
-    /// Whoever renumbers cells treats these one by one and all others alike.
-    pub fn border_corners(self) -> &'a [[u32; 2]] {
-        self.border_corners
     }
 
     /// How many border nodes each coedge of each loop takes, in the order of the loops; 1 for a loop that is a vertex.
@@ -297,8 +304,23 @@ impl FaceFragment {
     }
 
     fn find_border_corners(&mut self) {
-        let places = self.corners.iter().enumerate().map(|(at, v)| [at as u32, *v]);
-        self.border_corners = places.filter(|[_, place]| *place < self.border).collect();
+        self.border_corners.clear();
+        let size = match self.form {
+            Form::Triangles => 3,
+            Form::Quads => 4,
+            Form::Polygons | Form::Grid(_) => return,
+        };
+        let blocks = self.corners.chunks(size * BLOCK);
+        if self.border > LARGEST_PLACE {
+            return;
+        }
+        // where the lists of the blocks end, then the lists
+        self.border_corners.resize(blocks.len(), 0);
+        for (b, block) in blocks.enumerate() {
+            let border = block.iter().zip(0..).filter(|(place, _)| **place < self.border);
+            self.border_corners.extend(border.map(|(place, k)| place << PLACE_SHIFT | k));
+            self.border_corners[b] = self.border_corners.len() as u32;
+        }
     }
 }
 

@@ -23,6 +23,7 @@ pub(crate) mod tests;
 
 pub use cells::{Boundary, Cells, Corners};
 pub use check::{Item, Violation};
+pub(crate) use fragment::{BLOCK, BLOCK_CORNERS, PLACE_SHIFT};
 pub use fragment::{EdgeFragment, FaceFragment, FaceView};
 pub use from_mesh::{Cut, from_mesh};
 pub use matching::Mismatch;

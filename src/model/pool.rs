@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 
 use super::cells::Cells;
-use super::fragment::{EdgeFragment, FaceFragment, FaceView, Form, Stretch};
+use super::fragment::{BLOCK, EdgeFragment, FaceFragment, FaceView, Form, Stretch};
 
 /// A part of an array. Two numbers of 32 bits: there are as many of these as fragments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,6 +18,7 @@ struct Span {
 }
 
 impl Span {
+    #[inline]
     fn range(self) -> std::ops::Range<usize> {
         self.start as usize..self.start as usize + self.len as usize
     }
@@ -54,7 +55,7 @@ pub struct Fragments {
     borders: Vec<DVec3>,
     corners: Vec<u32>,
     ends: Vec<u32>,
-    border_corners: Vec<[u32; 2]>,
+    border_corners: Vec<u32>,
     stretches: Vec<Stretch>,
     loops: Vec<u32>,
     vertices: usize,
@@ -74,6 +75,22 @@ fn put<T: Copy>(array: &mut Vec<T>, old: Option<Span>, list: &[T]) -> Result<Spa
     let end = u32::try_from(array.len() + list.len()).map_err(|_| too_many())?;
     array.extend_from_slice(list);
     Ok(Span { start: end - list.len() as u32, len: list.len() as u32 })
+}
+
+/// The corners of a face's cells that are on its border.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BorderCorners<'a> {
+    list: &'a [u32],
+    blocks: usize,
+}
+
+impl<'a> BorderCorners<'a> {
+    /// Those of a block.
+    #[inline]
+    pub(crate) fn of_block(self, block: usize) -> &'a [u32] {
+        let begin = if block == 0 { self.blocks } else { self.list[block - 1] as usize };
+        &self.list[begin..self.list[block] as usize]
+    }
 }
 
 impl Fragments {
@@ -276,6 +293,21 @@ impl Fragments {
     pub(crate) fn face_span(&self, face: usize) -> [u32; 4] {
         let row = &self.faces[face];
         [row.inner.start, row.inner.len, row.border.len, row.corners.start]
+    }
+
+    /// Which corners of a face's cells are on the border, block by block; `None` where that is not listed. See
+    /// [`BLOCK`](super::fragment::BLOCK).
+    #[inline]
+    pub(crate) fn border_corners(&self, face: usize) -> Option<BorderCorners<'_>> {
+        let row = &self.faces[face];
+        let size = match row.form {
+            Form::Triangles => 3,
+            Form::Quads => 4,
+            Form::Polygons | Form::Grid(_) => return None,
+        };
+        let list = &self.border_corners[row.border_corners.range()];
+        let blocks = (row.corners.len as usize).div_ceil(size * BLOCK);
+        (list.len() >= blocks).then_some(BorderCorners { list, blocks })
     }
 
     /// Takes the last face away.

@@ -5,7 +5,9 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::bodies::{NAMED, components, remeshed};
+use super::brep_oracle::Trimmed;
 use super::distance::{Distance, distances, from_edges};
+use super::heal::{Healed, heal_made, told as told_of};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
@@ -140,6 +142,11 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     mesh.groups = groups;
     run.progress("check", 0.0);
     let mut found = check(&mesh, None, run)?;
+    if let Some(healed) = heal(&solid, &mesh, &found, run)? {
+        report.warnings.extend(told_of(&healed.report));
+        mesh = healed.mesh;
+        found = check(&mesh, None, run)?;
+    }
     excuse_open(&solid, &mut found, &mut report);
     excuse_overlaps(&mesh, &mut found, &mut report, run)?;
     report.judge(found);
@@ -216,11 +223,26 @@ fn first_mesh(
     Ok((made, sizing))
 }
 
+/// Heals a mesh that is not sound. Where the model itself is open, no hole is filled: a sheet is to stay one; but faces that
+/// nearly meet are joined, if that closes the mesh. Bodies that overlap stay as they are.
+fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<Option<Healed>> {
+    if found.certificate.is_sound() {
+        return Ok(None);
+    }
+    if solid.brep.uses().contains(&1) {
+        return heal_made(mesh, None, None, run);
+    }
+    if found.self_intersections > within_bodies(mesh, run)? {
+        return Ok(None);
+    }
+    heal_made(mesh, None, Some(&Trimmed::new(solid, run)?), run)
+}
+
 /// A model with open edges, or one without the mesh of a face, has no closed mesh: that is told, but not a fault of the
 /// mesh.
 fn excuse_open(solid: &Parametric, check: &mut Check, report: &mut Report) {
     let open = solid.brep.uses().iter().filter(|n| **n == 1).count();
-    if open > 0 {
+    if open > 0 && !check.closed {
         report.warnings.push(format!("{open} edges of the model have a face on one side only: it is open there"));
     }
     if open > 0 || !report.shortfalls.is_empty() {
@@ -228,11 +250,8 @@ fn excuse_open(solid: &Parametric, check: &mut Check, report: &mut Report) {
     }
 }
 
-/// Triangles of bodies that have no node in common may intersect: then the model's bodies overlap or touch.
-fn excuse_overlaps(mesh: &TriMesh, check: &mut Check, report: &mut Report, run: &Run) -> Result<()> {
-    if check.self_intersections == 0 || check.components < 2 {
-        return Ok(());
-    }
+/// How many triangles intersect others of the body they are on.
+fn within_bodies(mesh: &TriMesh, run: &Run) -> Result<usize> {
     let mut within = 0;
     for (part, _) in components(mesh) {
         let mut hit: Vec<u32> = self_intersections(&part, run)?.into_iter().flatten().collect();
@@ -240,6 +259,15 @@ fn excuse_overlaps(mesh: &TriMesh, check: &mut Check, report: &mut Report, run: 
         hit.dedup();
         within += hit.len();
     }
+    Ok(within)
+}
+
+/// Triangles of bodies that have no node in common may intersect: then the model's bodies overlap or touch.
+fn excuse_overlaps(mesh: &TriMesh, check: &mut Check, report: &mut Report, run: &Run) -> Result<()> {
+    if check.self_intersections == 0 || check.components < 2 {
+        return Ok(());
+    }
+    let within = within_bodies(mesh, run)?;
     let between = check.self_intersections - within.min(check.self_intersections);
     if between > 0 {
         report.warnings.push(format!("bodies overlap or touch: {between} triangles intersect ones of other bodies"));

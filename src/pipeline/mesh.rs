@@ -257,7 +257,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     }
     // What the leaf method calls sound is: a closed manifold by construction, tested for intersections.
     if intersecting != Some(0)
-        && let Some(healed) = heal_made(&mesh, intersecting, &ImplicitOracle::new(&ready.model, &extracted), run)?
+        && let Some(healed) = heal_made(&mesh, intersecting, Some(&ImplicitOracle::new(&ready.model, &extracted)), run)?
     {
         report.warnings.extend(told(&healed.report));
         let now = same_places(&mesh, &healed.mesh);
