@@ -27,6 +27,9 @@ pub(super) const GOOD: f64 = 0.6;
 /// may mislead.
 pub(super) const SLIVER: f64 = 0.004;
 
+/// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
+const FARTHEST: f64 = 2.0 * LONG;
+
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
 
@@ -425,6 +428,15 @@ impl<'a> Remesher<'a> {
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
         let [p, q, r, s] = [a, b, c, d].map(|v| self.point(v));
+        // Around thin places, where normals of both sides are near, flips must not carry edges away.
+        let across = r.distance_squared(s);
+        if across > (FARTHEST * self.wanted(h)).powi(2)
+            && [p, q]
+                .iter()
+                .all(|x| across > x.distance_squared(r).max(x.distance_squared(s)).max(p.distance_squared(q)))
+        {
+            return false;
+        }
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
         let smooth = (q - p).cross(r - p).dot((s - p).cross(q - p)) > 0.0;
         let now = plain_shape([p, q, r]).min(plain_shape([q, p, s]));

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
-use super::sizes::Field;
+use super::sizes::{EASE, Field};
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
 
@@ -14,6 +14,10 @@ const SAMPLES: f64 = 4.0;
 const MOST_SAMPLES: usize = 400;
 /// And at least.
 const LEAST_SAMPLES: usize = 4;
+/// Corners of a face sharper than this, in radians, are cusps: no first edge is long enough for them.
+const CUSP: f64 = 0.05;
+/// The first edge at a sharp corner is at most this share of its curve.
+const LEAD: f64 = 0.3;
 /// Places looked at between two samples when an edge is divided, at most.
 const MOST_STEPS: f64 = 64.0;
 
@@ -75,11 +79,55 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
     Sampled { t, points, own, bend, normals }
 }
 
+/// How wide corners of faces are, per length from their tips, at both ends of each edge, where they are so sharp that edges
+/// wanted by [`EASE`] get shorter towards the tip; infinite where they are not.
+pub(super) fn wedges(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled]) -> Vec<[f64; 2]> {
+    let mut out = vec![[f64::INFINITY; 2]; brep.edges.len()];
+    for (f, face) in brep.faces.iter().enumerate() {
+        for list in &face.loops {
+            for (i, c) in list.iter().enumerate() {
+                let d = &list[(i + 1) % list.len()];
+                if c.edge == d.edge {
+                    continue;
+                }
+                // The end of the one, where the other begins.
+                let (from, to) = (usize::from(c.forward), usize::from(!d.forward));
+                let away = |e: u32, end: usize| {
+                    let edge = &brep.edges[e as usize];
+                    let along = edge.curve.jet(edge.range[end])[1].normalize_or_zero();
+                    if end == 0 { along } else { -along }
+                };
+                let Some(side) = faces_of[d.edge as usize].iter().position(|g| *g == f as u32) else { continue };
+                let normals = &sampled[d.edge as usize].normals[side];
+                let normal = if to == 0 { normals[0] } else { normals[normals.len() - 1] };
+                let normal = if face.outward { normal } else { -normal };
+                let (a, b) = (away(d.edge, to), away(c.edge, from));
+                let angle = a.cross(b).dot(normal).atan2(a.dot(b));
+                let width = 2.0 * (0.5 * angle).sin();
+                if angle > CUSP && EASE * width < 1.0 {
+                    for (e, end) in [(c.edge, from), (d.edge, to)] {
+                        let w = &mut out[e as usize][end];
+                        *w = w.min(width);
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
 /// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
-/// edges.
-pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, factor: usize, least: usize) -> Vec<f64> {
+/// edges. At the ends where faces are wedges one edge reaches from the tip to where they are wide enough for the next.
+pub(super) fn divide(
+    edge: &Edge,
+    s: &Sampled,
+    field: &Field<'_>,
+    factor: usize,
+    least: usize,
+    wedges: [f64; 2],
+) -> Vec<f64> {
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
-    let (mut places, mut sum) = (vec![s.t[0]], vec![0.0]);
+    let (mut places, mut sum, mut along) = (vec![s.t[0]], vec![0.0], vec![0.0]);
     let mut last = field.at(s.points[0], s.own[0]);
     for i in 0..s.points.len() - 1 {
         let (p, q) = (s.points[i], s.points[i + 1]);
@@ -96,20 +144,42 @@ pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, factor: usize,
             };
             places.push(s.t[i] + (s.t[i + 1] - s.t[i]) * share);
             sum.push(sum[sum.len() - 1] + p.distance(q) / steps as f64 / (0.5 * (last + h)));
+            along.push(along[along.len() - 1] + p.distance(q) / steps as f64);
             last = h;
         }
     }
-    let total = sum[sum.len() - 1];
-    let parts = (total.round().clamp(1.0, 1e7) as usize).max(least) * factor;
-    let mut t = vec![edge.range[0]];
+    let (total, length) = (sum[sum.len() - 1], along[along.len() - 1]);
     let mut i = 0;
-    for k in 1..parts {
-        let goal = total * k as f64 / parts as f64;
-        while i + 2 < sum.len() && sum[i + 1] < goal {
+    let mut at = |goal: f64, of: &[f64]| {
+        while i > 0 && of[i] > goal {
+            i -= 1;
+        }
+        while i + 2 < of.len() && of[i + 1] < goal {
             i += 1;
         }
-        let share = if sum[i + 1] > sum[i] { (goal - sum[i]) / (sum[i + 1] - sum[i]) } else { 0.5 };
-        t.push(places[i] + share.clamp(0.0, 1.0) * (places[i + 1] - places[i]));
+        let share = if of[i + 1] > of[i] { ((goal - of[i]) / (of[i + 1] - of[i])).clamp(0.0, 1.0) } else { 0.5 };
+        (places[i] + share * (places[i + 1] - places[i]), sum[i] + share * (sum[i + 1] - sum[i]))
+    };
+    let last = s.points.len() - 1;
+    let lead = |end: usize| {
+        let k = if end == 0 { 0 } else { last };
+        let h = field.at(s.points[k], s.own[k]);
+        let first = (h / (EASE * wedges[end])).min(s.own[k]).min(field.place_at(s.points[k])).min(LEAD * length);
+        if factor == 1 && first > h { first } else { 0.0 }
+    };
+    let leads = [lead(0), lead(1)];
+    let (begin, end) = (at(leads[0], &along).1, at(length - leads[1], &along).1);
+    let rest = if leads == [0.0; 2] { total } else { end - begin };
+    let ends = leads.iter().filter(|l| **l > 0.0).count();
+    let parts = (rest.round().clamp(1.0, 1e7) as usize).max(least.saturating_sub(ends)) * factor;
+    let mut t = vec![edge.range[0]];
+    if leads[0] > 0.0 {
+        t.push(at(leads[0], &along).0);
+    }
+    let begin = if leads[0] > 0.0 { begin } else { 0.0 };
+    t.extend((1..parts).map(|k| at(begin + rest * k as f64 / parts as f64, &sum).0));
+    if leads[1] > 0.0 {
+        t.push(at(length - leads[1], &along).0);
     }
     t.push(edge.range[1]);
     t

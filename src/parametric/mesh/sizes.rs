@@ -8,13 +8,16 @@ use super::MeshSizes;
 use super::edges::Sampled;
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Face};
+use crate::parametric::surface::Surface;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.0;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
-const EASE: f64 = 2.0;
+pub(super) const EASE: f64 = 2.0;
+/// Short edges are followed down to this share of what narrow places are.
+const DEEPER: f64 = 0.125;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
 const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
@@ -32,7 +35,12 @@ pub(super) struct Field<'a> {
 impl Field<'_> {
     /// The length wanted at a place, at most `most`.
     pub(super) fn at(&self, p: DVec3, most: f64) -> f64 {
-        self.graded.at(p, most).min((self.place)(p))
+        self.graded.at(p, most).min(self.place_at(p))
+    }
+
+    /// The length wanted at a place whatever lies there.
+    pub(super) fn place_at(&self, p: DVec3) -> f64 {
+        (self.place)(p)
     }
 }
 
@@ -65,15 +73,20 @@ pub(super) fn field<'a>(
     let uses = brep.uses();
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
-            // A seam: nothing in space, but it runs along a tube, around which there shall be three edges at least.
-            let around = s.bend.iter().map(|r| fitting(std::f64::consts::TAU / 3.0 * r, sizes));
+            // A seam: nothing in space, but it runs along a tube, around which there shall be enough edges.
+            let round = matches!(
+                brep.faces[faces_of[i][0] as usize].surface,
+                Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Torus { .. }
+            );
+            let fit = |r: &f64| if round { sizes.around(*r) } else { fitting(std::f64::consts::TAU / 3.0 * r, sizes) };
+            let around = s.bend.iter().map(fit);
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
         }
         let length = s.length();
         let h = if e.ends[0] == e.ends[1] { length / 3.0 } else { length };
         if h < sizes.size {
-            let h = fitting(h, sizes);
+            let h = fitting_edge(h, sizes);
             sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h)));
         }
     }
@@ -97,6 +110,12 @@ pub(super) fn field<'a>(
 /// The edge length that fits a place of some width. Places so narrow that there will be needles get few of them.
 fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
     if EASE * width < sizes.deepest { sizes.least } else { width.max((EASE * width).min(sizes.least)) }
+}
+
+/// The edge length that fits a short edge. It wants few short edges around it, unlike a place that is narrow for long, and so
+/// may be much shorter.
+fn fitting_edge(length: f64, sizes: &MeshSizes<'_>) -> f64 {
+    if EASE * length < DEEPER * sizes.deepest { sizes.least } else { length.max((EASE * length).min(sizes.least)) }
 }
 
 /// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
