@@ -14,8 +14,12 @@ const SAMPLES: f64 = 4.0;
 const MOST_SAMPLES: usize = 400;
 /// And at least.
 const LEAST_SAMPLES: usize = 4;
-/// Corners of a face sharper than this, in radians, are cusps: no first edge is long enough for them.
-const CUSP: f64 = 0.05;
+/// A corner is sharp where it is at this share of the way looked at: tangents alone do not tell cusps.
+const PROBE: f64 = 0.25;
+/// Where a corner is this many times as wide as edges wanted there ask for, the next one fits.
+const WIDE_ENOUGH: f64 = 1.25;
+/// How often the way to there is halved.
+const HALVINGS: usize = 24;
 /// The first edge at a sharp corner is at most this share of its curve.
 const LEAD: f64 = 0.3;
 /// Places looked at between two samples when an edge is divided, at most.
@@ -45,6 +49,19 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
+    /// The way to each of the points.
+    pub(super) fn ways(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        let steps = self.points.windows(2).map(|w| w[0].distance(w[1]));
+        [0.0]
+            .into_iter()
+            .chain(steps.map(|d| {
+                sum += d;
+                sum
+            }))
+            .collect()
+    }
+
     pub(super) fn length(&self) -> f64 {
         self.points.windows(2).map(|w| w[0].distance(w[1])).sum()
     }
@@ -79,36 +96,66 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
     Sampled { t, points, own, bend, normals }
 }
 
-/// How wide corners of faces are, per length from their tips, at both ends of each edge, where they are so sharp that edges
-/// wanted by [`EASE`] get shorter towards the tip; infinite where they are not.
-pub(super) fn wedges(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled]) -> Vec<[f64; 2]> {
-    let mut out = vec![[f64::INFINITY; 2]; brep.edges.len()];
+/// How far from both ends of each edge the faces it borders are too narrow for the edges wanted there: in corners sharper
+/// than triangles shall be, down to cusps. Zero where they are not.
+pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], sizes: &MeshSizes<'_>) -> Vec<[f64; 2]> {
+    let mut out = vec![[0.0; 2]; brep.edges.len()];
+    let ways: Vec<Vec<f64>> = sampled.iter().map(Sampled::ways).collect();
+    // The point some way from an end, and how far away from it.
+    let at = |(e, end): (u32, usize), way: f64| {
+        let (s, ways) = (&sampled[e as usize], &ways[e as usize]);
+        let length = ways[ways.len() - 1];
+        let goal = if end == 0 { way } else { length - way };
+        let i = ways.partition_point(|w| *w < goal).clamp(1, ways.len() - 1);
+        let share = if ways[i] > ways[i - 1] { (goal - ways[i - 1]) / (ways[i] - ways[i - 1]) } else { 0.0 };
+        brep.edges[e as usize].curve.at(s.t[i - 1] + share.clamp(0.0, 1.0) * (s.t[i] - s.t[i - 1]))
+    };
+    let most = |(e, end): (u32, usize)| {
+        let (s, ways) = (&sampled[e as usize], &ways[e as usize]);
+        let own = if end == 0 { s.own[0] } else { s.own[s.own.len() - 1] };
+        (LEAD * ways[ways.len() - 1])
+            .min(own)
+            .min((sizes.place_size)(brep.vertices[brep.edges[e as usize].ends[end] as usize]))
+    };
     for (f, face) in brep.faces.iter().enumerate() {
-        for list in &face.loops {
-            for (i, c) in list.iter().enumerate() {
-                let d = &list[(i + 1) % list.len()];
-                if c.edge == d.edge {
+        // Ends of edges by vertex: whether the loop comes from there, and how far along it that is looked at.
+        let mut ends: Vec<(u32, bool, (u32, usize))> = Vec::new();
+        for c in face.loops.iter().flatten() {
+            let vertices = brep.edges[c.edge as usize].ends;
+            let (from, to) = (usize::from(!c.forward), usize::from(c.forward));
+            ends.push((vertices[from], true, (c.edge, from)));
+            ends.push((vertices[to], false, (c.edge, to)));
+        }
+        ends.sort_unstable();
+        for group in ends.chunk_by(|a, b| a.0 == b.0) {
+            for &(v, _, leaves) in group.iter().filter(|e| e.1) {
+                let Some(side) = faces_of[leaves.0 as usize].iter().position(|g| *g == f as u32) else { continue };
+                let normals = &sampled[leaves.0 as usize].normals[side];
+                let normal = if leaves.1 == 0 { normals[0] } else { normals[normals.len() - 1] };
+                let normal = if face.outward { normal } else { -normal };
+                let o = brep.vertices[v as usize];
+                let corner = |comes: (u32, usize)| {
+                    let reach = most(leaves).min(most(comes));
+                    let (a, b) = (at(leaves, PROBE * reach) - o, at(comes, PROBE * reach) - o);
+                    (a.cross(b).dot(normal).atan2(a.dot(b)), reach, comes)
+                };
+                let around = group.iter().filter(|e| !e.1 && e.2.0 != leaves.0).map(|e| corner(e.2));
+                let Some((angle, reach, comes)) = around.filter(|c| c.0 > 0.0).min_by(|x, y| x.0.total_cmp(&y.0))
+                else {
+                    continue;
+                };
+                let goal = WIDE_ENOUGH * sizes.deepest / EASE;
+                let wide = |way: f64| at(leaves, way).distance(at(comes, way)) >= goal;
+                if 2.0 * EASE * (0.5 * angle).sin() >= 1.0 || !wide(reach) {
                     continue;
                 }
-                // The end of the one, where the other begins.
-                let (from, to) = (usize::from(c.forward), usize::from(!d.forward));
-                let away = |e: u32, end: usize| {
-                    let edge = &brep.edges[e as usize];
-                    let along = edge.curve.jet(edge.range[end])[1].normalize_or_zero();
-                    if end == 0 { along } else { -along }
-                };
-                let Some(side) = faces_of[d.edge as usize].iter().position(|g| *g == f as u32) else { continue };
-                let normals = &sampled[d.edge as usize].normals[side];
-                let normal = if to == 0 { normals[0] } else { normals[normals.len() - 1] };
-                let normal = if face.outward { normal } else { -normal };
-                let (a, b) = (away(d.edge, to), away(c.edge, from));
-                let angle = a.cross(b).dot(normal).atan2(a.dot(b));
-                let width = 2.0 * (0.5 * angle).sin();
-                if angle > CUSP && EASE * width < 1.0 {
-                    for (e, end) in [(c.edge, from), (d.edge, to)] {
-                        let w = &mut out[e as usize][end];
-                        *w = w.min(width);
-                    }
+                let (mut narrow, mut way) = (0.0, reach);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (narrow + way);
+                    if wide(middle) { way = middle } else { narrow = middle }
+                }
+                for (e, end) in [leaves, comes] {
+                    out[e as usize][end] = f64::max(out[e as usize][end], way);
                 }
             }
         }
@@ -117,14 +164,14 @@ pub(super) fn wedges(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled]) ->
 }
 
 /// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
-/// edges. At the ends where faces are wedges one edge reaches from the tip to where they are wide enough for the next.
+/// edges. One edge reaches over each of the [`leads`] at its ends.
 pub(super) fn divide(
     edge: &Edge,
     s: &Sampled,
     field: &Field<'_>,
     factor: usize,
     least: usize,
-    wedges: [f64; 2],
+    leads: [f64; 2],
 ) -> Vec<f64> {
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
     let (mut places, mut sum, mut along) = (vec![s.t[0]], vec![0.0], vec![0.0]);
@@ -163,9 +210,7 @@ pub(super) fn divide(
     let last = s.points.len() - 1;
     let lead = |end: usize| {
         let k = if end == 0 { 0 } else { last };
-        let h = field.at(s.points[k], s.own[k]);
-        let first = (h / (EASE * wedges[end])).min(s.own[k]).min(field.place_at(s.points[k])).min(LEAD * length);
-        if factor == 1 && first > h { first } else { 0.0 }
+        if factor == 1 && leads[end] > field.at(s.points[k], s.own[k]) { leads[end] } else { 0.0 }
     };
     let leads = [lead(0), lead(1)];
     let (begin, end) = (at(leads[0], &along).1, at(length - leads[1], &along).1);

@@ -25,7 +25,7 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Sampled, divide, least_parts, sample, wedges};
+use edges::{Chain, Sampled, divide, leads, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::{Contour, Unroller};
 use sheets::Sheets;
@@ -239,15 +239,15 @@ impl Parametric {
                 .collect()
         });
         run.check()?;
-        let field = sizes::field(&self.brep, &self.faces_of, &sampled, sizes, run)?;
-        let wedges = wedges(&self.brep, &self.faces_of, &sampled);
+        let leads = leads(&self.brep, &self.faces_of, &sampled, sizes);
+        let field = sizes::field(&self.brep, &self.faces_of, (&sampled, &leads), sizes, run)?;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
             let plan = Plan { sizes, field: &field, count: AtomicUsize::new(0) };
-            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &wedges));
+            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads));
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
                     .into_par_iter()
@@ -356,7 +356,7 @@ impl Parametric {
         sampled: &[Sampled],
         field: &Field<'_>,
         factor: &[usize],
-        (least, wedges): (&[usize], &[[f64; 2]]),
+        (least, leads): (&[usize], &[[f64; 2]]),
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
@@ -364,7 +364,7 @@ impl Parametric {
         let mut chains = Vec::with_capacity(self.brep.edges.len());
         for (i, e) in self.brep.edges.iter().enumerate() {
             let s = &sampled[i];
-            let t = divide(e, s, field, factor[i], least[i], wedges[i]);
+            let t = divide(e, s, field, factor[i], least[i], leads[i]);
             let mut nodes = vec![e.ends[0]];
             let mut at = 0;
             for t in &t[1..t.len() - 1] {

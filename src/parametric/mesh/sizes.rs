@@ -52,13 +52,17 @@ struct Piece {
     looped: u32,
     /// Length along the loop up to its start.
     from: f64,
+    /// Way along its edge at both ends.
+    way: [f64; 2],
+    /// Before and after these ways along its edge narrow places do not count.
+    bare: [f64; 2],
 }
 
 /// The field of wanted lengths of a whole model.
 pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
-    sampled: &[Sampled],
+    (sampled, leads): (&[Sampled], &[[f64; 2]]),
     sizes: &MeshSizes<'a>,
     run: &Run,
 ) -> Result<Field<'a>> {
@@ -98,7 +102,7 @@ pub(super) fn field<'a>(
                 if run.is_cancelled() {
                     return Vec::new();
                 }
-                narrow_places(brep, &brep.faces[f], f as u32, faces_of, sampled, sizes)
+                narrow_places(brep, &brep.faces[f], f as u32, faces_of, (sampled, leads), sizes)
             })
             .collect()
     });
@@ -124,7 +128,7 @@ fn narrow_places(
     face: &Face,
     number: u32,
     faces_of: &[Vec<u32>],
-    sampled: &[Sampled],
+    (sampled, leads): (&[Sampled], &[[f64; 2]]),
     sizes: &MeshSizes<'_>,
 ) -> Vec<(DVec3, f64)> {
     let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
@@ -137,13 +141,23 @@ fn narrow_places(
             let Some(side) = faces_of[c.edge as usize].iter().position(|f| *f == number) else { continue };
             let seam = uses(c.edge) > 1;
             let n = s.points.len() - 1;
+            let (ways, lead) = (s.ways(), leads[c.edge as usize]);
             for k in 0..n {
                 let (i, j) = if c.forward { (k, k + 1) } else { (n - k, n - k - 1) };
                 let (a, b) = (s.points[i], s.points[j]);
                 let normal = if face.outward { s.normals[side][i] } else { -s.normals[side][i] };
                 let inward = normal.cross(b - a).normalize_or_zero();
                 if !seam && inward != DVec3::ZERO {
-                    pieces.push(Piece { ends: [a, b], inward, looped: l as u32, from: along });
+                    // Sharp corners are left to one triangle.
+                    let bare = [lead[0], ways[n] - lead[1]];
+                    pieces.push(Piece {
+                        ends: [a, b],
+                        inward,
+                        looped: l as u32,
+                        from: along,
+                        way: [ways[i], ways[j]],
+                        bare,
+                    });
                 }
                 along += a.distance(b);
             }
@@ -158,12 +172,16 @@ fn narrow_places(
     for p in &pieces {
         let length = p.ends[0].distance(p.ends[1]);
         let width = |t: f64| {
+            let way = p.way[0] + (p.way[1] - p.way[0]) * t;
+            if way < p.bare[0] || way > p.bare[1] {
+                return None;
+            }
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
             let found = tree.nearest(at, sizes.size / ACROSS, across);
             found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), sizes))).filter(|x| x.1 < sizes.size)
         };
-        let Some(middle) = width(0.5) else { continue };
+        let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
         // The field grows on both sides of a source: there must be one at about every length.
         let points = (length / middle.1).ceil().min(MOST_POINTS);
         let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
