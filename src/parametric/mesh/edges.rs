@@ -111,11 +111,10 @@ pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], siz
         brep.edges[e as usize].curve.at(s.t[i - 1] + share.clamp(0.0, 1.0) * (s.t[i] - s.t[i - 1]))
     };
     let most = |(e, end): (u32, usize)| {
-        let (s, ways) = (&sampled[e as usize], &ways[e as usize]);
-        let own = if end == 0 { s.own[0] } else { s.own[s.own.len() - 1] };
-        (LEAD * ways[ways.len() - 1])
-            .min(own)
-            .min((sizes.place_size)(brep.vertices[brep.edges[e as usize].ends[end] as usize]))
+        // Not by the bends of faces, which at singular points may be any.
+        let (edge, ways) = (&brep.edges[e as usize], &ways[e as usize]);
+        let own = (sizes.size_at)(edge.curve.curvature(edge.range[end]));
+        (LEAD * ways[ways.len() - 1]).min(own).min((sizes.place_size)(brep.vertices[edge.ends[end] as usize]))
     };
     for (f, face) in brep.faces.iter().enumerate() {
         // Ends of edges by vertex: whether the loop comes from there, and how far along it that is looked at.
@@ -130,9 +129,16 @@ pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], siz
         for group in ends.chunk_by(|a, b| a.0 == b.0) {
             for &(v, _, leaves) in group.iter().filter(|e| e.1) {
                 let Some(side) = faces_of[leaves.0 as usize].iter().position(|g| *g == f as u32) else { continue };
+                // Not at the tip itself, where there may be none.
                 let normals = &sampled[leaves.0 as usize].normals[side];
-                let normal = if leaves.1 == 0 { normals[0] } else { normals[normals.len() - 1] };
-                let normal = if face.outward { normal } else { -normal };
+                let past = PROBE * most(leaves);
+                let ways = &ways[leaves.0 as usize];
+                let i = if leaves.1 == 0 {
+                    ways.partition_point(|w| *w < past)
+                } else {
+                    ways.partition_point(|w| *w < ways[ways.len() - 1] - past).saturating_sub(1)
+                };
+                let normal = normals[i.min(normals.len() - 1)] * if face.outward { 1.0 } else { -1.0 };
                 let o = brep.vertices[v as usize];
                 let corner = |comes: (u32, usize)| {
                     let reach = most(leaves).min(most(comes));
