@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use predicates::prelude::*;
 use predicates::str::contains;
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{MeshOptions, Rung, SizeRequest, build, load_step, mesh_part, mesh_step, save_step};
