@@ -271,8 +271,8 @@ fn angles(m: &rvachev::mesh::TriMesh) -> Vec<f64> {
 #[test]
 fn sharp_corners_and_cusps_end_in_one_triangle() {
     let wedge = "polyline([(0, 0), (20, 0), (20, 3.5)], closed=True)";
-    let cusp = "chain([arc((0, 0), (7.653668647, 1.522409349), (14.142135624, 5.857864376)), polyline([(14.142135624, 5.857864376), (14.142135624, 0), (0, 0)])])";
-    for (shape, most) in [(wedge, 2), (cusp, 4)] {
+    let cusp = "chain([arc((0, 0, 0), (7.653668647, 1.522409349, 0), (14.142135624, 5.857864376, 0)), polyline([(14.142135624, 5.857864376), (14.142135624, 0), (0, 0)])])";
+    for (shape, most) in [(wedge, 2), (cusp, 2)] {
         let text = format!("part(extrude_edges({shape}, \"z\", 5).name(\"it\"))\nmesh(size=1.5)\n");
         let made = meshed(&text);
         assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
@@ -285,13 +285,15 @@ fn sharp_corners_and_cusps_end_in_one_triangle() {
 /// A pipe long against its width, its wall thinner than the bends between edges of the size asked for are high.
 #[test]
 fn walls_of_thin_pipes_do_not_cross() {
-    for wall in [0.5, 0.1] {
+    for wall in [0.5f64, 0.1] {
         let text = format!(
             "part(extrude_edges([circle(1.6), circle({})], \"z\", 60).name(\"pipe\"))\nmesh(size=8)\n",
             1.6 - wall
         );
         let made = meshed(&text);
-        assert!(made.report.shortfalls.is_empty() && made.report.ladder.is_empty(), "{:?}", made.report.shortfalls);
+        assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+        // The thinnest one is sound, too, but not remeshed.
+        assert!(made.report.ladder.is_empty() == (wall > 0.2), "{:?}", made.report.ladder);
         assert!(made.report.check.as_ref().unwrap().certificate.is_sound(), "{wall}");
         let volume = std::f64::consts::PI * (1.6f64.powi(2) - (1.6 - wall).powi(2)) * 60.0;
         assert!((made.mesh.volume() / volume - 1.0).abs() < 0.35, "{wall}: {} {volume}", made.mesh.volume());

@@ -17,7 +17,7 @@ const LEAST_SAMPLES: usize = 4;
 /// A corner is sharp where it is at this share of the way looked at: tangents alone do not tell cusps.
 const PROBE: f64 = 0.25;
 /// Where a corner is this many times as wide as edges wanted there ask for, the next one fits.
-const WIDE_ENOUGH: f64 = 1.25;
+pub(super) const WIDE_ENOUGH: f64 = 1.25;
 /// How often the way to there is halved.
 const HALVINGS: usize = 24;
 /// The first edge at a sharp corner is at most this share of its curve.

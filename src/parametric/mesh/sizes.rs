@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshSizes;
-use super::edges::Sampled;
+use super::edges::{Sampled, WIDE_ENOUGH};
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Face};
 use crate::parametric::surface::Surface;
@@ -72,6 +72,16 @@ pub(super) fn field<'a>(
             if *h < sizes.size {
                 sources.push((*p, *h));
             }
+        }
+    }
+    // Where sharp corners begin to be wide enough, the next edges are as long as they may be there.
+    for (s, lead) in sampled.iter().zip(leads) {
+        let ways = s.ways();
+        let length = ways[ways.len() - 1];
+        for goal in [lead[0], length - lead[1]].into_iter().filter(|g| *g > 0.0 && *g < length) {
+            let i = ways.partition_point(|w| *w < goal).clamp(1, ways.len() - 1);
+            let share = (goal - ways[i - 1]) / (ways[i] - ways[i - 1]).max(f64::MIN_POSITIVE);
+            sources.push((s.points[i - 1].lerp(s.points[i], share.min(1.0)), WIDE_ENOUGH * sizes.deepest));
         }
     }
     let uses = brep.uses();
