@@ -137,15 +137,16 @@ fn places_of_step_files_are_refined() {
     };
     let (at, far) = (DVec3::new(4.0, 0.0, 0.0), DVec3::new(-4.0, 0.0, 0.0));
     let (plain, _) = mesh(&[]);
-    assert!(longest(&plain, at, 0.5) > 0.28);
-    for place in ["box=3.5,-1,-1,4.5,1,1:0.1", "sphere=4,0,0,0.8:0.1"] {
-        let (fine, report) = mesh(&["--refine", place]);
-        assert!(longest(&fine, at, 0.5) < 0.2, "{place}: {}", longest(&fine, at, 0.5));
-        assert!(longest(&fine, far, 0.5) > 0.28, "{place}");
+    let bend = longest(&plain, at, 0.5);
+    let wish = 0.4 * bend;
+    for place in [format!("box=3.5,-1,-1,4.5,1,1:{wish}"), format!("sphere=4,0,0,0.8:{wish}")] {
+        let (fine, report) = mesh(&["--refine", &place]);
+        assert!(longest(&fine, at, 0.5) < 0.7 * bend, "{place}: {} {bend}", longest(&fine, at, 0.5));
+        assert!(longest(&fine, far, 0.5) > 0.8 * longest(&plain, far, 0.5), "{place}");
         assert_eq!(report["check"]["self_intersections"], 0, "{place}");
     }
-    let (fine, _) = mesh(&["--refine", "face=*:0.1"]);
-    assert!(longest(&fine, far, 1.0) < 0.2 && longest(&fine, at, 1.0) < 0.2);
+    let (fine, _) = mesh(&["--refine", &format!("face=*:{wish}")]);
+    assert!(longest(&fine, far, 1.0) < 0.7 * bend && longest(&fine, at, 1.0) < 0.7 * bend);
     let told = mesh(&["--refine", "face=nothing:0.2"]).1["warnings"].to_string();
     assert!(told.contains("nothing"), "{told}");
 }
