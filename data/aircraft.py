@@ -127,5 +127,5 @@ upper = [upright(2.6, 0.15).move((27.4, 0, 2.3)), upright(1.6, 0.14).move((29.7,
 rudder = wing(window(ends[0], ends[1], fin, 180 - fin), upper).name("fin")
 
 part(sew([nose, cabin, bay, aft, rear, stern, cone, right, left, right_tail, left_tail, rudder]).name("aircraft"))
-mesh(size="0.5%", size_min=0.03)
+mesh(size="0.5%")
 group("wings", faces("aircraft.right.*", "aircraft.left.*"))

@@ -252,3 +252,61 @@ fn what_a_part_file_cannot_build_is_told_with_its_place() {
     let Error::Input { help, .. } = e else { panic!("{e}") };
     assert!(help.unwrap().contains("part([a, b])"));
 }
+
+fn meshed(text: &str) -> rvachev::pipeline::Meshed {
+    mesh_part(&parse(text, &[]).unwrap(), &MeshOptions::default(), &Run::new()).unwrap()
+}
+
+/// The smallest angle of every triangle, in degrees.
+fn angles(m: &rvachev::mesh::TriMesh) -> Vec<f64> {
+    let least = |t: usize| {
+        let p = m.corners(t);
+        let at = |k: usize| (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
+        at(0).min(at(1)).min(at(2)).to_degrees()
+    };
+    (0..m.triangles.len()).map(least).collect()
+}
+
+/// Faces whose sides run together in a point, at an angle or touching each other, have a needle there and hardly more.
+#[test]
+fn sharp_corners_and_cusps_end_in_one_triangle() {
+    let wedge = "polyline([(0, 0), (20, 0), (20, 3.5)], closed=True)";
+    let cusp = "chain([arc((0, 0, 0), (7.653668647, 1.522409349, 0), (14.142135624, 5.857864376, 0)), polyline([(14.142135624, 5.857864376), (14.142135624, 0), (0, 0)])])";
+    for (shape, most) in [(wedge, 2), (cusp, 4)] {
+        let text = format!("part(extrude_edges({shape}, \"z\", 5).name(\"it\"))\nmesh(size=1.5)\n");
+        let made = meshed(&text);
+        assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+        assert!(made.report.check.as_ref().unwrap().certificate.is_sound());
+        let small = angles(&made.mesh).into_iter().filter(|a| *a < 20.0).count();
+        assert!((1..=most).contains(&small), "{shape}: {small} needles");
+    }
+}
+
+/// A pipe long against its width, its wall thinner than the bends between edges of the size asked for are high.
+#[test]
+fn walls_of_thin_pipes_do_not_cross() {
+    for wall in [0.5f64, 0.1] {
+        let text = format!(
+            "part(extrude_edges([circle(1.6), circle({})], \"z\", 60).name(\"pipe\"))\nmesh(size=8)\n",
+            1.6 - wall
+        );
+        let made = meshed(&text);
+        assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+        // The thinnest one is sound, too, but not remeshed.
+        assert!(made.report.ladder.is_empty() == (wall > 0.2), "{:?}", made.report.ladder);
+        assert!(made.report.check.as_ref().unwrap().certificate.is_sound(), "{wall}");
+        let volume = std::f64::consts::PI * (1.6f64.powi(2) - (1.6 - wall).powi(2)) * 60.0;
+        assert!((made.mesh.volume() / volume - 1.0).abs() < 0.35, "{wall}: {} {volume}", made.mesh.volume());
+    }
+}
+
+/// A sheet whose hole touches its rim in one point: both sides of that have a node there, which is no intersection.
+#[test]
+fn a_surface_may_touch_itself_in_a_point() {
+    let text = "part(flat_face([polyline([(0, 0), (4, 0), (4, 4), (0, 4)], closed=True), polyline([(0, 0), (2, 1), (1, 2)], closed=True)]).name(\"sheet\"))\nmesh(size=0.5)\n";
+    let made = meshed(text);
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    let check = made.report.check.unwrap();
+    assert_eq!((check.self_intersections, check.manifold), (0, true));
+    assert!((made.mesh.triangles.len() as f64) > 100.0 && (check.area - (16.0 - 1.5)).abs() < 1e-9, "{}", check.area);
+}

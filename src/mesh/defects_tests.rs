@@ -139,7 +139,10 @@ fn intersections_of_pairs() {
     assert!(pair(t, [[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [1.0, 2.0, 0.0]]), "inside, coplanar");
     assert!(pair(t, [[-1.0, -1.0, 0.0], [9.0, -1.0, 0.0], [-1.0, 9.0, 0.0]]), "around, coplanar");
     assert!(!pair(t, [[5.0, 5.0, 0.0], [9.0, 5.0, 0.0], [5.0, 9.0, 0.0]]), "beside, coplanar");
-    assert!(pair(t, [[4.0, 0.0, 0.0], [9.0, 0.0, 0.0], [9.0, 1.0, 1.0]]), "same place, other node");
+    // Sheets may touch in a node each has for itself, not along an edge, and not beyond the point.
+    assert!(!pair(t, [[4.0, 0.0, 0.0], [9.0, 0.0, 0.0], [9.0, 1.0, 1.0]]), "same place, other node");
+    assert!(pair(t, [[4.0, 0.0, 0.0], [0.0, 0.0, 0.0], [9.0, 1.0, 1.0]]), "an edge at the same place");
+    assert!(pair(t, [[4.0, 0.0, 0.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0]]), "same place, and pierced");
     let shared = |extra: [[f64; 3]; 2], second: [u32; 3]| {
         let nodes = t.iter().chain(&extra).map(|a| DVec3::from_array(*a)).collect();
         hits(&TriMesh::new(nodes, vec![[0, 1, 2], second])) == 1

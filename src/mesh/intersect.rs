@@ -12,8 +12,9 @@ use crate::spatial::{Aabb, Bvh};
 /// Pairs of triangles that meet anywhere but in the nodes and edges they share, ascending.
 ///
 /// Triangles that share an edge intersect if they lie in one plane, folded onto each other; triangles that share a node
-/// if the edge opposite to it meets the other triangle; others if they have any point in common. Triangles without area
-/// are passed over. Exact: no tolerance is involved. The mesh must be [valid](TriMesh::validate).
+/// if the edge opposite to it meets the other triangle; others if they have any point in common. Two nodes at exactly one
+/// place, where a surface touches itself in a point, count as a shared one. Triangles without area are passed over. Exact: no
+/// tolerance is involved. The mesh must be [valid](TriMesh::validate).
 pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let (boxes, flat) = boxes_and_flat(mesh);
     run.check()?;
@@ -161,6 +162,13 @@ fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
                 pairs[count] = (i, j);
                 count += 1;
             }
+        }
+    }
+    if count == 0 {
+        // Sheets that touch in one point have a node there each.
+        let same = || (0..9).map(|k| (k / 3, k % 3)).filter(|&(i, j)| p[i] == q[j]);
+        if let Some(touch) = same().next().filter(|_| same().count() == 1) {
+            (pairs[0], count) = (touch, 1);
         }
     }
     let shared = &pairs[..count];

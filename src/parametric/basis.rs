@@ -84,6 +84,18 @@ impl Knots {
         span
     }
 
+    /// The basis functions that do not vanish at `t`, in its span: the first row of [`basis`](Self::basis).
+    pub fn values_at<const N: usize>(&self, t: f64) -> (usize, [f64; N]) {
+        let [lo, hi] = self.domain();
+        let t = t.clamp(lo, hi);
+        let (p, span) = (self.degree, self.span(t));
+        let k = &self.values[span + 1 - p..=span + p];
+        let mut now = [0.0; N];
+        now[0] = 1.0;
+        (1..=p).for_each(|q| raise(&mut now, k, p, q, t));
+        (span, now)
+    }
+
     /// The basis functions that do not vanish at `t`, in its span, and their first and second derivatives; the first
     /// belongs to control point `span - degree`. `t` is clamped to the domain. `N` is the room for them, more than the
     /// degree.
@@ -105,14 +117,7 @@ impl Knots {
             if q == p {
                 one = now;
             }
-            let mut saved = 0.0;
-            for r in 0..q {
-                let (right, left) = (k[p + r], k[p + r - q]);
-                let share = now[r] / (right - left);
-                now[r] = saved + (right - t) * share;
-                saved = (t - left) * share;
-            }
-            now[q] = saved;
+            raise(&mut now, k, p, q, t);
         }
         rows[0] = now;
         rows[1] = raised(&one, k, p, p);
@@ -121,6 +126,18 @@ impl Knots {
         }
         (span, rows)
     }
+}
+
+/// Functions of degree `q - 1` become those of degree `q`.
+fn raise<const N: usize>(now: &mut [f64; N], k: &[f64], p: usize, q: usize, t: f64) {
+    let mut saved = 0.0;
+    for r in 0..q {
+        let (right, left) = (k[p + r], k[p + r - q]);
+        let share = now[r] / (right - left);
+        now[r] = saved + (right - t) * share;
+        saved = (t - left) * share;
+    }
+    now[q] = saved;
 }
 
 /// Derivatives of the functions of degree `q` from values (or derivatives) of those of degree `q - 1`, both in the span

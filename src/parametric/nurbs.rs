@@ -275,6 +275,26 @@ impl NurbsSurface {
         }
     }
 
+    /// The point alone: what [`jet`](Self::jet) says first.
+    pub fn at(&self, u: f64, v: f64) -> DVec3 {
+        match self.u.degree().max(self.v.degree()) {
+            0..=3 => self.at_by::<4>(u, v),
+            4..=8 => self.at_by::<9>(u, v),
+            _ => self.at_by::<ANY>(u, v),
+        }
+    }
+
+    fn at_by<const N: usize>(&self, u: f64, v: f64) -> DVec3 {
+        let ((su, a), (sv, b)) = (self.u.values_at::<N>(u), self.v.values_at::<N>(v));
+        let (p, q, nv) = (self.u.degree(), self.v.degree(), self.v.points());
+        let mut h = DVec4::ZERO;
+        for r in 0..=p {
+            let row = &self.points[(su - p + r) * nv + sv - q..][..=q];
+            h += a[r] * row.iter().zip(&b).map(|(point, b)| *b * *point).sum::<DVec4>();
+        }
+        h.truncate() / h.w
+    }
+
     fn jet_by<const N: usize>(&self, u: f64, v: f64) -> [DVec3; 6] {
         let ((su, a), (sv, b)) = (self.u.basis::<N>(u), self.v.basis::<N>(v));
         let (p, q, nv) = (self.u.degree(), self.v.degree(), self.v.points());

@@ -187,7 +187,20 @@ impl Surface {
 
     /// The point at a parameter.
     pub fn at(&self, uv: DVec2) -> DVec3 {
-        self.jet(uv.x, uv.y)[0]
+        match self {
+            Surface::Nurbs(n) => n.at(uv.x, uv.y),
+            _ => self.jet(uv.x, uv.y)[0],
+        }
+    }
+
+    /// The smallest radius of curvature anywhere, where that is plain: infinite for a plane.
+    pub(super) fn bend_radius(&self) -> Option<f64> {
+        match self {
+            Surface::Plane { .. } => Some(f64::INFINITY),
+            Surface::Cylinder { radius, .. } | Surface::Sphere { radius, .. } => Some(*radius),
+            Surface::Torus { major, minor, .. } => Some(minor.min((major - minor).max(0.0))),
+            _ => None,
+        }
     }
 
     /// The parameters the surface is defined for, u and v; infinite where it has no end.

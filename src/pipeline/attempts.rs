@@ -92,7 +92,9 @@ impl Trials {
     fn go_below(&mut self, walls: &[Wall], cell: f64) {
         let mut thickness: Vec<f64> = walls.iter().map(|w| w.thickness).collect();
         thickness.sort_by(f64::total_cmp);
-        let Some(thickness) = thickness.get(thickness.len() / 2).filter(|t| BELOW[0] * **t >= self.least) else { return };
+        let Some(thickness) = thickness.get(thickness.len() / 2).filter(|t| BELOW[0] * **t >= self.least) else {
+            return;
+        };
         self.ahead.retain(|t| t.0 <= BELOW[0] * thickness || t.0 == cell);
         self.last = [None; 2];
         self.asked += 1;
@@ -251,7 +253,15 @@ pub(super) fn search(
             let nodes = &scout.extracted.mesh.nodes;
             whole = nodes.iter().step_by(nodes.len().div_ceil(SAMPLES).max(1)).copied().collect();
         }
-        if std::env::var("TRACE").is_ok() {eprintln!("scout {cell:.4} {blunt} tris {} unresolved {} walls {} gone {} asked {}",scout.extracted.mesh.triangles.len(),scout.unresolved.len(),scout.walls.len(),scout.gone.len(),trials.asked);}
+            eprintln!(
+                "scout {cell:.4} {blunt} tris {} unresolved {} walls {} gone {} asked {}",
+                scout.extracted.mesh.triangles.len(),
+                scout.unresolved.len(),
+                scout.walls.len(),
+                scout.gone.len(),
+                trials.asked
+            );
+        }
         trials.note(blunt, scout.unresolved.len());
         if !scout.unresolved.is_empty() {
             trials.go_below(&scout.gone, cell);
@@ -261,7 +271,8 @@ pub(super) fn search(
             continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
-        if std::env::var("TRACE").is_ok() {eprintln!("  remeshed: faults {} missed {} lost {:?}",this.faults(),this.missed.len(),this.lost());}
+            eprintln!("  remeshed: faults {} missed {} lost {:?}", this.faults(), this.missed.len(), this.lost());
+        }
         if this.is_clean() {
             return Ok(this);
         }
@@ -276,7 +287,14 @@ pub(super) fn search(
             break;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
-        if std::env::var("TRACE").is_ok() {eprintln!("  other {} remeshed: faults {} missed {} lost {:?}",this.scout.cell,this.faults(),this.missed.len(),this.lost());}
+            eprintln!(
+                "  other {} remeshed: faults {} missed {} lost {:?}",
+                this.scout.cell,
+                this.faults(),
+                this.missed.len(),
+                this.lost()
+            );
+        }
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
             best = Some(this);
         }

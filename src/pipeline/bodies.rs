@@ -249,8 +249,14 @@ fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
     sizes.iter().zip(&sums).map(own).collect()
 }
 
-/// The connected parts of a mesh, each with the old numbers of its nodes.
-pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
+/// A number for each triangle that is the same for all of a connected part.
+pub(super) fn body_of(mesh: &TriMesh) -> Vec<u32> {
+    let mut leader = leaders(mesh);
+    mesh.triangles.iter().map(|t| find(&mut leader, t[0])).collect()
+}
+
+/// Nodes joined by triangles, as sets: see [`find`].
+fn leaders(mesh: &TriMesh) -> Vec<u32> {
     let mut leader: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
     for t in &mesh.triangles {
         for k in 1..3 {
@@ -258,6 +264,12 @@ pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
             leader[a.max(b) as usize] = a.min(b);
         }
     }
+    leader
+}
+
+/// The connected parts of a mesh, each with the old numbers of its nodes.
+pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
+    let mut leader = leaders(mesh);
     let mut number = vec![u32::MAX; mesh.nodes.len()];
     let mut place = vec![u32::MAX; mesh.nodes.len()];
     let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();

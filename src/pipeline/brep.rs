@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::bodies::{NAMED, components, remeshed};
+use super::bodies::{NAMED, body_of, components, remeshed};
 use super::brep_oracle::Trimmed;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Healed, heal_made, told as told_of};
@@ -55,6 +55,10 @@ const STRICTER: f64 = 0.85;
 const FINEST: f64 = 256.0;
 /// How often what is too far from the surface is meshed finer.
 const ROUNDS: usize = 4;
+/// How often lengths are halved where triangles of one body cross each other, as long as that leaves at most the next share of
+/// them: faces of a model that cross go on crossing.
+const HALVINGS: usize = 5;
+const LEFT: f64 = 0.7;
 /// At most by this factor each time.
 const FINER: f64 = 0.25;
 
@@ -98,16 +102,40 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     // Places that came out too far from the surface, and the lengths that will do there.
     let mut finer: Vec<(DVec3, f64)> = Vec::new();
     let mut best: Option<(TriMesh, Report)> = None;
+    // Places where the first triangles crossed each other, and finer lengths.
+    let mut crossed: Vec<(DVec3, f64)> = Vec::new();
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
-        let field = Graded::new(finer.clone(), options.grading.unwrap_or(GRADATION));
-        let by_place = |p: DVec3| {
-            let of_regions = wishes.regions.iter().map(|r| r.at(p, options.grading.unwrap_or(GRADATION)));
-            field.at(p, of_regions.fold(f64::INFINITY, f64::min))
-        };
-        let mut told = report.clone();
+        let grading = options.grading.unwrap_or(GRADATION);
         let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
         let chord = share * STRICTER.powi(round as i32) * limit;
-        let (made, sizing) = first_mesh(&solid, [size, chord], options, &wishes, &by_place, &mut told, run)?;
+        let first = |crossed: &[(DVec3, f64)], told: &mut Report| {
+            let field = Graded::new([&finer[..], crossed].concat(), grading);
+            let by_place = |p: DVec3| {
+                let of_regions = wishes.regions.iter().map(|r| r.at(p, grading));
+                field.at(p, of_regions.fold(f64::INFINITY, f64::min))
+            };
+            first_mesh(&solid, [size, chord], options, &wishes, &by_place, told, run)
+        };
+        let mut told = report.clone();
+        let (mut made, mut sizing) = first(&crossed, &mut told)?;
+        // Walls thinner than the bends of their faces are high, within one body: finer triangles pass each other.
+        let mut hits = crossings(&made.mesh, run)?;
+        for _ in 0..HALVINGS {
+            if hits.is_empty() {
+                break;
+            }
+            run.check()?;
+            let known = crossed.len();
+            crossed.extend(hits.iter().flatten().map(|t| halved(&made.mesh, *t as usize, options)));
+            let mut again_told = report.clone();
+            let again = first(&crossed, &mut again_told)?;
+            let left = crossings(&again.0.mesh, run)?;
+            if left.len() as f64 > LEFT * hits.len() as f64 {
+                crossed.truncate(known);
+                break;
+            }
+            ((made, sizing), told, hits) = (again, again_told, left);
+        }
         let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
         let mesh = remeshed(&solid, made, &exact, &mut told, run)?;
         if !measured {
@@ -151,6 +179,23 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     excuse_overlaps(&mesh, &mut found, &mut report, run)?;
     report.judge(found);
     Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
+}
+
+/// Pairs of triangles of one body that cross each other.
+fn crossings(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
+    let mut all = self_intersections(mesh, run)?;
+    if !all.is_empty() {
+        let body = body_of(mesh);
+        all.retain(|[t, u]| body[*t as usize] == body[*u as usize]);
+    }
+    Ok(all)
+}
+
+/// The middle of a triangle and half the length of its edges.
+fn halved(mesh: &TriMesh, t: usize, options: &MeshOptions) -> (DVec3, f64) {
+    let [a, b, c] = mesh.corners(t);
+    let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
+    (mesh.centroid(t), (0.5 * length).max(options.least.unwrap_or(0.0)))
 }
 
 /// Faces between edges, triangulated for the first time, and the sizes that were followed.

@@ -4,7 +4,6 @@ use std::fmt;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use crate::error::Result;
@@ -49,21 +48,16 @@ impl fmt::Display for Distance {
 pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<Vec<f64>> {
     let away = |face: u32, p: DVec3| solid.foot(face, p).map_or(0.0, |q| q.distance(p));
     let count = mesh.triangles.len();
-    let mut labels: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-    for (t, l) in mesh.triangles.iter().zip(&mesh.labels) {
-        (0..3).for_each(|k| {
-            labels.insert([t[k], t[(k + 1) % 3]], *l);
-        });
-    }
+    let across = across(mesh);
     // A side within a face is measured from one of its triangles.
-    let shared = |a: u32, b: u32, l: u32| labels.get(&[b, a]) == Some(&l);
+    let other = |t: usize, k: usize| Some(across[3 * t + k] as usize).filter(|o| *o < 3 * count);
+    let same = |t: usize, o: usize| mesh.labels[o / 3] == mesh.labels[t];
     let one = |t: usize| -> [f64; 4] {
-        let (nodes, label) = (mesh.triangles[t], mesh.labels[t]);
+        let label = mesh.labels[t];
         let p = mesh.corners(t);
         let mut out = [away(label, (p[0] + p[1] + p[2]) / 3.0), 0.0, 0.0, 0.0];
         for k in 0..3 {
-            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
-            if a < b || !shared(a, b, label) {
+            if other(t, k).is_none_or(|o| 3 * t + k < o || !same(t, o)) {
                 out[k + 1] = away(label, 0.5 * (p[k] + p[(k + 1) % 3]));
             }
         }
@@ -79,20 +73,26 @@ pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result
             .collect()
     });
     let found: Vec<[f64; 4]> = chunks?.concat();
-    let mut sides: FxHashMap<[u32; 2], f64> = FxHashMap::default();
-    for (t, d) in mesh.triangles.iter().zip(&found) {
-        (0..3).for_each(|k| {
-            sides.insert([t[k], t[(k + 1) % 3]], d[k + 1]);
-        });
-    }
-    let whole = |(t, d): (&[u32; 3], &[f64; 4])| {
-        let other = |k: usize| {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
-            sides.get(&[b, a]).copied().filter(|_| a > b && d[k + 1] == 0.0).unwrap_or(0.0)
-        };
-        (0..3).map(other).chain(d.iter().copied()).fold(0.0, f64::max)
+    // What was measured from there counts for both.
+    let beside = |t: usize, k: usize| other(t, k).filter(|o| same(t, *o)).map_or(0.0, |o| found[o / 3][o % 3 + 1]);
+    let whole = |t: usize| (0..3).map(|k| beside(t, k)).chain(found[t]).fold(0.0, f64::max);
+    Ok((0..count).map(whole).collect())
+}
+
+/// The side (three times its triangle, and which) across every side of a triangle; `u32::MAX` where there is none.
+fn across(mesh: &TriMesh) -> Vec<u32> {
+    let ends = |s: u32| {
+        let t = mesh.triangles[s as usize / 3];
+        let (a, b) = (t[s as usize % 3], t[(s as usize + 1) % 3]);
+        [a.min(b), a.max(b)]
     };
-    Ok(mesh.triangles.iter().zip(&found).map(whole).collect())
+    let mut order: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    order.sort_unstable_by_key(|s| (ends(*s), *s));
+    let mut out = vec![u32::MAX; order.len()];
+    for pair in order.chunk_by(|a, b| ends(*a) == ends(*b)).filter(|g| g.len() == 2) {
+        (out[pair[0] as usize], out[pair[1] as usize]) = (pair[1], pair[0]);
+    }
+    out
 }
 
 /// The largest distance of points of the model's edges to the mesh; edges of faces without triangles are left out.

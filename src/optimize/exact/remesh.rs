@@ -28,6 +28,9 @@ pub(super) const GOOD: f64 = 0.6;
 /// may mislead.
 pub(super) const SLIVER: f64 = 0.004;
 
+/// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
+const FARTHEST: f64 = 2.0 * LONG;
+
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
 
@@ -472,6 +475,15 @@ impl<'a> Remesher<'a> {
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
         let smooth = left.area.dot(right.area) > 0.0;
         if smooth && excess.is_none() && left.is_above(MEND) && right.is_above(MEND) {
+            return false;
+        }
+        // Around thin places, where normals of both sides are near, flips must not carry edges away.
+        let across = r.distance_squared(s);
+        if across > (FARTHEST * self.wanted(h)).powi(2)
+            && [p, q]
+                .iter()
+                .all(|x| across > x.distance_squared(r).max(x.distance_squared(s)).max(p.distance_squared(q)))
+        {
             return false;
         }
         let (above, below) = (Facet::new([p, s, r]), Facet::new([s, q, r]));

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
-use super::sizes::Field;
+use super::sizes::{EASE, Field};
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
 
@@ -14,6 +14,14 @@ const SAMPLES: f64 = 4.0;
 const MOST_SAMPLES: usize = 400;
 /// And at least.
 const LEAST_SAMPLES: usize = 4;
+/// A corner is sharp where it is at this share of the way looked at: tangents alone do not tell cusps.
+const PROBE: f64 = 0.25;
+/// Where a corner is this many times as wide as edges wanted there ask for, the next one fits.
+pub(super) const WIDE_ENOUGH: f64 = 1.25;
+/// How often the way to there is halved.
+const HALVINGS: usize = 24;
+/// The first edge at a sharp corner is at most this share of its curve.
+const LEAD: f64 = 0.3;
 /// Places looked at between two samples when an edge is divided, at most.
 const MOST_STEPS: f64 = 64.0;
 
@@ -41,6 +49,19 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
+    /// The way to each of the points.
+    pub(super) fn ways(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        let steps = self.points.windows(2).map(|w| w[0].distance(w[1]));
+        [0.0]
+            .into_iter()
+            .chain(steps.map(|d| {
+                sum += d;
+                sum
+            }))
+            .collect()
+    }
+
     pub(super) fn length(&self) -> f64 {
         self.points.windows(2).map(|w| w[0].distance(w[1])).sum()
     }
@@ -75,11 +96,91 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
     Sampled { t, points, own, bend, normals }
 }
 
+/// How far from both ends of each edge the faces it borders are too narrow for the edges wanted there: in corners sharper
+/// than triangles shall be, down to cusps. Zero where they are not.
+pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], sizes: &MeshSizes<'_>) -> Vec<[f64; 2]> {
+    let mut out = vec![[0.0; 2]; brep.edges.len()];
+    let ways: Vec<Vec<f64>> = sampled.iter().map(Sampled::ways).collect();
+    // The point some way from an end, and how far away from it.
+    let at = |(e, end): (u32, usize), way: f64| {
+        let (s, ways) = (&sampled[e as usize], &ways[e as usize]);
+        let length = ways[ways.len() - 1];
+        let goal = if end == 0 { way } else { length - way };
+        let i = ways.partition_point(|w| *w < goal).clamp(1, ways.len() - 1);
+        let share = if ways[i] > ways[i - 1] { (goal - ways[i - 1]) / (ways[i] - ways[i - 1]) } else { 0.0 };
+        brep.edges[e as usize].curve.at(s.t[i - 1] + share.clamp(0.0, 1.0) * (s.t[i] - s.t[i - 1]))
+    };
+    let most = |(e, end): (u32, usize)| {
+        // Not by the bends of faces, which at singular points may be any.
+        let (edge, ways) = (&brep.edges[e as usize], &ways[e as usize]);
+        let own = (sizes.size_at)(edge.curve.curvature(edge.range[end]));
+        (LEAD * ways[ways.len() - 1]).min(own).min((sizes.place_size)(brep.vertices[edge.ends[end] as usize]))
+    };
+    for (f, face) in brep.faces.iter().enumerate() {
+        // Ends of edges by vertex: whether the loop comes from there, and how far along it that is looked at.
+        let mut ends: Vec<(u32, bool, (u32, usize))> = Vec::new();
+        for c in face.loops.iter().flatten() {
+            let vertices = brep.edges[c.edge as usize].ends;
+            let (from, to) = (usize::from(!c.forward), usize::from(c.forward));
+            ends.push((vertices[from], true, (c.edge, from)));
+            ends.push((vertices[to], false, (c.edge, to)));
+        }
+        ends.sort_unstable();
+        for group in ends.chunk_by(|a, b| a.0 == b.0) {
+            for &(v, _, leaves) in group.iter().filter(|e| e.1) {
+                let Some(side) = faces_of[leaves.0 as usize].iter().position(|g| *g == f as u32) else { continue };
+                // Not at the tip itself, where there may be none.
+                let normals = &sampled[leaves.0 as usize].normals[side];
+                let past = PROBE * most(leaves);
+                let ways = &ways[leaves.0 as usize];
+                let i = if leaves.1 == 0 {
+                    ways.partition_point(|w| *w < past)
+                } else {
+                    ways.partition_point(|w| *w < ways[ways.len() - 1] - past).saturating_sub(1)
+                };
+                let normal = normals[i.min(normals.len() - 1)] * if face.outward { 1.0 } else { -1.0 };
+                let o = brep.vertices[v as usize];
+                let corner = |comes: (u32, usize)| {
+                    let reach = most(leaves).min(most(comes));
+                    let (a, b) = (at(leaves, PROBE * reach) - o, at(comes, PROBE * reach) - o);
+                    (a.cross(b).dot(normal).atan2(a.dot(b)), reach, comes)
+                };
+                let around = group.iter().filter(|e| !e.1 && e.2.0 != leaves.0).map(|e| corner(e.2));
+                let Some((angle, reach, comes)) = around.filter(|c| c.0 > 0.0).min_by(|x, y| x.0.total_cmp(&y.0))
+                else {
+                    continue;
+                };
+                let goal = WIDE_ENOUGH * sizes.deepest / EASE;
+                let wide = |way: f64| at(leaves, way).distance(at(comes, way)) >= goal;
+                if 2.0 * EASE * (0.5 * angle).sin() >= 1.0 || !wide(reach) {
+                    continue;
+                }
+                let (mut narrow, mut way) = (0.0, reach);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (narrow + way);
+                    if wide(middle) { way = middle } else { narrow = middle }
+                }
+                for (e, end) in [leaves, comes] {
+                    out[e as usize][end] = f64::max(out[e as usize][end], way);
+                }
+            }
+        }
+    }
+    out
+}
+
 /// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
-/// edges.
-pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, factor: usize, least: usize) -> Vec<f64> {
+/// edges. One edge reaches over each of the [`leads`] at its ends.
+pub(super) fn divide(
+    edge: &Edge,
+    s: &Sampled,
+    field: &Field<'_>,
+    factor: usize,
+    least: usize,
+    leads: [f64; 2],
+) -> Vec<f64> {
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
-    let (mut places, mut sum) = (vec![s.t[0]], vec![0.0]);
+    let (mut places, mut sum, mut along) = (vec![s.t[0]], vec![0.0], vec![0.0]);
     let mut last = field.at(s.points[0], s.own[0]);
     for i in 0..s.points.len() - 1 {
         let (p, q) = (s.points[i], s.points[i + 1]);
@@ -96,20 +197,40 @@ pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, factor: usize,
             };
             places.push(s.t[i] + (s.t[i + 1] - s.t[i]) * share);
             sum.push(sum[sum.len() - 1] + p.distance(q) / steps as f64 / (0.5 * (last + h)));
+            along.push(along[along.len() - 1] + p.distance(q) / steps as f64);
             last = h;
         }
     }
-    let total = sum[sum.len() - 1];
-    let parts = (total.round().clamp(1.0, 1e7) as usize).max(least) * factor;
-    let mut t = vec![edge.range[0]];
+    let (total, length) = (sum[sum.len() - 1], along[along.len() - 1]);
     let mut i = 0;
-    for k in 1..parts {
-        let goal = total * k as f64 / parts as f64;
-        while i + 2 < sum.len() && sum[i + 1] < goal {
+    let mut at = |goal: f64, of: &[f64]| {
+        while i > 0 && of[i] > goal {
+            i -= 1;
+        }
+        while i + 2 < of.len() && of[i + 1] < goal {
             i += 1;
         }
-        let share = if sum[i + 1] > sum[i] { (goal - sum[i]) / (sum[i + 1] - sum[i]) } else { 0.5 };
-        t.push(places[i] + share.clamp(0.0, 1.0) * (places[i + 1] - places[i]));
+        let share = if of[i + 1] > of[i] { ((goal - of[i]) / (of[i + 1] - of[i])).clamp(0.0, 1.0) } else { 0.5 };
+        (places[i] + share * (places[i + 1] - places[i]), sum[i] + share * (sum[i + 1] - sum[i]))
+    };
+    let last = s.points.len() - 1;
+    let lead = |end: usize| {
+        let k = if end == 0 { 0 } else { last };
+        if factor == 1 && leads[end] > field.at(s.points[k], s.own[k]) { leads[end] } else { 0.0 }
+    };
+    let leads = [lead(0), lead(1)];
+    let (begin, end) = (at(leads[0], &along).1, at(length - leads[1], &along).1);
+    let rest = if leads == [0.0; 2] { total } else { end - begin };
+    let ends = leads.iter().filter(|l| **l > 0.0).count();
+    let parts = (rest.round().clamp(1.0, 1e7) as usize).max(least.saturating_sub(ends)) * factor;
+    let mut t = vec![edge.range[0]];
+    if leads[0] > 0.0 {
+        t.push(at(leads[0], &along).0);
+    }
+    let begin = if leads[0] > 0.0 { begin } else { 0.0 };
+    t.extend((1..parts).map(|k| at(begin + rest * k as f64 / parts as f64, &sum).0));
+    if leads[1] > 0.0 {
+        t.push(at(length - leads[1], &along).0);
     }
     t.push(edge.range[1]);
     t

@@ -368,38 +368,39 @@ impl Filler<'_> {
         (count, most): (&AtomicUsize, usize),
         found: &mut Vec<(DVec2, DVec3, f64)>,
     ) -> Result<(), Unfilled> {
-        let mut stack = vec![(lo, hi, 0u32)];
-        while let Some((a, b, depth)) = stack.pop() {
+        let at = |u: f64, v: f64| self.chart.at(DVec2::new(u, v));
+        // Nine points of a cell: three rows along u. Halves have six of theirs from the whole.
+        let three = |a: f64, b: f64| [a, 0.5 * (a + b), b];
+        let column = |u: f64, a: DVec2, b: DVec2| three(a.y, b.y).map(|v| at(u, v));
+        let whole = three(lo.x, hi.x).map(|u| column(u, lo, hi));
+        let mut stack = vec![(lo, hi, 0u32, whole)];
+        while let Some((a, b, depth, grid)) = stack.pop() {
             let m = 0.5 * (a + b);
-            let at = |u: f64, v: f64| self.chart.at(DVec2::new(u, v));
-            let center = self.chart.at(m);
-            let side = |p: DVec3, q: DVec3| p.distance(center) + q.distance(center);
-            let width = [side(at(a.x, m.y), at(b.x, m.y)), side(at(m.x, a.y), at(m.x, b.y))];
+            let center = grid[1][1];
             // Near poles the middle of a wide cell is short; its borders are not.
             let rim = |p: DVec3, q: DVec3, r: DVec3| p.distance(q) + q.distance(r);
-            let wide = [
-                width[0].max(rim(at(a.x, a.y), at(m.x, a.y), at(b.x, a.y))).max(rim(
-                    at(a.x, b.y),
-                    at(m.x, b.y),
-                    at(b.x, b.y),
-                )),
-                width[1].max(rim(at(a.x, a.y), at(a.x, m.y), at(a.x, b.y))).max(rim(
-                    at(b.x, a.y),
-                    at(b.x, m.y),
-                    at(b.x, b.y),
-                )),
-            ];
+            let along = |k: usize| rim(grid[0][k], grid[1][k], grid[2][k]);
+            let across = |k: usize| rim(grid[k][0], grid[k][1], grid[k][2]);
+            let wide = [along(1).max(along(0)).max(along(2)), across(1).max(across(0)).max(across(2))];
             let h = size_at(m, center);
             if wide[0].max(wide[1]) > WIDE * h && depth < DEEPEST {
                 if count.load(Ordering::Relaxed) > most {
                     return Err(Unfilled::Other(format!("more than {most} nodes are needed")));
                 }
-                let (x, y) = (DVec2::new(m.x, b.y), DVec2::new(m.x, a.y));
-                let (z, w) = (DVec2::new(b.x, m.y), DVec2::new(a.x, m.y));
-                let halves = if wide[0] >= wide[1] { [(a, x), (y, b)] } else { [(a, z), (w, b)] };
-                for (p, q) in halves.into_iter().rev() {
+                let halves = if wide[0] >= wide[1] {
+                    let part =
+                        |i: usize, p: DVec2, q: DVec2| (p, q, [grid[i], column(0.5 * (p.x + q.x), p, q), grid[i + 1]]);
+                    [part(0, a, DVec2::new(m.x, b.y)), part(1, DVec2::new(m.x, a.y), b)]
+                } else {
+                    let part = |i: usize, p: DVec2, q: DVec2| {
+                        let (u, v) = (three(p.x, q.x), 0.5 * (p.y + q.y));
+                        (p, q, [0, 1, 2].map(|k| [grid[k][i], at(u[k], v), grid[k][i + 1]]))
+                    };
+                    [part(0, a, DVec2::new(b.x, m.y)), part(1, DVec2::new(a.x, m.y), b)]
+                };
+                for (p, q, grid) in halves.into_iter().rev() {
                     if depth < 6 || self.touches(p, q, inside) {
-                        stack.push((p, q, depth + 1));
+                        stack.push((p, q, depth + 1, grid));
                     }
                 }
                 continue;
@@ -424,6 +425,8 @@ impl Filler<'_> {
     ) -> Vec<DVec2> {
         let inside = self.inside(odd);
         let at = |v: u32, nodes: &[DVec3]| if v < first { points(v) } else { nodes[(v - first) as usize] };
+        // An arc that leaves its chord so far turns by a right angle: shorter edges need no look at the surface.
+        let short = self.chart.surface.bend_radius().unwrap_or(0.0);
         let mut splits = Vec::new();
         // One split changes both triangles: their other edges wait for the next round.
         let mut taken = vec![false; inside.len()];
@@ -442,11 +445,15 @@ impl Filler<'_> {
             let [a, b] = e.vertices().map(|v| v.fix().index());
             let [x, y] = [self.node[a], self.node[b]];
             let [p, q] = [at(x, nodes), at(y, nodes)];
+            let asked = doubled.contains(&[x.min(y), x.max(y)]);
+            if !asked && p.distance_squared(q) < short * short {
+                continue;
+            }
             let uv = 0.5 * (self.parameters(a) + self.parameters(b));
             let m = self.chart.at(uv);
             let away = m.distance(segment_foot(m, [p, q]));
             let far = away > BEND * p.distance(q) && away > 1e-6 * self.size;
-            if far || doubled.contains(&[x.min(y), x.max(y)]) {
+            if far || asked {
                 splits.push((uv, m));
                 sides.iter().for_each(|t| taken[*t] = true);
             }

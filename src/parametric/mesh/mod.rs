@@ -19,19 +19,24 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::brep::Brep;
 use super::chart::Chart;
+use super::surface::Surface;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Sampled, divide, least_parts, sample};
+use edges::{Chain, Sampled, divide, leads, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
-use loops::Unroller;
+use loops::{Contour, Unroller};
 use sheets::Sheets;
 use sizes::Field;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;
+/// Edges around a tube: lengths grow from its seam, so there may be one less.
+const ROUND: f64 = 4.0;
+/// Tubes are followed down to edges of this share of the size.
+const THINNEST: f64 = 1.0 / 400.0;
 /// A node this near to a pole, as a share of the face's size, is on it.
 const AT_POLE: f64 = 1e-6;
 
@@ -66,6 +71,11 @@ struct Plan<'a> {
 }
 
 impl<'a> MeshSizes<'a> {
+    /// The length that puts enough edges around a tube of some radius: with fewer its triangles would cross.
+    fn around(&self, radius: f64) -> f64 {
+        (std::f64::consts::TAU / ROUND * radius).max((THINNEST * self.size).min(self.least))
+    }
+
     /// Sizes by curvature between `least` and `size`, none by face, growing by 0.3, and any number of nodes.
     pub fn new(size: f64, least: f64, size_at: &'a (dyn Fn(f64) -> f64 + Sync)) -> Self {
         Self {
@@ -229,14 +239,15 @@ impl Parametric {
                 .collect()
         });
         run.check()?;
-        let field = sizes::field(&self.brep, &self.faces_of, &sampled, sizes, run)?;
+        let leads = leads(&self.brep, &self.faces_of, &sampled, sizes);
+        let field = sizes::field(&self.brep, &self.faces_of, (&sampled, &leads), sizes, run)?;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
             let plan = Plan { sizes, field: &field, count: AtomicUsize::new(0) };
-            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, &least);
+            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads));
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
                     .into_par_iter()
@@ -345,7 +356,7 @@ impl Parametric {
         sampled: &[Sampled],
         field: &Field<'_>,
         factor: &[usize],
-        least: &[usize],
+        (least, leads): (&[usize], &[[f64; 2]]),
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
@@ -353,7 +364,7 @@ impl Parametric {
         let mut chains = Vec::with_capacity(self.brep.edges.len());
         for (i, e) in self.brep.edges.iter().enumerate() {
             let s = &sampled[i];
-            let t = divide(e, s, field, factor[i], least[i]);
+            let t = divide(e, s, field, factor[i], least[i], leads[i]);
             let mut nodes = vec![e.ends[0]];
             let mut at = 0;
             for t in &t[1..t.len() - 1] {
@@ -402,10 +413,13 @@ impl Parametric {
         let face = &self.brep.faces[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
-        let contours = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
+        let contours: Vec<Contour> = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
         let own = (sizes.face_size)(f);
+        // Also where there is no seam around which the field could be fine.
+        let tube = self.is_tube(f, &contours);
+        let bent = |k: f64| (sizes.size_at)(k).min(if tube { sizes.around(1.0 / k) } else { f64::INFINITY });
         let size_at = |uv: DVec2, p: DVec3| {
-            let h = (sizes.size_at)(chart.curvature(uv).unwrap_or(0.0));
+            let h = bent(chart.curvature(uv).unwrap_or(0.0));
             field.at(p, own.map_or(h, |s| s.min(h)))
         };
         let vertices: Vec<u32> =
@@ -413,7 +427,9 @@ impl Parametric {
         let pole_node = |p: DVec3| vertices.iter().copied().find(|v| points[*v as usize].distance(p) <= near);
         let first = points.len() as u32;
         // Cuts are spaced for the curvature in the middle of the contours.
-        let cutter = Cutter { chart, size: self.cut_size(f, sizes), first, made: Vec::new(), pole_node: &pole_node };
+        let cut = bent(self.middle_curvature(f));
+        let cut = own.map_or(cut, |s| s.min(cut));
+        let cutter = Cutter { chart, size: cut, first, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
         let next = first + domain.nodes.len() as u32;
@@ -433,11 +449,22 @@ impl Parametric {
         Ok(Filled { triangles: filled.triangles, pieces, nodes, cuts, sizes: wants })
     }
 
-    fn cut_size(&self, f: u32, sizes: &MeshSizes<'_>) -> f64 {
+    /// Whether a face runs all around a cylinder, a cone or a torus.
+    fn is_tube(&self, f: u32, contours: &[Contour]) -> bool {
+        let loops = &self.brep.faces[f as usize].loops;
+        let twice = |e: u32| loops.iter().flatten().filter(|c| c.edge == e).count() > 1;
+        let round = matches!(
+            self.brep.faces[f as usize].surface,
+            Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Torus { .. }
+        );
+        let around = || loops.is_empty() || contours.iter().any(|c| c.winding != [0, 0]);
+        round && (around() || loops.iter().flatten().any(|c| twice(c.edge)))
+    }
+
+    /// Curvature where the middle of a face is nearest.
+    fn middle_curvature(&self, f: u32) -> f64 {
         let chart = &self.charts[f as usize];
-        let uv = chart.project(self.boxes[f as usize].center());
-        let h = (sizes.size_at)(chart.curvature(uv).unwrap_or(0.0));
-        (sizes.face_size)(f).map_or(h, |s| s.min(h))
+        chart.curvature(chart.project(self.boxes[f as usize].center())).unwrap_or(0.0)
     }
 
     fn joined(

@@ -5,16 +5,19 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshSizes;
-use super::edges::Sampled;
+use super::edges::{Sampled, WIDE_ENOUGH};
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Face};
+use crate::parametric::surface::Surface;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.0;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
-const EASE: f64 = 2.0;
+pub(super) const EASE: f64 = 2.0;
+/// Short edges are followed down to this share of what narrow places are.
+const DEEPER: f64 = 0.125;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
 const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
@@ -32,7 +35,12 @@ pub(super) struct Field<'a> {
 impl Field<'_> {
     /// The length wanted at a place, at most `most`.
     pub(super) fn at(&self, p: DVec3, most: f64) -> f64 {
-        self.graded.at(p, most).min((self.place)(p))
+        self.graded.at(p, most).min(self.place_at(p))
+    }
+
+    /// The length wanted at a place whatever lies there.
+    pub(super) fn place_at(&self, p: DVec3) -> f64 {
+        (self.place)(p)
     }
 }
 
@@ -44,13 +52,17 @@ struct Piece {
     looped: u32,
     /// Length along the loop up to its start.
     from: f64,
+    /// Way along its edge at both ends.
+    way: [f64; 2],
+    /// Before and after these ways along its edge narrow places do not count.
+    bare: [f64; 2],
 }
 
 /// The field of wanted lengths of a whole model.
 pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
-    sampled: &[Sampled],
+    (sampled, leads): (&[Sampled], &[[f64; 2]]),
     sizes: &MeshSizes<'a>,
     run: &Run,
 ) -> Result<Field<'a>> {
@@ -62,18 +74,33 @@ pub(super) fn field<'a>(
             }
         }
     }
+    // Where sharp corners begin to be wide enough, the next edges are as long as they may be there.
+    for (s, lead) in sampled.iter().zip(leads) {
+        let ways = s.ways();
+        let length = ways[ways.len() - 1];
+        for goal in [lead[0], length - lead[1]].into_iter().filter(|g| *g > 0.0 && *g < length) {
+            let i = ways.partition_point(|w| *w < goal).clamp(1, ways.len() - 1);
+            let share = (goal - ways[i - 1]) / (ways[i] - ways[i - 1]).max(f64::MIN_POSITIVE);
+            sources.push((s.points[i - 1].lerp(s.points[i], share.min(1.0)), WIDE_ENOUGH * sizes.deepest));
+        }
+    }
     let uses = brep.uses();
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
-            // A seam: nothing in space, but it runs along a tube, around which there shall be three edges at least.
-            let around = s.bend.iter().map(|r| fitting(std::f64::consts::TAU / 3.0 * r, sizes));
+            // A seam: nothing in space, but it runs along a tube, around which there shall be enough edges.
+            let round = matches!(
+                brep.faces[faces_of[i][0] as usize].surface,
+                Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Torus { .. }
+            );
+            let fit = |r: &f64| if round { sizes.around(*r) } else { fitting(std::f64::consts::TAU / 3.0 * r, sizes) };
+            let around = s.bend.iter().map(fit);
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
         }
         let length = s.length();
         let h = if e.ends[0] == e.ends[1] { length / 3.0 } else { length };
         if h < sizes.size {
-            let h = fitting(h, sizes);
+            let h = fitting_edge(h, sizes);
             sources.extend([0, s.points.len() / 2, s.points.len() - 1].map(|i| (s.points[i], h)));
         }
     }
@@ -85,7 +112,7 @@ pub(super) fn field<'a>(
                 if run.is_cancelled() {
                     return Vec::new();
                 }
-                narrow_places(brep, &brep.faces[f], f as u32, faces_of, sampled, sizes)
+                narrow_places(brep, &brep.faces[f], f as u32, faces_of, (sampled, leads), sizes)
             })
             .collect()
     });
@@ -99,13 +126,19 @@ fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
     if EASE * width < sizes.deepest { sizes.least } else { width.max((EASE * width).min(sizes.least)) }
 }
 
+/// The edge length that fits a short edge. It wants few short edges around it, unlike a place that is narrow for long, and so
+/// may be much shorter.
+fn fitting_edge(length: f64, sizes: &MeshSizes<'_>) -> f64 {
+    if EASE * length < DEEPER * sizes.deepest { sizes.least } else { length.max((EASE * length).min(sizes.least)) }
+}
+
 /// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
 fn narrow_places(
     brep: &Brep,
     face: &Face,
     number: u32,
     faces_of: &[Vec<u32>],
-    sampled: &[Sampled],
+    (sampled, leads): (&[Sampled], &[[f64; 2]]),
     sizes: &MeshSizes<'_>,
 ) -> Vec<(DVec3, f64)> {
     let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
@@ -118,13 +151,23 @@ fn narrow_places(
             let Some(side) = faces_of[c.edge as usize].iter().position(|f| *f == number) else { continue };
             let seam = uses(c.edge) > 1;
             let n = s.points.len() - 1;
+            let (ways, lead) = (s.ways(), leads[c.edge as usize]);
             for k in 0..n {
                 let (i, j) = if c.forward { (k, k + 1) } else { (n - k, n - k - 1) };
                 let (a, b) = (s.points[i], s.points[j]);
                 let normal = if face.outward { s.normals[side][i] } else { -s.normals[side][i] };
                 let inward = normal.cross(b - a).normalize_or_zero();
                 if !seam && inward != DVec3::ZERO {
-                    pieces.push(Piece { ends: [a, b], inward, looped: l as u32, from: along });
+                    // Sharp corners are left to one triangle.
+                    let bare = [lead[0], ways[n] - lead[1]];
+                    pieces.push(Piece {
+                        ends: [a, b],
+                        inward,
+                        looped: l as u32,
+                        from: along,
+                        way: [ways[i], ways[j]],
+                        bare,
+                    });
                 }
                 along += a.distance(b);
             }
@@ -139,12 +182,16 @@ fn narrow_places(
     for p in &pieces {
         let length = p.ends[0].distance(p.ends[1]);
         let width = |t: f64| {
+            let way = p.way[0] + (p.way[1] - p.way[0]) * t;
+            if way < p.bare[0] || way > p.bare[1] {
+                return None;
+            }
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
             let found = tree.nearest(at, sizes.size / ACROSS, across);
             found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), sizes))).filter(|x| x.1 < sizes.size)
         };
-        let Some(middle) = width(0.5) else { continue };
+        let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
         // The field grows on both sides of a source: there must be one at about every length.
         let points = (length / middle.1).ceil().min(MOST_POINTS);
         let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
