@@ -235,9 +235,11 @@ fn mesh_prepared(
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
     let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
     let exact = ExactOptions { face_sizes, regions, ..plain };
-    let sizes = feature_sizes(&solid, &sizing, &mut report);
-    let mut kept = vec![false; solid.mesh.triangle_capacity()];
-    let mut attempt = 0;
+    let mut sizes = feature_sizes(&solid, &sizing, &mut report);
+    let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
+    sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
+    let mut kept = walls.tight;
+    let (mut attempt, mut whole, mut left) = (0, false, false);
     let (mesh, seams, corners) = loop {
         let work = patchwork(&solid, sizes.clone(), &kept);
         let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
@@ -246,20 +248,26 @@ fn mesh_prepared(
         }
         attempt += 1;
         let few = FEW * made.report.self_intersections <= made.mesh.triangles.len();
-        if attempt <= ATTEMPTS && few && keep_around(&mut kept, attempt as f64, &solid, &made.mesh, run)? {
+        let last = attempt > ATTEMPTS || !few;
+        if !whole && keep_around(&mut kept, attempt as f64, &solid, &made.mesh, run)? {
+            if last {
+                whole = true;
+                keep_shells(&mut kept, &solid);
+            }
             continue;
         }
         if self_intersections(&named, run)?.is_empty() {
             report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+            left = true;
             break (named, Vec::new(), Vec::new());
         }
         break (made.mesh, made.seams, made.corners);
     };
-    if let Some(first) = kept.iter().position(|k| *k).filter(|_| attempt <= ATTEMPTS) {
+    if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
         let p = solid.mesh.centroid(first as u32);
         report.shortfalls.push(format!(
-            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: others intersected there",
+            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: the surface comes too close to itself there",
             p.x, p.y, p.z
         ));
     }
@@ -338,6 +346,20 @@ fn keep_around(kept: &mut [bool], reach: f64, solid: &Discrete, mesh: &TriMesh, 
         });
     }
     Ok(more)
+}
+
+/// Has all triangles of connected parts stay of which some do.
+fn keep_shells(kept: &mut [bool], solid: &Discrete) {
+    let mut list: Vec<u32> = (0..kept.len() as u32).filter(|&t| kept[t as usize]).collect();
+    while let Some(t) = list.pop() {
+        for h in 3 * t..3 * t + 3 {
+            let o = solid.mesh.opposite(h);
+            if o != NONE && !kept[(o / 3) as usize] {
+                kept[(o / 3) as usize] = true;
+                list.push(o / 3);
+            }
+        }
+    }
 }
 
 /// The triangles with what the remesher needs; those that stay are patches of their own.
