@@ -221,11 +221,17 @@ fn mesh_prepared(
 ) -> Result<Meshed> {
     let mut report = Report::of("triangles", size, None);
     report.warnings.clone_from(healed);
-    let solid = match Discrete::new(mesh, &discrete_options(soup, size), run) {
-        Ok(s) => s,
-        Err(Error::Cancelled) => return Err(Error::Cancelled),
-        Err(e) => return Err(Error::Failed(format!("not remeshed: {e}"))),
+    let found = |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run)
+    {
+        Ok(solid) => Ok(solid),
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(e) => Err(Error::Failed(format!("not remeshed: {e}"))),
     };
+    let mut solid = found(size)?;
+    // Where healing left hardly any room even nodes that are put on edges may be in the way.
+    if !healed.is_empty() && !self_intersections(&solid.named(), run)?.is_empty() {
+        solid = found(0.0)?;
+    }
     tell_removed(&solid, &mut report);
     let sizing = sizing(size, options);
     let named = solid.named();
@@ -241,7 +247,7 @@ fn mesh_prepared(
     let mut kept = walls.tight;
     let (mut attempt, mut whole, mut left) = (0, false, false);
     let (mesh, seams, corners) = loop {
-        let work = patchwork(&solid, sizes.clone(), &kept);
+        let work = patchwork(&solid, sizes.clone(), &kept, sizing.least.min(size));
         let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
         if made.report.self_intersections == 0 {
             break (made.mesh, made.seams, made.corners);
@@ -362,8 +368,9 @@ fn keep_shells(kept: &mut [bool], solid: &Discrete) {
     }
 }
 
-/// The triangles with what the remesher needs; those that stay are patches of their own.
-pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) -> Patchwork {
+/// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
+/// theirs, but not shorter than `least`.
+pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], least: f64) -> Patchwork {
     let mut mesh: EditMesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let faces = solid.face_count() as u32;
@@ -381,7 +388,7 @@ pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) ->
         // Sizes grow from what stays.
         for h in 3 * t..3 * t + 3 {
             for v in [mesh.origin(h), mesh.target(h)] {
-                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h));
+                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h).max(least));
             }
         }
     }
@@ -485,7 +492,7 @@ mod tests {
         let solid = Discrete::new(&square(40), &discrete_options(&SoupOptions::default(), size), &run).unwrap();
         let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
         let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
-        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept);
+        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
         let exact = ExactOptions::new(sizing(size, &MeshOptions::default()), GRADATION);
         let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
