@@ -8,15 +8,17 @@ use super::pieces::Discrete;
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::run::Run;
-use crate::spatial::triangle_foot;
+use crate::spatial::{segment_foot, triangle_foot};
 
 /// Chords of both sides may take this share of the distance between them.
-const ROOM: f64 = 0.5;
-/// Sheets nearer to each other than this share of the edge length are not told apart, unless both are planes.
-const TINY: f64 = 0.01;
+const ROOM: f64 = 0.8;
+/// Sheets nearer to each other than this share of the edge length on planes are not told apart, unless both are planes.
+const TINY: f64 = 0.002;
 /// Two places are on different sheets where the way between them along the surface is longer than this many distances; on the
 /// two sides of a wedge it is less.
 const WAY: f64 = 4.0;
+/// What faces the other way does so within 60 degrees (cosine): slivers face anywhere.
+const OTHER_WAY: f64 = 0.5;
 /// Triangles looked at on that way at most.
 const MOST: usize = 256;
 
@@ -25,14 +27,14 @@ const MOST: usize = 256;
 pub struct Walls {
     /// For each node the edge length that keeps chords on both sides apart; infinite where there is no such wish.
     pub sizes: Vec<f64>,
-    /// Triangles that would have to be divided more finely than `least`.
+    /// Triangles of sheets too near to each other to be told apart.
     pub tight: Vec<bool>,
 }
 
 /// What is near a node on another sheet.
 struct Opposite {
     triangle: u32,
-    /// The edge length that is short enough; nothing where none is.
+    /// The edge length that is short enough; nothing where the sheets are not told apart.
     size: Option<f64>,
 }
 
@@ -47,12 +49,12 @@ impl Discrete {
     pub fn walls(&self, wanted: impl Fn(f64) -> f64 + Sync, least: f64, run: &Run) -> Result<Walls> {
         let m = &self.mesh;
         let lengths: Vec<f64> = self.bends.iter().map(|k| wanted(*k)).collect();
-        let sagittas: Vec<f64> = (0..m.node_capacity() as u32).map(|v| self.sagitta(v, lengths[v as usize])).collect();
+        let tiny = TINY * wanted(0.0);
         // Made before threads ask for it.
         self.everything();
         let one = |v: u32| match v % 1024 {
-            0 => run.check().map(|()| self.opposite(v, &lengths, &sagittas, least)),
-            _ => Ok(self.opposite(v, &lengths, &sagittas, least)),
+            0 => run.check().map(|()| self.opposite(v, &lengths, least, tiny)),
+            _ => Ok(self.opposite(v, &lengths, least, tiny)),
         };
         let found: Vec<Option<Opposite>> =
             run.install(|| (0..m.node_capacity() as u32).into_par_iter().map(one).collect::<Result<_>>())?;
@@ -72,55 +74,65 @@ impl Discrete {
         Ok(out)
     }
 
-    /// How far edges of length `h` at a node get from what is there.
+    /// How far an edge of length `h` at a node gets from the surface.
     fn sagitta(&self, v: u32, h: f64) -> f64 {
+        0.125 * h * h * self.bends[v as usize]
+    }
+
+    /// How far an edge of length `h` gets from the line a node is on, as a vector.
+    fn bow(&self, v: u32, h: f64) -> DVec3 {
         let m = &self.mesh;
-        let surface = 0.125 * h * h * self.bends[v as usize];
-        if !m.is_node(v) || m.is_pinned(v) {
-            return surface;
-        }
         let mut ends = m.sharp_neighbors(v);
-        let (Some(a), Some(b), None) = (ends.next(), ends.next(), ends.next()) else { return surface };
+        let (Some(a), Some(b), None) = (ends.next(), ends.next(), ends.next()) else { return DVec3::ZERO };
+        if m.is_pinned(v) {
+            return DVec3::ZERO;
+        }
         let (into, on) = (m.point(v) - m.point(a), m.point(b) - m.point(v));
         let mean = 0.5 * (into.length() + on.length());
-        let turn = into.cross(on).length().atan2(into.dot(on));
-        surface.max(turn * h * (0.125 * h / mean.max(f64::MIN_POSITIVE)).min(0.25))
+        let bend = on.normalize_or_zero() - into.normalize_or_zero();
+        bend * h * (0.125 * h / mean.max(f64::MIN_POSITIVE)).min(0.25)
     }
 
     /// The triangle of another sheet that faces the other way and is too close to a node.
-    fn opposite(&self, v: u32, lengths: &[f64], sagittas: &[f64], least: f64) -> Option<Opposite> {
+    fn opposite(&self, v: u32, lengths: &[f64], least: f64, tiny: f64) -> Option<Opposite> {
         let m = &self.mesh;
         if !m.is_node(v) {
             return None;
         }
-        let (p, own, length) = (m.point(v), sagittas[v as usize], lengths[v as usize]);
+        let (p, length) = (m.point(v), lengths[v as usize]);
+        let (surface, line) = (self.sagitta(v, length), self.bow(v, length));
         let (mut up, mut flat) = (DVec3::ZERO, true);
         for h in m.outgoing(v) {
             up += m.area_vector(h / 3).normalize_or_zero();
             flat &= self.is_flat(h / 3);
         }
-        let reach = (2.0 * own / ROOM).max(TINY * length);
-        let away = |k: u32| {
-            let t = self.order[k as usize];
-            if m.area_vector(t).dot(up) >= 0.0 || m.corners(t).contains(&v) {
-                return f64::INFINITY;
-            }
+        let up = up.normalize_or_zero();
+        let reach = (2.0 * surface.max(line.length()) / ROOM).max(tiny);
+        let at = |t: u32| {
             let c = m.corner_points(t);
             let w = triangle_foot(p, c);
-            p.distance_squared(c[0] * w[0] + c[1] * w[1] + c[2] * w[2])
+            c[0] * w[0] + c[1] * w[1] + c[2] * w[2]
+        };
+        let away = |k: u32| {
+            let t = self.order[k as usize];
+            if m.area_vector(t).normalize_or_zero().dot(up) > -OTHER_WAY || m.corners(t).contains(&v) {
+                return f64::INFINITY;
+            }
+            p.distance_squared(at(t))
         };
         let (k, squared) = self.everything().nearest(p, reach, away).filter(|n| n.1.is_finite())?;
         let (triangle, distance) = (self.order[k as usize], squared.sqrt());
-        if (flat && own == 0.0 && self.is_flat(triangle)) || self.is_beside(v, triangle, distance) {
+        let across = (at(triangle) - p).normalize_or_zero();
+        let other = m.corners(triangle).into_iter().map(|x| self.sagitta(x, lengths[x as usize])).fold(0.0, f64::max);
+        let bowed = surface.max(line.dot(across)) + other;
+        if (flat && bowed == 0.0 && self.is_flat(triangle)) || self.is_beside(v, triangle, distance) {
             return None;
         }
-        let other = m.corners(triangle).into_iter().map(|x| sagittas[x as usize]).fold(0.0, f64::max);
         let room = ROOM * distance;
-        if distance >= TINY * length && own + other <= room {
-            return None;
+        if distance < tiny {
+            return Some(Opposite { triangle, size: None });
         }
-        let size = length * (room / (own + other)).sqrt();
-        Some(Opposite { triangle, size: (size >= least && distance >= TINY * length).then_some(size) })
+        (bowed > room).then(|| Opposite { triangle, size: Some((length * (room / bowed).sqrt()).max(least)) })
     }
 
     fn is_flat(&self, t: u32) -> bool {
@@ -138,11 +150,9 @@ impl Discrete {
             let t = list[at];
             at += 1;
             for h in 3 * t..3 * t + 3 {
-                let (q, r) = (m.point(m.origin(h)), m.point(m.target(h)));
                 let o = m.opposite(h);
-                // Through an edge that is near, as far as its ends or its middle tell.
-                let near = [q, r, 0.5 * (q + r)].into_iter().any(|x| x.distance_squared(p) <= most);
-                if o == NONE || !near || !seen.insert(o / 3) {
+                let edge = [m.origin(h), m.target(h)].map(|x| m.point(x));
+                if o == NONE || segment_foot(p, edge).distance_squared(p) > most || !seen.insert(o / 3) {
                     continue;
                 }
                 if o / 3 == triangle {

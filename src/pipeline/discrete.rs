@@ -21,6 +21,8 @@ use crate::optimize::{Sizing, size::GRADATION};
 use crate::quality::{Against, Check, check};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
+use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 /// How many things of one kind a report names.
 const NAMED: usize = 20;
@@ -30,9 +32,16 @@ const LEAST_SHARE: f64 = 4.0;
 const CHORD: f64 = 0.08;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
-/// How often more of the input is kept around places where the result intersects itself.
-const ATTEMPTS: usize = 3;
-/// Where more than one triangle in this many intersects others it is no matter of places.
+/// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
+/// kept around them; and the attempt that keeps all connected parts with such places as they are.
+const HALVINGS: usize = 2;
+const ATTEMPTS: usize = 5;
+const LAST: usize = 6;
+/// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
+const MUCH: usize = 4;
+/// Around such places edges may get as short as this share of what curvature may make them.
+const LEAST_BESIDE: f64 = 0.25;
+/// Where more than one triangle in this many intersects others it is no matter of sizes.
 const FEW: usize = 10;
 /// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
 /// be resolved.
@@ -228,9 +237,14 @@ fn mesh_prepared(
         Err(e) => Err(Error::Failed(format!("not remeshed: {e}"))),
     };
     let mut solid = found(size)?;
+    let mut touching = Touching::default();
+    if !healed.is_empty() {
+        touching = Touching::of(&solid.named(), run)?;
+    }
     // Where healing left hardly any room even nodes that are put on edges may be in the way.
-    if !healed.is_empty() && !self_intersections(&solid.named(), run)?.is_empty() {
+    if !touching.is_empty() {
         solid = found(0.0)?;
+        touching = Touching::of(&solid.named(), run)?;
     }
     tell_removed(&solid, &mut report);
     let sizing = sizing(size, options);
@@ -245,29 +259,46 @@ fn mesh_prepared(
     let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
     sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
     let mut kept = walls.tight;
-    let (mut attempt, mut whole, mut left) = (0, false, false);
+    touching.keep(&mut kept, &solid);
+    // Where healing laid sheets side by side there is nothing to gain in between.
+    if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
+        keep_shells(&mut kept, &solid);
+    }
+    let (mut attempt, mut left) = (0, false);
     let (mesh, seams, corners) = loop {
-        let work = patchwork(&solid, sizes.clone(), &kept, sizing.least.min(size));
-        let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
-        if made.report.self_intersections == 0 {
-            break (made.mesh, made.seams, made.corners);
-        }
-        attempt += 1;
-        let few = FEW * made.report.self_intersections <= made.mesh.triangles.len();
-        let last = attempt > ATTEMPTS || !few;
-        if !whole && keep_around(&mut kept, attempt as f64, &solid, &made.mesh, run)? {
-            if last {
-                whole = true;
-                keep_shells(&mut kept, &solid);
-            }
-            continue;
-        }
-        if self_intersections(&named, run)?.is_empty() {
-            report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
-            left = true;
+        if kept.iter().all(|k| *k) {
             break (named, Vec::new(), Vec::new());
         }
-        break (made.mesh, made.seams, made.corners);
+        let work = patchwork(&solid, sizes.clone(), &kept, LEAST_BESIDE * sizing.least.min(size));
+        let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
+        let bad = match made.report.self_intersections {
+            0 => Vec::new(),
+            _ => touching.others(&made.mesh, run)?,
+        };
+        if bad.is_empty() {
+            break (made.mesh, made.seams, made.corners);
+        }
+        if FEW * bad.len() > made.mesh.triangles.len() {
+            attempt = attempt.max(HALVINGS);
+        }
+        attempt += 1;
+        let places = Places::new(&bad, &made.mesh, if attempt <= HALVINGS { 0.5 } else { (attempt - HALVINGS) as f64 });
+        let more = match attempt {
+            ..=HALVINGS => places.halve(&mut sizes, &solid, LEAST_BESIDE * sizing.least.min(size)),
+            ..=ATTEMPTS => places.keep(&mut kept, &solid),
+            LAST => {
+                places.keep(&mut kept, &solid);
+                keep_shells(&mut kept, &solid);
+                true
+            }
+            _ => false,
+        };
+        if more || attempt < LAST {
+            continue;
+        }
+        report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+        left = true;
+        break (named, Vec::new(), Vec::new());
     };
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
@@ -283,6 +314,11 @@ fn mesh_prepared(
     if open {
         report.warnings.push("the surface is open: its border is kept".into());
         excuse_open(&mut measured);
+    }
+    if !touching.is_empty() {
+        let count = touching.0.len();
+        report.shortfalls.push(format!("{count} triangles touch others where healing found no room to part them"));
+        measured.certificate.faults.retain(|f| !f.contains("intersect"));
     }
     report.judge(measured);
     Ok(Meshed { mesh, seams, corners, report })
@@ -333,25 +369,87 @@ fn excuse_open(check: &mut Check) {
     check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
 }
 
-/// Has the input's triangles stay around those that intersect others, up to `reach` times as far as these are long. Returns
-/// whether there are more of them now.
-fn keep_around(kept: &mut [bool], reach: f64, solid: &Discrete, mesh: &TriMesh, run: &Run) -> Result<bool> {
-    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    bad.sort_unstable();
-    bad.dedup();
-    let around = |t: &u32| {
-        let [a, b, c] = mesh.corners(*t as usize);
-        Aabb::around([a, b, c]).grown(reach * a.distance(b).max(b.distance(c)).max(c.distance(a)))
-    };
-    let tree = Bvh::new(bad.iter().map(around).collect());
-    let mut more = false;
-    for t in solid.mesh.triangles().filter(|t| !kept[*t as usize]).collect::<Vec<_>>() {
-        tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |_| {
-            kept[t as usize] = true;
-            more = true;
-        });
+/// Triangles of the input, by their corners, that touch others: they stay, and nobody else is to blame for it.
+#[derive(Default)]
+struct Touching(FxHashSet<[[u64; 3]; 3]>);
+
+fn corner_bits(corners: [DVec3; 3]) -> [[u64; 3]; 3] {
+    let mut bits = corners.map(|p| p.to_array().map(f64::to_bits));
+    bits.sort_unstable();
+    bits
+}
+
+impl Touching {
+    fn of(mesh: &TriMesh, run: &Run) -> Result<Self> {
+        let pairs = self_intersections(mesh, run)?;
+        Ok(Self(pairs.into_iter().flatten().map(|t| corner_bits(mesh.corners(t as usize))).collect()))
     }
-    Ok(more)
+
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn keep(&self, kept: &mut [bool], solid: &Discrete) {
+        if !self.is_empty() {
+            for t in solid.mesh.triangles() {
+                kept[t as usize] |= self.0.contains(&corner_bits(solid.mesh.corner_points(t)));
+            }
+        }
+    }
+
+    /// The other triangles of a mesh that intersect some, ascending.
+    fn others(&self, mesh: &TriMesh, run: &Run) -> Result<Vec<u32>> {
+        let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+        bad.sort_unstable();
+        bad.dedup();
+        bad.retain(|t| !self.0.contains(&corner_bits(mesh.corners(*t as usize))));
+        Ok(bad)
+    }
+}
+
+/// Boxes around triangles that intersect others, with the lengths of their longest edges.
+struct Places {
+    tree: Bvh,
+    lengths: Vec<f64>,
+}
+
+impl Places {
+    /// The boxes are grown by `reach` of these lengths.
+    fn new(bad: &[u32], mesh: &TriMesh, reach: f64) -> Self {
+        let longest = |t: &u32| {
+            let [a, b, c] = mesh.corners(*t as usize);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        };
+        let lengths: Vec<f64> = bad.iter().map(longest).collect();
+        let around = |(t, l): (&u32, &f64)| Aabb::around(mesh.corners(*t as usize)).grown(reach * l);
+        Self { tree: Bvh::new(bad.iter().zip(&lengths).map(around).collect()), lengths }
+    }
+
+    /// Has edges be half as long there, but not shorter than `least`. Returns whether that changes anything.
+    fn halve(&self, sizes: &mut [f64], solid: &Discrete, least: f64) -> bool {
+        let before = sizes.to_vec();
+        for t in solid.mesh.triangles() {
+            self.tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |k| {
+                let half = (0.5 * self.lengths[k as usize]).max(least);
+                for v in solid.mesh.corners(t) {
+                    sizes[v as usize] = sizes[v as usize].min(half);
+                }
+            });
+        }
+        sizes != before
+    }
+
+    /// Has the input's triangles stay there. Returns whether there are more of them now.
+    fn keep(&self, kept: &mut [bool], solid: &Discrete) -> bool {
+        let mut more = false;
+        for t in solid.mesh.triangles().filter(|t| !kept[*t as usize]).collect::<Vec<_>>() {
+            self.tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |_| {
+                kept[t as usize] = true;
+                more = true;
+            });
+        }
+        more
+    }
 }
 
 /// Has all triangles of connected parts stay of which some do.

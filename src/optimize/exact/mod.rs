@@ -232,6 +232,8 @@ fn remesh(
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
         around.sort_unstable();
         around.dedup();
+        // Who gives raw triangles can give them again with other sizes, which is better than to go on where this does not help.
+        let kept = r.work.raw.then(|| (r.clone(), out.clone(), bad.clone()));
         let before = r.want.clone();
         if !r.refine(&around, LEAST * options.sizing.size)? {
             break;
@@ -247,7 +249,12 @@ fn remesh(
         r.look_everywhere();
         report.repairs += 1;
         out = finish(mesh, &r);
+        let then = bad.len();
         bad = intersecting(&out, run)?;
+        if let Some(kept) = kept.filter(|_| bad.len() >= then) {
+            (r, out, bad) = kept;
+            break;
+        }
     }
     show("mend", &r);
     let folded = r.folded();
