@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
@@ -20,9 +21,6 @@ use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_pa
 use crate::optimize::{Sizing, size::GRADATION};
 use crate::quality::{Against, Check, check};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
-use glam::DVec3;
-use rustc_hash::FxHashSet;
 
 /// How many things of one kind a report names.
 const NAMED: usize = 20;
@@ -264,7 +262,7 @@ fn mesh_prepared(
     if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
         keep_shells(&mut kept, &solid);
     }
-    let (mut attempt, mut left) = (0, false);
+    let (mut attempt, mut left) = (if touching.is_empty() { 0 } else { ATTEMPTS }, false);
     let (mesh, seams, corners) = loop {
         if kept.iter().all(|k| *k) {
             break (named, Vec::new(), Vec::new());
@@ -316,7 +314,7 @@ fn mesh_prepared(
         excuse_open(&mut measured);
     }
     if !touching.is_empty() {
-        let count = touching.0.len();
+        let count = touching.len();
         report.shortfalls.push(format!("{count} triangles touch others where healing found no room to part them"));
         measured.certificate.faults.retain(|f| !f.contains("intersect"));
     }
@@ -367,103 +365,6 @@ fn tell_removed(solid: &Discrete, report: &mut Report) {
 /// An open surface has no closed mesh.
 fn excuse_open(check: &mut Check) {
     check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
-}
-
-/// Triangles of the input, by their corners, that touch others: they stay, and nobody else is to blame for it.
-#[derive(Default)]
-struct Touching(FxHashSet<[[u64; 3]; 3]>);
-
-fn corner_bits(corners: [DVec3; 3]) -> [[u64; 3]; 3] {
-    let mut bits = corners.map(|p| p.to_array().map(f64::to_bits));
-    bits.sort_unstable();
-    bits
-}
-
-impl Touching {
-    fn of(mesh: &TriMesh, run: &Run) -> Result<Self> {
-        let pairs = self_intersections(mesh, run)?;
-        Ok(Self(pairs.into_iter().flatten().map(|t| corner_bits(mesh.corners(t as usize))).collect()))
-    }
-
-    fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    fn keep(&self, kept: &mut [bool], solid: &Discrete) {
-        if !self.is_empty() {
-            for t in solid.mesh.triangles() {
-                kept[t as usize] |= self.0.contains(&corner_bits(solid.mesh.corner_points(t)));
-            }
-        }
-    }
-
-    /// The other triangles of a mesh that intersect some, ascending.
-    fn others(&self, mesh: &TriMesh, run: &Run) -> Result<Vec<u32>> {
-        let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-        bad.sort_unstable();
-        bad.dedup();
-        bad.retain(|t| !self.0.contains(&corner_bits(mesh.corners(*t as usize))));
-        Ok(bad)
-    }
-}
-
-/// Boxes around triangles that intersect others, with the lengths of their longest edges.
-struct Places {
-    tree: Bvh,
-    lengths: Vec<f64>,
-}
-
-impl Places {
-    /// The boxes are grown by `reach` of these lengths.
-    fn new(bad: &[u32], mesh: &TriMesh, reach: f64) -> Self {
-        let longest = |t: &u32| {
-            let [a, b, c] = mesh.corners(*t as usize);
-            a.distance(b).max(b.distance(c)).max(c.distance(a))
-        };
-        let lengths: Vec<f64> = bad.iter().map(longest).collect();
-        let around = |(t, l): (&u32, &f64)| Aabb::around(mesh.corners(*t as usize)).grown(reach * l);
-        Self { tree: Bvh::new(bad.iter().zip(&lengths).map(around).collect()), lengths }
-    }
-
-    /// Has edges be half as long there, but not shorter than `least`. Returns whether that changes anything.
-    fn halve(&self, sizes: &mut [f64], solid: &Discrete, least: f64) -> bool {
-        let before = sizes.to_vec();
-        for t in solid.mesh.triangles() {
-            self.tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |k| {
-                let half = (0.5 * self.lengths[k as usize]).max(least);
-                for v in solid.mesh.corners(t) {
-                    sizes[v as usize] = sizes[v as usize].min(half);
-                }
-            });
-        }
-        sizes != before
-    }
-
-    /// Has the input's triangles stay there. Returns whether there are more of them now.
-    fn keep(&self, kept: &mut [bool], solid: &Discrete) -> bool {
-        let mut more = false;
-        for t in solid.mesh.triangles().filter(|t| !kept[*t as usize]).collect::<Vec<_>>() {
-            self.tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |_| {
-                kept[t as usize] = true;
-                more = true;
-            });
-        }
-        more
-    }
-}
-
-/// Has all triangles of connected parts stay of which some do.
-fn keep_shells(kept: &mut [bool], solid: &Discrete) {
-    let mut list: Vec<u32> = (0..kept.len() as u32).filter(|&t| kept[t as usize]).collect();
-    while let Some(t) = list.pop() {
-        for h in 3 * t..3 * t + 3 {
-            let o = solid.mesh.opposite(h);
-            if o != NONE && !kept[(o / 3) as usize] {
-                kept[(o / 3) as usize] = true;
-                list.push(o / 3);
-            }
-        }
-    }
 }
 
 /// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
