@@ -226,14 +226,13 @@ fn remesh(
     // Nor where refinement makes more of them.
     let least = 2 * bad.len();
     let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len() && bad.len() <= least;
+    let first = (r.work.raw && !bad.is_empty()).then(|| (r.clone(), out.clone(), bad.clone()));
     while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let mut around: Vec<u32> =
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
         around.sort_unstable();
         around.dedup();
-        // Who gives raw triangles can give them again with other sizes, which is better than to go on where this does not help.
-        let kept = r.work.raw.then(|| (r.clone(), out.clone(), bad.clone()));
         let before = r.want.clone();
         if !r.refine(&around, LEAST * options.sizing.size)? {
             break;
@@ -249,12 +248,11 @@ fn remesh(
         r.look_everywhere();
         report.repairs += 1;
         out = finish(mesh, &r);
-        let then = bad.len();
         bad = intersecting(&out, run)?;
-        if let Some(kept) = kept.filter(|_| bad.len() >= then) {
-            (r, out, bad) = kept;
-            break;
-        }
+    }
+    // Who gives raw triangles can give them again with other sizes, and needs to know where it began.
+    if let Some(first) = first.filter(|_| !bad.is_empty()) {
+        (r, out, bad) = first;
     }
     show("mend", &r);
     let folded = r.folded();

@@ -26,6 +26,9 @@ const BETTER: f64 = 0.02;
 /// Mending makes edges of borders at most this many times longer or shorter than wanted.
 const UNEVEN: f64 = 1.1;
 
+/// What shapes may change by where a place in the tangent plane is put onto the surface.
+const BENT: f64 = 0.05;
+
 /// Triangles whose directions differ by less than this (cosine) lie on the surface, or none of them does: 11 degrees.
 const EVEN: f64 = 0.98;
 
@@ -344,7 +347,7 @@ impl Remesher<'_> {
             let mut improved = false;
             for share in [0.6, 0.25, 0.1] {
                 let place = p.lerp(apex, share);
-                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) <= best {
+                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
@@ -421,7 +424,7 @@ impl Remesher<'_> {
             let mut improved = false;
             for d in &directions {
                 let place = p + step * *d;
-                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) <= best {
+                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };
