@@ -35,6 +35,8 @@ const LEAST_FEATURE: f64 = 20.0;
 const HALVINGS: usize = 2;
 const ATTEMPTS: usize = 5;
 const LAST: usize = 6;
+/// Where healing left more than one triangle in this many that touches others, all stay.
+const TOUCHED: usize = 200;
 /// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
 const MUCH: usize = 4;
 /// Around such places edges may get as short as this share of what curvature may make them.
@@ -258,7 +260,10 @@ fn mesh_prepared(
     sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
     let mut kept = walls.tight;
     touching.keep(&mut kept, &solid);
-    // Where healing laid sheets side by side there is nothing to gain in between.
+    // Where healing laid sheets side by side everywhere there is nothing to gain in between.
+    if TOUCHED * touching.len() > kept.len() {
+        kept.fill(true);
+    }
     if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
         keep_shells(&mut kept, &solid);
     }
