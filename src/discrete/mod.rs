@@ -19,8 +19,10 @@ mod simplify;
 mod sizes;
 #[cfg(test)]
 mod tests;
+mod walls;
 
 pub use features::{Chain, bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 pub use needles::mend_needles;
 pub use pieces::{Discrete, DiscreteOptions};
 pub use simplify::{Limits, Removed, simplify};
+pub use walls::Walls;

@@ -19,14 +19,13 @@ fn height(mesh: &EditMesh, t: u32) -> (f64, u32) {
 
 /// Flips the longest edges of triangles lower than `least` where the lower of the two triangles gets higher by it and the
 /// surface moves by less than `least`; then collapses their shortest edges if these are shorter than `least`. Returns how
-/// many such triangles are left.
+/// many flips and collapses that took.
 ///
 /// The normal of such a triangle is rounding: `least` should be what the coordinates' precision amounts to.
 pub fn mend_needles(mesh: &mut EditMesh, least: f64, run: &Run) -> Result<usize> {
-    let mut left = 0;
+    let mut count = 0;
     for _ in 0..PASSES {
-        left = 0;
-        let mut changed = false;
+        let before = count;
         for t in 0..mesh.triangle_capacity() as u32 {
             if t % 4096 == 0 {
                 run.check()?;
@@ -38,14 +37,13 @@ pub fn mend_needles(mesh: &mut EditMesh, least: f64, run: &Run) -> Result<usize>
             if low >= least {
                 continue;
             }
-            left += 1;
             let shortest = (3 * t..3 * t + 3)
                 .min_by(|a, b| mesh.edge_length(*a).total_cmp(&mesh.edge_length(*b)).then(a.cmp(b)))
                 .unwrap_or(h);
             let o = mesh.opposite(h);
             if mesh.edge_length(shortest) < least {
                 let p = mesh.point(mesh.target(shortest));
-                changed |= mesh.collapse(shortest, p);
+                count += usize::from(mesh.collapse(shortest, p));
             } else if o != NONE && mesh.label(t) == mesh.label(o / 3) {
                 // The apex lies on the longest side: flipping replaces two triangles by the halves of one.
                 let [a, b, c, d] = [mesh.origin(h), mesh.target(h), mesh.apex(h), mesh.apex(o)].map(|v| mesh.point(v));
@@ -55,13 +53,13 @@ pub fn mend_needles(mesh: &mut EditMesh, least: f64, run: &Run) -> Result<usize>
                     (y - x).cross(z - x).length() / longest.max(f64::MIN_POSITIVE)
                 };
                 if lower(a, d, c).min(lower(d, b, c)) > before {
-                    changed |= mesh.flip(h);
+                    count += usize::from(mesh.flip(h));
                 }
             }
         }
-        if !changed {
+        if count == before {
             break;
         }
     }
-    Ok(left)
+    Ok(count)
 }

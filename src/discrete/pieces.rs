@@ -14,7 +14,7 @@ use super::sizes::{curvatures, divide_features};
 use crate::error::Result;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
 use crate::mesh::edit::NONE;
-use crate::mesh::{EditMesh, Group, TriMesh};
+use crate::mesh::{EditMesh, Group, TriMesh, self_intersections};
 use crate::model::{Cut, from_mesh};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_foot};
@@ -61,7 +61,7 @@ pub struct Discrete {
     names: Vec<String>,
     groups: Vec<Group>,
     bounds: Aabb,
-    sheets: Vec<Sheet>,
+    pub(super) sheets: Vec<Sheet>,
     lines: Vec<Line>,
     /// The line where two faces meet, by their numbers, the smaller first.
     between: FxHashMap<[u32; 2], u32>,
@@ -70,7 +70,9 @@ pub struct Discrete {
     crease_at: FxHashMap<u32, Vec<u32>>,
     /// Made when it is asked for.
     everything: OnceLock<Bvh>,
-    order: Vec<u32>,
+    pub(super) order: Vec<u32>,
+    /// The larger magnitude of the principal curvatures at each node, on whichever face.
+    pub(super) bends: Vec<f64>,
 }
 
 impl Discrete {
@@ -87,7 +89,12 @@ impl Discrete {
         let bounds = Aabb::around(mesh.nodes().map(|v| mesh.point(v)));
         let largest = [bounds.lo, bounds.hi].map(|p| p.abs().max_element()).into_iter().fold(0.0, f64::max);
         let precision = SINGLE * largest;
-        mend_needles(&mut mesh, precision, run)?;
+        let before = mesh.clone();
+        let changed = mend_needles(&mut mesh, precision, run)?;
+        // What healing parted by a small gap may be less apart than single precision.
+        if changed > 0 && !self_intersections(&mesh.to_mesh(), run)?.is_empty() {
+            mesh = before;
+        }
         mark_feature_edges(&mut mesh, options.feature_angle);
         if options.scale > 0.0 {
             bridge_gaps(&mut mesh, options.feature_angle, options.scale);
@@ -113,7 +120,13 @@ impl Discrete {
         }
         let normals = corner_normals(&mesh);
         let curvatures = curvatures(&mesh, &normals, NOISE * options.scale);
+        let mut bends = vec![0.0f64; mesh.node_capacity()];
+        for h in mesh.triangles().flat_map(|t| 3 * t..3 * t + 3) {
+            let most = &mut bends[mesh.origin(h) as usize];
+            *most = most.max(curvatures[h as usize]);
+        }
         let mut this = Self {
+            bends,
             sheets: run.install(|| sheets(&mesh, &normals, &curvatures, count, precision, options.scale)),
             everything: OnceLock::new(),
             order: mesh.triangles().collect(),
@@ -299,7 +312,7 @@ fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, preci
 }
 
 impl Discrete {
-    fn everything(&self) -> &Bvh {
+    pub(super) fn everything(&self) -> &Bvh {
         let boxes = || self.order.iter().map(|t| Aabb::around(self.mesh.corner_points(*t))).collect();
         self.everything.get_or_init(|| Bvh::new(boxes()))
     }

@@ -255,6 +255,7 @@ fn needles_make_no_features() {
     mesh.labels = vec![0; mesh.triangles.len()];
     assert_eq!(counts(&find(&mesh, DiscreteOptions::default())), [8, 12, 6]);
     let mut edit = EditMesh::new(&mesh).unwrap();
+    assert!(mend_needles(&mut edit, 1e-7, &Run::new()).unwrap() > 0);
     assert_eq!(mend_needles(&mut edit, 1e-7, &Run::new()).unwrap(), 0);
     edit.check().unwrap();
 }
@@ -302,4 +303,54 @@ proptest! {
             prop_assert!(mesh.is_sharp(h) || a == b);
         }
     }
+}
+
+/// A sphere inside another, their distance `gap`, as a shell.
+fn shell(gap: f64) -> TriMesh {
+    let (rows, columns) = (12u32, 24u32);
+    let mut mesh = TriMesh { faces: vec!["shell".into()], ..TriMesh::default() };
+    for (radius, turned) in [(1.0, false), (1.0 - gap, true)] {
+        let first = mesh.nodes.len() as u32;
+        mesh.nodes.push(DVec3::Z * radius);
+        for i in 1..rows {
+            let (s, c) = (std::f64::consts::PI * f64::from(i) / f64::from(rows)).sin_cos();
+            for j in 0..columns {
+                let (y, x) = (std::f64::consts::TAU * f64::from(j) / f64::from(columns)).sin_cos();
+                mesh.nodes.push(radius * DVec3::new(s * x, s * y, c));
+            }
+        }
+        mesh.nodes.push(-DVec3::Z * radius);
+        let last = mesh.nodes.len() as u32 - 1;
+        let at = |i: u32, j: u32| first + 1 + (i - 1) * columns + j % columns;
+        let mut add = |a: u32, b: u32, c: u32| {
+            mesh.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
+            mesh.labels.push(0);
+        };
+        for j in 0..columns {
+            add(first, at(1, j), at(1, j + 1));
+            add(last, at(rows - 1, j + 1), at(rows - 1, j));
+            for i in 1..rows - 1 {
+                add(at(i, j), at(i + 1, j), at(i + 1, j + 1));
+                add(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+            }
+        }
+    }
+    mesh
+}
+
+#[test]
+fn thin_curved_walls_ask_for_short_edges_and_thinner_ones_stay() {
+    let walls = |gap: f64| {
+        let found = Discrete::new(&shell(gap), &DiscreteOptions::default(), &Run::new()).unwrap();
+        let walls = found.walls(|_| 0.5, 0.05, &Run::new()).unwrap();
+        let wanted: Vec<f64> = found.mesh.nodes().map(|v| walls.sizes[v as usize]).collect();
+        (wanted, walls.tight)
+    };
+    let (wanted, tight) = walls(0.2);
+    assert!(wanted.iter().all(|s| s.is_infinite()) && tight.iter().all(|t| !t));
+    // Chords of 0.5 are 1/32 off on either side.
+    let (wanted, tight) = walls(0.02);
+    assert!(wanted.iter().all(|s| *s > 0.1 && *s < 0.5) && tight.iter().all(|t| !t));
+    let (_, tight) = walls(0.0005);
+    assert!(tight.iter().all(|t| *t));
 }

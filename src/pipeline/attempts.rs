@@ -253,15 +253,6 @@ pub(super) fn search(
             let nodes = &scout.extracted.mesh.nodes;
             whole = nodes.iter().step_by(nodes.len().div_ceil(SAMPLES).max(1)).copied().collect();
         }
-            eprintln!(
-                "scout {cell:.4} {blunt} tris {} unresolved {} walls {} gone {} asked {}",
-                scout.extracted.mesh.triangles.len(),
-                scout.unresolved.len(),
-                scout.walls.len(),
-                scout.gone.len(),
-                trials.asked
-            );
-        }
         trials.note(blunt, scout.unresolved.len());
         if !scout.unresolved.is_empty() {
             trials.go_below(&scout.gone, cell);
@@ -271,8 +262,6 @@ pub(super) fn search(
             continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
-            eprintln!("  remeshed: faults {} missed {} lost {:?}", this.faults(), this.missed.len(), this.lost());
-        }
         if this.is_clean() {
             return Ok(this);
         }
@@ -287,14 +276,6 @@ pub(super) fn search(
             break;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
-            eprintln!(
-                "  other {} remeshed: faults {} missed {} lost {:?}",
-                this.scout.cell,
-                this.faults(),
-                this.missed.len(),
-                this.lost()
-            );
-        }
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
             best = Some(this);
         }

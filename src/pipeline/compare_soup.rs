@@ -36,7 +36,7 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     row("input", "as understood", named.clone())?;
     for (method, filling) in [("poisson", Filling::Random), ("frontal", Filling::Front)] {
         let nothing = vec![false; solid.mesh.triangle_capacity()];
-        let work = Patchwork { filling, ..patchwork(&solid, sizes.clone(), &nothing) };
+        let work = Patchwork { filling, ..patchwork(&solid, sizes.clone(), &nothing, 0.0) };
         row(method, "flips", remesh_patchwork(work, &named, &solid, &exact, run, None)?.mesh)?;
     }
     let quiet = MeshOptions { measure: false, size: Some(super::SizeRequest::Length(size)), ..options.clone() };

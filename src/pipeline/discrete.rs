@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
@@ -20,7 +21,6 @@ use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_pa
 use crate::optimize::{Sizing, size::GRADATION};
 use crate::quality::{Against, Check, check};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
 
 /// How many things of one kind a report names.
 const NAMED: usize = 20;
@@ -30,9 +30,18 @@ const LEAST_SHARE: f64 = 4.0;
 const CHORD: f64 = 0.08;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
-/// How often more of the input is kept around places where the result intersects itself.
-const ATTEMPTS: usize = 3;
-/// Where more than one triangle in this many intersects others it is no matter of places.
+/// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
+/// kept around them; and the attempt that keeps all connected parts with such places as they are.
+const HALVINGS: usize = 2;
+const ATTEMPTS: usize = 5;
+const LAST: usize = 6;
+/// Where healing left more than one triangle in this many that touches others, all stay.
+const TOUCHED: usize = 200;
+/// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
+const MUCH: usize = 4;
+/// Around such places edges may get as short as this share of what curvature may make them.
+const LEAST_BESIDE: f64 = 0.25;
+/// Where more than one triangle in this many intersects others it is no matter of sizes.
 const FEW: usize = 10;
 /// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
 /// be resolved.
@@ -221,11 +230,22 @@ fn mesh_prepared(
 ) -> Result<Meshed> {
     let mut report = Report::of("triangles", size, None);
     report.warnings.clone_from(healed);
-    let solid = match Discrete::new(mesh, &discrete_options(soup, size), run) {
-        Ok(s) => s,
-        Err(Error::Cancelled) => return Err(Error::Cancelled),
-        Err(e) => return Err(Error::Failed(format!("not remeshed: {e}"))),
+    let found = |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run)
+    {
+        Ok(solid) => Ok(solid),
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(e) => Err(Error::Failed(format!("not remeshed: {e}"))),
     };
+    let mut solid = found(size)?;
+    let mut touching = Touching::default();
+    if !healed.is_empty() {
+        touching = Touching::of(&solid.named(), run)?;
+    }
+    // Where healing left hardly any room even nodes that are put on edges may be in the way.
+    if !touching.is_empty() {
+        solid = found(0.0)?;
+        touching = Touching::of(&solid.named(), run)?;
+    }
     tell_removed(&solid, &mut report);
     let sizing = sizing(size, options);
     let named = solid.named();
@@ -235,31 +255,59 @@ fn mesh_prepared(
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
     let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
     let exact = ExactOptions { face_sizes, regions, ..plain };
-    let sizes = feature_sizes(&solid, &sizing, &mut report);
-    let mut kept = vec![false; solid.mesh.triangle_capacity()];
-    let mut attempt = 0;
+    let mut sizes = feature_sizes(&solid, &sizing, &mut report);
+    let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
+    sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
+    let mut kept = walls.tight;
+    touching.keep(&mut kept, &solid);
+    // Where healing laid sheets side by side everywhere there is nothing to gain in between.
+    if TOUCHED * touching.len() > kept.len() {
+        kept.fill(true);
+    }
+    if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
+        keep_shells(&mut kept, &solid);
+    }
+    let (mut attempt, mut left) = (if touching.is_empty() { 0 } else { ATTEMPTS }, false);
     let (mesh, seams, corners) = loop {
-        let work = patchwork(&solid, sizes.clone(), &kept);
-        let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
-        if made.report.self_intersections == 0 {
-            break (made.mesh, made.seams, made.corners);
-        }
-        attempt += 1;
-        let few = FEW * made.report.self_intersections <= made.mesh.triangles.len();
-        if attempt <= ATTEMPTS && few && keep_around(&mut kept, attempt as f64, &solid, &made.mesh, run)? {
-            continue;
-        }
-        if self_intersections(&named, run)?.is_empty() {
-            report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+        if kept.iter().all(|k| *k) {
             break (named, Vec::new(), Vec::new());
         }
-        break (made.mesh, made.seams, made.corners);
+        let work = patchwork(&solid, sizes.clone(), &kept, LEAST_BESIDE * sizing.least.min(size));
+        let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
+        let bad = match made.report.self_intersections {
+            0 => Vec::new(),
+            _ => touching.others(&made.mesh, run)?,
+        };
+        if bad.is_empty() {
+            break (made.mesh, made.seams, made.corners);
+        }
+        if FEW * bad.len() > made.mesh.triangles.len() {
+            attempt = attempt.max(HALVINGS);
+        }
+        attempt += 1;
+        let places = Places::new(&bad, &made.mesh, if attempt <= HALVINGS { 0.5 } else { (attempt - HALVINGS) as f64 });
+        let more = match attempt {
+            ..=HALVINGS => places.halve(&mut sizes, &solid, LEAST_BESIDE * sizing.least.min(size)),
+            ..=ATTEMPTS => places.keep(&mut kept, &solid),
+            LAST => {
+                places.keep(&mut kept, &solid);
+                keep_shells(&mut kept, &solid);
+                true
+            }
+            _ => false,
+        };
+        if more || attempt < LAST {
+            continue;
+        }
+        report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+        left = true;
+        break (named, Vec::new(), Vec::new());
     };
-    if let Some(first) = kept.iter().position(|k| *k).filter(|_| attempt <= ATTEMPTS) {
+    if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
         let p = solid.mesh.centroid(first as u32);
         report.shortfalls.push(format!(
-            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: others intersected there",
+            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: the surface comes too close to itself there",
             p.x, p.y, p.z
         ));
     }
@@ -269,6 +317,11 @@ fn mesh_prepared(
     if open {
         report.warnings.push("the surface is open: its border is kept".into());
         excuse_open(&mut measured);
+    }
+    if !touching.is_empty() {
+        let count = touching.len();
+        report.shortfalls.push(format!("{count} triangles touch others where healing found no room to part them"));
+        measured.certificate.faults.retain(|f| !f.contains("intersect"));
     }
     report.judge(measured);
     Ok(Meshed { mesh, seams, corners, report })
@@ -319,29 +372,9 @@ fn excuse_open(check: &mut Check) {
     check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
 }
 
-/// Has the input's triangles stay around those that intersect others, up to `reach` times as far as these are long. Returns
-/// whether there are more of them now.
-fn keep_around(kept: &mut [bool], reach: f64, solid: &Discrete, mesh: &TriMesh, run: &Run) -> Result<bool> {
-    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    bad.sort_unstable();
-    bad.dedup();
-    let around = |t: &u32| {
-        let [a, b, c] = mesh.corners(*t as usize);
-        Aabb::around([a, b, c]).grown(reach * a.distance(b).max(b.distance(c)).max(c.distance(a)))
-    };
-    let tree = Bvh::new(bad.iter().map(around).collect());
-    let mut more = false;
-    for t in solid.mesh.triangles().filter(|t| !kept[*t as usize]).collect::<Vec<_>>() {
-        tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |_| {
-            kept[t as usize] = true;
-            more = true;
-        });
-    }
-    Ok(more)
-}
-
-/// The triangles with what the remesher needs; those that stay are patches of their own.
-pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) -> Patchwork {
+/// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
+/// theirs, but not shorter than `least`.
+pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], least: f64) -> Patchwork {
     let mut mesh: EditMesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let faces = solid.face_count() as u32;
@@ -359,7 +392,7 @@ pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool]) ->
         // Sizes grow from what stays.
         for h in 3 * t..3 * t + 3 {
             for v in [mesh.origin(h), mesh.target(h)] {
-                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h));
+                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h).max(least));
             }
         }
     }
@@ -463,7 +496,7 @@ mod tests {
         let solid = Discrete::new(&square(40), &discrete_options(&SoupOptions::default(), size), &run).unwrap();
         let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
         let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
-        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept);
+        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
         let exact = ExactOptions::new(sizing(size, &MeshOptions::default()), GRADATION);
         let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);

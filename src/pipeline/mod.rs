@@ -10,6 +10,7 @@ mod compare;
 mod compare_soup;
 mod discrete;
 mod distance;
+mod faults;
 mod heal;
 mod leaf;
 mod mesh;

@@ -19,8 +19,8 @@ const MOST: f64 = 1e6;
 pub struct Cells {
     origin: DVec3,
     cell: f64,
-    /// Place in `runs` by cell.
-    of_cell: FxHashMap<u64, u32>,
+    /// Place in `runs` by cell, and the triangle to start from.
+    of_cell: FxHashMap<u64, (u32, u32)>,
     runs: Vec<Run>,
     items: Vec<u32>,
     tree: Bvh,
@@ -31,13 +31,11 @@ pub struct Cells {
 struct Run {
     first: u32,
     count: u32,
-    /// The item nearest to the center, where all items face about the same way; else `NONE`.
-    start: u32,
 }
 
 const NONE: u32 = u32::MAX;
-/// Cosine of the angle up to which items face the same way as their mean: 45 degrees.
-const SAME_WAY: f64 = 0.7;
+/// Cosine of the angle up to which items face the same way as their mean: 60 degrees.
+const SAME_WAY: f64 = 0.5;
 
 fn key(c: IVec3) -> u64 {
     (c.x as u64) | (c.y as u64) << 21 | (c.z as u64) << 42
@@ -88,10 +86,10 @@ impl Cells {
                             continue;
                         }
                         let next = self.runs.len() as u32;
-                        let run = *self.of_cell.entry(key(c)).or_insert(next);
+                        let run = self.of_cell.entry(key(c)).or_insert((next, NONE)).0;
                         if run == next {
                             self.runs.push(Run::default());
-                            centers.push(center);
+                            centers.push((key(c), center));
                         }
                         self.runs[run as usize].count += 1;
                         entries.push((run, i as u32));
@@ -110,7 +108,7 @@ impl Cells {
             self.items[(run.first + run.count) as usize] = i;
             run.count += 1;
         }
-        for (run, center) in self.runs.iter_mut().zip(centers) {
+        for (run, (key, center)) in self.runs.iter().zip(centers) {
             let own = &self.items[run.first as usize..(run.first + run.count) as usize];
             let normal = |i: u32| {
                 let [a, b, c] = triangles[i as usize];
@@ -121,7 +119,9 @@ impl Cells {
             let nearest =
                 own.iter().copied().map(|i| (away(i), i)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let even = own.iter().all(|i| normal(*i).dot(mean) > SAME_WAY);
-            run.start = nearest.filter(|_| even).map_or(NONE, |n| n.1);
+            if let (Some(n), true, Some(cell)) = (nearest, even, self.of_cell.get_mut(&key)) {
+                cell.1 = n.1;
+            }
         }
     }
 
@@ -132,8 +132,8 @@ impl Cells {
         if c.min_element() < 0 {
             return None;
         }
-        let run = self.runs[*self.of_cell.get(&key(c))? as usize];
-        (run.start != NONE).then_some((run.start, self.cell))
+        let start = self.of_cell.get(&key(c))?.1;
+        (start != NONE).then_some((start, self.cell))
     }
 
     fn cell_at(&self, p: DVec3) -> IVec3 {
@@ -150,8 +150,8 @@ impl Cells {
             if c.min_element() < 0 {
                 return true;
             }
-            let Some(&run) = self.of_cell.get(&key(c)) else { return true };
-            let Run { first, count, .. } = self.runs[run as usize];
+            let Some(&(run, _)) = self.of_cell.get(&key(c)) else { return true };
+            let Run { first, count } = self.runs[run as usize];
             if count > CROWDED {
                 return false;
             }

@@ -227,6 +227,7 @@ fn remesh(
     // Nor where refinement makes more of them.
     let least = 2 * bad.len();
     let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len() && bad.len() <= least;
+    let first = (r.work.raw && !bad.is_empty()).then(|| (r.clone(), out.clone(), bad.clone()));
     while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let mut around: Vec<u32> =
@@ -249,6 +250,10 @@ fn remesh(
         report.repairs += 1;
         out = finish(mesh, &r);
         bad = intersecting(&out, run)?;
+    }
+    // Who gives raw triangles can give them again with other sizes, and needs to know where it began.
+    if let Some(first) = first.filter(|_| !bad.is_empty()) {
+        (r, out, bad) = first;
     }
     show("mend", &r);
     let folded = r.folded();

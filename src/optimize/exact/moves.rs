@@ -30,6 +30,12 @@ const BETTER: f64 = 0.02;
 /// Mending makes edges of borders at most this many times longer or shorter than wanted.
 const UNEVEN: f64 = 1.1;
 
+/// What shapes may change by where a place in the tangent plane is put onto the surface.
+const BENT: f64 = 0.05;
+
+/// Triangles whose directions differ by less than this (cosine) lie on the surface, or none of them does: 11 degrees.
+const EVEN: f64 = 0.98;
+
 /// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
 const FLAT: f64 = 0.05;
 
@@ -183,11 +189,27 @@ impl Remesher<'_> {
     /// Triangles whose shape is below `limit`, worst first.
     fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
         let mut list: Vec<(f64, u32)> = self.run.install(|| {
-            let shapes = among.par_iter().with_min_len(SHARE).map(|&t| (self.work.shape(self.surface, t), t));
+            let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !self.is_surely_better(t, limit));
+            let shapes = suspects.map(|&t| (self.work.shape(self.surface, t), t));
             shapes.filter(|x| x.0 < limit).collect()
         });
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         list.into_iter().map(|x| x.1).collect()
+    }
+
+    /// Whether a triangle faces the way of its three neighbors and has a shape to spare: the surface need not be asked then.
+    fn is_surely_better(&self, t: u32, limit: f64) -> bool {
+        let m = &self.work.mesh;
+        let up = m.area_vector(t);
+        let even = |h: u32| {
+            let o = m.opposite(h);
+            o != NONE && m.label(o / 3) == m.label(t) && {
+                let other = m.area_vector(o / 3);
+                let along = up.dot(other);
+                along > 0.0 && along * along >= EVEN * EVEN * up.length_squared() * other.length_squared()
+            }
+        };
+        EVEN * plain_shape(m.corner_points(t)) >= limit && (3 * t..3 * t + 3).all(even)
     }
 
     fn mend(&mut self, t: u32, limit: f64) -> bool {
@@ -351,12 +373,21 @@ impl Remesher<'_> {
         self.collapse(h, 1.2 * LONG)
     }
 
+    /// The normal at a node inside a face: whether a move may help is then seen without asking the surface, as the surface is
+    /// nearly a plane over the length of a step.
+    fn normal_within(&self, v: u32, p: DVec3) -> Option<DVec3> {
+        let inside = self.rank[v as usize] == Rank::Face && self.work.sets[v as usize].len() == 1;
+        let h = self.work.mesh.outgoing(v).next().filter(|_| inside)?;
+        Some(self.work.normal(self.surface, self.work.mesh.label(h / 3), p))
+    }
+
     /// Moves a node towards the place where the worst triangle around it is equilateral, as far as that helps, again and
-    /// again. Returns where it is then, and the worst shape there.
-    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> (DVec3, f64) {
+    /// again. Returns where it is then, the worst shape there, and the [normal](Self::normal_within).
+    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> (DVec3, f64, Option<DVec3>) {
         const STEPS: usize = 4;
         let mut p = self.point(v);
-        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p, None);
+        let mut normal = self.normal_within(v, p);
+        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p, normal);
         for _ in 0..STEPS {
             if best >= limit {
                 break;
@@ -365,10 +396,15 @@ impl Remesher<'_> {
             let apex = equilateral(self.point(m.target(worst)), self.point(m.apex(worst)), m.area_vector(worst / 3));
             let mut improved = false;
             for share in [0.6, 0.25, 0.1] {
-                let Some(x) = self.work.settle(self.surface, set, p.lerp(apex, share), reach) else { continue };
-                let (shape, h) = self.work.worst_triangle(self.surface, v, x, None);
+                let place = p.lerp(apex, share);
+                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
+                    continue;
+                }
+                let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
+                let there = there.or_else(|| self.normal_within(v, x));
+                let (shape, h) = self.work.worst_triangle(self.surface, v, x, there);
                 if shape > best + 1e-4 && self.stays_even(v, x) {
-                    (best, worst, p, improved) = (shape, h, x, true);
+                    (best, worst, p, normal, improved) = (shape, h, x, there, true);
                     break;
                 }
             }
@@ -377,7 +413,7 @@ impl Remesher<'_> {
             }
             self.work.mesh.set_point(v, p);
         }
-        (p, best)
+        (p, best, normal)
     }
 
     /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
@@ -407,7 +443,7 @@ impl Remesher<'_> {
         let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
         let start = self.point(v);
         let reach = self.want[v as usize];
-        let (mut p, mut best) = self.climbed_to_apex(v, limit, reach, &set);
+        let (mut p, mut best, mut normal) = self.climbed_to_apex(v, limit, reach, &set);
         if best >= limit.min(CALM) {
             return p != start;
         }
@@ -421,11 +457,8 @@ impl Remesher<'_> {
             }
         } else {
             let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
-            let Some((u, w)) =
-                self.work.normal(self.surface, patch, p).try_normalize().map(DVec3::any_orthonormal_pair)
-            else {
-                return false;
-            };
+            let up = normal.unwrap_or_else(|| self.work.normal(self.surface, patch, p));
+            let Some((u, w)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return p != start };
             (0..6)
                 .map(|k| {
                     let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
@@ -440,11 +473,15 @@ impl Remesher<'_> {
             }
             let mut improved = false;
             for d in &directions {
-                let place = self.work.settle_beside(self.surface, v, &set, p + step * *d, reach);
-                let Some((x, normal)) = place else { continue };
-                let s = self.work.worst_with(self.surface, v, x, normal);
+                let place = p + step * *d;
+                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
+                    continue;
+                }
+                let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };
+                let there = there.or_else(|| self.normal_within(v, x));
+                let s = self.work.worst_with(self.surface, v, x, there);
                 if s > best + 1e-4 && self.stays_even(v, x) {
-                    (best, p, improved) = (s, x, true);
+                    (best, p, normal, improved) = (s, x, there, true);
                     if best >= limit {
                         break;
                     }
