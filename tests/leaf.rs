@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 use rvachev::Run;
-use rvachev::implicit::{Placement, Primitive, Solid};
+use rvachev::implicit::expr::Unary;
+use rvachev::implicit::{Expr, Placement, Primitive, Solid};
 use rvachev::merge::Merged;
 use rvachev::mesh::MeshView;
 use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
@@ -186,6 +187,29 @@ fn sizes_follow_faces_curvature_and_chords() {
         let c = m.report.check.as_ref().unwrap();
         assert!(c.certificate.is_sound() && c.quality.min_angle > 20.0, "{:?}", c.quality);
     }
+}
+
+#[test]
+fn creases_inside_one_formula_are_edges() {
+    let [x, y, z] = [Expr::x(), Expr::y(), Expr::z()].map(|e| Expr::unary(Unary::Abs, e));
+    for (turn, size) in [(false, 0.1), (true, 0.07)] {
+        let octahedron = Solid::formula(Expr::constant(1.0) - (x.clone() + y.clone() + z.clone()));
+        // Of the turned one no box can be proved.
+        let c = exact(if turn { turned(octahedron) & cuboid([-2.0; 3], [2.0; 3]) } else { octahedron }, size);
+        assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 6));
+        assert!((c.volume - 4.0 / 3.0).abs() < 1e-9, "{}", c.volume);
+    }
+}
+
+#[test]
+fn what_a_blend_hides_is_told() {
+    // The rims of the cylinder lie within the blend, which is one leaf.
+    let pin = Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, Some(2.0));
+    let made = made(cuboid([-1.0, -1.0, -0.5], [1.0, 1.0, 0.2]).blend(pin, 0.2), 0.08, |_| {});
+    assert!(made.report.warnings.iter().any(|w| w.contains("cut off a crease inside")), "{:?}", made.report.warnings);
+    let ball = |z: f64| Solid::from(Primitive::Sphere { r: 1.0, at: DVec3::Z * z });
+    let smooth = self::made(ball(0.0).blend(ball(1.2), 0.3), 0.08, |_| {});
+    assert_eq!((smooth.report.warnings, smooth.report.shortfalls), (Vec::new(), Vec::new()));
 }
 
 #[test]

@@ -36,9 +36,6 @@ const SAMPLES: usize = 20_000;
 const BELOW: [f64; 2] = [0.9, 0.5];
 /// Nor are cells smaller than this share of the size.
 const LEAST_CELL: f64 = 1.0 / 64.0;
-/// Where walls are missed again and again, however small the cells, faces run out like knives, and their tips are always
-/// thinner.
-const MOST_ASKED: usize = 3;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
@@ -59,8 +56,6 @@ fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach
 struct Trials {
     ahead: VecDeque<(f64, bool)>,
     least: f64,
-    /// How often smaller cells were asked for.
-    asked: usize,
     /// Places left without an exact edge when last tried, without and with blunting.
     last: [Option<usize>; 2],
 }
@@ -70,7 +65,6 @@ impl Trials {
         Self {
             ahead: CELLS.into_iter().map(|(share, blunt)| (share * size, blunt)).collect(),
             least: LEAST_CELL * size,
-            asked: 0,
             last: [None; 2],
         }
     }
@@ -92,15 +86,11 @@ impl Trials {
     fn go_below(&mut self, walls: &[Wall], cell: f64) {
         let mut thickness: Vec<f64> = walls.iter().map(|w| w.thickness).collect();
         thickness.sort_by(f64::total_cmp);
-        let Some(thickness) = thickness.get(thickness.len() / 2).filter(|t| BELOW[0] * **t >= self.least) else {
-            return;
-        };
+        // Tips of faces that run out like knives are thinner than any cells: the ones ahead may still find their edges.
+        let within_reach = |t: &&f64| BELOW[0] * **t >= self.least;
+        let Some(thickness) = thickness.get(thickness.len() / 2).filter(within_reach) else { return };
         self.ahead.retain(|t| t.0 <= BELOW[0] * thickness || t.0 == cell);
         self.last = [None; 2];
-        self.asked += 1;
-        if self.asked > MOST_ASKED {
-            return;
-        }
         for goal in BELOW.map(|share| share * thickness) {
             if goal >= self.least && !self.ahead.iter().any(|t| t.0 <= goal) {
                 self.ahead.extend([(goal, false), (goal, true)]);
@@ -116,8 +106,9 @@ pub(super) struct Scout {
     pub(super) blunt: bool,
     /// Walls thinner than the cells.
     pub(super) walls: Vec<Wall>,
-    /// Those of them that were not extracted and are no tips.
-    gone: Vec<Wall>,
+    /// Those of them that were not extracted, tips among them; and whether there are others than tips.
+    missed: Vec<Wall>,
+    gone: bool,
     /// Points that the mesh must come near to: see [`drop_splinters`], and what blunting may have taken away.
     splinters: Vec<DVec3>,
     unresolved: Vec<DVec3>,
@@ -132,16 +123,17 @@ impl Scout {
     ) -> Result<(Self, (Patchwork, CutReport))> {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
-        let gone = far(&extracted.mesh, &walls, |w| w.at, LOST * cell);
+        let missed = far(&extracted.mesh, &walls, |w| w.at, MISSED * cell);
+        let gone = !far(&extracted.mesh, &missed, |w| w.at, LOST * cell).is_empty();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let cut = cut_pieces(&Raw { mesh: &extracted.mesh, cell, kept: &[], blunt }, &oracle, run)?;
         let unresolved = cut.1.unresolved.clone();
-        Ok((Self { extracted, cell, blunt, walls, gone, splinters, unresolved }, cut))
+        Ok((Self { extracted, cell, blunt, walls, missed, gone, splinters, unresolved }, cut))
     }
 
-    /// What makes one worse than another: places of walls that are not there, and places without an exact edge.
-    fn badness(&self) -> usize {
-        self.gone.len() + self.unresolved.len()
+    /// What makes one worse than another: walls that are not there, then places without an exact edge.
+    fn badness(&self) -> (bool, usize) {
+        (self.gone, self.unresolved.len())
     }
 
     fn remesh(
@@ -169,12 +161,12 @@ pub(super) struct Attempt {
 }
 
 impl Attempt {
-    fn badness(&self) -> (usize, usize) {
-        (self.faults(), self.missed.len() + self.scout.unresolved.len())
+    fn badness(&self) -> (usize, bool, usize) {
+        (self.faults(), !self.missed.is_empty(), self.scout.unresolved.len())
     }
 
     fn is_clean(&self) -> bool {
-        self.badness() == (0, 0) && self.lost().is_none()
+        self.badness() == (0, false, 0) && self.lost().is_none()
     }
 
     /// Triangles that intersect others or are turned over.
@@ -255,7 +247,7 @@ pub(super) fn search(
         }
         trials.note(blunt, scout.unresolved.len());
         if !scout.unresolved.is_empty() {
-            trials.go_below(&scout.gone, cell);
+            trials.go_below(&scout.missed, cell);
             others.push((scout, cut));
             others.sort_by_key(|s| s.0.badness());
             others.truncate(OTHERS);
