@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::mesh::TriMesh;
+use crate::mesh::sides::sides;
 use crate::parametric::Parametric;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -81,16 +82,9 @@ pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result
 
 /// The side (three times its triangle, and which) across every side of a triangle; `u32::MAX` where there is none.
 fn across(mesh: &TriMesh) -> Vec<u32> {
-    let ends = |s: u32| {
-        let t = mesh.triangles[s as usize / 3];
-        let (a, b) = (t[s as usize % 3], t[(s as usize + 1) % 3]);
-        [a.min(b), a.max(b)]
-    };
-    let mut order: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
-    order.sort_unstable_by_key(|s| (ends(*s), *s));
-    let mut out = vec![u32::MAX; order.len()];
-    for pair in order.chunk_by(|a, b| ends(*a) == ends(*b)).filter(|g| g.len() == 2) {
-        (out[pair[0] as usize], out[pair[1] as usize]) = (pair[1], pair[0]);
+    let mut out = vec![u32::MAX; 3 * mesh.triangles.len()];
+    for pair in sides(mesh).chunk_by(|a, b| a.key == b.key).filter(|g| g.len() == 2) {
+        (out[pair[0].number as usize], out[pair[1].number as usize]) = (pair[1].number, pair[0].number);
     }
     out
 }
