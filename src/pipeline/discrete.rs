@@ -286,15 +286,16 @@ fn mesh_prepared(
         }
         attempt += 1;
         let places = Places::new(&bad, &made.mesh, if attempt <= HALVINGS { 0.5 } else { (attempt - HALVINGS) as f64 });
-        let more = match attempt {
-            ..=HALVINGS => places.halve(&mut sizes, &solid, LEAST_BESIDE * sizing.least.min(size)),
-            ..=ATTEMPTS => places.keep(&mut kept, &solid),
-            LAST => {
-                places.keep(&mut kept, &solid);
+        let more = if attempt <= HALVINGS {
+            places.halve(&mut sizes, &solid, LEAST_BESIDE * sizing.least.min(size))
+        } else if attempt <= LAST {
+            let more = places.keep(&mut kept, &solid);
+            if attempt == LAST {
                 keep_shells(&mut kept, &solid);
-                true
             }
-            _ => false,
+            more || attempt == LAST
+        } else {
+            false
         };
         if more || attempt < LAST {
             continue;
