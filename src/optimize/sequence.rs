@@ -299,8 +299,8 @@ pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, options: &Options
 /// [`guard`](super::guard)); labels of the result are the oracle's faces under the triangles if the sequence ends with
 /// `survey`; the result is the same for any number of threads. On error `mesh` is as before.
 /// *Does not guarantee*: that no triangle is inverted where the mesh is too coarse for the surface, such as in a wedge
-/// thinner than an edge (`after.inverted` tells), nor that no two triangles intersect: with an input free of
-/// intersections none was seen, and `self_intersections` tells.
+/// thinner than an edge (`after.inverted` tells), nor that no two triangles intersect: where a coarse cylinder
+/// grazes a plane a few did, and `self_intersections` tells.
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
 /// [`Error::Cancelled`].
 pub fn improve_with(
