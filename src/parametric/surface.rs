@@ -193,6 +193,11 @@ impl Surface {
         }
     }
 
+    /// Whether it goes round an axis, as tubes do.
+    pub(super) fn is_round(&self) -> bool {
+        matches!(self, Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Torus { .. })
+    }
+
     /// The smallest radius of curvature anywhere, where that is plain: infinite for a plane.
     pub(super) fn bend_radius(&self) -> Option<f64> {
         match self {

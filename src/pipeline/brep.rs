@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::bodies::{NAMED, body_of, components, remeshed};
+use super::bodies::{NAMED, body_of, remeshed};
 use super::brep_oracle::Trimmed;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Healed, heal_made, told as told_of};
@@ -297,14 +297,10 @@ fn excuse_open(solid: &Parametric, check: &mut Check, report: &mut Report) {
 
 /// How many triangles intersect others of the body they are on.
 fn within_bodies(mesh: &TriMesh, run: &Run) -> Result<usize> {
-    let mut within = 0;
-    for (part, _) in components(mesh) {
-        let mut hit: Vec<u32> = self_intersections(&part, run)?.into_iter().flatten().collect();
-        hit.sort_unstable();
-        hit.dedup();
-        within += hit.len();
-    }
-    Ok(within)
+    let mut hit: Vec<u32> = crossings(mesh, run)?.into_iter().flatten().collect();
+    hit.sort_unstable();
+    hit.dedup();
+    Ok(hit.len())
 }
 
 /// Triangles of bodies that have no node in common may intersect: then the model's bodies overlap or touch.

@@ -96,6 +96,13 @@ pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_
     Sampled { t, points, own, bend, normals }
 }
 
+/// Between which of some [ways](Sampled::ways) another lies: the one before, and its share of the way to the next.
+pub(super) fn place(ways: &[f64], way: f64) -> (usize, f64) {
+    let i = ways.partition_point(|w| *w < way).clamp(1, ways.len() - 1) - 1;
+    let step = ways[i + 1] - ways[i];
+    (i, if step > 0.0 { ((way - ways[i]) / step).clamp(0.0, 1.0) } else { 0.0 })
+}
+
 /// How far from both ends of each edge the faces it borders are too narrow for the edges wanted there: in corners sharper
 /// than triangles shall be, down to cusps. Zero where they are not.
 pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], sizes: &MeshSizes<'_>) -> Vec<[f64; 2]> {
@@ -106,9 +113,8 @@ pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], siz
         let (s, ways) = (&sampled[e as usize], &ways[e as usize]);
         let length = ways[ways.len() - 1];
         let goal = if end == 0 { way } else { length - way };
-        let i = ways.partition_point(|w| *w < goal).clamp(1, ways.len() - 1);
-        let share = if ways[i] > ways[i - 1] { (goal - ways[i - 1]) / (ways[i] - ways[i - 1]) } else { 0.0 };
-        brep.edges[e as usize].curve.at(s.t[i - 1] + share.clamp(0.0, 1.0) * (s.t[i] - s.t[i - 1]))
+        let (i, share) = place(ways, goal);
+        brep.edges[e as usize].curve.at(s.t[i] + share * (s.t[i + 1] - s.t[i]))
     };
     let most = |(e, end): (u32, usize)| {
         // Not by the bends of faces, which at singular points may be any.

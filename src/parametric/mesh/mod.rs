@@ -19,7 +19,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::brep::Brep;
 use super::chart::Chart;
-use super::surface::Surface;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
@@ -453,12 +452,8 @@ impl Parametric {
     fn is_tube(&self, f: u32, contours: &[Contour]) -> bool {
         let loops = &self.brep.faces[f as usize].loops;
         let twice = |e: u32| loops.iter().flatten().filter(|c| c.edge == e).count() > 1;
-        let round = matches!(
-            self.brep.faces[f as usize].surface,
-            Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Torus { .. }
-        );
         let around = || loops.is_empty() || contours.iter().any(|c| c.winding != [0, 0]);
-        round && (around() || loops.iter().flatten().any(|c| twice(c.edge)))
+        self.brep.faces[f as usize].surface.is_round() && (around() || loops.iter().flatten().any(|c| twice(c.edge)))
     }
 
     /// Curvature where the middle of a face is nearest.

@@ -5,10 +5,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshSizes;
-use super::edges::{Sampled, WIDE_ENOUGH};
+use super::edges::{Sampled, WIDE_ENOUGH, place};
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Face};
-use crate::parametric::surface::Surface;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};
 
@@ -79,19 +78,15 @@ pub(super) fn field<'a>(
         let ways = s.ways();
         let length = ways[ways.len() - 1];
         for goal in [lead[0], length - lead[1]].into_iter().filter(|g| *g > 0.0 && *g < length) {
-            let i = ways.partition_point(|w| *w < goal).clamp(1, ways.len() - 1);
-            let share = (goal - ways[i - 1]) / (ways[i] - ways[i - 1]).max(f64::MIN_POSITIVE);
-            sources.push((s.points[i - 1].lerp(s.points[i], share.min(1.0)), WIDE_ENOUGH * sizes.deepest));
+            let (i, share) = place(&ways, goal);
+            sources.push((s.points[i].lerp(s.points[i + 1], share), WIDE_ENOUGH * sizes.deepest));
         }
     }
     let uses = brep.uses();
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
             // A seam: nothing in space, but it runs along a tube, around which there shall be enough edges.
-            let round = matches!(
-                brep.faces[faces_of[i][0] as usize].surface,
-                Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Torus { .. }
-            );
+            let round = brep.faces[faces_of[i][0] as usize].surface.is_round();
             let fit = |r: &f64| if round { sizes.around(*r) } else { fitting(std::f64::consts::TAU / 3.0 * r, sizes) };
             let around = s.bend.iter().map(fit);
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
