@@ -8,10 +8,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::batch::{Batch, SIDE, find_roots};
-use super::blunt::{Rows, blunt};
 use super::mc33;
 use super::model::Implicit;
-use super::newton::nearest;
 use super::octree::{BRICK, Bricks, Cell};
 use super::tape::{Scratch, Tape};
 use crate::error::{Error, Result};
@@ -28,15 +26,12 @@ pub struct ExtractOptions {
     pub root_tolerance: f64,
     /// The most bytes the mesh may take; a size that needs more is refused before the work.
     pub memory: u64,
-    /// Whether tips of sharp edges, solid or gap, are cut off where they are less than two cells thick. What is as thin
-    /// elsewhere is lost, and nodes of the fronts cut are put on the surface beside them.
-    pub blunt: bool,
 }
 
 impl ExtractOptions {
     /// Cells of the given size, nodes to 1e-12 of the part's diagonal, at most 8 GiB.
     pub fn new(size: f64) -> Self {
-        Self { size, root_tolerance: 1e-12, memory: 8 << 30, blunt: false }
+        Self { size, root_tolerance: 1e-12, memory: 8 << 30 }
     }
 }
 
@@ -50,6 +45,9 @@ pub struct Extracted {
     /// Bricks that intervals could not decide and whose corners all have one sign.
     pub(crate) undecided: Vec<Cell>,
 }
+
+/// Sign bits of a brick's corners: bit i of row j + 9 k is corner (i, j, k).
+type Rows = [u16; SIDE * SIDE];
 
 /// A cell whose triangles do not follow from its corners' signs alone.
 #[derive(Debug, Clone, Copy)]
@@ -181,10 +179,7 @@ impl Extractor<'_> {
 
     fn extract(&self) -> Result<Extracted> {
         let mut bricks = Bricks::build(self.model, self.options.size, self.options.memory, self.run)?;
-        let mut rows = self.signs(&bricks)?;
-        if self.options.blunt {
-            blunt(&bricks, &mut rows);
-        }
+        let rows = self.signs(&bricks)?;
         let counted = self.count(&bricks, rows)?;
         let undecided: Vec<Cell> =
             bricks.cells.iter().zip(&counted).filter(|(_, c)| c.is_none()).map(|(cell, _)| cell.clone()).collect();
@@ -453,39 +448,7 @@ impl Extractor<'_> {
             }
         }
         out[ends.len()..].fill(DVec3::ZERO); // interior nodes wait for the crossings around them
-        if self.options.blunt {
-            return self.place_nodes_at_fronts(cell, &ends, out, scratch, batch);
-        }
         find_roots(self.model, self.tolerance(), &cell.tape, &ends, out, scratch, batch)
-    }
-
-    /// Puts nodes of edges without a change of sign beside them: where the active leaf is zero nearest to their middle.
-    fn place_nodes_at_fronts(
-        &self,
-        cell: &Cell,
-        ends: &[[DVec3; 2]],
-        out: &mut [DVec3],
-        scratch: &mut Scratch,
-        batch: &mut Batch,
-    ) -> Result<()> {
-        let leaves = &self.model.leaves;
-        let side = |p: DVec3| cell.tape.value(leaves, p) > 0.0;
-        let (crossing, fronts): (Vec<usize>, Vec<usize>) =
-            (0..ends.len()).partition(|i| side(ends[*i][0]) != side(ends[*i][1]));
-        let mut found = vec![DVec3::ZERO; crossing.len()];
-        let ends_of: Vec<[DVec3; 2]> = crossing.iter().map(|i| ends[*i]).collect();
-        find_roots(self.model, self.tolerance(), &cell.tape, &ends_of, &mut found, scratch, batch)?;
-        crossing.iter().zip(found).for_each(|(i, p)| out[*i] = p);
-        for i in fronts {
-            let middle = ends[i][0].midpoint(ends[i][1]);
-            let leaf = cell.tape.active(leaves, middle).leaf;
-            let reach = 2.0 * self.options.size;
-            let scale = self.model.bounds().diagonal();
-            let known = (leaf as usize) < leaves.len();
-            let foot = if known { nearest(leaves, &[leaf], middle, reach, scale) } else { None };
-            out[i] = foot.unwrap_or(middle);
-        }
-        Ok(())
     }
 
     /// Puts interior nodes where their cell's triangles want them, then onto the surface where it is met inside the cell on

@@ -6,7 +6,6 @@
 mod apex;
 mod batch;
 mod blend;
-mod blunt;
 mod creased;
 pub mod expr;
 mod extract;
@@ -33,6 +32,7 @@ mod tape;
 #[cfg(test)]
 mod tests;
 mod thin;
+mod trim;
 
 pub use creased::creased;
 pub use expr::Expr;
@@ -46,3 +46,4 @@ pub use rfunction::RSystem;
 pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
+pub(crate) use trim::trimmed;

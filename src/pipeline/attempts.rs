@@ -1,41 +1,29 @@
 //! Which cells the leaf method is tried with: each size is scouted first, by extraction and cut alone, and only what comes
 //! out of that well is remeshed.
 
-use std::collections::VecDeque;
-
 use glam::DVec3;
 
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Ready, nothing_found};
 use crate::error::{Error, Result};
-use crate::implicit::{Extracted, ImplicitOracle, Wall, drop_splinters, thin_walls};
+use crate::geometry::Pieces;
+use crate::implicit::{Extracted, ImplicitOracle, Wall, drop_splinters, thin_walls, trimmed};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, remesh_cut};
+use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
-/// Cells tried one after the other, as shares of the size: smaller ones where borders were not found with larger ones; and
-/// whether tips of sharp edges are blunted.
-const CELLS: [(f64, bool); 8] =
-    [(1.0, false), (1.0, true), (0.5, false), (0.5, true), (0.25, false), (0.25, true), (0.125, false), (0.125, true)];
+/// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
+const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
 const OTHERS: usize = 3;
-/// Where this many places are left without an exact edge and smaller cells do not halve them, still smaller ones will not
-/// either.
-const MANY: usize = 100;
 /// A splinter is lost, and a wall too when only extracted, if the mesh does not come nearer to it than this many cells: tips of
 /// sharp edges are that long.
 const LOST: f64 = 3.0;
 /// A wall is missed if the finished mesh does not come nearer to one of its points than this many cells.
 const MISSED: f64 = 0.5;
-/// Of an extraction at most about this many nodes are looked for in the mesh of the blunted one.
-const SAMPLES: usize = 20_000;
-/// Cells for a wall's sake are this many times its thickness: enough for one along the grid, and for any.
-const BELOW: [f64; 2] = [0.9, 0.5];
-/// Nor are cells smaller than this share of the size.
-const LEAST_CELL: f64 = 1.0 / 64.0;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
@@ -52,83 +40,43 @@ fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach
     things.iter().filter(away).copied().collect()
 }
 
-/// The cells to be tried, and with which of them tips of sharp edges are blunted.
-struct Trials {
-    ahead: VecDeque<(f64, bool)>,
-    least: f64,
-    /// Places left without an exact edge when last tried, without and with blunting.
-    last: [Option<usize>; 2],
-}
-
-impl Trials {
-    fn new(size: f64) -> Self {
-        Self {
-            ahead: CELLS.into_iter().map(|(share, blunt)| (share * size, blunt)).collect(),
-            least: LEAST_CELL * size,
-            last: [None; 2],
-        }
-    }
-
-    fn next(&mut self) -> Option<(f64, bool)> {
-        self.ahead.pop_front()
-    }
-
-    /// Notes how many places were left without an exact edge; a kind that no smaller cells help is given up.
-    fn note(&mut self, blunt: bool, places: usize) {
-        let before = self.last[usize::from(blunt)].replace(places);
-        if places >= MANY && before.is_some_and(|n| 2 * places >= n) {
-            self.ahead.retain(|t| t.1 != blunt);
-        }
-    }
-
-    /// Leaves out what is too large for most of some missed walls, but for the other kind of the same `cell`. Where that is
-    /// all, cells of the right size follow.
-    fn go_below(&mut self, walls: &[Wall], cell: f64) {
-        let mut thickness: Vec<f64> = walls.iter().map(|w| w.thickness).collect();
-        thickness.sort_by(f64::total_cmp);
-        // Tips of faces that run out like knives are thinner than any cells: the ones ahead may still find their edges.
-        let within_reach = |t: &&f64| BELOW[0] * **t >= self.least;
-        let Some(thickness) = thickness.get(thickness.len() / 2).filter(within_reach) else { return };
-        self.ahead.retain(|t| t.0 <= BELOW[0] * thickness || t.0 == cell);
-        self.last = [None; 2];
-        for goal in BELOW.map(|share| share * thickness) {
-            if goal >= self.least && !self.ahead.iter().any(|t| t.0 <= goal) {
-                self.ahead.extend([(goal, false), (goal, true)]);
-            }
-        }
-    }
-}
-
 /// What one size of cells gave before remeshing.
 pub(super) struct Scout {
+    /// What was extracted, or made of the leaves' own surfaces.
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
-    pub(super) blunt: bool,
     /// Walls thinner than the cells.
     pub(super) walls: Vec<Wall>,
-    /// Those of them that were not extracted, tips among them; and whether there are others than tips.
-    missed: Vec<Wall>,
+    /// Whether walls other than tips were not extracted.
     gone: bool,
-    /// Points that the mesh must come near to: see [`drop_splinters`], and what blunting may have taken away.
+    /// Points that the mesh must come near to: see [`drop_splinters`].
     splinters: Vec<DVec3>,
     unresolved: Vec<DVec3>,
 }
 
 impl Scout {
-    fn new(
-        ready: &Ready,
-        (cell, blunt): (f64, bool),
-        mut extracted: Extracted,
-        run: &Run,
-    ) -> Result<(Self, (Patchwork, CutReport))> {
+    fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<(Self, (Patchwork, CutReport))> {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
-        let missed = far(&extracted.mesh, &walls, |w| w.at, MISSED * cell);
-        let gone = !far(&extracted.mesh, &missed, |w| w.at, LOST * cell).is_empty();
+        let gone = !far(&extracted.mesh, &walls, |w| w.at, LOST * cell).is_empty();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let cut = cut_pieces(&Raw { mesh: &extracted.mesh, cell, kept: &[], blunt }, &oracle, run)?;
+        let cut = cut_pieces(&Raw { mesh: &extracted.mesh, cell, kept: &[] }, &oracle, run)?;
         let unresolved = cut.1.unresolved.clone();
-        Ok((Self { extracted, cell, blunt, walls, missed, gone, splinters, unresolved }, cut))
+        Ok((Self { extracted, cell, walls, gone, splinters, unresolved }, cut))
+    }
+
+    /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
+    fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, (Patchwork, CutReport))>> {
+        let Some(made) = trimmed(&ready.model, &self.extracted, run)? else { return Ok(None) };
+        let mut extracted = self.extracted.clone();
+        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let Ok(cut) = patch_pieces(&made.mesh, &made.leaves, &oracle, self.cell) else { return Ok(None) };
+        let mesh = made.mesh;
+        let face = |t: usize| oracle.face_at(mesh.labels[t], mesh.centroid(t)).unwrap_or(0);
+        extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
+        (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
+        let (cell, walls, splinters) = (self.cell, self.walls.clone(), self.splinters.clone());
+        Ok(Some((Self { extracted, cell, walls, gone: false, splinters, unresolved: Vec::new() }, cut)))
     }
 
     /// What makes one worse than another: walls that are not there, then places without an exact edge.
@@ -213,17 +161,14 @@ pub(super) fn search(
     // What did not come out well, the best first.
     let mut others: Vec<(Scout, (Patchwork, CutReport))> = Vec::new();
     let mut first_error = None;
-    // What was extracted without blunting: the blunted mesh may lack tips of it, not more.
-    let mut whole = Vec::new();
-    let mut trials = Trials::new(ready.size);
-    while let Some((cell, blunt)) = trials.next() {
+    for share in CELLS {
+        let cell = share * ready.size;
         let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
-        // Edges that run out like knives are never found whole; the attempts for their sake end somewhere.
         let triangles = |s: &Scout| s.extracted.mesh.triangles.len() as f64 * (s.cell / cell).powi(2);
         if known.is_some_and(|s| triangles(s) > MOST_TRIANGLES) {
-            continue;
+            break;
         }
-        let extracted = match ready.extract_as(cell, blunt, options, run) {
+        let extracted = match ready.extract_any(cell, options, run) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // No memory for smaller cells: the first error tells the user.
@@ -232,34 +177,41 @@ pub(super) fn search(
                 continue;
             }
         };
-        if extracted.mesh.triangles.is_empty() {
-            let walls = thin_walls(&ready.model, &extracted, cell, run)?;
-            first_error.get_or_insert(nothing_found(&walls, cell));
-            trials.go_below(&walls, cell);
-            continue;
+        let nothing = extracted.mesh.triangles.is_empty();
+        let (scout, cut) = Scout::new(ready, cell, extracted, run)?;
+        if nothing {
+            first_error.get_or_insert(nothing_found(&scout.walls, cell));
         }
-        let (mut scout, cut) = Scout::new(ready, (cell, blunt), extracted, run)?;
-        if blunt {
-            scout.splinters.append(&mut whole);
+        let trimmed = |scout: &Scout| scout.trimmed(ready, run);
+        // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
+        let next = if scout.unresolved.is_empty() && !scout.gone && !nothing {
+            let this = scout.remesh(cut, ready, options, run, observer)?;
+            if this.is_clean() {
+                return Ok(this);
+            }
+            let next = trimmed(&this.scout)?;
+            if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
+                best = Some(this);
+            }
+            next
         } else {
-            let nodes = &scout.extracted.mesh.nodes;
-            whole = nodes.iter().step_by(nodes.len().div_ceil(SAMPLES).max(1)).copied().collect();
-        }
-        trials.note(blunt, scout.unresolved.len());
-        if !scout.unresolved.is_empty() {
-            trials.go_below(&scout.missed, cell);
-            others.push((scout, cut));
-            others.sort_by_key(|s| s.0.badness());
-            others.truncate(OTHERS);
-            continue;
-        }
-        let this = scout.remesh(cut, ready, options, run, observer)?;
-        if this.is_clean() {
-            return Ok(this);
-        }
-        trials.go_below(&this.missed, cell);
-        if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
-            best = Some(this);
+            let next = trimmed(&scout)?;
+            if !nothing {
+                others.push((scout, cut));
+                others.sort_by_key(|s| s.0.badness());
+                others.truncate(OTHERS);
+            }
+            next
+        };
+        if let Some((scout, cut)) = next {
+            let this = scout.remesh(cut, ready, options, run, observer)?;
+            if this.is_clean() {
+                return Ok(this);
+            }
+            // Its faults cannot be left as extracted.
+            if this.faults() == 0 && best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
+                best = Some(this);
+            }
         }
     }
     // A sound one with its walls lacks no more than a splinter, or some edges.

@@ -134,14 +134,14 @@ fn leave(
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<Vec<Aabb>> {
-    let Scout { extracted, cell, blunt, .. } = &attempt.scout;
+    let Scout { extracted, cell, .. } = &attempt.scout;
     let oracle = ImplicitOracle::new(&ready.model, extracted);
     let wanted = exact_options(ready, options);
     let mut left = Vec::new();
     for reach in LEAVE {
         left.extend(attempt.exact.report.faults.iter().copied());
         let kept = near(&extracted.mesh, &left, reach * cell);
-        let raw = Raw { mesh: &extracted.mesh, cell: *cell, kept: &kept, blunt: *blunt };
+        let raw = Raw { mesh: &extracted.mesh, cell: *cell, kept: &kept };
         attempt.exact = remesh_pieces(&raw, &oracle, &wanted, run, observer.as_deref_mut())?;
         if attempt.faults() == 0 {
             break;

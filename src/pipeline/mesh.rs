@@ -179,16 +179,16 @@ impl Ready {
 
     /// The surface by marching cubes with the given cells; an error if there is none.
     pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        let extracted = self.extract_as(size, false, options, run)?;
+        let extracted = self.extract_any(size, options, run)?;
         if extracted.mesh.triangles.is_empty() {
             return Err(nothing_found(&thin_walls(&self.model, &extracted, size, run)?, size));
         }
         Ok(extracted)
     }
 
-    /// The surface by marching cubes with the given cells, which may be none; see [`ExtractOptions::blunt`].
-    pub(super) fn extract_as(&self, size: f64, blunt: bool, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory, blunt };
+    /// The surface by marching cubes with the given cells, which may be none.
+    pub(super) fn extract_any(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
+        let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory };
         extract(&self.model, &e, run)
     }
 

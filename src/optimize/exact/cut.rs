@@ -24,8 +24,6 @@ const SPLITS: usize = 4;
 const SHORTEST: f64 = 0.05;
 /// Pieces are looked for this many edge lengths around the point an edge crosses their border.
 const REACH: f64 = 2.0;
-/// The same along the tips of sharp edges: 2 cells wide they are 15 cells long at 8 degrees.
-const TIP: f64 = 16.0;
 
 /// A node this close to a piece, as a share of the cell, counts as on it.
 const ON_BORDER: f64 = 1e-6;
@@ -68,7 +66,6 @@ pub(super) struct Cutter<'a> {
     pub(super) joints: Vec<(u32, [u32; 2])>,
     pub(super) surface: &'a dyn Pieces,
     pub(super) cell: f64,
-    blunt: bool,
     report: CutReport,
 }
 
@@ -81,8 +78,6 @@ pub struct Raw<'a> {
     pub cell: f64,
     /// Triangles that stay as they are, by index: they become patches without a piece. None where the list is empty.
     pub kept: &'a [bool],
-    /// Whether tips of sharp edges are not there: the edges are looked for farther away then.
-    pub blunt: bool,
 }
 
 /// Cuts a mesh along all borders of pieces. Where that leaves borders of pieces that do not meet, the mesh is tried without
@@ -101,7 +96,7 @@ pub fn cut_pieces(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Pat
 }
 
 fn cut_as_is(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwork, CutReport)> {
-    let Raw { mesh, cell, kept, blunt } = *raw;
+    let Raw { mesh, cell, kept } = *raw;
     let mut edit = EditMesh::new(mesh)?;
     for t in 0..mesh.triangles.len() as u32 {
         let label = if kept.get(t as usize) == Some(&true) { KEPT } else { CUT };
@@ -109,8 +104,7 @@ fn cut_as_is(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwor
     }
     let pieces = ask_all(run, edit.node_capacity(), |v| surface.piece_at(edit.point(v)))?;
     let piece: Vec<u32> = pieces.into_iter().map(|p| p.unwrap_or(NONE)).collect();
-    let mut cutter =
-        Cutter { mesh: edit, piece, joints: Vec::new(), surface, cell, blunt, report: CutReport::default() };
+    let mut cutter = Cutter { mesh: edit, piece, joints: Vec::new(), surface, cell, report: CutReport::default() };
     cutter.put_joints();
     cutter.resolve(run)?;
     cutter.cut(run)
@@ -151,35 +145,8 @@ impl Cutter<'_> {
         match self.surface.meet(&[i, j], start, REACH * length) {
             Some(x) if self.surface.bounds(&[i, j], x) => Crossing::At(x),
             Some(x) => self.at_corner(h, [i, j], x),
-            _ => self.at_tip(start, &[i, j], length),
+            None => Crossing::Nowhere,
         }
-    }
-
-    /// Where two pieces close in on each other slowly, the edge they make is far from where the mesh ends between them.
-    fn at_tip(&self, start: DVec3, pieces: &[u32], length: f64) -> Crossing {
-        let found = if self.blunt { self.surface.meet(pieces, start, TIP * length) } else { None };
-        match found {
-            Some(x) if self.surface.bounds(pieces, x) => Crossing::At(x),
-            _ => Crossing::Nowhere,
-        }
-    }
-
-    /// A point on a third piece that cuts off the edge which the pieces of an edge's ends would make, and that piece.
-    fn between(&self, h: u32) -> Option<(DVec3, u32)> {
-        let m = &self.mesh;
-        let (a, b) = (m.origin(h), m.target(h));
-        let pieces = [self.piece[a as usize], self.piece[b as usize]];
-        if !self.blunt {
-            return None;
-        }
-        let reach = TIP * m.edge_length(h);
-        let x = self.surface.meet(&pieces, m.point(a).midpoint(m.point(b)), reach)?;
-        let on = |k: u32| {
-            let y = self.surface.meet(&[k], x, reach)?;
-            self.surface.bounds(&[k], y).then_some((y, k))
-        };
-        let others = self.surface.near(x).into_iter().filter(|k| !pieces.contains(k));
-        others.filter_map(on).min_by(|y, z| y.0.distance(x).total_cmp(&z.0.distance(x)).then(y.1.cmp(&z.1)))
     }
 
     /// A corner of the two pieces and a third that the edge passes.
@@ -201,7 +168,7 @@ impl Cutter<'_> {
         let (start, length) = (self.mesh.centroid(t), self.longest(t));
         match self.surface.meet(&pieces, start, REACH * length) {
             Some(x) if self.surface.bounds(&pieces, x) => Crossing::At(x),
-            _ => self.at_tip(start, &pieces, length),
+            _ => Crossing::Nowhere,
         }
     }
 
@@ -254,9 +221,8 @@ impl Cutter<'_> {
             for (a, b) in ends {
                 let Some(h) = self.mesh.edge_between(a, b) else { continue };
                 let (p, q) = (self.mesh.point(a), self.mesh.point(b));
-                let foot = || self.surface.project(0.5 * (p + q), p.distance(q)).map(|f| f.point);
-                let halfway = || foot().map(|x| (x, self.surface.piece_at(x).unwrap_or(NONE)));
-                let Some((x, piece)) = self.between(h).or_else(halfway) else { continue };
+                let Some(foot) = self.surface.project(0.5 * (p + q), p.distance(q)) else { continue };
+                let (x, piece) = (foot.point, self.surface.piece_at(foot.point).unwrap_or(NONE));
                 if x.distance(p).min(x.distance(q)) < 1e-3 * p.distance(q) {
                     continue;
                 }
@@ -302,20 +268,6 @@ impl Cutter<'_> {
             .outgoing(v)
             .filter(|&h| self.differs(v, self.mesh.target(h)) && matches!(self.crossing(h), Crossing::Nowhere))
             .count()
-    }
-
-    /// Moves to every apex the node of its piece that is nearest, and pins it there.
-    fn put_apexes(&mut self, sets: &[PieceSet]) {
-        for (piece, apex) in self.surface.apexes() {
-            let free = |v: u32| !self.mesh.is_pinned(v) && self.mesh.outgoing(v).all(|h| self.mesh.label(h / 3) == CUT);
-            let own = |v: &u32| sets[*v as usize] == PieceSet::one(piece) && free(*v);
-            let away = |v: &u32| self.mesh.point(*v).distance_squared(apex);
-            let nearest = self.mesh.nodes().filter(own).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
-            if let Some(v) = nearest.filter(|v| away(v) <= REACH * REACH * self.cell * self.cell) {
-                self.mesh.set_point(v, apex);
-                self.mesh.set_pinned(v, true);
-            }
-        }
     }
 
     fn cut(mut self, run: &Run) -> Result<(Patchwork, CutReport)> {
@@ -368,9 +320,45 @@ impl Cutter<'_> {
             let own = self.mesh.corners(t).into_iter().map(|v| sets[v as usize]).find(|s| s.len() == 1);
             of_triangle[t as usize] = own.filter(|_| self.mesh.label(t) == CUT).map_or(NONE, |s| s.as_slice()[0]);
         }
-        self.put_apexes(&sets);
+        let free = |m: &EditMesh, v: u32| m.outgoing(v).all(|h| m.label(h / 3) == CUT);
+        put_apexes(&mut self.mesh, &sets, self.surface, self.cell, free);
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         Ok((Patchwork::new(self.mesh, sets, patches.into()), self.report))
+    }
+}
+
+/// A mesh whose every triangle lies on the piece that is its label, as a patchwork; `on` has the pieces of each node.
+///
+/// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
+pub fn patch_pieces(
+    mesh: &TriMesh,
+    on: &[Vec<u32>],
+    surface: &dyn Pieces,
+    cell: f64,
+) -> Result<(Patchwork, CutReport)> {
+    let mut edit = EditMesh::new(mesh)?;
+    let sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
+    put_apexes(&mut edit, &sets, surface, cell, |_, _| true);
+    let patches = patches(&mut edit, &mesh.labels, surface);
+    Ok((Patchwork::new(edit, sets, patches.into()), CutReport::default()))
+}
+
+/// Moves to every apex the node of its piece that is nearest, and pins it there.
+fn put_apexes(
+    mesh: &mut EditMesh,
+    sets: &[PieceSet],
+    surface: &dyn Pieces,
+    cell: f64,
+    free: impl Fn(&EditMesh, u32) -> bool,
+) {
+    for (piece, apex) in surface.apexes() {
+        let own = |v: &u32| sets[*v as usize] == PieceSet::one(piece) && !mesh.is_pinned(*v) && free(mesh, *v);
+        let away = |v: &u32| mesh.point(*v).distance_squared(apex);
+        let nearest = mesh.nodes().filter(own).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
+        if let Some(v) = nearest.filter(|v| away(v) <= REACH * REACH * cell * cell) {
+            mesh.set_point(v, apex);
+            mesh.set_pinned(v, true);
+        }
     }
 }
 

@@ -15,7 +15,7 @@ mod patchwork;
 mod remesh;
 mod scatter;
 
-pub use cut::{CutReport, Raw, cut_pieces};
+pub use cut::{CutReport, Raw, cut_pieces, patch_pieces};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 
 use super::region::Region;

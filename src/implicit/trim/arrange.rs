@@ -1,0 +1,338 @@
+//! A leaf's mesh cut along the zeros of other leaves, and which of the pieces bound the solid.
+//!
+//! Between nodes leaves count as linear, on every triangle: their zeros are then straight there, and their arrangement
+//! is a matter of signs, the same on both sides of an edge.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::super::model::Implicit;
+use super::super::newton::{leaves_of, nearest};
+use super::super::octree::Cell;
+use super::sheet::Sheet;
+use super::{place, positive, share};
+
+/// Points are looked for on their leaves within this many cells.
+const REACH: f64 = 2.0;
+/// Steps on one leaf towards another, and how long they are at most, in cells.
+const STEPS: usize = 40;
+const STRIDE: f64 = 0.2;
+
+/// What a side of a polygon lies on: a side of the triangle, by its number, or the zeros of another leaf.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Line {
+    Side(u8),
+    Leaf(u32),
+}
+
+/// A corner of a polygon, with where it is in its triangle; `along` is its place on a side of the mesh, from the lower node.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    id: u32,
+    weights: [f64; 3],
+    along: Option<(u8, f64)>,
+}
+
+struct Polygon {
+    ring: Vec<(usize, Line)>,
+    /// Signs of the leaves that cut the triangle.
+    signs: Vec<(u32, bool)>,
+}
+
+/// What a leaf contributes to the boundary of the solid.
+pub(super) struct Part {
+    pub(super) leaf: u32,
+    pub(super) points: Vec<DVec3>,
+    /// Corners in turn, counter-clockwise seen from outside the solid.
+    pub(super) polygons: Vec<Vec<u32>>,
+    /// Sides of polygons where another leaf takes over, with that leaf: start, end, leaf. In the order of the polygons.
+    pub(super) border: Vec<(u32, u32, u32)>,
+    /// Leaves each point of the border is on, ascending; empty for other points.
+    pub(super) on: Vec<Vec<u32>>,
+}
+
+struct Arranger<'a> {
+    model: &'a Implicit,
+    leaf: u32,
+    sheet: &'a Sheet,
+    points: Vec<DVec3>,
+    crossings: FxHashMap<(u32, u32, u32), u32>,
+    /// Points on each edge of the mesh, with their place from its lower node.
+    on_edge: FxHashMap<(u32, u32), Vec<(f64, u32)>>,
+}
+
+/// Cuts a sheet. `None` where what bounds the solid ends otherwise than at another leaf, or touches itself.
+pub(super) fn arrange(model: &Implicit, leaf: u32, sheet: &Sheet, bricks: &[&Cell], cell: f64) -> Option<Part> {
+    let others: Vec<Vec<u32>> =
+        bricks.iter().map(|b| leaves_of(&b.tape).into_iter().filter(|l| *l != leaf).collect()).collect();
+    let mut this = Arranger {
+        model,
+        leaf,
+        sheet,
+        points: sheet.nodes.clone(),
+        crossings: FxHashMap::default(),
+        on_edge: FxHashMap::default(),
+    };
+    // Polygons that bound the solid: with their sides as cut from the triangle, and whether the leaf's positive side is inside.
+    let mut kept: Vec<(Vec<Corner>, Vec<Line>, u32)> = Vec::new();
+    for t in 0..sheet.triangles.len() {
+        let brick = sheet.brick[t] as usize;
+        let (corners, polygons, signs) = this.cut(t, &others[brick])?;
+        for polygon in polygons {
+            let middle = polygon.ring.iter().map(|(v, _)| this.points[corners[*v].id as usize]).sum::<DVec3>()
+                / polygon.ring.len() as f64;
+            let mut forced = vec![(leaf, true)];
+            forced.extend(polygon.signs.iter().chain(&signs).copied());
+            let tape = &bricks[brick].tape;
+            let plus = tape.inside_with(&model.leaves, middle, &forced);
+            forced[0].1 = false;
+            if plus == tape.inside_with(&model.leaves, middle, &forced) {
+                continue;
+            }
+            let mut ring: Vec<Corner> = polygon.ring.iter().map(|x| corners[x.0]).collect();
+            let mut lines: Vec<Line> = polygon.ring.iter().map(|x| x.1).collect();
+            if !plus {
+                ring.reverse();
+                // Side k runs from corner k to the next one.
+                lines.reverse();
+                lines.rotate_left(1);
+            }
+            kept.push((ring, lines, t as u32));
+        }
+    }
+    this.finish(kept, cell)
+}
+
+impl Arranger<'_> {
+    /// The polygons other leaves cut a triangle into, and the signs of the leaves that do not cut it.
+    #[allow(clippy::type_complexity)]
+    fn cut(&mut self, t: usize, others: &[u32]) -> Option<(Vec<Corner>, Vec<Polygon>, Vec<(u32, bool)>)> {
+        let nodes = self.sheet.triangles[t];
+        let unit = |k: usize| std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
+        let mut corners: Vec<Corner> = (0..3).map(|k| Corner { id: nodes[k], weights: unit(k), along: None }).collect();
+        let whole = vec![(0, Line::Side(0)), (1, Line::Side(1)), (2, Line::Side(2))];
+        let mut polygons = vec![Polygon { ring: whole, signs: Vec::new() }];
+        let mut same = Vec::new();
+        for &j in others {
+            let leaf = &self.model.leaves[j as usize];
+            let values = nodes.map(|v| leaf.value(self.sheet.nodes[v as usize]));
+            let first = positive(values[0]);
+            if values.iter().all(|v| positive(*v) == first) {
+                same.push((j, first));
+                continue;
+            }
+            let mut made: Vec<(u32, usize)> = Vec::new();
+            let mut next = Vec::with_capacity(2 * polygons.len());
+            for p in polygons {
+                self.split(t, j, values, p, &mut corners, &mut made, &mut next)?;
+            }
+            polygons = next;
+        }
+        Some((corners, polygons, same))
+    }
+
+    /// Parts a polygon by the sign of leaf `j`; `made` remembers points made inside the triangle, by the leaf they lie on.
+    #[allow(clippy::too_many_arguments)]
+    fn split(
+        &mut self,
+        t: usize,
+        j: u32,
+        values: [f64; 3],
+        polygon: Polygon,
+        corners: &mut Vec<Corner>,
+        made: &mut Vec<(u32, usize)>,
+        out: &mut Vec<Polygon>,
+    ) -> Option<()> {
+        let nodes = self.sheet.triangles[t];
+        let value = |c: &Corner| match c.along {
+            Some((side, s)) => {
+                let (a, b) = ends(nodes, side);
+                values[a] * (1.0 - s) + values[b] * s
+            }
+            None => (0..3).map(|k| values[k] * c.weights[k]).sum(),
+        };
+        let at: Vec<f64> = polygon.ring.iter().map(|(v, _)| value(&corners[*v])).collect();
+        let n = at.len();
+        let changes = (0..n).filter(|&k| positive(at[k]) != positive(at[(k + 1) % n])).count();
+        if changes == 0 {
+            let mut signs = polygon.signs;
+            signs.push((j, positive(at[0])));
+            out.push(Polygon { ring: polygon.ring, signs });
+            return Some(());
+        }
+        if changes != 2 {
+            return None;
+        }
+        let mut halves = [Vec::new(), Vec::new()];
+        for k in 0..n {
+            let (v, line) = polygon.ring[k];
+            let w = polygon.ring[(k + 1) % n].0;
+            let (a, b) = (at[k], at[(k + 1) % n]);
+            let own = usize::from(positive(a));
+            halves[own].push((v, line));
+            if positive(a) == positive(b) {
+                continue;
+            }
+            let x = match line {
+                Line::Side(side) => self.on_side(nodes, side, j, values, corners),
+                Line::Leaf(l) => match made.iter().find(|m| m.0 == l && same_segment(corners, v, w, m.1)) {
+                    Some(m) => m.1,
+                    None => {
+                        let s = share(a, b);
+                        let (p, q) = (corners[v].weights, corners[w].weights);
+                        let weights = std::array::from_fn(|i| p[i] * (1.0 - s) + q[i] * s);
+                        let id = self.points.len() as u32;
+                        self.points.push(place(&self.sheet.nodes, nodes, weights));
+                        corners.push(Corner { id, weights, along: None });
+                        made.push((l, corners.len() - 1));
+                        corners.len() - 1
+                    }
+                },
+            };
+            // The side that is left closes along the other leaf; the one that is entered goes on along the old line.
+            halves[own].push((x, Line::Leaf(j)));
+            halves[1 - own].push((x, line));
+        }
+        for (k, ring) in halves.into_iter().enumerate() {
+            let mut signs = polygon.signs.clone();
+            signs.push((j, k == 1));
+            out.push(Polygon { ring, signs });
+        }
+        Some(())
+    }
+
+    /// The point where leaf `j` crosses a side of the triangle: one for both triangles at it.
+    fn on_side(&mut self, nodes: [u32; 3], side: u8, j: u32, values: [f64; 3], corners: &mut Vec<Corner>) -> usize {
+        let (a, b) = ends(nodes, side);
+        let s = share(values[a], values[b]);
+        let edge = (nodes[a], nodes[b]);
+        let id = *self.crossings.entry((edge.0, edge.1, j)).or_insert_with(|| {
+            let id = self.points.len() as u32;
+            let (p, q) = (self.sheet.nodes[edge.0 as usize], self.sheet.nodes[edge.1 as usize]);
+            self.points.push(p.lerp(q, s));
+            self.on_edge.entry(edge).or_default().push((s, id));
+            id
+        });
+        if let Some(k) = corners.iter().position(|c| c.id == id) {
+            return k;
+        }
+        let mut weights = [0.0; 3];
+        (weights[a], weights[b]) = (1.0 - s, s);
+        corners.push(Corner { id, weights, along: Some((side, s)) });
+        corners.len() - 1
+    }
+
+    /// Points on their leaves, borders, and polygons whose sides have all the points on them.
+    fn finish(mut self, kept: Vec<(Vec<Corner>, Vec<Line>, u32)>, cell: f64) -> Option<Part> {
+        self.on_edge.values_mut().for_each(|v| v.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))));
+        let mut polygons = Vec::with_capacity(kept.len());
+        let mut sides: Vec<(u32, u32, Line)> = Vec::new();
+        for (ring, lines, t) in kept {
+            let nodes = self.sheet.triangles[t as usize];
+            let mut full = Vec::with_capacity(ring.len());
+            for k in 0..ring.len() {
+                let (p, q) = (ring[k], ring[(k + 1) % ring.len()]);
+                let begin = full.len();
+                full.push(p.id);
+                if let Line::Side(side) = lines[k] {
+                    let (a, b) = ends(nodes, side);
+                    // Leaves that matter in the neighboring brick only have points here too.
+                    let along = |c: &Corner| match c.along {
+                        Some((_, s)) => s,
+                        None => c.weights[b],
+                    };
+                    let (s0, s1) = (along(&p), along(&q));
+                    let between = |x: &&(f64, u32)| x.0 > s0.min(s1) && x.0 < s0.max(s1);
+                    let own: &[(f64, u32)] = self.on_edge.get(&(nodes[a], nodes[b])).map_or(&[], |v| v);
+                    let strictly = own.iter().filter(between).map(|x| x.1);
+                    if s0 <= s1 { full.extend(strictly) } else { full.extend(strictly.rev()) }
+                }
+                for i in begin..full.len() {
+                    let to = if i + 1 < full.len() { full[i + 1] } else { q.id };
+                    sides.push((full[i], to, lines[k]));
+                }
+            }
+            polygons.push(full);
+        }
+        let mut used: FxHashMap<(u32, u32), Line> = FxHashMap::default();
+        for (a, b, line) in &sides {
+            if used.insert((*a, *b), *line).is_some() {
+                return None;
+            }
+        }
+        let mut border = Vec::new();
+        for (a, b, line) in sides {
+            if used.contains_key(&(b, a)) {
+                continue;
+            }
+            let Line::Leaf(j) = line else { return None };
+            border.push((a, b, j));
+        }
+        let mut on: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
+        let mut starts = vec![false; self.points.len()];
+        for (a, b, j) in &border {
+            if std::mem::replace(&mut starts[*a as usize], true) {
+                return None;
+            }
+            for v in [a, b] {
+                let set = &mut on[*v as usize];
+                set.extend([self.leaf, *j]);
+                set.sort_unstable();
+                set.dedup();
+            }
+        }
+        let scale = self.model.bounds().diagonal();
+        let mut needed = vec![false; self.points.len()];
+        polygons.iter().flatten().for_each(|v| needed[*v as usize] = true);
+        for v in (0..self.points.len()).filter(|v| needed[*v]) {
+            let which = if on[v].is_empty() { &[self.leaf][..] } else { &on[v][..] };
+            let from = self.points[v];
+            let found = nearest(&self.model.leaves, which, from, REACH * cell, scale).or_else(|| match *which {
+                [_, _] => {
+                    let other = which.iter().copied().find(|l| *l != self.leaf)?;
+                    walk(self.model, self.leaf, other, from, cell)
+                }
+                _ => None,
+            });
+            match found {
+                Some(p) => self.points[v] = p,
+                None if on[v].is_empty() => {}
+                None => return None,
+            }
+        }
+        Some(Part { leaf: self.leaf, points: self.points, polygons, border, on })
+    }
+}
+
+/// Where two leaves meet, found by walking on the first towards the second: where they are nearly tangent the nearest such
+/// point may be one where other sheets of them meet, and Newton's method miss both.
+fn walk(model: &Implicit, on: u32, to: u32, from: DVec3, cell: f64) -> Option<DVec3> {
+    let (leaves, scale) = (&model.leaves, model.bounds().diagonal());
+    let mut p = nearest(leaves, &[on], from, REACH * cell, scale)?;
+    for _ in 0..STEPS {
+        let (m, d) = (leaves[on as usize].slope(p).try_normalize()?, leaves[to as usize].gradient(p));
+        let slope = d.g - m * m.dot(d.g);
+        let step = slope * (-d.v / slope.length_squared());
+        if step.length() < STRIDE * cell {
+            return nearest(leaves, &[on, to], p, cell, scale);
+        }
+        p = nearest(leaves, &[on], p + step.clamp_length_max(STRIDE * cell), cell, scale)?;
+        if !(p.distance(from) <= REACH * cell) {
+            return None;
+        }
+    }
+    None
+}
+
+/// The ends of a triangle's side, by number in the triangle: the lower node first.
+fn ends(nodes: [u32; 3], side: u8) -> (usize, usize) {
+    let (a, b) = (side as usize, (side as usize + 1) % 3);
+    if nodes[a] < nodes[b] { (a, b) } else { (b, a) }
+}
+
+/// Whether a point made on a leaf's line lies between two others on it.
+fn same_segment(corners: &[Corner], v: usize, w: usize, x: usize) -> bool {
+    let (p, q, r) = (corners[v].weights, corners[w].weights, corners[x].weights);
+    let dot: f64 = (0..3).map(|k| (p[k] - r[k]) * (q[k] - r[k])).sum();
+    dot <= 0.0
+}

@@ -1,0 +1,346 @@
+//! What the leaves contribute, sewn together: along an edge the two leaves that make it have each their own points, which
+//! become one chain.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::super::model::Implicit;
+use super::super::newton::nearest;
+use super::Trimmed;
+use super::arrange::Part;
+use crate::mesh::TriMesh;
+
+/// Points of the two chains nearer than this share of a cell are one.
+const ONE: f64 = 0.2;
+/// Corners of the same leaves nearer than this share of a cell are one;
+const SAME: f64 = 1e-4;
+/// those of different leaves, of which more than three meet there, if they are nearer than this share of the part's size.
+const CROWDED: f64 = 1e-12;
+/// Chains farther from each other than this many cells are different edges.
+const APART: f64 = 1.0;
+const NONE: u32 = u32::MAX;
+
+/// A border of a part from corner to corner, or closed.
+struct Chain {
+    part: usize,
+    /// Corners at its ends, [`NONE`] where it is closed.
+    ends: [u32; 2],
+    /// Points of the part; the first of a closed chain is not repeated.
+    points: Vec<u32>,
+}
+
+impl Chain {
+    fn is_closed(&self) -> bool {
+        self.ends[0] == NONE
+    }
+}
+
+struct Sewer<'a> {
+    model: &'a Implicit,
+    parts: &'a [Part],
+    cell: f64,
+    nodes: Vec<DVec3>,
+    leaves: Vec<Vec<u32>>,
+    /// For each part the node each point has become.
+    node_of: Vec<Vec<u32>>,
+    /// For each part what lies on a side of its border, in the side's direction.
+    between: Vec<FxHashMap<(u32, u32), Vec<u32>>>,
+}
+
+/// Joins the parts. `None` where their borders do not fit.
+pub(super) fn sew(model: &Implicit, parts: &[Part], cell: f64) -> Option<Trimmed> {
+    let mut sewer = Sewer {
+        model,
+        parts,
+        cell,
+        nodes: Vec::new(),
+        leaves: Vec::new(),
+        node_of: parts.iter().map(|p| vec![NONE; p.points.len()]).collect(),
+        between: vec![FxHashMap::default(); parts.len()],
+    };
+    sewer.join_corners();
+    let mut edges: BTreeMap<[u32; 4], [Vec<Chain>; 2]> = BTreeMap::new();
+    for (p, part) in parts.iter().enumerate() {
+        for (chain, other) in sewer.chains(p, part)? {
+            let [a, b] = chain.ends;
+            let key = [part.leaf.min(other), part.leaf.max(other), a.min(b), a.max(b)];
+            edges.entry(key).or_default()[usize::from(part.leaf > other)].push(chain);
+        }
+    }
+    for [own, mut others] in edges.into_values() {
+        if own.len() != others.len() {
+            return None;
+        }
+        for chain in own {
+            let away = |c: &Chain| sewer.away(&chain, c);
+            let (at, d) = (0..others.len()).map(|k| (k, away(&others[k]))).min_by(|x, y| x.1.total_cmp(&y.1))?;
+            if d > APART * cell {
+                return None;
+            }
+            let other = others.swap_remove(at);
+            sewer.join(&chain, &other)?;
+        }
+    }
+    sewer.finish()
+}
+
+impl Sewer<'_> {
+    fn node(&mut self, p: DVec3, leaves: Vec<u32>) -> u32 {
+        self.nodes.push(p);
+        self.leaves.push(leaves);
+        self.nodes.len() as u32 - 1
+    }
+
+    fn point(&self, part: usize, v: u32) -> DVec3 {
+        self.parts[part].points[v as usize]
+    }
+
+    /// Gives corners of different parts at one place one node.
+    fn join_corners(&mut self) {
+        let scale = self.model.bounds().diagonal();
+        let mut corners: Vec<(DVec3, usize, u32)> = Vec::new();
+        for (p, part) in self.parts.iter().enumerate() {
+            let own = (0..part.points.len()).filter(|v| part.on[*v].len() > 2);
+            corners.extend(own.map(|v| (part.points[v], p, v as u32)));
+        }
+        corners.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then((a.1, a.2).cmp(&(b.1, b.2))));
+        for i in 0..corners.len() {
+            let (at, p, v) = corners[i];
+            let on = self.parts[p].on[v as usize].clone();
+            let near = |x: &&(DVec3, usize, u32)| {
+                let same = self.parts[x.1].on[x.2 as usize] == on;
+                x.0.distance(at) <= if same { SAME * self.cell } else { CROWDED * scale }
+            };
+            let mut before = corners[..i].iter().rev().take_while(|x| at.x - x.0.x <= SAME * self.cell);
+            let known = before.find(near).map(|&(_, q, w)| self.node_of[q][w as usize]);
+            let id = match known {
+                Some(id) => {
+                    let set = &mut self.leaves[id as usize];
+                    set.extend(on);
+                    set.sort_unstable();
+                    set.dedup();
+                    id
+                }
+                None => self.node(at, on),
+            };
+            self.node_of[p][v as usize] = id;
+        }
+    }
+
+    /// The chains of a part's border, each with the leaf beyond it.
+    fn chains(&self, p: usize, part: &Part) -> Option<Vec<(Chain, u32)>> {
+        let mut next: Vec<(u32, u32)> = vec![(NONE, NONE); part.points.len()];
+        part.border.iter().for_each(|(a, b, j)| next[*a as usize] = (*b, *j));
+        let mut seen = vec![false; part.points.len()];
+        let is_corner = |v: u32| part.on[v as usize].len() > 2;
+        let mut chains = Vec::new();
+        for corners in [true, false] {
+            for &(a, _, leaf) in &part.border {
+                if corners != is_corner(a) || std::mem::replace(&mut seen[a as usize], true) {
+                    continue;
+                }
+                let mut points = vec![a];
+                let mut v = next[a as usize].0;
+                while v != a && !is_corner(v) {
+                    if v == NONE || next[v as usize].1 != leaf || std::mem::replace(&mut seen[v as usize], true) {
+                        return None;
+                    }
+                    points.push(v);
+                    v = next[v as usize].0;
+                }
+                let ends = if corners {
+                    points.push(v);
+                    [a, v].map(|v| self.node_of[p][v as usize])
+                } else if v == a {
+                    [NONE; 2]
+                } else {
+                    return None;
+                };
+                chains.push((Chain { part: p, ends, points }, leaf));
+            }
+        }
+        Some(chains)
+    }
+
+    /// How far the middle of a chain is from another.
+    fn away(&self, chain: &Chain, other: &Chain) -> f64 {
+        let k = chain.points.len() / 2;
+        let at = |k: usize| self.point(chain.part, chain.points[k]);
+        let middle = if chain.points.len() == 2 { at(0).midpoint(at(1)) } else { at(k) };
+        self.locate(other, middle).1
+    }
+
+    /// The place on a chain nearest to a point, in sides from its start, and its distance.
+    fn locate(&self, chain: &Chain, p: DVec3) -> (f64, f64) {
+        let n = chain.points.len();
+        let sides = if chain.is_closed() { n } else { n - 1 };
+        let mut best = (0.0, f64::INFINITY);
+        for k in 0..sides {
+            let [a, b] = [k, (k + 1) % n].map(|i| self.point(chain.part, chain.points[i]));
+            let d = b - a;
+            let t = if d.length_squared() > 0.0 { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+            let away = p.distance(a + d * t);
+            if away < best.1 {
+                best = (k as f64 + t, away);
+            }
+        }
+        best
+    }
+
+    /// Makes one chain of two that run against each other.
+    fn join(&mut self, own: &Chain, other: &Chain) -> Option<()> {
+        if own.ends[0] != other.ends[1] || own.ends[1] != other.ends[0] {
+            return None;
+        }
+        let closed = own.is_closed();
+        let leaves = {
+            let mut both = vec![self.parts[own.part].leaf, self.parts[other.part].leaf];
+            both.sort_unstable();
+            both
+        };
+        for (k, &v) in own.points.iter().enumerate() {
+            if closed || (k > 0 && k + 1 < own.points.len()) {
+                let p = self.point(own.part, v);
+                self.node_of[own.part][v as usize] = self.node(p, leaves.clone());
+            }
+        }
+        // The other's points in this one's direction, each with its place.
+        let inner = if closed { &other.points[..] } else { &other.points[1..other.points.len() - 1] };
+        let mut placed: Vec<(f64, u32)> =
+            inner.iter().rev().map(|&v| (self.locate(own, self.point(other.part, v)).0, v)).collect();
+        let n = own.points.len();
+        let sides = if closed { n } else { n - 1 };
+        if closed {
+            let first = (0..placed.len()).min_by(|a, b| placed[*a].0.total_cmp(&placed[*b].0))?;
+            placed.rotate_left(first);
+        }
+        for k in 1..placed.len() {
+            let before = placed[k - 1].0;
+            if placed[k].0 < before - 1.0 {
+                return None;
+            }
+            placed[k].0 = placed[k].0.max(before);
+        }
+        let mut order: Vec<u32> = Vec::new();
+        let mut rest = placed.into_iter().peekable();
+        let mut taken = usize::MAX;
+        let mut inserted: Vec<Vec<u32>> = vec![Vec::new(); sides];
+        for (k, inserted) in inserted.iter_mut().enumerate() {
+            order.push(self.node_of[own.part][own.points[k] as usize]);
+            while let Some((s, v)) = rest.next_if(|x| x.0 < (k + 1) as f64 || k + 1 == sides) {
+                let at = self.point(other.part, v);
+                let next = (k + 1) % n;
+                // Points of the other chain that are next to one of this one's, in order, become that one.
+                let free = |end: usize| end != taken && (closed || (end > 0 && end < n - 1));
+                let near = |end: usize| self.point(own.part, own.points[end]).distance(at) <= ONE * self.cell;
+                let end = if inserted.is_empty() && s - k as f64 <= 0.5 && free(k) && near(k) {
+                    Some(k)
+                } else if rest.peek().is_none_or(|x| x.0 >= (k + 1) as f64)
+                    && (next != 0 || !closed)
+                    && free(next)
+                    && near(next)
+                {
+                    Some(next)
+                } else {
+                    None
+                };
+                let id = match end {
+                    Some(end) => {
+                        taken = end;
+                        self.node_of[own.part][own.points[end] as usize]
+                    }
+                    None => {
+                        let id = self.node(at, leaves.clone());
+                        inserted.push(id);
+                        order.push(id);
+                        id
+                    }
+                };
+                self.node_of[other.part][v as usize] = id;
+            }
+        }
+        if !closed {
+            order.push(own.ends[1]);
+        }
+        for (k, list) in inserted.into_iter().enumerate().filter(|x| !x.1.is_empty()) {
+            self.between[own.part].insert((own.points[k], own.points[(k + 1) % n]), list);
+        }
+        // What lies between neighboring points of the other chain, seen in its direction.
+        let mut place: FxHashMap<u32, usize> = FxHashMap::default();
+        order.iter().enumerate().for_each(|(k, id)| {
+            place.insert(*id, k);
+        });
+        let m = other.points.len();
+        for k in 0..if closed { m } else { m - 1 } {
+            let (a, b) = (other.points[k], other.points[(k + 1) % m]);
+            let at = |v: u32, last: bool| {
+                if closed || !last { place.get(&self.node_of[other.part][v as usize]).copied() } else { None }
+            };
+            // An edge from a corner back to it has that corner at both ends.
+            let (from, to) = if closed {
+                (at(a, false)?, at(b, false)?)
+            } else {
+                (if k == 0 { order.len() - 1 } else { at(a, false)? }, if k + 2 == m { 0 } else { at(b, false)? })
+            };
+            let list: Vec<u32> = if closed {
+                let count = (from + order.len() - to) % order.len();
+                (1..count).map(|d| order[(from + order.len() - d) % order.len()]).collect()
+            } else {
+                (to + 1..from).rev().map(|i| order[i]).collect()
+            };
+            if !list.is_empty() {
+                self.between[other.part].insert((a, b), list);
+            }
+        }
+        Some(())
+    }
+
+    /// Polygons become triangles; what is more than a quadrangle gets a node in its middle.
+    fn finish(mut self) -> Option<Trimmed> {
+        let mut triangles = Vec::new();
+        let mut labels = Vec::new();
+        let scale = self.model.bounds().diagonal();
+        for (p, part) in self.parts.iter().enumerate() {
+            for polygon in &part.polygons {
+                let mut ring: Vec<u32> = Vec::with_capacity(polygon.len());
+                for k in 0..polygon.len() {
+                    let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+                    if self.node_of[p][a as usize] == NONE {
+                        self.node_of[p][a as usize] = self.node(part.points[a as usize], vec![part.leaf]);
+                    }
+                    ring.push(self.node_of[p][a as usize]);
+                    ring.extend(self.between[p].get(&(a, b)).into_iter().flatten());
+                }
+                ring.dedup();
+                while ring.len() > 1 && ring[0] == ring[ring.len() - 1] {
+                    ring.pop();
+                }
+                let before = triangles.len();
+                let at = |k: usize| self.nodes[ring[k % ring.len()] as usize];
+                match ring.len() {
+                    0..=2 => {}
+                    3 => triangles.push([ring[0], ring[1], ring[2]]),
+                    4 => {
+                        let k = usize::from(at(0).distance(at(2)) > at(1).distance(at(3)));
+                        triangles.push([ring[k], ring[k + 1], ring[k + 2]]);
+                        triangles.push([ring[k + 2], ring[(k + 3) % 4], ring[k]]);
+                    }
+                    n => {
+                        let middle = (0..n).map(at).sum::<DVec3>() / n as f64;
+                        let found = nearest(&self.model.leaves, &[part.leaf], middle, self.cell, scale);
+                        let c = self.node(found.unwrap_or(middle), vec![part.leaf]);
+                        triangles.extend((0..n).map(|k| [ring[k], ring[(k + 1) % n], c]));
+                    }
+                }
+                labels.resize(labels.len() + triangles.len() - before, part.leaf);
+            }
+        }
+        let mesh = TriMesh { nodes: self.nodes, triangles, labels, ..TriMesh::default() };
+        if mesh.triangles.is_empty() || !mesh.defects().is_closed() {
+            return None;
+        }
+        Some(Trimmed { mesh, leaves: self.leaves })
+    }
+}
