@@ -310,3 +310,23 @@ fn a_surface_may_touch_itself_in_a_point() {
     assert_eq!((check.self_intersections, check.manifold), (0, true));
     assert!((made.mesh.triangles.len() as f64) > 100.0 && (check.area - (16.0 - 1.5)).abs() < 1e-9, "{}", check.area);
 }
+
+/// Two sheets that cross are two bodies of an open model: neither is cut along the other.
+#[test]
+fn open_bodies_that_cross_stay_as_they_are() {
+    let text = "floor = flat_face(polyline([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], closed=True)).name(\"floor\")\n\
+        wall = flat_face(polyline([(1, 2, -1), (3, 2, -1), (3, 2, 1), (1, 2, 1)], closed=True)).name(\"wall\")\n\
+        part([floor, wall])\nmesh(size=0.5)\n";
+    let made = meshed(text);
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    assert!(made.report.warnings.iter().any(|w| w.contains("overlap")), "{:?}", made.report.warnings);
+    let check = made.report.check.unwrap();
+    assert_eq!((check.components, check.self_intersections), (2, 0));
+    assert!((check.area - 20.0).abs() < 1e-9, "{}", check.area);
+    let of_wall = made.mesh.faces.iter().position(|n| n.contains("wall")).unwrap() as u32;
+    for (t, l) in made.mesh.triangles.iter().zip(&made.mesh.labels) {
+        let nodes = t.map(|v| made.mesh.nodes[v as usize]);
+        let away = |p: &rvachev::DVec3| if *l == of_wall { p.y - 2.0 } else { p.z };
+        assert!(nodes.iter().all(|p| away(p).abs() < 1e-12), "{nodes:?}");
+    }
+}

@@ -59,6 +59,9 @@ const ROUNDS: usize = 4;
 /// them: faces of a model that cross go on crossing.
 const HALVINGS: usize = 5;
 const LEFT: f64 = 0.7;
+/// Where more than this share of the triangles cross others of their body the faces of the model do, and the mesh stays as it
+/// is: healing would cut it into other faces, in many times the time of the mesh.
+const HEALED: f64 = 0.05;
 /// At most by this factor each time.
 const FINER: f64 = 0.25;
 
@@ -274,11 +277,12 @@ fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<
     if found.certificate.is_sound() {
         return Ok(None);
     }
+    let within = if found.self_intersections > 0 { within_bodies(mesh, run)? } else { 0 };
+    if found.self_intersections > within || within as f64 > HEALED * mesh.triangles.len() as f64 {
+        return Ok(None);
+    }
     if solid.brep.uses().contains(&1) {
         return heal_made(mesh, None, None, run);
-    }
-    if found.self_intersections > within_bodies(mesh, run)? {
-        return Ok(None);
     }
     heal_made(mesh, None, Some(&Trimmed::new(solid, run)?), run)
 }
