@@ -296,7 +296,8 @@ impl Arranger<'_> {
             });
             match found {
                 Some(p) => self.points[v] = p,
-                None if on[v].is_empty() => {}
+                // At an apex a leaf has no nearest point.
+                None if on[v].is_empty() && from.is_finite() => {}
                 None => return None,
             }
         }

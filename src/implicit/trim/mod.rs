@@ -9,6 +9,8 @@
 mod arrange;
 mod sew;
 mod sheet;
+#[cfg(test)]
+mod tests;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,7 +26,7 @@ use crate::run::Run;
 /// A closed mesh of a solid whose every triangle lies on one leaf.
 #[derive(Debug, Clone)]
 pub struct Trimmed {
-    /// The mesh; labels are the leaves. Nodes lie on their leaves to rounding.
+    /// The mesh; labels are the leaves. Nodes lie on their leaves to rounding, but for those at points without a normal.
     pub mesh: TriMesh,
     /// For each node the leaves it lies on: one inside a face, two on an edge, more at a corner.
     pub leaves: Vec<Vec<u32>>,

@@ -1,0 +1,87 @@
+//! What is trimmed and sewn must be, against closed forms and marching cubes.
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::implicit::{ExtractOptions, RSystem, Solid, extract};
+
+fn trim(solid: &Solid, cell: f64) -> (Implicit, Extracted, Option<Trimmed>) {
+    let run = Run::new();
+    let model = Implicit::new(solid, RSystem::default(), None).unwrap();
+    let extracted = extract(&model, &ExtractOptions::new(cell), &run).unwrap();
+    let made = trimmed(&model, &extracted, &run).unwrap();
+    (model, extracted, made)
+}
+
+/// Closed, a manifold, every node on its leaves, every triangle between nodes of its leaf.
+fn check(model: &Implicit, made: &Trimmed) {
+    let defects = made.mesh.defects();
+    assert!(defects.is_closed() && defects.is_manifold() && defects.is_oriented());
+    for (p, on) in made.mesh.nodes.iter().zip(&made.leaves) {
+        for leaf in on {
+            let d = model.leaves[*leaf as usize].gradient(*p);
+            assert!(d.v.abs() <= 1e-12 * d.g.length(), "{p} is {} from leaf {leaf}", d.v / d.g.length());
+        }
+    }
+    for (t, leaf) in made.mesh.triangles.iter().zip(&made.mesh.labels) {
+        assert!(t.iter().all(|v| made.leaves[*v as usize].contains(leaf)));
+    }
+}
+
+#[test]
+fn a_lens_is_whole_however_thin() {
+    for thickness in [0.2, 0.01, 1e-3, 1e-6] {
+        let ball = |z: f64| Solid::sphere(1.0, DVec3::new(0.01, 0.02, z));
+        let lens = ball(1.0 - 0.5 * thickness) & ball(-1.0 + 0.5 * thickness);
+        let (model, _, made) = trim(&lens, 0.15 * thickness.sqrt());
+        let made = made.unwrap();
+        check(&model, &made);
+        let defects = made.mesh.defects();
+        assert_eq!((made.mesh.topology(&defects).components, made.mesh.topology(&defects).euler), (1, 2));
+        // Two caps of half the thickness.
+        let h = 0.5 * thickness;
+        let volume = 2.0 * std::f64::consts::PI * h * h * (1.0 - h / 3.0);
+        assert!((made.mesh.volume() / volume - 1.0).abs() < 0.05, "{thickness}: {} {volume}", made.mesh.volume());
+        assert!(made.leaves.iter().any(|on| on.len() == 2));
+    }
+}
+
+#[test]
+fn a_foil_on_a_block_has_its_rim() {
+    for thickness in [0.1, 1e-3, 1e-6] {
+        let box_of = |lo: [f64; 3], hi: [f64; 3]| Solid::cuboid(lo.into(), hi.into());
+        let foil = box_of([-1.0, 0.0, 0.0], [1.0, thickness, 1.0]);
+        let (model, _, made) = trim(&(box_of([-1.0, -0.5, -0.5], [1.0, 0.5, 0.0]) | foil), 0.13);
+        let made = made.unwrap();
+        check(&model, &made);
+        let volume = 1.0 + 2.0 * thickness;
+        assert!((made.mesh.volume() - volume).abs() < 1e-13, "{} {volume}", made.mesh.volume());
+        assert_eq!(made.leaves.iter().filter(|on| on.len() > 2).count(), 16);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn what_fits_together_is_what_marching_cubes_finds(
+        n in prop::array::uniform3(-1.0..1.0f64), at in prop::array::uniform3(-0.4..0.4f64), r in 0.3..0.8f64, minus: bool,
+    ) {
+        let n = DVec3::from(n);
+        prop_assume!(n.length() > 0.1);
+        let cube = Solid::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)) & Solid::half_space(n.normalize(), n * 0.3);
+        let ball = Solid::sphere(r, at.into());
+        let solid = if minus { cube - ball } else { cube | ball };
+        let run = Run::new();
+        let Ok(model) = Implicit::new(&solid, RSystem::default(), None) else { return Ok(()) };
+        let Ok(extracted) = extract(&model, &ExtractOptions::new(0.05), &run) else { return Ok(()) };
+        if let Some(made) = trimmed(&model, &extracted, &run).unwrap() {
+            check(&model, &made);
+            // Marching cubes cuts edges off by a share of its cells.
+            let fine = extract(&model, &ExtractOptions::new(0.0125), &run).unwrap();
+            let (a, b) = (made.mesh.volume(), fine.mesh.volume());
+            prop_assert!((a - b).abs() < 0.005 + 0.01 * b, "{a} {b}");
+        }
+    }
+}
