@@ -240,17 +240,19 @@ impl Tape {
 
     /// Whether a point is inside when the signs of some leaves are given and the others have their own.
     pub(crate) fn inside_with(&self, leaves: &[Leaf], p: DVec3, forced: &[(u32, bool)]) -> bool {
+        self.inside_by(|leaf| match forced.iter().find(|f| f.0 == leaf) {
+            Some(f) => f.1,
+            None => leaves[leaf as usize].value(p) >= 0.0,
+        })
+    }
+
+    /// Whether a point is inside that lies on the positive side of the leaves `positive` says.
+    pub(crate) fn inside_by(&self, positive: impl Fn(u32) -> bool) -> bool {
         let mut r: Vec<bool> = Vec::with_capacity(self.ops.len());
         for op in &self.ops {
             r.push(match *op {
                 Op::All(inside) => inside,
-                Op::Leaf { leaf, negate, .. } => {
-                    let positive = match forced.iter().find(|f| f.0 == leaf) {
-                        Some(f) => f.1,
-                        None => leaves[leaf as usize].value(p) >= 0.0,
-                    };
-                    positive != negate
-                }
+                Op::Leaf { leaf, negate, .. } => positive(leaf) != negate,
                 Op::Min(a, b) => r[a as usize] && r[b as usize],
                 Op::Max(a, b) => r[a as usize] || r[b as usize],
             });

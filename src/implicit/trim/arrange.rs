@@ -75,18 +75,16 @@ pub(super) fn arrange(model: &Implicit, leaf: u32, sheet: &Sheet, bricks: &[&Cel
     };
     // Polygons that bound the solid: with their sides as cut from the triangle, and whether the leaf's positive side is inside.
     let mut kept: Vec<(Vec<Corner>, Vec<Line>, u32)> = Vec::new();
+    let mut side = vec![false; model.leaves.len()];
     for t in 0..sheet.triangles.len() {
         let brick = sheet.brick[t] as usize;
         let (corners, polygons, signs) = this.cut(t, &others[brick])?;
         for polygon in polygons {
-            let middle = polygon.ring.iter().map(|(v, _)| this.points[corners[*v].id as usize]).sum::<DVec3>()
-                / polygon.ring.len() as f64;
-            let mut forced = vec![(leaf, true)];
-            forced.extend(polygon.signs.iter().chain(&signs).copied());
+            // The brick's tape has no other leaves than those.
+            polygon.signs.iter().chain(&signs).for_each(|(l, s)| side[*l as usize] = *s);
             let tape = &bricks[brick].tape;
-            let plus = tape.inside_with(&model.leaves, middle, &forced);
-            forced[0].1 = false;
-            if plus == tape.inside_with(&model.leaves, middle, &forced) {
+            let plus = tape.inside_by(|l| l == leaf || side[l as usize]);
+            if plus == tape.inside_by(|l| l != leaf && side[l as usize]) {
                 continue;
             }
             let mut ring: Vec<Corner> = polygon.ring.iter().map(|x| corners[x.0]).collect();
