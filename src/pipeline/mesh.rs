@@ -267,13 +267,13 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         (mesh, intersecting) = (healed.mesh, Some(0));
     }
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
-    let whole = method == Method::Leaf && report.shortfalls.is_empty();
-    let list = if whole { &mut report.warnings } else { &mut report.shortfalls };
-    let walls = match walls {
-        Some(walls) => walls,
-        None => thin_walls(&ready.model, &extracted, cell, run)?,
-    };
-    list.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
+    if method != Method::Leaf || !report.shortfalls.is_empty() {
+        let walls = match walls {
+            Some(walls) => walls,
+            None => thin_walls(&ready.model, &extracted, cell, run)?,
+        };
+        report.shortfalls.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
+    }
     if method == Method::Leaf {
         let bent = creased(&mesh, &ImplicitOracle::new(&ready.model, &extracted), run);
         report.warnings.extend(bent.first().map(|p| {
