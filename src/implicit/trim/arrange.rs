@@ -57,7 +57,7 @@ struct Arranger<'a> {
     sheet: &'a Sheet,
     points: Vec<DVec3>,
     crossings: FxHashMap<(u32, u32, u32), u32>,
-    /// Points on each edge of the mesh, with their place from its lower node.
+    /// Points on each edge of the mesh, with their place from its lower node, in order.
     on_edge: FxHashMap<(u32, u32), Vec<(f64, u32)>>,
 }
 
@@ -208,7 +208,8 @@ impl Arranger<'_> {
             let id = self.points.len() as u32;
             let (p, q) = (self.sheet.nodes[edge.0 as usize], self.sheet.nodes[edge.1 as usize]);
             self.points.push(p.lerp(q, s));
-            self.on_edge.entry(edge).or_default().push((s, id));
+            let on = self.on_edge.entry(edge).or_default();
+            on.insert(on.partition_point(|x| x.0 <= s), (s, id));
             id
         });
         if let Some(k) = corners.iter().position(|c| c.id == id) {
@@ -222,7 +223,6 @@ impl Arranger<'_> {
 
     /// Points on their leaves, borders, and polygons whose sides have all the points on them.
     fn finish(mut self, kept: Vec<(Vec<Corner>, Vec<Line>, u32)>, cell: f64) -> Option<Part> {
-        self.on_edge.values_mut().for_each(|v| v.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))));
         let mut polygons = Vec::with_capacity(kept.len());
         let mut sides: Vec<(u32, u32, Line)> = Vec::new();
         for (ring, lines, t) in kept {

@@ -11,6 +11,7 @@ use super::super::newton::nearest;
 use super::Trimmed;
 use super::arrange::Part;
 use crate::mesh::TriMesh;
+use crate::spatial::segment_foot;
 
 /// Points of the two chains nearer than this share of a cell are one.
 const ONE: f64 = 0.2;
@@ -179,11 +180,10 @@ impl Sewer<'_> {
         let mut best = (0.0, f64::INFINITY);
         for k in 0..sides {
             let [a, b] = [k, (k + 1) % n].map(|i| self.point(chain.part, chain.points[i]));
-            let d = b - a;
-            let t = if d.length_squared() > 0.0 { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
-            let away = p.distance(a + d * t);
+            let foot = segment_foot(p, [a, b]);
+            let (way, away) = (foot.distance(a), p.distance(foot));
             if away < best.1 {
-                best = (k as f64 + t, away);
+                best = (k as f64 + if way > 0.0 { (way / b.distance(a)).min(1.0) } else { 0.0 }, away);
             }
         }
         best
@@ -275,14 +275,12 @@ impl Sewer<'_> {
         let m = other.points.len();
         for k in 0..if closed { m } else { m - 1 } {
             let (a, b) = (other.points[k], other.points[(k + 1) % m]);
-            let at = |v: u32, last: bool| {
-                if closed || !last { place.get(&self.node_of[other.part][v as usize]).copied() } else { None }
-            };
+            let at = |v: u32| place.get(&self.node_of[other.part][v as usize]).copied();
             // An edge from a corner back to it has that corner at both ends.
             let (from, to) = if closed {
-                (at(a, false)?, at(b, false)?)
+                (at(a)?, at(b)?)
             } else {
-                (if k == 0 { order.len() - 1 } else { at(a, false)? }, if k + 2 == m { 0 } else { at(b, false)? })
+                (if k == 0 { order.len() - 1 } else { at(a)? }, if k + 2 == m { 0 } else { at(b)? })
             };
             let list: Vec<u32> = if closed {
                 let count = (from + order.len() - to) % order.len();
