@@ -295,12 +295,11 @@ impl Sewer<'_> {
         Some(())
     }
 
-    /// Polygons become triangles; what is more than a quadrangle gets a node in its middle.
-    fn finish(mut self) -> Option<Trimmed> {
-        let mut triangles = Vec::new();
-        let mut labels = Vec::new();
-        let scale = self.model.bounds().diagonal();
-        for (p, part) in self.parts.iter().enumerate() {
+    /// The polygons of every part with all nodes on their sides, each with its part.
+    fn rings(&mut self) -> Vec<(usize, Vec<u32>)> {
+        let parts = self.parts;
+        let mut rings = Vec::new();
+        for (p, part) in parts.iter().enumerate() {
             for polygon in &part.polygons {
                 let mut ring: Vec<u32> = Vec::with_capacity(polygon.len());
                 for k in 0..polygon.len() {
@@ -315,30 +314,75 @@ impl Sewer<'_> {
                 while ring.len() > 1 && ring[0] == ring[ring.len() - 1] {
                     ring.pop();
                 }
-                let before = triangles.len();
-                let at = |k: usize| self.nodes[ring[k % ring.len()] as usize];
-                match ring.len() {
-                    0..=2 => {}
-                    3 => triangles.push([ring[0], ring[1], ring[2]]),
-                    4 => {
-                        let k = usize::from(at(0).distance(at(2)) > at(1).distance(at(3)));
-                        triangles.push([ring[k], ring[k + 1], ring[k + 2]]);
-                        triangles.push([ring[k + 2], ring[(k + 3) % 4], ring[k]]);
-                    }
-                    n => {
-                        let middle = (0..n).map(at).sum::<DVec3>() / n as f64;
-                        let found = nearest(&self.model.leaves, &[part.leaf], middle, self.cell, scale);
-                        let c = self.node(found.unwrap_or(middle), vec![part.leaf]);
-                        triangles.extend((0..n).map(|k| [ring[k], ring[(k + 1) % n], c]));
-                    }
+                if ring.len() > 2 {
+                    rings.push((p, ring));
                 }
-                labels.resize(labels.len() + triangles.len() - before, part.leaf);
             }
         }
-        let mesh = TriMesh { nodes: self.nodes, triangles, labels, ..TriMesh::default() };
-        if mesh.triangles.is_empty() || !mesh.defects().is_closed() {
-            return None;
+        rings
+    }
+
+    /// The node of one leaf nearest to the middle of some.
+    fn middle(&mut self, leaf: u32, of: &[u32]) -> u32 {
+        let middle = of.iter().map(|v| self.nodes[*v as usize]).sum::<DVec3>() / of.len() as f64;
+        let found = nearest(&self.model.leaves, &[leaf], middle, self.cell, self.model.bounds().diagonal());
+        self.node(found.unwrap_or(middle), vec![leaf])
+    }
+
+    /// Chords of a part from border to border get a node in their middle where another part has the same chord.
+    fn split_shared_chords(&mut self, rings: &mut [(usize, Vec<u32>)]) {
+        let mut sides: Vec<((u32, u32), usize, usize)> = Vec::new();
+        for (i, (p, ring)) in rings.iter().enumerate() {
+            for k in 0..ring.len() {
+                let (a, b) = (ring[k], ring[(k + 1) % ring.len()]);
+                if self.leaves[a as usize].len() > 1 && self.leaves[b as usize].len() > 1 {
+                    sides.push(((a.min(b), a.max(b)), *p, i));
+                }
+            }
         }
-        Some(Trimmed { mesh, leaves: self.leaves })
+        sides.sort_unstable();
+        for group in sides.chunk_by(|x, y| x.0 == y.0).filter(|g| g.len() > 2) {
+            for own in group.chunk_by(|x, y| x.1 == y.1).filter(|g| g.len() > 1) {
+                let ((a, b), p, _) = own[0];
+                let c = self.middle(self.parts[p].leaf, &[a, b]);
+                for (_, _, i) in own {
+                    let ring = &mut rings[*i].1;
+                    let n = ring.len();
+                    let side = |k: &usize| [(a, b), (b, a)].contains(&(ring[*k], ring[(k + 1) % n]));
+                    if let Some(k) = (0..n).find(side) {
+                        ring.insert(k + 1, c);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Polygons become triangles; what is more than a quadrangle gets a node in its middle.
+    fn finish(mut self) -> Option<Trimmed> {
+        let mut rings = self.rings();
+        self.split_shared_chords(&mut rings);
+        let mut triangles = Vec::new();
+        let mut labels = Vec::new();
+        for (p, ring) in &rings {
+            let leaf = self.parts[*p].leaf;
+            let at = |k: usize| self.nodes[ring[k] as usize];
+            match ring.len() {
+                3 => triangles.push([ring[0], ring[1], ring[2]]),
+                4 => {
+                    let k = usize::from(at(0).distance(at(2)) > at(1).distance(at(3)));
+                    triangles.push([ring[k], ring[k + 1], ring[k + 2]]);
+                    triangles.push([ring[k + 2], ring[(k + 3) % 4], ring[k]]);
+                }
+                n => {
+                    let c = self.middle(leaf, ring);
+                    triangles.extend((0..n).map(|k| [ring[k], ring[(k + 1) % n], c]));
+                }
+            }
+            labels.resize(triangles.len(), leaf);
+        }
+        let mesh = TriMesh { nodes: self.nodes, triangles, labels, ..TriMesh::default() };
+        let defects = mesh.defects();
+        let sound = defects.is_closed() && defects.is_manifold() && defects.is_oriented();
+        (sound && !mesh.triangles.is_empty()).then_some(Trimmed { mesh, leaves: self.leaves })
     }
 }

@@ -61,8 +61,26 @@ fn a_foil_on_a_block_has_its_rim() {
     }
 }
 
+/// A ball bulges through a face by a cap of a few cells: the chord of two of its border nodes was a chord of the hole too.
+#[test]
+fn a_cap_of_a_few_triangles_keeps_its_chords_apart() {
+    let top = Solid::half_space(DVec3::Y, DVec3::Y * (0.613_778_889_089_329_4 * 0.3));
+    let cube = Solid::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)) & top;
+    let ball = DVec3::new(-0.289_800_279_887_649, -0.131_874_097_670_554_22, 0.260_468_949_619_380_2);
+    let cap = cube | Solid::sphere(0.319_890_784_153_308_07, ball);
+    let mut found = 0;
+    for cell in [0.05, 0.03, 0.025, 0.0125] {
+        let (model, _, made) = trim(&cap, cell);
+        let Some(made) = made else { continue };
+        found += 1;
+        check(&model, &made);
+        assert_eq!(made.mesh.topology(&made.mesh.defects()).euler, 2);
+    }
+    assert!(found > 2);
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn leaves_fit_together_to_what_marching_cubes_finds(
