@@ -338,6 +338,43 @@ fn what_no_cells_find_is_named_with_its_place() {
 }
 
 #[test]
+fn features_smaller_than_the_cells_are_meshed_or_named() {
+    // Cells are .1 wide at first, and at least .0125.
+    let cube = || cuboid([-1.0; 3], [1.0; 3]);
+    let at = |z: f64| DVec3::new(0.3, 0.2, z);
+    let rod = |r: f64, z: f64, long: f64| Solid::cylinder(r, DVec3::Z, at(z), Some(long));
+    let slit = |t: f64| cuboid([-2.0, -2.0, 0.31], [2.0, 2.0, 0.31 + t]);
+    for (r, meshed) in [(0.03, true), (0.01, true), (0.002, false)] {
+        let tube = PI * r * r;
+        let ball = 4.0 / 3.0 * tube * r;
+        let cases = [
+            ("ball", cube() | Solid::sphere(r, at(1.7)), 4, 8.0 + ball, meshed),
+            ("void", cube() - Solid::sphere(r, at(0.7)), 4, 8.0 - ball, meshed),
+            ("wire", cube() | rod(r, 0.5, 2.5), 2, 8.0 + 0.75 * tube, meshed),
+            ("hole", cube() - rod(r, 0.0, 4.0), 0, 8.0 - 2.0 * tube, meshed),
+            // Planes are found however near others are.
+            ("pin", cube() | cuboid([0.3, 0.2, 1.0], [0.3 + r, 0.2 + r, 1.5]), 2, 8.0 + 0.5 * r * r, true),
+            ("slit", cube() - slit(r), 4, 8.0 - 4.0 * r, true),
+        ];
+        for (name, solid, euler, volume, meshed) in cases {
+            let made = made(solid, 0.1, |_| {});
+            let (c, told) = (made.report.check.unwrap(), made.report.shortfalls);
+            assert!(c.certificate.is_sound(), "{name} {r}");
+            if meshed {
+                assert_eq!(told, Vec::<String>::new(), "{name} {r}");
+                assert_eq!(c.euler, euler, "{name} {r}");
+                // Edges are no shorter than a quarter of the cells, so thin rods are prisms of few sides.
+                let flat = ["slit", "pin"].contains(&name);
+                let most = if flat { 1e-12 } else { 0.3 * (volume - 8.0).abs() };
+                assert!((c.volume - volume).abs() < most, "{name} {r}: {} {volume}", c.volume);
+            } else {
+                assert!(told.iter().any(|s| s.contains("is not in the mesh")), "{name} {r}: {told:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn sizes_follow_gaps_between_borders_and_asked_the_thickness_of_walls() {
     let plate = || cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.05]);
     let strip = made(plate(), 0.1, |_| {}).report.check.unwrap();

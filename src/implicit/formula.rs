@@ -201,6 +201,7 @@ impl Formula {
             large.resize(self.ops.len(), Dual::constant(0.0));
             &mut large
         };
+        let mut turns = Turns::default();
         for (i, op) in self.ops.iter().enumerate() {
             let reg = |a: u32| r[a as usize];
             let d = match *op {
@@ -208,17 +209,23 @@ impl Formula {
                 Op::Coordinate(k) => Dual::new(p[k as usize], DVec3::AXES[k as usize]),
                 Op::Square(a) => reg(a) * reg(a),
                 Op::Unary(u, a) => {
-                    let a = reg(a);
-                    let v = u.apply(a.v);
+                    let x = reg(a);
+                    let v = || u.apply(x.v);
                     match u {
-                        Unary::Neg => -a,
-                        Unary::Abs => a.chain(v, if a.v < 0.0 { -1.0 } else { 1.0 }),
-                        Unary::Sqrt => a.chain(v, 0.5 / v),
-                        Unary::Exp => a.chain(v, v),
-                        Unary::Log => a.chain(v, 1.0 / a.v),
-                        Unary::Sin => a.chain(v, a.v.cos()),
-                        Unary::Cos => a.chain(v, -a.v.sin()),
-                        Unary::Tan => a.chain(v, 1.0 + v * v),
+                        Unary::Neg => -x,
+                        Unary::Abs => x.chain(v(), if x.v < 0.0 { -1.0 } else { 1.0 }),
+                        Unary::Sqrt => x.chain(v(), 0.5 / v()),
+                        Unary::Exp => x.chain(v(), v()),
+                        Unary::Log => x.chain(v(), 1.0 / x.v),
+                        Unary::Sin => {
+                            let (sin, cos) = turns.of(x.v);
+                            x.chain(sin, cos)
+                        }
+                        Unary::Cos => {
+                            let (sin, cos) = turns.of(x.v);
+                            x.chain(cos, -sin)
+                        }
+                        Unary::Tan => x.chain(v(), 1.0 + v() * v()),
                     }
                 }
                 Op::Binary(o, a, b) => {
@@ -346,5 +353,23 @@ fn binary(op: Binary, a: &[f64], b: &[f64], out: &mut [f64]) {
         Binary::Mul => each!(|a, b| a * b),
         Binary::Div => each!(|a, b| a / b),
         op => each!(|a, b| op.apply(a, b)),
+    }
+}
+/// Sines and cosines of the values last asked for: formulas of gyroids and their kin ask for both, again and again.
+#[derive(Default)]
+struct Turns {
+    known: [Option<(f64, (f64, f64))>; 3],
+    oldest: usize,
+}
+
+impl Turns {
+    fn of(&mut self, value: f64) -> (f64, f64) {
+        if let Some((_, both)) = self.known.iter().flatten().find(|k| k.0.to_bits() == value.to_bits()) {
+            return *both;
+        }
+        let both = value.sin_cos();
+        self.known[self.oldest] = Some((value, both));
+        self.oldest = (self.oldest + 1) % self.known.len();
+        both
     }
 }

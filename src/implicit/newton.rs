@@ -20,11 +20,17 @@ const TANGENT: f64 = 1e-6;
 const TOUCHING: f64 = 1e-11;
 
 /// The point nearest to `p` where all given leaves vanish, found from `p` by projecting `p` again and again onto the
-/// intersection of their tangent planes. `None` if that does not settle within `reach`.
+/// intersection of their tangent planes. Where that does not settle, as at a distance of more than a radius of curvature,
+/// the point at which Newton's method from `p` ends. `None` if neither is within `reach`.
 pub(crate) fn nearest(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
+    settle::<true>(leaves, which, p, reach, scale).or_else(|| settle::<false>(leaves, which, p, reach, scale))
+}
+
+/// Projects onto tangent planes until that changes nothing: `p` each time, or what became of it.
+fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
     let mut q = p;
     for step in 0..MOST_STEPS {
-        let next = project_once(leaves, which, p, q, scale)?;
+        let next = project_once(leaves, which, if P { p } else { q }, q, scale)?;
         if !next.is_finite() || next.distance(p) > 4.0 * reach {
             return None;
         }

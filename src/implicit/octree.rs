@@ -161,6 +161,12 @@ impl Bricks {
         self.reindex();
     }
 
+    /// Adds bricks that are not there.
+    pub(crate) fn add(&mut self, cells: &[Cell]) {
+        self.cells.extend_from_slice(cells);
+        self.reindex();
+    }
+
     fn reindex(&mut self) {
         self.index = self.cells.iter().enumerate().map(|(i, c)| (key(c.at), i as u32)).collect();
     }

@@ -44,7 +44,9 @@ struct Best {
 impl<'a> ImplicitOracle<'a> {
     /// An oracle that shares the cells of an extraction.
     pub fn new(model: &'a Implicit, extracted: &Extracted) -> Self {
-        Self { model, bricks: extracted.bricks.clone(), scale: model.bounds().diagonal() }
+        let mut bricks = extracted.bricks.clone();
+        bricks.add(&extracted.undecided);
+        Self { model, bricks, scale: model.bounds().diagonal() }
     }
 
     /// An oracle with cells of its own, of about the given size.

@@ -7,7 +7,7 @@ use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Ready, nothing_found};
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
-use crate::implicit::{Extracted, ImplicitOracle, Wall, drop_splinters, thin_walls, trimmed};
+use crate::implicit::{Extracted, ImplicitOracle, SurfacePoint, drop_splinters, surface_points, trimmed};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
 use crate::run::Run;
@@ -19,11 +19,13 @@ const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
 const OTHERS: usize = 3;
-/// A splinter is lost, and a wall too when only extracted, if the mesh does not come nearer to it than this many cells: tips of
-/// sharp edges are that long.
+/// A splinter is lost, and so is the surface when only extracted, if the mesh does not come nearer to it than this many cells:
+/// tips of sharp edges are that long.
 const LOST: f64 = 3.0;
-/// A wall is missed if the finished mesh does not come nearer to one of its points than this many cells.
-const MISSED: f64 = 0.5;
+/// The surface is missed if the finished mesh does not come nearer to one of its points than this share of the size,
+const MISSED: f64 = 0.1;
+/// or this many times the tolerance where that is wider.
+const LOOSE: f64 = 2.0;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
@@ -45,9 +47,9 @@ pub(super) struct Scout {
     /// What was extracted, or made of the leaves' own surfaces.
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
-    /// Walls thinner than the cells.
-    pub(super) walls: Vec<Wall>,
-    /// Whether walls other than tips were not extracted.
+    /// Points of the surface where it may have been missed.
+    points: Vec<SurfacePoint>,
+    /// Whether some of them, other than tips, were not extracted.
     gone: bool,
     /// Points that the mesh must come near to: see [`drop_splinters`].
     splinters: Vec<DVec3>,
@@ -57,12 +59,12 @@ pub(super) struct Scout {
 impl Scout {
     fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<(Self, (Patchwork, CutReport))> {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
-        let walls = thin_walls(&ready.model, &extracted, cell, run)?;
-        let gone = !far(&extracted.mesh, &walls, |w| w.at, LOST * cell).is_empty();
+        let points = surface_points(&ready.model, &extracted, run)?;
+        let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let cut = cut_pieces(&Raw { mesh: &extracted.mesh, cell, kept: &[] }, &oracle, run)?;
         let unresolved = cut.1.unresolved.clone();
-        Ok((Self { extracted, cell, walls, gone, splinters, unresolved }, cut))
+        Ok((Self { extracted, cell, points, gone, splinters, unresolved }, cut))
     }
 
     /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
@@ -75,11 +77,11 @@ impl Scout {
         let face = |t: usize| oracle.face_at(mesh.labels[t], mesh.centroid(t)).unwrap_or(0);
         extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
-        let (cell, walls, splinters) = (self.cell, self.walls.clone(), self.splinters.clone());
-        Ok(Some((Self { extracted, cell, walls, gone: false, splinters, unresolved: Vec::new() }, cut)))
+        let (cell, points, splinters) = (self.cell, self.points.clone(), self.splinters.clone());
+        Ok(Some((Self { extracted, cell, points, gone: false, splinters, unresolved: Vec::new() }, cut)))
     }
 
-    /// What makes one worse than another: walls that are not there, then places without an exact edge.
+    /// What makes one worse than another: parts of the surface that are not there, then places without an exact edge.
     fn badness(&self) -> (bool, usize) {
         (self.gone, self.unresolved.len())
     }
@@ -93,9 +95,10 @@ impl Scout {
         observer: &mut Option<&mut Observer<'_>>,
     ) -> Result<Attempt> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
-        let wanted = exact_options(ready, options);
+        let wanted = exact_options(ready, options, self.cell);
         let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
-        let missed = far(&exact.mesh, &self.walls, |w| w.at, MISSED * self.cell);
+        let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
+        let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
         Ok(Attempt { exact, missed, scout: self })
     }
 }
@@ -103,8 +106,8 @@ impl Scout {
 /// What one size of cells gave.
 pub(super) struct Attempt {
     pub(super) exact: ExactMesh,
-    /// Walls that the mesh does not have.
-    missed: Vec<Wall>,
+    /// Points of the surface that the mesh does not come near to.
+    missed: Vec<SurfacePoint>,
     pub(super) scout: Scout,
 }
 
@@ -128,12 +131,13 @@ impl Attempt {
     }
 
     /// What the mesh lacks, for the report.
-    pub(super) fn shortfalls(&self) -> Vec<String> {
+    pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<String> {
         let unresolved = &self.exact.report.cut.unresolved;
         let mut list: Vec<String> = Vec::new();
-        list.extend(self.missed.iter().min_by(|a, b| a.thickness.total_cmp(&b.thickness)).map(|w| {
-            let wall = format!("a wall {:.6} thick near {}", w.thickness, at(w.at));
-            format!("{wall} is not in the mesh, nor are {} more points of walls", self.missed.len() - 1)
+        list.extend(self.missed.first().map(|x| {
+            let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
+            let more = self.missed.len() - 1;
+            format!("the surface near {} on {face} is not in the mesh, nor are {more} more points of it", at(x.at))
         }));
         let place = |p: &DVec3| format!("no exact edge found near {}: two faces come too close there", at(*p));
         list.extend(unresolved.iter().take(NAMED).map(place));
@@ -180,7 +184,7 @@ pub(super) fn search(
         let nothing = extracted.mesh.triangles.is_empty();
         let (scout, cut) = Scout::new(ready, cell, extracted, run)?;
         if nothing {
-            first_error.get_or_insert(nothing_found(&scout.walls, cell));
+            first_error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
         }
         let trimmed = |scout: &Scout| scout.trimmed(ready, run);
         // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.

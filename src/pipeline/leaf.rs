@@ -3,7 +3,7 @@
 use super::attempts::{Attempt, Scout, at, search};
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
-use crate::implicit::{Extracted, ImplicitOracle, Wall};
+use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, Raw, remesh_pieces};
 use crate::optimize::{Sizing, improve};
@@ -18,7 +18,8 @@ const CHORD: f64 = 1.0 / 120.0;
 const FINE: f64 = 1.0 / 12_000.0;
 /// Without a wish for it, edge lengths grow by this much per length.
 const GRADING: f64 = 0.2;
-/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
+/// Without a wish for it, curvature makes edges at most this many times shorter than the cells: as wide as the size unless
+/// something smaller was found.
 const LEAST_SHARE: f64 = 4.0;
 /// How often what lies around triangles with faults is left as it was extracted, in cells around them: farther every time.
 const LEAVE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
@@ -34,8 +35,6 @@ pub(super) struct ByLeaf {
     /// The extraction the mesh was made from: its nodes lie on the surface, its cells prune the tree.
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
-    /// Walls thinner than the cells, where they were looked for.
-    pub(super) walls: Option<Vec<Wall>>,
     pub(super) method: Method,
     pub(super) shortfalls: Vec<String>,
 }
@@ -50,14 +49,14 @@ impl ByLeaf {
         shortfalls: Vec<String>,
     ) -> Self {
         let (seams, corners) = (Vec::new(), Vec::new());
-        Self { mesh, seams, corners, intersecting: None, extracted, cell, walls: None, method, shortfalls }
+        Self { mesh, seams, corners, intersecting: None, extracted, cell, method, shortfalls }
     }
 }
 
 /// What the remesher aims at.
-pub(super) fn exact_options(ready: &Ready, options: &MeshOptions) -> ExactOptions {
+pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> ExactOptions {
     let angle = options.angle.unwrap_or(ANGLE).to_radians();
-    let least = options.least.unwrap_or(ready.size / LEAST_SHARE);
+    let least = options.least.unwrap_or(cell / LEAST_SHARE);
     // Who asks for an angle and no tolerance gets what was asked for.
     let own = (CHORD * ready.size).max(FINE * ready.model.bounds().diagonal());
     let chord = options.tolerance.or(options.angle.is_none().then_some(own));
@@ -93,7 +92,7 @@ pub(super) fn by_leaf(
     let mut best = search(ready, options, run, &mut observer)?;
     let found = best.exact.report.clone();
     let left = if best.faults() > 0 { leave(ready, options, &mut best, run, observer)? } else { Vec::new() };
-    let mut shortfalls = best.shortfalls();
+    let mut shortfalls = best.shortfalls(ready);
     if best.faults() == 0 {
         shortfalls.extend(left.first().map(|b| {
             let more = left.len() - 1;
@@ -101,9 +100,9 @@ pub(super) fn by_leaf(
             format!("{what} {} and {more} more places: exact edges there make triangles intersect", at(b.center()))
         }));
         let Attempt { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
-        let Scout { extracted, cell, walls, .. } = scout;
-        let (intersecting, walls, method) = (Some(0), Some(walls), Method::Leaf);
-        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, walls, method, shortfalls });
+        let Scout { extracted, cell, .. } = scout;
+        let (intersecting, method) = (Some(0), Method::Leaf);
+        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method, shortfalls });
     }
     let found = [(found.self_intersections, "intersect others"), (found.inverted, "are turned over")];
     let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
@@ -136,7 +135,7 @@ fn leave(
 ) -> Result<Vec<Aabb>> {
     let Scout { extracted, cell, .. } = &attempt.scout;
     let oracle = ImplicitOracle::new(&ready.model, extracted);
-    let wanted = exact_options(ready, options);
+    let wanted = exact_options(ready, options, *cell);
     let mut left = Vec::new();
     for reach in LEAVE {
         left.extend(attempt.exact.report.faults.iter().copied());

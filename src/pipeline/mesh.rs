@@ -14,7 +14,8 @@ use super::report::Report;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest, glob, parse};
 use crate::implicit::{
-    ExtractOptions, Extracted, Implicit, ImplicitOracle, Wall, creased, extract, features, thin_places, thin_walls,
+    ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features, surface_points, thin_places,
+    thin_walls,
 };
 use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
@@ -181,7 +182,8 @@ impl Ready {
     pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
         let extracted = self.extract_any(size, options, run)?;
         if extracted.mesh.triangles.is_empty() {
-            return Err(nothing_found(&thin_walls(&self.model, &extracted, size, run)?, size));
+            let points = surface_points(&self.model, &extracted, run)?;
+            return Err(nothing_found(points.first().map(|x| x.at), size));
         }
         Ok(extracted)
     }
@@ -247,8 +249,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         }
         ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, walls, method, shortfalls } =
-        made;
+    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
     report.warnings.extend(ready.wishes(options).warnings);
@@ -268,10 +269,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     }
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     if method != Method::Leaf || !report.shortfalls.is_empty() {
-        let walls = match walls {
-            Some(walls) => walls,
-            None => thin_walls(&ready.model, &extracted, cell, run)?,
-        };
+        let walls = thin_walls(&ready.model, &extracted, cell, run)?;
         report.shortfalls.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
     }
     if method == Method::Leaf {
@@ -293,10 +291,10 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     Ok(Meshed { mesh, seams, corners, report })
 }
 
-/// Why an extraction found no triangle.
-pub(super) fn nothing_found(walls: &[Wall], size: f64) -> Error {
-    let (place, what) = match walls.first() {
-        Some(w) => (Place::Point(w.at), format!("the part is thinner than the cells of size {size:.6}")),
+/// Why an extraction found no triangle, given a point of the surface if there is one.
+pub(super) fn nothing_found(surface: Option<DVec3>, size: f64) -> Error {
+    let (place, what) = match surface {
+        Some(at) => (Place::Point(at), format!("the part is thinner than the cells of size {size:.6}")),
         None => (Place::Unknown, "the solid is empty: nothing is inside anywhere".to_string()),
     };
     Error::input(place, what).with_help("ask for a smaller --size")
