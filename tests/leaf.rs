@@ -329,6 +329,22 @@ fn faces_that_run_together_meet_in_exact_edges() {
 }
 
 #[test]
+fn curved_walls_thinner_than_chords_are_high_get_shorter_edges() {
+    // Chords of the size are 1/800 high: closed shells, and one open at its rim.
+    let ball = |r| Solid::sphere(r, DVec3::ZERO);
+    for (thickness, half, euler) in [(2e-3, false, 4), (2e-3, true, 2), (5e-4, true, 2)] {
+        let shell = ball(1.0) - ball(1.0 - thickness);
+        let solid = if half { shell & Solid::half_space(-DVec3::Z, DVec3::ZERO) } else { shell };
+        let made = made(solid, 0.1, |_| {});
+        assert_eq!(made.report.shortfalls, Vec::<String>::new(), "{thickness}");
+        let c = made.report.check.unwrap();
+        assert!(c.certificate.is_sound() && c.euler == euler, "{thickness}: {:?}", c.certificate);
+        let volume = 4.0 / 3.0 * PI * (1.0 - (1.0 - thickness).powi(3)) * if half { 0.5 } else { 1.0 };
+        assert!((c.volume / volume - 1.0).abs() < 0.01, "{thickness}: {} {volume}", c.volume);
+    }
+}
+
+#[test]
 fn what_no_cells_find_is_named_with_its_place() {
     // No triangles of a sensible size keep the two sides of a curved shell apart that is 1/10 000 of the size thick.
     let ball = |r| Solid::sphere(r, DVec3::ZERO);

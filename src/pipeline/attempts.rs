@@ -154,14 +154,15 @@ pub(super) fn at(p: DVec3) -> String {
 }
 
 /// The first attempt that comes out clean; otherwise the best: where exact edges were not found everywhere, that with the
-/// fewest places without.
+/// fewest places without. Also whether a mesh with all its edges was given up because its triangles crossed.
 pub(super) fn search(
     ready: &Ready,
     options: &MeshOptions,
     run: &Run,
     observer: &mut Option<&mut Observer<'_>>,
-) -> Result<Attempt> {
+) -> Result<(Attempt, bool)> {
     let mut best: Option<Attempt> = None;
+    let mut crossed = false;
     // What did not come out well, the best first.
     let mut others: Vec<(Scout, (Patchwork, CutReport))> = Vec::new();
     let mut first_error = None;
@@ -191,7 +192,7 @@ pub(super) fn search(
         let next = if scout.unresolved.is_empty() && !scout.gone && !nothing {
             let this = scout.remesh(cut, ready, options, run, observer)?;
             if this.is_clean() {
-                return Ok(this);
+                return Ok((this, crossed));
             }
             let next = trimmed(&this.scout)?;
             if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
@@ -210,8 +211,9 @@ pub(super) fn search(
         if let Some((scout, cut)) = next {
             let this = scout.remesh(cut, ready, options, run, observer)?;
             if this.is_clean() {
-                return Ok(this);
+                return Ok((this, crossed));
             }
+            crossed |= this.faults() > 0;
             // Its faults cannot be left as extracted.
             if this.faults() == 0 && best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
                 best = Some(this);
@@ -228,5 +230,5 @@ pub(super) fn search(
             best = Some(this);
         }
     }
-    best.ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))
+    best.map(|b| (b, crossed)).ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))
 }

@@ -37,6 +37,8 @@ pub(super) struct ByLeaf {
     pub(super) cell: f64,
     pub(super) method: Method,
     pub(super) shortfalls: Vec<String>,
+    /// Whether some mesh with all its edges was given up because its triangles crossed.
+    pub(super) crossed: bool,
 }
 
 impl ByLeaf {
@@ -49,8 +51,20 @@ impl ByLeaf {
         shortfalls: Vec<String>,
     ) -> Self {
         let (seams, corners) = (Vec::new(), Vec::new());
-        Self { mesh, seams, corners, intersecting: None, extracted, cell, method, shortfalls }
+        Self { mesh, seams, corners, intersecting: None, extracted, cell, method, shortfalls, crossed: false }
     }
+}
+
+/// How far edges may be from the surface without a wish for it.
+fn own_chord(ready: &Ready) -> f64 {
+    (CHORD * ready.size).max(FINE * ready.model.bounds().diagonal())
+}
+
+/// Options for a part whose curved walls are thinner than chords are high: `times` as many chords to a length.
+pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOptions {
+    let tolerance = Some(own_chord(ready) / (times * times));
+    let least = options.least.or(Some(ready.size / (LEAST_SHARE * times)));
+    MeshOptions { tolerance, least, ..options.clone() }
 }
 
 /// What the remesher aims at.
@@ -58,8 +72,7 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
     let angle = options.angle.unwrap_or(ANGLE).to_radians();
     let least = options.least.unwrap_or(cell / LEAST_SHARE);
     // Who asks for an angle and no tolerance gets what was asked for.
-    let own = (CHORD * ready.size).max(FINE * ready.model.bounds().diagonal());
-    let chord = options.tolerance.or(options.angle.is_none().then_some(own));
+    let chord = options.tolerance.or(options.angle.is_none().then_some(own_chord(ready)));
     let wishes = ready.wishes(options);
     let wish = |i: usize| wishes.faces.get(i).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
@@ -89,7 +102,7 @@ pub(super) fn by_leaf(
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let mut best = search(ready, options, run, &mut observer)?;
+    let (mut best, crossed) = search(ready, options, run, &mut observer)?;
     let found = best.exact.report.clone();
     let left = if best.faults() > 0 { leave(ready, options, &mut best, run, observer)? } else { Vec::new() };
     let mut shortfalls = best.shortfalls(ready);
@@ -102,7 +115,7 @@ pub(super) fn by_leaf(
         let Attempt { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let (intersecting, method) = (Some(0), Method::Leaf);
-        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method, shortfalls });
+        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method, shortfalls, crossed });
     }
     let found = [(found.self_intersections, "intersect others"), (found.inverted, "are turned over")];
     let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
@@ -121,7 +134,7 @@ pub(super) fn by_leaf(
         found.join(" and "),
         method.name()
     ));
-    Ok(ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls))
+    Ok(ByLeaf { crossed, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
 }
 
 /// Makes an attempt again, and again, with ever more of what lies around its faults left as it was extracted, until there are

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::attempts::at;
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
-use super::leaf::{ByLeaf, by_leaf};
+use super::leaf::{ByLeaf, by_leaf, finer};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
@@ -224,6 +224,11 @@ impl Ready {
     }
 }
 
+/// Curved walls thinner than chords are high get this many times as many edges to a length,
+const FINER: [f64; 2] = [2.0, 4.0];
+/// unless that would give more triangles than this.
+const MOST_TRIANGLES: f64 = 1_500_000.0;
+
 /// Meshes a part.
 ///
 /// Guarantees: a closed, oriented 2-manifold; nodes on the boundary; the same bytes for any number of threads. What falls
@@ -238,8 +243,34 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         return mesh_built(part, brep, options, run);
     }
     let ready = Ready::new(part, options.size)?;
+    let (mut made, crowded) = mesh_ready(part, &ready, options, run)?;
+    if crowded && options.tolerance.is_none() {
+        for times in FINER {
+            let triangles = made.mesh.triangles.len() as f64 * times * times;
+            if triangles > MOST_TRIANGLES {
+                break;
+            }
+            match mesh_ready(part, &ready, &finer(&ready, options, times), run) {
+                Ok((other, _)) if other.report.shortfalls.is_empty() => {
+                    made = other;
+                    made.report
+                        .warnings
+                        .push(format!("curved walls are thin: made with {times} times as many edges to a length"));
+                    break;
+                }
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                // What there is stands.
+                Ok(_) | Err(_) => {}
+            }
+        }
+    }
+    Ok(made)
+}
+
+/// A mesh, and whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high.
+fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, bool)> {
     let made = if options.method == Method::Leaf {
-        by_leaf(&ready, options, run, None)?
+        by_leaf(ready, options, run, None)?
     } else {
         let extracted = ready.extract(ready.size, options, run)?;
         let mut mesh = extracted.mesh.clone();
@@ -249,7 +280,8 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         }
         ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls } = made;
+    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls, crossed } =
+        made;
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
     report.warnings.extend(ready.wishes(options).warnings);
@@ -287,8 +319,10 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     } else {
         check_tested(&mesh, intersecting, None, run)?
     };
+    let away = method == Method::Leaf && measured.deviation.as_ref().is_some_and(|d| d.inverted > 0);
     report.judge(measured);
-    Ok(Meshed { mesh, seams, corners, report })
+    let crowded = (crossed || away) && !report.shortfalls.is_empty();
+    Ok((Meshed { mesh, seams, corners, report }, crowded))
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.
