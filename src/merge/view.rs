@@ -129,14 +129,25 @@ impl<P, C, S> Merged<P, C, S> {
         self.numbering.l2g.get(face as usize, node)
     }
 
-    /// With a branch, though near borders it is foreseen half of the time only: numbers that are chosen wait for the corners
-    /// to come from memory, and with them all that follows.
+    /// Nodes on the border are not told from others by a branch: near borders it would be foreseen half of the time only, and
+    /// what the processor began in the meantime, the cells after this one, would be lost.
     #[inline]
     fn to_global(&self, access: &FaceAccess, node: u32) -> u32 {
-        if node < access.border {
-            self.numbering.l2g.get_of(access.union, node)
+        self.numbering.l2g.get_of(access.union, node)
+    }
+
+    /// The corners of cell `j` as its fragment keeps them, if they are as many.
+    #[inline]
+    fn stored<const N: usize>(&self, access: &FaceAccess, j: usize) -> Option<[u32; N]> {
+        if usize::from(access.size) != N {
+            return None;
+        }
+        let begin = access.corners_of(j);
+        let (wide, short) = self.fragments.corner_pools();
+        if access.short {
+            Some(short.get(begin..)?.first_chunk::<N>()?.map(u32::from))
         } else {
-            node.wrapping_add(access.shift)
+            wide.get(begin..)?.first_chunk::<N>().copied()
         }
     }
 
@@ -147,12 +158,12 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
         let (f, access) = self.numbering.face_of(j);
-        let corners = match access.size as usize {
-            0 => self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f)),
-            size => {
-                let begin = access.corners_of(j);
-                Corners::Stored(&self.fragments.corner_pool()[begin..begin + size])
-            }
+        let corners = if let Some(corners) = self.stored(access, j) {
+            Corners::Triangle(corners)
+        } else if let Some(corners) = self.stored(access, j) {
+            Corners::Quad(corners)
+        } else {
+            self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f))
         };
         let count = corners.as_ref().len();
         (0..count).map(move |k| self.to_global(access, corners.as_ref()[k]))
@@ -165,10 +176,8 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
         let (f, access) = self.numbering.face_of(j);
-        if access.size == 3 {
-            let begin = access.corners_of(j);
-            let corners = &self.fragments.corner_pool()[begin..begin + 3];
-            return Some([0, 1, 2].map(|k| self.to_global(access, corners[k])));
+        if let Some(corners) = self.stored::<3>(access, j) {
+            return Some(corners.map(|v| self.to_global(access, v)));
         }
         let corners = self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f));
         let [a, b, c] = *corners.as_ref() else { return None };
@@ -185,28 +194,23 @@ impl<P, C, S> Merged<P, C, S> {
         /// Cells on their way at a time.
         const AHEAD: usize = 128;
         const NONE: [u32; 3] = [u32::MAX; 3];
-        let pool = self.fragments.corner_pool();
-        let (mut face, mut begin) = ([0u32; AHEAD], [0usize; AHEAD]);
+        let faces = &self.numbering.faces;
+        let mut face = [0u32; AHEAD];
         out.clear();
         out.reserve(cells.len());
         for part in cells.chunks(AHEAD) {
             // each loop short, so that the processor is in many rounds of it at once
             for (k, j) in part.iter().enumerate() {
-                let (f, access) = self.numbering.face_of(*j as usize);
-                face[k] = f as u32;
-                begin[k] = if access.size == 3 { access.corners_of(*j as usize) } else { usize::MAX };
+                face[k] = self.numbering.face_of(*j as usize).0 as u32;
             }
             let first = out.len();
-            out.extend(
-                begin[..part.len()]
-                    .iter()
-                    .map(|at| pool.get(*at..).and_then(|list| list.first_chunk()).copied().unwrap_or(NONE)),
-            );
+            let stored = |(j, f): (&u32, &u32)| self.stored::<3>(&faces[*f as usize], *j as usize).unwrap_or(NONE);
+            out.extend(part.iter().zip(&face).map(stored));
             for (k, corners) in out[first..].iter_mut().enumerate() {
-                *corners = if begin[k] == usize::MAX {
+                *corners = if *corners == NONE {
                     self.triangle(part[k] as usize).unwrap_or(NONE)
                 } else {
-                    let access = &self.numbering.faces[face[k] as usize];
+                    let access = &faces[face[k] as usize];
                     corners.map(|v| self.to_global(access, v))
                 };
             }
@@ -304,14 +308,18 @@ impl<P, C, S> Merged<P, C, S> {
         let access = &self.numbering.faces[face];
         let mut begin = range.start;
         if let Some(border) = self.fragments.border_corners(face) {
-            let (size, at) = (access.size as usize, access.corners_of(first));
-            let stored = &self.fragments.corner_pool()[at..at + size * (access.end as usize - first)];
-            for (b, block) in stored.chunks(size * BLOCK).enumerate().skip(begin / BLOCK) {
-                if begin >= range.end {
-                    break;
-                }
+            let (size, at) = (usize::from(access.size), access.corners_of(first));
+            let (wide, short) = self.fragments.corner_pools();
+            let count = access.end as usize - first;
+            for b in begin / BLOCK..range.end.div_ceil(BLOCK) {
                 let (start, end) = (b * BLOCK, range.end.min((b + 1) * BLOCK));
-                room.translate(block, access.shift, border.of_block(b));
+                let stored = at + size * start..at + size * count.min(start + BLOCK);
+                if access.short {
+                    add_short(&short[stored], access.shift, &mut room.block[..]);
+                } else {
+                    add(&wide[stored], access.shift, &mut room.block[..]);
+                }
+                room.put_border(border.of_block(b));
                 let part = &room.block[size * (begin - start)..size * (end - start)];
                 take(CellRun::even(first + begin, label, part, size))?;
                 begin = end;
@@ -319,7 +327,7 @@ impl<P, C, S> Merged<P, C, S> {
             return Ok(());
         }
         let cells = self.fragments.face(face).cells();
-        let number = |v: &u32| self.numbering.l2g.get_of(access.union, *v);
+        let number = |v: &u32| self.to_global(access, *v);
         while begin < range.end {
             let end = range.end.min(begin + BLOCK);
             room.corners.clear();
@@ -329,8 +337,12 @@ impl<P, C, S> Merged<P, C, S> {
                 room.ends.push(room.corners.len() as u32);
             }
             take(match cells {
-                Cells::Triangles(_) => CellRun::even(first + begin, label, &room.corners, 3),
-                Cells::Quads(_) | Cells::Grid(_) => CellRun::even(first + begin, label, &room.corners, 4),
+                Cells::Triangles(_) | Cells::ShortTriangles(_) => {
+                    CellRun::even(first + begin, label, &room.corners, 3)
+                }
+                Cells::Quads(_) | Cells::ShortQuads(_) | Cells::Grid(_) => {
+                    CellRun::even(first + begin, label, &room.corners, 4)
+                }
                 Cells::Polygons { .. } => CellRun::mixed(first + begin, label, &room.corners, &room.ends),
             })?;
             begin = end;
@@ -341,7 +353,7 @@ impl<P, C, S> Merged<P, C, S> {
 
 /// What reading needs, kept from face to face.
 struct Room {
-    /// The face's border numbers.
+    /// The face's border numbers, and room for [`USUAL`].
     bounds: Vec<u32>,
     block: Box<[u32; BLOCK_CORNERS]>,
     corners: Vec<u32>,
@@ -350,21 +362,32 @@ struct Room {
 
 impl Room {
     fn new() -> Self {
-        Self { bounds: Vec::new(), block: Box::new([0; BLOCK_CORNERS]), corners: Vec::new(), ends: Vec::new() }
+        Self { bounds: vec![0; USUAL], block: Box::new([0; BLOCK_CORNERS]), corners: Vec::new(), ends: Vec::new() }
     }
 
-    /// Puts the numbers of a block's nodes into `block`: as if none were on the border, then those that are.
+    /// Puts the numbers of nodes on the border in their places in `block`.
     #[inline]
-    fn translate(&mut self, nodes: &[u32], shift: u32, border: &[u32]) {
+    fn put_border(&mut self, border: &[u32]) {
+        // the remainder is the place itself, and tells the compiler that it is one
+        let put = |block: &mut [u32; BLOCK_CORNERS], x: u32, number: u32| block[x as usize % BLOCK_CORNERS] = number;
         let block = &mut *self.block;
-        add(nodes, shift, &mut block[..nodes.len()]);
-        let bounds = &self.bounds[..];
-        for x in border {
-            // the remainder is the place itself, and tells the compiler that it is one
-            block[*x as usize % BLOCK_CORNERS] = bounds[(*x >> PLACE_SHIFT) as usize];
+        match self.bounds.first_chunk::<USUAL>() {
+            Some(bounds) if self.bounds.len() == USUAL => {
+                // eight are read before the first is written
+                let (eights, rest) = border.as_chunks::<8>();
+                for eight in eights {
+                    let numbers = eight.map(|x| bounds[(x >> PLACE_SHIFT) as usize % USUAL]);
+                    (0..8).for_each(|k| put(block, eight[k], numbers[k]));
+                }
+                rest.iter().for_each(|x| put(block, *x, bounds[(x >> PLACE_SHIFT) as usize % USUAL]));
+            }
+            _ => border.iter().for_each(|x| put(block, *x, self.bounds[(x >> PLACE_SHIFT) as usize])),
         }
     }
 }
+
+/// Borders of fewer nodes are read without asking whether there is such a node.
+const USUAL: usize = 1024;
 
 /// Adds `shift` to each of as many numbers.
 // no wider: 64 bytes at a time cross the lines of the cache each time and take twice as long
@@ -372,6 +395,14 @@ impl Room {
 fn add(from: &[u32], shift: u32, to: &mut [u32]) {
     for (x, v) in to.iter_mut().zip(from) {
         *x = v.wrapping_add(shift);
+    }
+}
+
+/// The same, of short numbers.
+#[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
+fn add_short(from: &[u16], shift: u32, to: &mut [u32]) {
+    for (x, v) in to.iter_mut().zip(from) {
+        *x = u32::from(*v).wrapping_add(shift);
     }
 }
 
@@ -454,7 +485,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
             }
             let begin = range.start.max(start);
             if begin < end {
-                self.numbering.l2g.list(f, &mut room.bounds);
+                self.numbering.l2g.fill(f, &mut room.bounds);
                 self.read_face(f, begin - start..end - start, &mut room, take)?;
             }
         }
