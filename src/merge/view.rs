@@ -117,7 +117,7 @@ impl<P, C, S> Merged<P, C, S> {
     /// # Panics
     /// Where there is no such cell.
     pub fn label(&self, j: usize) -> u32 {
-        self.model.faces[self.place_of_cell(j).0 as usize].label
+        self.model.faces[self.numbering.face_of(j).0].label
     }
 
     /// The number a node of a face's fragment has in the merged mesh (\[LAZ\] 4.2, `l2g`).
@@ -129,26 +129,25 @@ impl<P, C, S> Merged<P, C, S> {
         self.numbering.l2g.get(face as usize, node)
     }
 
-    /// Nodes on the border are not told from others by a branch: near borders it would be foreseen half of the time only, and
-    /// what the processor began in the meantime, the cells after this one, would be lost.
+    /// With a branch, though near borders it is foreseen half of the time only: without one, three nodes are so much to do
+    /// that the processor has fewer cells on their way from memory.
     #[inline]
     fn to_global(&self, access: &FaceAccess, node: u32) -> u32 {
-        self.numbering.l2g.get_of(access.union, node)
+        if node < access.border {
+            self.numbering.l2g.get_of(access.union, node)
+        } else {
+            node.wrapping_add(access.shift)
+        }
     }
 
-    /// The corners of cell `j` as its fragment keeps them, if they are as many.
+    /// The corners of cell `j` as its fragment keeps them, if they are so many and in 16 bits.
     #[inline]
-    fn stored<const N: usize>(&self, access: &FaceAccess, j: usize) -> Option<[u32; N]> {
-        if usize::from(access.size) != N {
+    fn short<const N: usize>(&self, access: &FaceAccess, j: usize) -> Option<[u32; N]> {
+        if !access.short || usize::from(access.size) != N {
             return None;
         }
-        let begin = access.corners_of(j);
-        let (wide, short) = self.fragments.corner_pools();
-        if access.short {
-            Some(short.get(begin..)?.first_chunk::<N>()?.map(u32::from))
-        } else {
-            wide.get(begin..)?.first_chunk::<N>().copied()
-        }
+        let corners = self.fragments.corner_pools().1.get(access.corners_of(j)..)?;
+        Some(corners.first_chunk::<N>()?.map(u32::from))
     }
 
     /// The corners of a cell, as numbers of the merged mesh's nodes.
@@ -158,9 +157,9 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
         let (f, access) = self.numbering.face_of(j);
-        let corners = if let Some(corners) = self.stored(access, j) {
+        let corners = if let Some(corners) = self.short(access, j) {
             Corners::Triangle(corners)
-        } else if let Some(corners) = self.stored(access, j) {
+        } else if let Some(corners) = self.short(access, j) {
             Corners::Quad(corners)
         } else {
             self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f))
@@ -176,12 +175,15 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
         let (f, access) = self.numbering.face_of(j);
-        if let Some(corners) = self.stored::<3>(access, j) {
-            return Some(corners.map(|v| self.to_global(access, v)));
-        }
+        let corners = self.short(access, j).or_else(|| self.any_triangle(f, j))?;
+        Some(corners.map(|v| self.to_global(access, v)))
+    }
+
+    /// The corners of a triangle as its fragment has them, however it keeps them.
+    fn any_triangle(&self, f: usize, j: usize) -> Option<[u32; 3]> {
         let corners = self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f));
         let [a, b, c] = *corners.as_ref() else { return None };
-        Some([a, b, c].map(|v| self.to_global(access, v)))
+        Some([a, b, c])
     }
 
     /// Puts the corners of the given cells into `out`, which is emptied first: quicker than
@@ -200,19 +202,18 @@ impl<P, C, S> Merged<P, C, S> {
         out.reserve(cells.len());
         for part in cells.chunks(AHEAD) {
             // each loop short, so that the processor is in many rounds of it at once
-            for (k, j) in part.iter().enumerate() {
-                face[k] = self.numbering.face_of(*j as usize).0 as u32;
+            for (f, j) in face.iter_mut().zip(part) {
+                *f = self.numbering.face_of(*j as usize).0 as u32;
             }
             let first = out.len();
-            let stored = |(j, f): (&u32, &u32)| self.stored::<3>(&faces[*f as usize], *j as usize).unwrap_or(NONE);
-            out.extend(part.iter().zip(&face).map(stored));
-            for (k, corners) in out[first..].iter_mut().enumerate() {
-                *corners = if *corners == NONE {
-                    self.triangle(part[k] as usize).unwrap_or(NONE)
-                } else {
-                    let access = &faces[face[k] as usize];
-                    corners.map(|v| self.to_global(access, v))
-                };
+            out.extend(part.iter().zip(&face).map(|(j, f)| {
+                let (f, j) = (*f as usize, *j as usize);
+                self.short(&faces[f], j).or_else(|| self.any_triangle(f, j)).unwrap_or(NONE)
+            }));
+            for (corners, f) in out[first..].iter_mut().zip(&face) {
+                if *corners != NONE {
+                    *corners = corners.map(|v| self.to_global(&faces[*f as usize], v));
+                }
             }
         }
     }
@@ -303,9 +304,9 @@ impl<P, C, S> Merged<P, C, S> {
         room: &mut Room,
         take: &mut dyn FnMut(CellRun) -> Result<()>,
     ) -> Result<()> {
-        let label = self.model.faces[face].label;
         let first = self.numbering.cells.start(face);
         let access = &self.numbering.faces[face];
+        let label = self.model.faces[face].label;
         let mut begin = range.start;
         if let Some(border) = self.fragments.border_corners(face) {
             let (size, at) = (usize::from(access.size), access.corners_of(first));
@@ -319,7 +320,7 @@ impl<P, C, S> Merged<P, C, S> {
                 } else {
                     add(&wide[stored], access.shift, &mut room.block[..]);
                 }
-                room.put_border(border.of_block(b));
+                put_border(border.of_block(b), &room.bounds, &mut room.block);
                 let part = &room.block[size * (begin - start)..size * (end - start)];
                 take(CellRun::even(first + begin, label, part, size))?;
                 begin = end;
@@ -337,9 +338,7 @@ impl<P, C, S> Merged<P, C, S> {
                 room.ends.push(room.corners.len() as u32);
             }
             take(match cells {
-                Cells::Triangles(_) | Cells::ShortTriangles(_) => {
-                    CellRun::even(first + begin, label, &room.corners, 3)
-                }
+                Cells::Triangles(_) | Cells::ShortTriangles(_) => CellRun::even(first + begin, label, &room.corners, 3),
                 Cells::Quads(_) | Cells::ShortQuads(_) | Cells::Grid(_) => {
                     CellRun::even(first + begin, label, &room.corners, 4)
                 }
@@ -364,25 +363,25 @@ impl Room {
     fn new() -> Self {
         Self { bounds: vec![0; USUAL], block: Box::new([0; BLOCK_CORNERS]), corners: Vec::new(), ends: Vec::new() }
     }
+}
 
-    /// Puts the numbers of nodes on the border in their places in `block`.
-    #[inline]
-    fn put_border(&mut self, border: &[u32]) {
-        // the remainder is the place itself, and tells the compiler that it is one
-        let put = |block: &mut [u32; BLOCK_CORNERS], x: u32, number: u32| block[x as usize % BLOCK_CORNERS] = number;
-        let block = &mut *self.block;
-        match self.bounds.first_chunk::<USUAL>() {
-            Some(bounds) if self.bounds.len() == USUAL => {
-                // eight are read before the first is written
-                let (eights, rest) = border.as_chunks::<8>();
-                for eight in eights {
-                    let numbers = eight.map(|x| bounds[(x >> PLACE_SHIFT) as usize % USUAL]);
-                    (0..8).for_each(|k| put(block, eight[k], numbers[k]));
-                }
-                rest.iter().for_each(|x| put(block, *x, bounds[(x >> PLACE_SHIFT) as usize % USUAL]));
+/// Puts the numbers of nodes on the border in their places in a block.
+// alone it has the processor's registers for itself
+#[inline(never)]
+fn put_border(border: &[u32], bounds: &[u32], block: &mut [u32; BLOCK_CORNERS]) {
+    // the remainder is the place itself, and tells the compiler that it is one
+    let place = |x: u32| x as usize % BLOCK_CORNERS;
+    match bounds.first_chunk::<USUAL>() {
+        Some(usual) if bounds.len() == USUAL => {
+            // eight are read before the first is written
+            let (eights, rest) = border.as_chunks::<8>();
+            for eight in eights {
+                let numbers = eight.map(|x| usual[(x >> PLACE_SHIFT) as usize % USUAL]);
+                (0..8).for_each(|k| block[place(eight[k])] = numbers[k]);
             }
-            _ => border.iter().for_each(|x| put(block, *x, self.bounds[(x >> PLACE_SHIFT) as usize])),
+            rest.iter().for_each(|x| block[place(*x)] = usual[(x >> PLACE_SHIFT) as usize % USUAL]);
         }
+        _ => border.iter().for_each(|x| block[place(*x)] = bounds[(x >> PLACE_SHIFT) as usize]),
     }
 }
 

@@ -331,14 +331,12 @@ impl FaceFragment {
         gone
     }
 
-    /// The corners in 16 bits, where those hold the numbers of all nodes and cells are even.
+    /// The corners in 16 bits, where cells are even and that is enough for all of them.
     pub(super) fn short(&self) -> Option<Vec<u16>> {
-        match self.form {
-            Form::Triangles | Form::Quads if self.nodes.len() <= 1 << 16 => {
-                Some(self.corners.iter().map(|v| *v as u16).collect())
-            }
-            _ => None,
+        if self.nodes.len() > 1 << 16 || !matches!(self.form, Form::Triangles | Form::Quads) {
+            return None;
         }
+        Some(self.corners.iter().map(|v| *v as u16).collect())
     }
 
     fn find_border_corners(&mut self) {

@@ -246,7 +246,8 @@ impl Fragments {
             Ok(new) => {
                 self.faces[face] = new;
                 let left = |a: Span, b: Span| if a == b { 0 } else { a.len as usize };
-                let corners = if row.short == new.short { left(row.corners, new.corners) } else { row.corners.len as usize };
+                let corners =
+                    if row.short == new.short { left(row.corners, new.corners) } else { row.corners.len as usize };
                 self.leave(left(row.inner, new.inner) + corners);
                 Ok(old)
             }
