@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
+use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use rvachev::parametric::brep::Brep;
 use rvachev::parametric::build::{Extrusion, Wire, extrude_edges, flat_face, sew};
@@ -98,4 +99,48 @@ fn what_is_not_healed_ends_with_code_one_and_is_named() {
         .code(1)
         .stdout(contains("hole: 3 left, at (0.333333, 0.666667, 1.000000)"))
         .stderr(contains("falls short: the result is not closed"));
+}
+
+/// Marching cubes make triangles that intersect where three planes cross in one point: the same command sets that right.
+#[test]
+fn a_faulty_mesh_of_a_part_is_healed_before_it_is_written() {
+    let dir = TempDir::new().unwrap();
+    let part = "part(solid(x*y*z >= 0).rotate(18, axis=(1, 0, 1)) & box(size=(2, 2, 2)))\n";
+    fs::write(dir.path().join("part.py"), part).unwrap();
+    let args = ["mesh", "part.py", "-o", "a.off", "--size", "0.2", "--method", "mc", "--report", "report.json"];
+    rvachev(dir.path()).args(args).assert().success();
+    let told = listed(dir.path(), "warnings");
+    let refilled = |w: &&String| w.starts_with("healed: self intersection: ") && w.contains(" refilled, at (");
+    assert!(told.iter().filter(refilled).count() > 0, "{told:?}");
+    rvachev(dir.path()).args(["check", "a.off"]).assert().success().stdout(contains("0 self-intersecting triangles"));
+}
+
+/// A sheet folded through itself: nothing in the model says which parts of it were meant.
+#[test]
+fn a_model_that_cannot_be_healed_is_refused_and_nothing_is_written() {
+    let dir = TempDir::new().unwrap();
+    let strip = |[a, b]: [[f64; 2]; 2]| {
+        let p = [(a, -1.0), (b, -1.0), (b, 1.0), (a, 1.0)].map(|([x, z], y)| DVec3::new(x, y, z));
+        flat_face(&[Wire::polygon(&p).unwrap()]).unwrap()
+    };
+    let fold = [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, -1.0]];
+    let strips: Vec<Brep> = fold.windows(2).map(|w| strip([w[0], w[1]])).collect();
+    let model = sew(strips, None, false, &Run::new()).unwrap();
+    save_step(&dir.path().join("cross.step"), &model, None).unwrap();
+    let args = ["mesh", "cross.step", "-o", "a.stl", "--size", "0.4", "--report", "report.json", "--png", "a.png"];
+    let run = rvachev(dir.path()).args(args).assert();
+    run.code(4).stderr(contains("the mesh is not sound and is not written").and(contains("--force writes it")));
+    assert!(!dir.path().join("a.stl").exists() && !dir.path().join("a.png").exists());
+    // the report tells why
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("report.json")).unwrap()).unwrap();
+    assert!(report["check"]["self_intersections"].as_u64() > Some(0), "{report}");
+    assert!(
+        !listed(dir.path(), "shortfalls").is_empty()
+            && listed(dir.path(), "warnings").iter().all(|w| !w.starts_with("healed"))
+    );
+    // triangles without any area: not even a report
+    fs::write(dir.path().join("line.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n").unwrap();
+    let args = ["mesh", "line.off", "-o", "a.off", "--report", "line.json"];
+    rvachev(dir.path()).args(args).assert().code(4).stderr(contains("no triangle of the mesh has an area"));
+    assert!(!dir.path().join("a.off").exists() && !dir.path().join("line.json").exists());
 }
