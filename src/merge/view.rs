@@ -316,12 +316,12 @@ impl<P, C, S> Merged<P, C, S> {
                 let (start, end) = (b * BLOCK, range.end.min((b + 1) * BLOCK));
                 let stored = at + size * start..at + size * count.min(start + BLOCK);
                 if access.short {
-                    add_short(&short[stored], access.shift, &mut room.block[..]);
+                    add_short(&short[stored], access.shift, &mut room.block.0[..]);
                 } else {
-                    add(&wide[stored], access.shift, &mut room.block[..]);
+                    add(&wide[stored], access.shift, &mut room.block.0[..]);
                 }
-                put_border(border.of_block(b), &room.bounds, &mut room.block);
-                let part = &room.block[size * (begin - start)..size * (end - start)];
+                put_border(border.of_block(b), &room.bounds, &mut room.block.0);
+                let part = &room.block.0[size * (begin - start)..size * (end - start)];
                 take(CellRun::even(first + begin, label, part, size))?;
                 begin = end;
             }
@@ -350,18 +350,27 @@ impl<P, C, S> Merged<P, C, S> {
     }
 }
 
+/// Numbers that begin where a line of the cache does: eight of them, written and read at once, never cross one.
+#[repr(align(64))]
+struct Block([u32; BLOCK_CORNERS]);
+
 /// What reading needs, kept from face to face.
 struct Room {
     /// The face's border numbers, and room for [`USUAL`].
     bounds: Vec<u32>,
-    block: Box<[u32; BLOCK_CORNERS]>,
+    block: Box<Block>,
     corners: Vec<u32>,
     ends: Vec<u32>,
 }
 
 impl Room {
     fn new() -> Self {
-        Self { bounds: vec![0; USUAL], block: Box::new([0; BLOCK_CORNERS]), corners: Vec::new(), ends: Vec::new() }
+        Self {
+            bounds: vec![0; USUAL],
+            block: Box::new(Block([0; BLOCK_CORNERS])),
+            corners: Vec::new(),
+            ends: Vec::new(),
+        }
     }
 }
 
