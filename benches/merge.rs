@@ -462,10 +462,10 @@ fn parallel(view: &Merged, run: &Run, threads: usize) {
 
 fn editing(mut view: Merged) {
     let face = view.fragments().face(100);
-    let Cells::Triangles([cells @ .., _]) = face.cells() else { return };
+    let Cells::ShortTriangles([cells @ .., _]) = face.cells() else { return };
     let segments: Vec<u32> = face.stretches().collect();
     let border = Boundary::First(face.border().len() as u32);
-    let other = FaceFragment::new(face.nodes().copied().collect(), Cells::Triangles(cells), &border, &[segments]);
+    let other = FaceFragment::new(face.nodes().copied().collect(), Cells::ShortTriangles(cells), &border, &[segments]);
     let face = face.to_fragment();
     let (_, moved) = cost(20, || view.move_inner(100, |p| p.z += 1e-3));
     let mut replace = |with: FaceFragment| {

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
+use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use rvachev::parametric::brep::Brep;
 use rvachev::parametric::build::{Extrusion, Wire, extrude_edges, flat_face, sew};
@@ -98,4 +99,61 @@ fn what_is_not_healed_ends_with_code_one_and_is_named() {
         .code(1)
         .stdout(contains("hole: 3 left, at (0.333333, 0.666667, 1.000000)"))
         .stderr(contains("falls short: the result is not closed"));
+}
+
+/// Marching cubes make triangles that intersect where three planes cross in one point: the same command sets that right.
+#[test]
+fn a_faulty_mesh_of_a_part_is_healed_before_it_is_written() {
+    let dir = TempDir::new().unwrap();
+    let part = "part(solid(x*y*z >= 0).rotate(18, axis=(1, 0, 1)) & box(size=(2, 2, 2)))\n";
+    fs::write(dir.path().join("part.py"), part).unwrap();
+    let args = ["mesh", "part.py", "-o", "a.off", "--size", "0.2", "--method", "mc", "--report", "report.json"];
+    rvachev(dir.path()).args(args).assert().success();
+    let told = listed(dir.path(), "warnings");
+    let refilled = |w: &&String| w.starts_with("healed: self intersection: ") && w.contains(" refilled, at (");
+    assert!(told.iter().filter(refilled).count() > 0, "{told:?}");
+    rvachev(dir.path()).args(["check", "a.off"]).assert().success().stdout(contains("0 self-intersecting triangles"));
+}
+
+/// A sheet folded through itself: nothing in the model says which parts of it were meant. The face that would cross is left
+/// out and named.
+#[test]
+fn a_model_that_crosses_itself_is_not_healed_but_named() {
+    let dir = TempDir::new().unwrap();
+    let strip = |[a, b]: [[f64; 2]; 2]| {
+        let p = [(a, -1.0), (b, -1.0), (b, 1.0), (a, 1.0)].map(|([x, z], y)| DVec3::new(x, y, z));
+        flat_face(&[Wire::polygon(&p).unwrap()]).unwrap()
+    };
+    let fold = [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, -1.0]];
+    let strips: Vec<Brep> = fold.windows(2).map(|w| strip([w[0], w[1]])).collect();
+    let model = sew(strips, None, false, &Run::new()).unwrap();
+    save_step(&dir.path().join("cross.step"), &model, None).unwrap();
+    let args = ["mesh", "cross.step", "-o", "a.stl", "--size", "0.4", "--report", "report.json"];
+    rvachev(dir.path()).args(args).assert().code(1).stderr(contains("has no mesh: however it is triangulated"));
+    assert!(listed(dir.path(), "shortfalls").iter().any(|s| s.starts_with("face face")));
+    assert!(listed(dir.path(), "warnings").iter().all(|w| !w.starts_with("healed")));
+}
+
+/// Three triangles that cross each other and bound nothing.
+const SCRAPS: &str = "OFF\n9 3 0\n0.13 0.85 0.76\n0.26 0.5 0.45\n0.65 0.79 0.09\n0.03 0.84 0.43\n0.76 0 0.45\n\
+0.72 0.23 0.95\n0.9 0.03 0.03\n0.54 0.94 0.38\n0.22 0.42 0.03\n3 0 1 2\n3 3 4 5\n3 6 7 8\n";
+
+#[test]
+fn what_cannot_be_healed_is_refused_and_no_mesh_is_written() {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("scraps.off"), SCRAPS).unwrap();
+    let args = ["mesh", "scraps.off", "-o", "a.off", "--size", "0.3", "--report", "report.json", "--png", "a.png"];
+    let run = rvachev(dir.path()).args(args).assert().code(4);
+    run.stderr(contains("the mesh is not sound and is not written").and(contains("--force writes it")));
+    assert!(!dir.path().join("a.off").exists() && !dir.path().join("a.png").exists());
+    // the report is, and tells why
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("report.json")).unwrap()).unwrap();
+    assert!(report["check"]["self_intersections"].as_u64() > Some(0), "{report}");
+    let told = listed(dir.path(), "shortfalls");
+    assert!(told.iter().any(|s| s.contains("healing found no room to part them")), "{told:?}");
+    // triangles without any area
+    fs::write(dir.path().join("line.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n").unwrap();
+    let args = ["mesh", "line.off", "-o", "a.off", "--report", "line.json"];
+    rvachev(dir.path()).args(args).assert().code(4).stderr(contains("no triangle of the mesh has an area"));
+    assert!(!dir.path().join("a.off").exists() && !dir.path().join("line.json").exists());
 }

@@ -28,6 +28,9 @@ const LENGTH_PER_GAP: f64 = 4.0;
 /// The same where corners are scattered: each side has its counterpart there, which is nearer than any other.
 const LENGTH_PER_SCATTER: f64 = 2.0;
 
+/// Cells that edges are looked up in, as multiples of the gap: of wider ones mostly one or two are needed.
+const CELL_PER_GAP: f64 = 4.0;
+
 /// Cosine of the largest angle between an edge and the border of a node that is put into it.
 const ALONG: f64 = 0.94;
 
@@ -82,33 +85,43 @@ fn join_edges(mesh: &mut TriMesh, open: &[u32], tolerance: f64, per_gap: f64) ->
         return Vec::new();
     }
     let p = |v: u32| mesh.nodes[v as usize];
-    let width = 2.0 * tolerance;
-    let mut grid: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
+    let width = CELL_PER_GAP * tolerance;
+    // the last edge whose middle is in a cell, and for each edge the one before it there
+    let mut grid: FxHashMap<[i64; 3], u32> = FxHashMap::default();
+    grid.reserve(open.len());
     let middle = |e: [u32; 2]| 0.5 * (p(e[0]) + p(e[1]));
-    for (i, e) in open.iter().enumerate() {
-        grid.entry(cell(middle(*e), width)).or_default().push(i as u32);
-    }
+    let before: Vec<Option<u32>> = open.iter().zip(0..).map(|(e, i)| grid.insert(cell(middle(*e), width), i)).collect();
     // the nearest other edge, those running the opposite way first
     let best: Vec<Option<(bool, f64, u32)>> = open
         .iter()
         .enumerate()
         .map(|(i, &[a, b])| {
             let limit = tolerance.min(p(a).distance(p(b)) / per_gap);
-            let [x, y, z] = cell(middle([a, b]), width);
             let mut best: Option<(bool, f64, u32)> = None;
-            for (dx, dy, dz) in (0..27).map(|n| (n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)) {
-                for &j in grid.get(&[x + dx, y + dy, z + dz]).into_iter().flatten() {
-                    let [c, d] = open[j as usize];
-                    if j as usize == i {
-                        continue;
+            let mut look = |j: u32| {
+                let [c, d] = open[j as usize];
+                for (same_way, gap) in [
+                    (false, p(a).distance(p(d)).max(p(b).distance(p(c)))),
+                    (true, p(a).distance(p(c)).max(p(b).distance(p(d)))),
+                ] {
+                    let offer = (same_way, gap, j);
+                    if gap <= limit && best.is_none_or(|b| offer < b) {
+                        best = Some(offer);
                     }
-                    for (same_way, gap) in [
-                        (false, p(a).distance(p(d)).max(p(b).distance(p(c)))),
-                        (true, p(a).distance(p(c)).max(p(b).distance(p(d)))),
-                    ] {
-                        let offer = (same_way, gap, j);
-                        if gap <= limit && best.is_none_or(|b| offer < b) {
-                            best = Some(offer);
+                }
+            };
+            // middles are no farther from each other than ends
+            let m = middle([a, b]);
+            let (low, high) = (cell(m - DVec3::splat(tolerance), width), cell(m + DVec3::splat(tolerance), width));
+            for x in low[0]..=high[0] {
+                for y in low[1]..=high[1] {
+                    for z in low[2]..=high[2] {
+                        let mut next = grid.get(&[x, y, z]).copied();
+                        while let Some(j) = next {
+                            if j as usize != i {
+                                look(j);
+                            }
+                            next = before[j as usize];
                         }
                     }
                 }

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::model::{Cells, Fragments, Loop, Model};
 
-use super::sets::{Progression, Unions};
+use super::sets::{Place, Progression, Unions};
 
 /// Ascending starts of consecutive stretches, and a guide into them: which stretch a number falls into.
 #[derive(Debug, Clone, Default)]
@@ -82,7 +82,9 @@ pub(super) struct FaceAccess {
     /// Where its cells end in the merged mesh.
     pub(super) end: u32,
     /// How many corners each cell has; 0 where they differ or are not stored.
-    pub(super) size: u32,
+    pub(super) size: u16,
+    /// Whether its corners are among those of 16 bits.
+    pub(super) short: bool,
     /// What to add to `size` times a cell's number for the place of its corners among those of all fragments, to wrap around.
     corners: u32,
     /// What to add to the number an inner node has in the fragment, to wrap around.
@@ -90,14 +92,14 @@ pub(super) struct FaceAccess {
     /// How many of the fragment's nodes are on its border.
     pub(super) border: u32,
     /// Where the face's union stands in `l2g`.
-    pub(super) union: [u32; 2],
+    pub(super) union: Place,
 }
 
 impl FaceAccess {
     /// Where the corners of cell `j` of the merged mesh begin.
     #[inline]
     pub(super) fn corners_of(&self, j: usize) -> usize {
-        self.corners.wrapping_add(self.size.wrapping_mul(j as u32)) as usize
+        self.corners.wrapping_add(u32::from(self.size).wrapping_mul(j as u32)) as usize
     }
 }
 
@@ -140,18 +142,19 @@ impl Numbering {
             let start = self.nodes.start(1 + edges + f) as u32;
             self.places.push(first.wrapping_sub(start));
             let size = match fragments.face(f).cells() {
-                Cells::Triangles(_) => 3,
-                Cells::Quads(_) => 4,
+                Cells::Triangles(_) | Cells::ShortTriangles(_) => 3,
+                Cells::Quads(_) | Cells::ShortQuads(_) => 4,
                 Cells::Polygons { .. } | Cells::Grid(_) => 0,
             };
             let (cells, end) = (self.cells.start(f), self.cells.start(f + 1));
             self.faces.push(FaceAccess {
                 end: end as u32,
                 size,
-                corners: corners.wrapping_sub(size.wrapping_mul(cells as u32)),
+                short: fragments.is_short(f),
+                corners: corners.wrapping_sub(u32::from(size).wrapping_mul(cells as u32)),
                 shift: start.wrapping_sub(border),
                 border,
-                union: [0; 2],
+                union: Place::default(),
             });
         }
         self.l2g.clear();
@@ -177,7 +180,7 @@ impl Numbering {
                 }
             }
             self.l2g.finish(self.nodes.start(1 + edges + f) as u32);
-            self.faces[f].union = self.l2g.span(f);
+            self.faces[f].union = self.l2g.place(f);
         }
         Ok(())
     }

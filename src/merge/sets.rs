@@ -45,106 +45,158 @@ impl Progression {
     }
 }
 
-/// One element and a progression after it, and which number the element has in its union.
+/// Pieces whose beginnings are compared at a time.
+const LANES: usize = 8;
+
+/// Numbers on a line: element `i` of the union is `offset + step i`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Part {
-    begin: u32,
-    head: u32,
-    /// What element `i` of the union would be if `i` were after the head: `offset + step i`.
+struct Line {
     offset: u32,
-    step: i32,
+    /// 1, -1 or 0, to wrap around.
+    step: u32,
 }
 
-impl Part {
+impl Line {
+    /// The line of a progression whose first element is number `begin` of the union.
+    fn new(s: Progression, begin: u32) -> Self {
+        let step = s.step as u32;
+        Self { offset: s.first.wrapping_sub(step.wrapping_mul(begin)), step }
+    }
+
     #[inline]
-    fn after_head(self, i: u32) -> u32 {
-        self.offset.wrapping_add((self.step as u32).wrapping_mul(i))
+    fn get(self, i: u32) -> u32 {
+        self.offset.wrapping_add(self.step.wrapping_mul(i))
     }
 }
 
-/// Parts up to which looking at each of them is quicker than a search.
-const FEW: usize = 8;
+/// Where a union's pieces stand among those of all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Place {
+    /// The lanes its beginnings are in.
+    lanes: [u32; 2],
+    line: u32,
+}
 
 /// Many unions, kept one after the other. Each is a union of pairs: a single element (where an edge of a loop begins), and
 /// a progression (what is inside that edge); and at last of one progression more.
+///
+/// A face of four edges has nine pieces, and where all but the first begin fits into half a line of the cache: they are
+/// compared all at once, without a branch that nobody could predict.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Unions {
-    parts: Vec<Part>,
-    /// For each union where its parts end.
-    ends: Vec<u32>,
+    /// Where the pieces of a union begin, but for the first, filled up with the largest number.
+    begins: Vec<[u32; LANES]>,
+    lines: Vec<Line>,
+    /// For each union where its lanes and its lines end.
+    ends: Vec<[u32; 2]>,
     growing: u32,
+    /// Pieces of the union that is being built.
+    pieces: usize,
 }
 
 impl Unions {
+    fn push(&mut self, piece: Progression) {
+        if let Some(k) = self.pieces.checked_sub(1) {
+            if k.is_multiple_of(LANES) {
+                self.begins.push([u32::MAX; LANES]);
+            }
+            if let Some(lanes) = self.begins.last_mut() {
+                lanes[k % LANES] = self.growing;
+            }
+        }
+        self.lines.push(Line::new(piece, self.growing));
+        self.pieces += 1;
+        self.growing += piece.len;
+    }
+
     /// Joins an element and a progression to the union that is being built.
     pub fn join(&mut self, head: u32, tail: Progression) {
-        let begin = self.growing;
-        let offset = tail.first.wrapping_sub((tail.step as u32).wrapping_mul(begin.wrapping_add(1)));
-        self.parts.push(Part { begin, head, offset, step: tail.step });
-        self.growing += 1 + tail.len;
+        self.push(Progression { first: head, len: 1, step: 0 });
+        self.push(tail);
     }
 
     /// Ends the union that is being built by the numbers from `rest` on, as many as anybody asks for; the next
     /// [`join`](Self::join) begins another. Returns how many elements came before.
     pub fn finish(&mut self, rest: u32) -> u32 {
         let begin = self.growing;
-        self.parts.push(Part { begin, head: rest, offset: rest.wrapping_sub(begin), step: 1 });
-        self.ends.push(self.parts.len() as u32);
-        self.growing = 0;
+        self.push(Progression::ascending(rest, 0));
+        self.ends.push([self.begins.len() as u32, self.lines.len() as u32]);
+        (self.growing, self.pieces) = (0, 0);
         begin
     }
 
     /// Forgets all unions and keeps the memory.
     pub fn clear(&mut self) {
-        (self.growing, _) = (0, (self.parts.clear(), self.ends.clear()));
+        (self.growing, self.pieces) = (0, 0);
+        self.begins.clear();
+        self.lines.clear();
+        self.ends.clear();
     }
 
-    /// Where the parts of a union stand among all, for [`get_of`](Self::get_of).
-    pub(super) fn span(&self, union: usize) -> [u32; 2] {
-        [if union == 0 { 0 } else { self.ends[union - 1] }, self.ends[union]]
-    }
-
-    #[inline]
-    fn parts(&self, [begin, end]: [u32; 2]) -> &[Part] {
-        &self.parts[begin as usize..end as usize]
+    /// Where a union stands among all, for [`get_of`](Self::get_of).
+    pub(super) fn place(&self, union: usize) -> Place {
+        let [first, line] = if union == 0 { [0; 2] } else { self.ends[union - 1] };
+        Place { lanes: [first, self.ends[union][0]], line }
     }
 
     /// Element `i` of a union.
     #[inline]
     pub fn get(&self, union: usize, i: u32) -> u32 {
-        self.get_of(self.span(union), i)
+        self.get_of(self.place(union), i)
     }
 
-    /// Element `i` of the union that stands at a [`span`](Self::span).
+    /// Element `i` of the union that stands at a [`place`](Self::place).
     #[inline]
-    pub(super) fn get_of(&self, span: [u32; 2], i: u32) -> u32 {
-        let mut parts = self.parts(span);
+    pub(super) fn get_of(&self, Place { lanes: [begin, end], line }: Place, i: u32) -> u32 {
+        let mut lanes = &self.begins[begin as usize..end as usize];
+        let mut found = line as usize;
         // not branches: which way a search turns cannot be predicted
-        while parts.len() > FEW {
-            let (low, high) = parts.split_at(parts.len() / 2);
-            parts = select_unpredictable(high[0].begin <= i, high, low);
+        while lanes.len() > 1 {
+            let half = lanes.len() / 2;
+            let (low, high) = lanes.split_at(half);
+            let later = high[0][0] <= i;
+            lanes = select_unpredictable(later, high, low);
+            found += select_unpredictable(later, LANES * half, 0);
         }
-        let Some((_, later)) = parts.split_first() else { return 0 };
-        let found = parts[later.iter().map(|part| usize::from(part.begin <= i)).sum::<usize>()];
-        select_unpredictable(i == found.begin, found.head, found.after_head(i))
+        if let [lanes] = lanes {
+            found += lanes.iter().map(|begin| u32::from(*begin <= i)).sum::<u32>() as usize;
+        }
+        self.lines[found].get(i)
+    }
+
+    /// Puts the elements of a union, without the last progression, where `list` begins, which becomes as long as that takes
+    /// and a little longer. Returns how many there are.
+    #[inline]
+    pub(super) fn fill(&self, union: usize, list: &mut Vec<u32>) -> usize {
+        let Place { lanes: [first, last], line } = self.place(union);
+        let lines = &self.lines[line as usize..self.ends[union][1] as usize];
+        let begins = self.begins[first as usize..last as usize].as_flattened();
+        let Some(border) = lines.len().checked_sub(2).map(|k| begins[k] as usize) else { return 0 };
+        if list.len() < border + LANES {
+            list.resize(border + LANES, 0);
+        }
+        let mut begin = 0;
+        for (line, end) in lines.iter().zip(begins) {
+            // beyond the end of the piece, too: the next one follows
+            let mut at = begin;
+            while at < *end as usize {
+                let value = line.get(at as u32);
+                if let Some(eight) = list[at..].first_chunk_mut::<LANES>() {
+                    *eight = std::array::from_fn(|k| value.wrapping_add(line.step.wrapping_mul(k as u32)));
+                }
+                at += LANES;
+            }
+            begin = *end as usize;
+            if begin == border {
+                break;
+            }
+        }
+        border
     }
 
     /// Replaces the contents of `list` by the elements of a union, without the last progression.
-    #[inline]
     pub fn list(&self, union: usize, list: &mut Vec<u32>) {
-        let Some((last, parts)) = self.parts(self.span(union)).split_last() else { return list.clear() };
-        list.resize(last.begin as usize, 0);
-        let mut left = &mut list[..];
-        for (k, part) in parts.iter().enumerate() {
-            let end = parts.get(k + 1).unwrap_or(last).begin;
-            let (own, rest) = left.split_at_mut((end - part.begin) as usize);
-            left = rest;
-            for (x, i) in own.iter_mut().zip(part.begin..) {
-                *x = part.after_head(i);
-            }
-            if let Some(first) = own.first_mut() {
-                *first = part.head;
-            }
-        }
+        let count = self.fill(union, list);
+        list.truncate(count);
     }
 }

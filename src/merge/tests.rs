@@ -398,7 +398,8 @@ fn an_edit_costs_the_fragment_only() {
     let kept = |view: &Merged| -> Vec<[usize; 3]> {
         let faces = view.fragments().faces();
         let at = |f: crate::model::FaceView| {
-            [f.border().as_ptr() as usize, f.inner().as_ptr() as usize, f.cells().stored().as_ptr() as usize]
+            let Cells::ShortTriangles(cells) = f.cells() else { panic!("all have few nodes") };
+            [f.border().as_ptr() as usize, f.inner().as_ptr() as usize, cells.as_ptr() as usize]
         };
         faces.map(at).collect()
     };
@@ -505,4 +506,26 @@ fn cells_of_any_number_of_nodes_are_written() {
     let quads = Merged::new(model, fragments).unwrap();
     let text = String::from_utf8(written(&quads, Format::Msh, Encoding::Text).unwrap()).unwrap();
     assert!(text.contains("$Elements\n1 20 1 20\n2 1 3 20\n"), "{text}");
+}
+
+/// Numbers of more than 16 bits are kept, and read, otherwise than those of small fragments; borders of many nodes too.
+#[test]
+fn large_fragments_come_back() {
+    let mut mesh = torus(1100, 70);
+    let across: Vec<[u32; 2]> = (0..70).map(|j| [1100 * j, 1100 * ((j + 1) % 70)]).collect();
+    let along: Vec<[u32; 2]> = (0..1100).map(|i| [i, (i + 1) % 1100]).collect();
+    // a small fragment beside it: both kinds in one mesh
+    mesh.labels = (0..154_000).map(|t| u32::from(t % 2200 < 40 && t < 22_000)).collect();
+    mesh.faces = ["large", "small"].map(String::from).to_vec();
+    let cut = from_mesh(&mesh, &[across, along].concat(), &[]).unwrap();
+    let kinds = |f: crate::model::FaceView| matches!(f.cells(), Cells::ShortTriangles(_));
+    let short: Vec<bool> = cut.fragments.faces().map(kinds).collect();
+    assert!(short.contains(&true) && short.contains(&false), "{short:?}");
+    let view = merged(&cut);
+    assert_eq!(together(&cut, &view, &mesh), mesh);
+    let (m, arrays) = (view.cell_count(), TriMesh::from_view(&view).triangles);
+    assert!((0..m).all(|j| view.triangle(j) == Some(arrays[j]) && view.cell(j).eq(arrays[j])));
+    let mut found = Vec::new();
+    view.triangles_at(&(0..m as u32).collect::<Vec<_>>(), &mut found);
+    assert_eq!(found, arrays);
 }

@@ -117,7 +117,7 @@ impl<P, C, S> Merged<P, C, S> {
     /// # Panics
     /// Where there is no such cell.
     pub fn label(&self, j: usize) -> u32 {
-        self.model.faces[self.place_of_cell(j).0 as usize].label
+        self.model.faces[self.numbering.face_of(j).0].label
     }
 
     /// The number a node of a face's fragment has in the merged mesh (\[LAZ\] 4.2, `l2g`).
@@ -129,8 +129,8 @@ impl<P, C, S> Merged<P, C, S> {
         self.numbering.l2g.get(face as usize, node)
     }
 
-    /// With a branch, though near borders it is foreseen half of the time only: numbers that are chosen wait for the corners
-    /// to come from memory, and with them all that follows.
+    /// With a branch, though near borders it is foreseen half of the time only: without one, three nodes are so much to do
+    /// that the processor has fewer cells on their way from memory.
     #[inline]
     fn to_global(&self, access: &FaceAccess, node: u32) -> u32 {
         if node < access.border {
@@ -140,6 +140,16 @@ impl<P, C, S> Merged<P, C, S> {
         }
     }
 
+    /// The corners of cell `j` as its fragment keeps them, if they are so many and in 16 bits.
+    #[inline]
+    fn short<const N: usize>(&self, access: &FaceAccess, j: usize) -> Option<[u32; N]> {
+        if !access.short || usize::from(access.size) != N {
+            return None;
+        }
+        let corners = self.fragments.corner_pools().1.get(access.corners_of(j)..)?;
+        Some(corners.first_chunk::<N>()?.map(u32::from))
+    }
+
     /// The corners of a cell, as numbers of the merged mesh's nodes.
     ///
     /// # Panics
@@ -147,12 +157,12 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn cell(&self, j: usize) -> impl ExactSizeIterator<Item = u32> + '_ {
         let (f, access) = self.numbering.face_of(j);
-        let corners = match access.size as usize {
-            0 => self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f)),
-            size => {
-                let begin = access.corners_of(j);
-                Corners::Stored(&self.fragments.corner_pool()[begin..begin + size])
-            }
+        let corners = if let Some(corners) = self.short(access, j) {
+            Corners::Triangle(corners)
+        } else if let Some(corners) = self.short(access, j) {
+            Corners::Quad(corners)
+        } else {
+            self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f))
         };
         let count = corners.as_ref().len();
         (0..count).map(move |k| self.to_global(access, corners.as_ref()[k]))
@@ -165,14 +175,15 @@ impl<P, C, S> Merged<P, C, S> {
     #[inline]
     pub fn triangle(&self, j: usize) -> Option<[u32; 3]> {
         let (f, access) = self.numbering.face_of(j);
-        if access.size == 3 {
-            let begin = access.corners_of(j);
-            let corners = &self.fragments.corner_pool()[begin..begin + 3];
-            return Some([0, 1, 2].map(|k| self.to_global(access, corners[k])));
-        }
+        let corners = self.short(access, j).or_else(|| self.any_triangle(f, j))?;
+        Some(corners.map(|v| self.to_global(access, v)))
+    }
+
+    /// The corners of a triangle as its fragment has them, however it keeps them.
+    fn any_triangle(&self, f: usize, j: usize) -> Option<[u32; 3]> {
         let corners = self.fragments.face(f).cells().corners(j - self.numbering.cells.start(f));
         let [a, b, c] = *corners.as_ref() else { return None };
-        Some([a, b, c].map(|v| self.to_global(access, v)))
+        Some([a, b, c])
     }
 
     /// Puts the corners of the given cells into `out`, which is emptied first: quicker than
@@ -185,30 +196,24 @@ impl<P, C, S> Merged<P, C, S> {
         /// Cells on their way at a time.
         const AHEAD: usize = 128;
         const NONE: [u32; 3] = [u32::MAX; 3];
-        let pool = self.fragments.corner_pool();
-        let (mut face, mut begin) = ([0u32; AHEAD], [0usize; AHEAD]);
+        let faces = &self.numbering.faces;
+        let mut face = [0u32; AHEAD];
         out.clear();
         out.reserve(cells.len());
         for part in cells.chunks(AHEAD) {
             // each loop short, so that the processor is in many rounds of it at once
-            for (k, j) in part.iter().enumerate() {
-                let (f, access) = self.numbering.face_of(*j as usize);
-                face[k] = f as u32;
-                begin[k] = if access.size == 3 { access.corners_of(*j as usize) } else { usize::MAX };
+            for (f, j) in face.iter_mut().zip(part) {
+                *f = self.numbering.face_of(*j as usize).0 as u32;
             }
             let first = out.len();
-            out.extend(
-                begin[..part.len()]
-                    .iter()
-                    .map(|at| pool.get(*at..).and_then(|list| list.first_chunk()).copied().unwrap_or(NONE)),
-            );
-            for (k, corners) in out[first..].iter_mut().enumerate() {
-                *corners = if begin[k] == usize::MAX {
-                    self.triangle(part[k] as usize).unwrap_or(NONE)
-                } else {
-                    let access = &self.numbering.faces[face[k] as usize];
-                    corners.map(|v| self.to_global(access, v))
-                };
+            out.extend(part.iter().zip(&face).map(|(j, f)| {
+                let (f, j) = (*f as usize, *j as usize);
+                self.short(&faces[f], j).or_else(|| self.any_triangle(f, j)).unwrap_or(NONE)
+            }));
+            for (corners, f) in out[first..].iter_mut().zip(&face) {
+                if *corners != NONE {
+                    *corners = corners.map(|v| self.to_global(&faces[*f as usize], v));
+                }
             }
         }
     }
@@ -299,27 +304,31 @@ impl<P, C, S> Merged<P, C, S> {
         room: &mut Room,
         take: &mut dyn FnMut(CellRun) -> Result<()>,
     ) -> Result<()> {
-        let label = self.model.faces[face].label;
         let first = self.numbering.cells.start(face);
         let access = &self.numbering.faces[face];
+        let label = self.model.faces[face].label;
         let mut begin = range.start;
         if let Some(border) = self.fragments.border_corners(face) {
-            let (size, at) = (access.size as usize, access.corners_of(first));
-            let stored = &self.fragments.corner_pool()[at..at + size * (access.end as usize - first)];
-            for (b, block) in stored.chunks(size * BLOCK).enumerate().skip(begin / BLOCK) {
-                if begin >= range.end {
-                    break;
-                }
+            let (size, at) = (usize::from(access.size), access.corners_of(first));
+            let (wide, short) = self.fragments.corner_pools();
+            let count = access.end as usize - first;
+            for b in begin / BLOCK..range.end.div_ceil(BLOCK) {
                 let (start, end) = (b * BLOCK, range.end.min((b + 1) * BLOCK));
-                room.translate(block, access.shift, border.of_block(b));
-                let part = &room.block[size * (begin - start)..size * (end - start)];
+                let stored = at + size * start..at + size * count.min(start + BLOCK);
+                if access.short {
+                    add_short(&short[stored], access.shift, &mut room.block.0[..]);
+                } else {
+                    add(&wide[stored], access.shift, &mut room.block.0[..]);
+                }
+                put_border(border.of_block(b), &room.bounds, &mut room.block.0);
+                let part = &room.block.0[size * (begin - start)..size * (end - start)];
                 take(CellRun::even(first + begin, label, part, size))?;
                 begin = end;
             }
             return Ok(());
         }
         let cells = self.fragments.face(face).cells();
-        let number = |v: &u32| self.numbering.l2g.get_of(access.union, *v);
+        let number = |v: &u32| self.to_global(access, *v);
         while begin < range.end {
             let end = range.end.min(begin + BLOCK);
             room.corners.clear();
@@ -329,8 +338,10 @@ impl<P, C, S> Merged<P, C, S> {
                 room.ends.push(room.corners.len() as u32);
             }
             take(match cells {
-                Cells::Triangles(_) => CellRun::even(first + begin, label, &room.corners, 3),
-                Cells::Quads(_) | Cells::Grid(_) => CellRun::even(first + begin, label, &room.corners, 4),
+                Cells::Triangles(_) | Cells::ShortTriangles(_) => CellRun::even(first + begin, label, &room.corners, 3),
+                Cells::Quads(_) | Cells::ShortQuads(_) | Cells::Grid(_) => {
+                    CellRun::even(first + begin, label, &room.corners, 4)
+                }
                 Cells::Polygons { .. } => CellRun::mixed(first + begin, label, &room.corners, &room.ends),
             })?;
             begin = end;
@@ -339,32 +350,52 @@ impl<P, C, S> Merged<P, C, S> {
     }
 }
 
+/// Numbers that begin where a line of the cache does: eight of them, written and read at once, never cross one.
+#[repr(align(64))]
+struct Block([u32; BLOCK_CORNERS]);
+
 /// What reading needs, kept from face to face.
 struct Room {
-    /// The face's border numbers.
+    /// The face's border numbers, and room for [`USUAL`].
     bounds: Vec<u32>,
-    block: Box<[u32; BLOCK_CORNERS]>,
+    block: Box<Block>,
     corners: Vec<u32>,
     ends: Vec<u32>,
 }
 
 impl Room {
     fn new() -> Self {
-        Self { bounds: Vec::new(), block: Box::new([0; BLOCK_CORNERS]), corners: Vec::new(), ends: Vec::new() }
-    }
-
-    /// Puts the numbers of a block's nodes into `block`: as if none were on the border, then those that are.
-    #[inline]
-    fn translate(&mut self, nodes: &[u32], shift: u32, border: &[u32]) {
-        let block = &mut *self.block;
-        add(nodes, shift, &mut block[..nodes.len()]);
-        let bounds = &self.bounds[..];
-        for x in border {
-            // the remainder is the place itself, and tells the compiler that it is one
-            block[*x as usize % BLOCK_CORNERS] = bounds[(*x >> PLACE_SHIFT) as usize];
+        Self {
+            bounds: vec![0; USUAL],
+            block: Box::new(Block([0; BLOCK_CORNERS])),
+            corners: Vec::new(),
+            ends: Vec::new(),
         }
     }
 }
+
+/// Puts the numbers of nodes on the border in their places in a block.
+// alone it has the processor's registers for itself
+#[inline(never)]
+fn put_border(border: &[u32], bounds: &[u32], block: &mut [u32; BLOCK_CORNERS]) {
+    // the remainder is the place itself, and tells the compiler that it is one
+    let place = |x: u32| x as usize % BLOCK_CORNERS;
+    match bounds.first_chunk::<USUAL>() {
+        Some(usual) if bounds.len() == USUAL => {
+            // eight are read before the first is written
+            let (eights, rest) = border.as_chunks::<8>();
+            for eight in eights {
+                let numbers = eight.map(|x| usual[(x >> PLACE_SHIFT) as usize % USUAL]);
+                (0..8).for_each(|k| block[place(eight[k])] = numbers[k]);
+            }
+            rest.iter().for_each(|x| block[place(*x)] = usual[(x >> PLACE_SHIFT) as usize % USUAL]);
+        }
+        _ => border.iter().for_each(|x| block[place(*x)] = bounds[(x >> PLACE_SHIFT) as usize]),
+    }
+}
+
+/// Borders of fewer nodes are read without asking whether there is such a node.
+const USUAL: usize = 1024;
 
 /// Adds `shift` to each of as many numbers.
 // no wider: 64 bytes at a time cross the lines of the cache each time and take twice as long
@@ -372,6 +403,14 @@ impl Room {
 fn add(from: &[u32], shift: u32, to: &mut [u32]) {
     for (x, v) in to.iter_mut().zip(from) {
         *x = v.wrapping_add(shift);
+    }
+}
+
+/// The same, of short numbers.
+#[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
+fn add_short(from: &[u16], shift: u32, to: &mut [u32]) {
+    for (x, v) in to.iter_mut().zip(from) {
+        *x = u32::from(*v).wrapping_add(shift);
     }
 }
 
@@ -454,7 +493,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
             }
             let begin = range.start.max(start);
             if begin < end {
-                self.numbering.l2g.list(f, &mut room.bounds);
+                self.numbering.l2g.fill(f, &mut room.bounds);
                 self.read_face(f, begin - start..end - start, &mut room, take)?;
             }
         }

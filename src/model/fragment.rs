@@ -111,13 +111,38 @@ pub struct FaceFragment {
     pub(super) loops: Vec<u32>,
 }
 
+/// Numbers of nodes, in as few bits as hold them.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Numbers<'a> {
+    Wide(&'a [u32]),
+    Short(&'a [u16]),
+}
+
+impl Numbers<'_> {
+    fn to_vec(self) -> Vec<u32> {
+        match self {
+            Numbers::Wide(list) => list.to_vec(),
+            Numbers::Short(list) => list.iter().map(|v| u32::from(*v)).collect(),
+        }
+    }
+}
+
+impl PartialEq for Numbers<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Numbers::Short(a), Numbers::Short(b)) => a == b,
+            (a, b) => a.to_vec() == b.to_vec(),
+        }
+    }
+}
+
 /// The mesh of a face as it is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaceView<'a> {
     pub(super) border: &'a [DVec3],
     pub(super) inner: &'a [DVec3],
     pub(super) form: Form,
-    pub(super) corners: &'a [u32],
+    pub(super) corners: Numbers<'a>,
     pub(super) ends: &'a [u32],
     pub(super) border_corners: &'a [u32],
     pub(super) stretches: &'a [Stretch],
@@ -168,12 +193,16 @@ impl<'a> FaceView<'a> {
     }
 }
 
-fn cells<'a>(form: Form, corners: &'a [u32], ends: &'a [u32]) -> Cells<'a> {
-    match form {
-        Form::Triangles => Cells::Triangles(corners.as_chunks().0),
-        Form::Quads => Cells::Quads(corners.as_chunks().0),
-        Form::Polygons => Cells::Polygons { ends, corners },
-        Form::Grid(size) => Cells::Grid(size),
+fn cells<'a>(form: Form, corners: Numbers<'a>, ends: &'a [u32]) -> Cells<'a> {
+    match (form, corners) {
+        (Form::Triangles, Numbers::Wide(corners)) => Cells::Triangles(corners.as_chunks().0),
+        (Form::Quads, Numbers::Wide(corners)) => Cells::Quads(corners.as_chunks().0),
+        (Form::Triangles, Numbers::Short(corners)) => Cells::ShortTriangles(corners.as_chunks().0),
+        (Form::Quads, Numbers::Short(corners)) => Cells::ShortQuads(corners.as_chunks().0),
+        (Form::Polygons, Numbers::Wide(corners)) => Cells::Polygons { ends, corners },
+        // never kept short
+        (Form::Polygons, Numbers::Short(_)) => Cells::Polygons { ends: &[], corners: &[] },
+        (Form::Grid(size), _) => Cells::Grid(size),
     }
 }
 
@@ -190,14 +219,13 @@ impl FaceFragment {
     pub fn new(nodes: Vec<DVec3>, cells: Cells, boundary: &Boundary, loops: &[impl AsRef<[u32]>]) -> Result<Self> {
         check_cells(cells, nodes.len())?;
         check_boundary(boundary, cells, nodes.len())?;
-        let place = |v: &u32| boundary.place(*v);
         let (form, ends) = match cells {
-            Cells::Triangles(_) => (Form::Triangles, Vec::new()),
-            Cells::Quads(_) => (Form::Quads, Vec::new()),
+            Cells::Triangles(_) | Cells::ShortTriangles(_) => (Form::Triangles, Vec::new()),
+            Cells::Quads(_) | Cells::ShortQuads(_) => (Form::Quads, Vec::new()),
             Cells::Polygons { ends, .. } => (Form::Polygons, ends.to_vec()),
             Cells::Grid(size) => (Form::Grid(size), Vec::new()),
         };
-        let corners = cells.stored().iter().map(place).collect();
+        let corners = cells.stored().map(|v| boundary.place(v)).collect();
         let nodes = match boundary {
             Boundary::First(_) => nodes,
             other => (0..nodes.len() as u32).map(|place| nodes[other.node(place) as usize]).collect(),
@@ -251,7 +279,7 @@ impl FaceFragment {
             border,
             inner,
             form: self.form,
-            corners: &self.corners,
+            corners: Numbers::Wide(&self.corners),
             ends: &self.ends,
             border_corners: &self.border_corners,
             stretches: &self.stretches,
@@ -303,6 +331,14 @@ impl FaceFragment {
         gone
     }
 
+    /// The corners in 16 bits, where cells are even and that is enough for all of them.
+    pub(super) fn short(&self) -> Option<Vec<u16>> {
+        if self.nodes.len() > 1 << 16 || !matches!(self.form, Form::Triangles | Form::Quads) {
+            return None;
+        }
+        Some(self.corners.iter().map(|v| *v as u16).collect())
+    }
+
     fn find_border_corners(&mut self) {
         self.border_corners.clear();
         let size = match self.form {
@@ -343,16 +379,17 @@ fn take_prints(nodes: &[DVec3], loops: &[u32], stretches: &mut [Stretch]) {
 
 fn check_cells(cells: Cells, nodes: usize) -> Result<()> {
     let bad = |j: usize, what: String| Err(Error::input(Place::Item(format!("cell {j}")), what));
-    let beyond = |list: &[u32]| list.iter().position(|v| *v as usize >= nodes);
-    let corners = cells.stored();
-    if nodes.max(corners.len()) >= u32::MAX as usize {
-        let message = format!("{nodes} nodes and {} corners are more than a fragment can hold", corners.len());
+    let mut corners = cells.stored();
+    let count = corners.len();
+    if nodes.max(count) >= u32::MAX as usize {
+        let message = format!("{nodes} nodes and {count} corners are more than a fragment can hold");
         return Err(Error::input(Place::Unknown, message));
     }
     let size = match cells {
-        Cells::Triangles(_) => 3,
-        Cells::Quads(_) => 4,
+        Cells::Triangles(_) | Cells::ShortTriangles(_) => 3,
+        Cells::Quads(_) | Cells::ShortQuads(_) => 4,
         Cells::Polygons { ends, corners } => {
+            let beyond = |list: &[u32]| list.iter().position(|v| *v as usize >= nodes);
             let mut begin = 0;
             for (j, end) in ends.iter().enumerate() {
                 if (*end as usize) > corners.len() || *end < begin || end - begin < 3 {
@@ -378,7 +415,7 @@ fn check_cells(cells: Cells, nodes: usize) -> Result<()> {
             return Ok(());
         }
     };
-    match beyond(corners) {
+    match corners.position(|v| v as usize >= nodes) {
         Some(k) => bad(k / size, format!("it uses a node that does not exist; there are {nodes}")),
         None => Ok(()),
     }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 
 use super::cells::Cells;
-use super::fragment::{BLOCK, EdgeFragment, FaceFragment, FaceView, Form, Stretch};
+use super::fragment::{BLOCK, EdgeFragment, FaceFragment, FaceView, Form, Numbers, Stretch};
 
 /// A part of an array. Two numbers of 32 bits: there are as many of these as fragments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -36,6 +36,8 @@ struct FaceRow {
     border: Span,
     inner: Span,
     form: Form,
+    /// Whether its corners are among the short ones.
+    short: bool,
     corners: Span,
     ends: Span,
     border_corners: Span,
@@ -54,6 +56,8 @@ pub struct Fragments {
     /// Faces' copies of the nodes on their borders.
     borders: Vec<DVec3>,
     corners: Vec<u32>,
+    /// Of faces whose nodes are so few that 16 bits number them: half as much to read.
+    short_corners: Vec<u16>,
     ends: Vec<u32>,
     border_corners: Vec<u32>,
     stretches: Vec<Stretch>,
@@ -120,11 +124,17 @@ impl Fragments {
     }
 
     fn put_face(&mut self, old: Option<FaceRow>, face: &FaceFragment) -> Result<FaceRow> {
+        let short = face.short();
+        let kept = |of_short: bool| old.filter(|o| o.short == of_short).map(|o| o.corners);
         Ok(FaceRow {
             border: put(&mut self.borders, old.map(|o| o.border), &face.nodes[..face.border as usize])?,
             inner: put(&mut self.nodes, old.map(|o| o.inner), &face.nodes[face.border as usize..])?,
             form: face.form,
-            corners: put(&mut self.corners, old.map(|o| o.corners), &face.corners)?,
+            short: short.is_some(),
+            corners: match &short {
+                Some(list) => put(&mut self.short_corners, kept(true), list)?,
+                None => put(&mut self.corners, kept(false), &face.corners)?,
+            },
             ends: put(&mut self.ends, old.map(|o| o.ends), &face.ends)?,
             border_corners: put(&mut self.border_corners, old.map(|o| o.border_corners), &face.border_corners)?,
             stretches: put(&mut self.stretches, old.map(|o| o.stretches), &face.stretches)?,
@@ -182,7 +192,11 @@ impl Fragments {
             border: &self.borders[row.border.range()],
             inner: &self.nodes[row.inner.range()],
             form: row.form,
-            corners: &self.corners[row.corners.range()],
+            corners: if row.short {
+                Numbers::Short(&self.short_corners[row.corners.range()])
+            } else {
+                Numbers::Wide(&self.corners[row.corners.range()])
+            },
             ends: &self.ends[row.ends.range()],
             border_corners: &self.border_corners[row.border_corners.range()],
             stretches: &self.stretches[row.stretches.range()],
@@ -232,7 +246,9 @@ impl Fragments {
             Ok(new) => {
                 self.faces[face] = new;
                 let left = |a: Span, b: Span| if a == b { 0 } else { a.len as usize };
-                self.leave(left(row.inner, new.inner) + left(row.corners, new.corners));
+                let corners =
+                    if row.short == new.short { left(row.corners, new.corners) } else { row.corners.len as usize };
+                self.leave(left(row.inner, new.inner) + corners);
                 Ok(old)
             }
             Err(error) => {
@@ -254,7 +270,7 @@ impl Fragments {
     /// Counts what nobody uses, and packs when that is half of all.
     fn leave(&mut self, count: usize) {
         self.unused += count;
-        if 2 * self.unused <= self.nodes.len() + self.corners.len() {
+        if 2 * self.unused <= self.nodes.len() + self.corners.len() + self.short_corners.len() {
             return;
         }
         let mut packed = Fragments::new(self.vertices().to_vec());
@@ -276,10 +292,15 @@ impl Fragments {
         &self.nodes
     }
 
-    /// All stored corners, those nobody uses any more included.
+    /// All stored corners in 32 and in 16 bits, those nobody uses any more included.
     #[inline]
-    pub(crate) fn corner_pool(&self) -> &[u32] {
-        &self.corners
+    pub(crate) fn corner_pools(&self) -> (&[u32], &[u16]) {
+        (&self.corners, &self.short_corners)
+    }
+
+    /// Whether a face's corners are in the pool of 16 bits.
+    pub(crate) fn is_short(&self, face: usize) -> bool {
+        self.faces[face].short
     }
 
     /// Where an edge's first inner node stands in the [`pool`](Self::pool), and how many there are.
@@ -289,7 +310,7 @@ impl Fragments {
     }
 
     /// Where a face's inner nodes stand in the [`pool`](Self::pool), how many they are, how many are on the border; where
-    /// its cells' corners stand in the [`corner_pool`](Self::corner_pool).
+    /// its cells' corners stand in their [pool](Self::corner_pools).
     pub(crate) fn face_span(&self, face: usize) -> [u32; 4] {
         let row = &self.faces[face];
         [row.inner.start, row.inner.len, row.border.len, row.corners.start]
