@@ -10,6 +10,7 @@ use super::newton::nearest;
 use super::octree::{BRICK, Cell, key};
 use super::tape::{Op, Pruned, Scratch, Tape};
 use crate::error::Result;
+use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -17,6 +18,8 @@ use crate::spatial::Aabb;
 const DEEPER: u32 = 2;
 /// Boxes looked at in one brick.
 const MOST_BOXES: usize = 20_000;
+/// Patches of the extraction with at most this many triangles are small.
+const FEW: usize = 24;
 /// A leaf is met with this many others.
 const MOST_OTHERS: usize = 6;
 /// On the two sides of a surface, this share of the part's size away from it, are inside and outside: faces that touch to
@@ -33,7 +36,7 @@ pub(crate) struct SurfacePoint {
 
 /// Looks for the surface where marching cubes may not have seen it: in bricks whose corners all have one sign, and on
 /// faces that, by intervals, may come through a brick and have no triangle there or next to it. One point for each face
-/// in each cell that holds one near its middle.
+/// in each cell that holds one near its middle. Also the nodes of faces of few triangles.
 ///
 /// Not found: what is smaller than the cells on a face that has triangles within a brick, and formulas on whose zeros
 /// Newton's method does not settle.
@@ -46,8 +49,42 @@ pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run)
             if unseen.is_empty() { Ok(Vec::new()) } else { points(model, extracted, c, Some(&unseen), run) }
         });
         let found: Vec<Vec<SurfacePoint>> = empty.chain(crossed).collect::<Result<_>>()?;
-        Ok(found.into_iter().flatten().collect())
+        let mut found: Vec<SurfacePoint> = found.into_iter().flatten().collect();
+        found.extend(small_patches(&extracted.mesh));
+        Ok(found)
     })
+}
+
+/// Nodes of patches of one face that have few triangles: remeshing may lose them.
+fn small_patches(mesh: &TriMesh) -> Vec<SurfacePoint> {
+    let mut root: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    let find = |root: &mut [u32], mut t: u32| {
+        while root[t as usize] != t {
+            root[t as usize] = root[root[t as usize] as usize];
+            t = root[t as usize];
+        }
+        t
+    };
+    // The last two triangles seen at each node, of different faces: at most nodes two faces meet.
+    let mut last = vec![[u32::MAX; 2]; mesh.nodes.len()];
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let label = mesh.labels[t];
+        for v in triangle {
+            let own = &mut last[*v as usize];
+            match own.iter().position(|o| *o != u32::MAX && mesh.labels[*o as usize] == label) {
+                Some(k) => {
+                    let (a, b) = (find(&mut root, own[k]), find(&mut root, t as u32));
+                    root[a.max(b) as usize] = a.min(b);
+                }
+                None => *own = [t as u32, own[0]],
+            }
+        }
+    }
+    let mut size = vec![0; root.len()];
+    let roots: Vec<u32> = (0..root.len() as u32).map(|t| find(&mut root, t)).collect();
+    roots.iter().for_each(|r| size[*r as usize] += 1);
+    let small = (0..roots.len()).filter(|t| size[roots[*t] as usize] <= FEW);
+    small.flat_map(|t| mesh.corners(t).map(|at| SurfacePoint { at, face: mesh.labels[t] })).collect()
 }
 
 /// In which bricks each face has triangles.
