@@ -135,6 +135,10 @@ const SHEET: f64 = 0.15;
 /// A triangle of a smaller shape seems to be.
 const TURNED: f64 = 0.05;
 
+/// Up to this angle (cosine) with the surface, 45 degrees, a triangle is judged by its own angles alone: where the surface bends
+/// within the length of an edge no place of a node would turn it nearer.
+const FACING: f64 = 0.7;
+
 /// A triangle by what its shape is made of.
 #[derive(Clone, Copy)]
 pub(super) struct Facet {
@@ -160,6 +164,13 @@ impl Facet {
         self.relative(self.area.dot(normal))
     }
 
+    /// The shape as its angles make it, as long as it faces about the way of `normal`; from there on smaller and smaller, with
+    /// the sign of [`seen`](Self::seen).
+    fn facing(&self, normal: DVec3) -> f64 {
+        let seen = self.seen(normal) / FACING;
+        if seen > 0.0 { seen.min(self.plain()) } else { seen }
+    }
+
     /// The shape whichever way the triangle faces.
     pub(super) fn plain(&self) -> f64 {
         self.relative(self.area.length())
@@ -171,9 +182,9 @@ impl Facet {
     }
 }
 
-/// [`Facet::seen`] of a triangle.
+/// [`Facet::facing`] of a triangle.
 pub(super) fn shape(corners: [DVec3; 3], normal: DVec3) -> f64 {
-    Facet::new(corners).seen(normal)
+    Facet::new(corners).facing(normal)
 }
 
 /// [`Facet::plain`] of a triangle.
