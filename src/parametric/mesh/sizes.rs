@@ -15,6 +15,8 @@ use crate::spatial::{Aabb, Bvh, Graded};
 const ACROSS: f64 = 1.0;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
 pub(super) const EASE: f64 = 2.0;
+/// A chord of this many times the root of width and radius leaves its arc by half the width.
+const APART: f64 = 2.0;
 /// Short edges are followed down to this share of what narrow places are.
 const DEEPER: f64 = 0.125;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
@@ -55,6 +57,8 @@ struct Piece {
     way: [f64; 2],
     /// Before and after these ways along its edge narrow places do not count.
     bare: [f64; 2],
+    /// The radius of its edge's curvature.
+    bend: f64,
 }
 
 /// The field of wanted lengths of a whole model.
@@ -87,7 +91,8 @@ pub(super) fn field<'a>(
         if uses[i] == 2 && faces_of[i].len() == 1 {
             // A seam: nothing in space, but it runs along a tube, around which there shall be enough edges.
             let round = brep.faces[faces_of[i][0] as usize].surface.is_round();
-            let fit = |r: &f64| if round { sizes.around(*r) } else { fitting(std::f64::consts::TAU / 3.0 * r, sizes) };
+            let fit =
+                |r: &f64| if round { sizes.around(*r) } else { fitting(std::f64::consts::TAU / 3.0 * r, 0.0, sizes) };
             let around = s.bend.iter().map(fit);
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
@@ -116,9 +121,14 @@ pub(super) fn field<'a>(
     Ok(Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size })
 }
 
-/// The edge length that fits a place of some width. Places so narrow that there will be needles get few of them.
-fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
-    if EASE * width < sizes.deepest { sizes.least } else { width.max((EASE * width).min(sizes.least)) }
+/// The edge length that fits a place of some width between borders of some radius of curvature. Places so narrow that there will be
+/// needles get few of them: edges as long as they may be without crossing those of the other side.
+fn fitting(width: f64, bend: f64, sizes: &MeshSizes<'_>) -> f64 {
+    if EASE * width < sizes.deepest {
+        (APART * (width * bend).sqrt()).max(sizes.least)
+    } else {
+        width.max((EASE * width).min(sizes.least))
+    }
 }
 
 /// The edge length that fits a short edge. It wants few short edges around it, unlike a place that is narrow for long, and so
@@ -162,6 +172,7 @@ fn narrow_places(
                         from: along,
                         way: [ways[i], ways[j]],
                         bare,
+                        bend: 1.0 / brep.edges[c.edge as usize].curve.curvature(0.5 * (s.t[i] + s.t[j])),
                     });
                 }
                 along += a.distance(b);
@@ -184,7 +195,7 @@ fn narrow_places(
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
             let found = tree.nearest(at, sizes.size / ACROSS, across);
-            found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), sizes))).filter(|x| x.1 < sizes.size)
+            found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), p.bend, sizes))).filter(|x| x.1 < sizes.size)
         };
         let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
         // The field grows on both sides of a source: there must be one at about every length.
