@@ -182,9 +182,9 @@ impl Facet {
     }
 }
 
-/// [`Facet::facing`] of a triangle.
+/// [`Facet::seen`] of a triangle.
 pub(super) fn shape(corners: [DVec3; 3], normal: DVec3) -> f64 {
-    Facet::new(corners).facing(normal)
+    Facet::new(corners).seen(normal)
 }
 
 /// [`Facet::plain`] of a triangle.
@@ -218,19 +218,26 @@ impl Patchwork {
         self.is_kept(h / 3) || (o != NONE && self.is_kept(o / 3))
     }
 
-    /// [`shape`] of a triangle at the given corners, on the given patch; on none all shapes are as good.
+    /// The shape of a triangle seen along `normal`; between borders that were spaced for bends beforehand, where triangles are
+    /// about as near to the surface as they shall be, as its own angles make it.
+    fn judged(&self, t: [DVec3; 3], normal: DVec3) -> f64 {
+        let facet = Facet::new(t);
+        if self.spaced { facet.facing(normal) } else { facet.seen(normal) }
+    }
+
+    /// [`judged`](Self::judged) of a triangle at the given corners, on the given patch; on none all shapes are as good.
     pub(super) fn shape_at(&self, surface: &dyn Pieces, patch: u32, t: [DVec3; 3]) -> f64 {
         if self.patches[patch as usize].piece == NONE {
             return 1.0;
         }
         let middle = (t[0] + t[1] + t[2]) / 3.0;
-        let seen = shape(t, self.normal(surface, patch, middle));
+        let seen = self.judged(t, self.normal(surface, patch, middle));
         if seen > TURNED {
             return seen;
         }
         let (u, v) = (t[1] - t[0], t[2] - t[0]);
         let longest = u.length_squared().max(v.length_squared()).max(u.distance_squared(v)).sqrt();
-        self.normal_facing(surface, patch, middle, u.cross(v), longest).map_or(seen, |n| seen.max(shape(t, n)))
+        self.normal_facing(surface, patch, middle, u.cross(v), longest).map_or(seen, |n| seen.max(self.judged(t, n)))
     }
 
     /// Outward unit normal of a sheet of a patch's piece that faces the way of `up` and is near `p`, beside edges of `length`.
@@ -279,7 +286,7 @@ impl Patchwork {
             if label != last && !on_line {
                 (last, normal) = (label, known.unwrap_or_else(|| self.normal(surface, label, p)));
             }
-            let shape = if on_line { self.shape_at(surface, label, triangle) } else { shape(triangle, normal) };
+            let shape = if on_line { self.shape_at(surface, label, triangle) } else { self.judged(triangle, normal) };
             if worst.1 == NONE || shape < worst.0 {
                 worst = (shape, h);
             }
