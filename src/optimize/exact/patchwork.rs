@@ -182,11 +182,6 @@ impl Facet {
     }
 }
 
-/// [`Facet::seen`] of a triangle.
-pub(super) fn shape(corners: [DVec3; 3], normal: DVec3) -> f64 {
-    Facet::new(corners).seen(normal)
-}
-
 /// [`Facet::plain`] of a triangle.
 pub(super) fn plain_shape(corners: [DVec3; 3]) -> f64 {
     Facet::new(corners).plain()
@@ -220,7 +215,7 @@ impl Patchwork {
 
     /// The shape of a triangle seen along `normal`; between borders that were spaced for bends beforehand, where triangles are
     /// about as near to the surface as they shall be, as its own angles make it.
-    fn judged(&self, t: [DVec3; 3], normal: DVec3) -> f64 {
+    pub(super) fn judged(&self, t: [DVec3; 3], normal: DVec3) -> f64 {
         let facet = Facet::new(t);
         if self.spaced { facet.facing(normal) } else { facet.seen(normal) }
     }
@@ -256,12 +251,12 @@ impl Patchwork {
         surface.foot_facing(piece, p, up * outward, SHEET * length)?.1.map(|n| n * outward)
     }
 
-    /// [`shape`] of a triangle as it is.
+    /// [`judged`](Self::judged) of a triangle as it is.
     pub(super) fn shape(&self, surface: &dyn Pieces, t: u32) -> f64 {
         self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t))
     }
 
-    /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
+    /// The worst [shape](Self::judged) around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
         self.worst_with(surface, v, p, None)
     }
