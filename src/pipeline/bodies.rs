@@ -428,7 +428,7 @@ fn patchwork(
         }
     }
     let frozen = (0..solid.piece_count()).filter(|p| is_kept(*p)).collect();
-    Patchwork { sizes, spaced: true, frozen, ..Patchwork::new(mesh, sets, patches) }
+    Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

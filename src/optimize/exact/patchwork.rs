@@ -106,6 +106,8 @@ pub struct Patchwork {
     pub frozen: Vec<u32>,
     /// Whether borders are divided by `sizes` already, which then are what nodes want.
     pub spaced: bool,
+    /// Whether triangles that face about the way of the surface are judged by their own angles alone.
+    pub by_angles: bool,
     /// How patches are filled with nodes.
     pub filling: Filling,
     /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
@@ -123,6 +125,7 @@ impl Patchwork {
             lines_from: u32::MAX,
             frozen: Vec::new(),
             spaced: false,
+            by_angles: false,
             filling: Filling::default(),
             raw: false,
         }
@@ -213,11 +216,11 @@ impl Patchwork {
         self.is_kept(h / 3) || (o != NONE && self.is_kept(o / 3))
     }
 
-    /// The shape of a triangle seen along `normal`; between borders that were spaced for bends beforehand, where triangles are
-    /// about as near to the surface as they shall be, as its own angles make it.
+    /// The shape of a triangle seen along `normal`; [by angles](Self::by_angles), where borders were spaced for bends
+    /// beforehand and triangles are about as near to the surface as they shall be, as its own angles make it.
     pub(super) fn judged(&self, t: [DVec3; 3], normal: DVec3) -> f64 {
         let facet = Facet::new(t);
-        if self.spaced { facet.facing(normal) } else { facet.seen(normal) }
+        if self.by_angles { facet.facing(normal) } else { facet.seen(normal) }
     }
 
     /// [`judged`](Self::judged) of a triangle at the given corners, on the given patch; on none all shapes are as good.
