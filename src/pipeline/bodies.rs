@@ -20,6 +20,14 @@ pub(super) const NAMED: usize = 20;
 /// A node this near to a point without a normal, as a share of the model, is on it.
 const AT_TIP: f64 = 1e-9;
 
+/// With more triangles than this the time of remeshing counts: faces that have got [`CROWDED`] times as many as their size
+/// asks for then stay as they are.
+const MANY: usize = 400_000;
+/// Tubes thinner than a tenth of the size have so many.
+const CROWDED: f64 = 16.0;
+/// The area of a triangle with sides of length one.
+const EQUILATERAL: f64 = 0.433;
+
 /// Remeshes every body on its own, and puts them together.
 pub(super) fn remeshed(
     solid: &Parametric,
@@ -32,6 +40,7 @@ pub(super) fn remeshed(
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
     let marks = Marks::new(solid);
+    let crowded = crowded(solid, &mesh, options.sizing.size);
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
     let done = AtomicUsize::new(0);
@@ -43,7 +52,7 @@ pub(super) fn remeshed(
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
                 let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = sound_body(solid, &marks, &Body { part, places, sizes }, options, run)?;
+                let out = sound_body(solid, &marks, &Body { part, places, sizes, still: &crowded }, options, run)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
                 Ok(out)
             })
@@ -74,6 +83,16 @@ pub(super) fn remeshed(
         all.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|v| v + start)));
         all.labels.extend(part.mesh.labels);
     }
+    kept.sort_unstable();
+    kept.dedup();
+    kept.retain(|f| crowded.binary_search(f).is_err());
+    if !crowded.is_empty() {
+        let why = "too thin for its size: remeshing its triangles would take too long";
+        report
+            .warnings
+            .push(format!("{} faces are left as first triangulated: there are too many triangles", crowded.len()));
+        report.ladder.extend(crowded.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
+    }
     if !kept.is_empty() {
         let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
         let names = names.join(", ");
@@ -85,12 +104,28 @@ pub(super) fn remeshed(
     Ok(all)
 }
 
+/// Faces that make a mesh far larger than the size asks for, where it is a large one, ascending.
+fn crowded(solid: &Parametric, mesh: &TriMesh, size: f64) -> Vec<u32> {
+    if mesh.triangles.len() < MANY {
+        return Vec::new();
+    }
+    let mut sums = vec![(0usize, 0.0); solid.brep.faces.len()];
+    for (t, l) in mesh.labels.iter().enumerate() {
+        let sum = &mut sums[solid.face_of(*l) as usize];
+        *sum = (sum.0 + 1, sum.1 + 0.5 * mesh.area_vector(t).length());
+    }
+    let many = |s: &(usize, f64)| s.0 as f64 > CROWDED * s.1 / (EQUILATERAL * size * size);
+    (0..sums.len() as u32).filter(|f| many(&sums[*f as usize])).collect()
+}
+
 /// A body before remeshing.
-struct Body {
+struct Body<'a> {
     part: TriMesh,
     /// Where on the model each node is, and the edge length it wants.
     places: Vec<Place>,
     sizes: Vec<f64>,
+    /// Faces that are not remeshed at all, ascending.
+    still: &'a [u32],
 }
 
 /// A body after remeshing.
@@ -106,9 +141,15 @@ struct Remeshed {
 }
 
 /// Remeshes one body; where that does not come out sound because it was not to begin with, without the faces to blame.
-fn sound_body(solid: &Parametric, marks: &Marks, body: &Body, options: &ExactOptions, run: &Run) -> Result<Remeshed> {
+fn sound_body(
+    solid: &Parametric,
+    marks: &Marks,
+    body: &Body<'_>,
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<Remeshed> {
     let out = remeshed_body(solid, marks, body, options, run)?;
-    let Body { part, places, sizes } = body;
+    let Body { part, places, sizes, still } = body;
     if out.sound {
         return Ok(out);
     }
@@ -133,7 +174,7 @@ fn sound_body(solid: &Parametric, marks: &Marks, body: &Body, options: &ExactOpt
         rest.labels.push(*l);
     }
     split_fans(&mut rest, &mut of_rest, &mut wants);
-    let rest = Body { part: rest, places: of_rest, sizes: wants };
+    let rest = Body { part: rest, places: of_rest, sizes: wants, still };
     let again = remeshed_body(solid, marks, &rest, options, run)?;
     Ok(if again.sound { Remeshed { dropped, ..again } } else { out })
 }
@@ -170,12 +211,12 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
 fn remeshed_body(
     solid: &Parametric,
     marks: &Marks,
-    body: &Body,
+    body: &Body<'_>,
     options: &ExactOptions,
     run: &Run,
 ) -> Result<Remeshed> {
     const TRIES: usize = 4;
-    let Body { part, places, sizes } = body;
+    let Body { part, places, sizes, still } = body;
     let as_it_was = |why: String| {
         let mut part = part.clone();
         part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
@@ -183,7 +224,7 @@ fn remeshed_body(
         Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
     };
     let sizes = as_spaced(part, sizes);
-    let mut kept: Vec<u32> = Vec::new();
+    let mut kept: Vec<u32> = still.to_vec();
     let mut best: Option<(usize, TriMesh)> = None;
     for _ in 0..TRIES {
         let edit = match EditMesh::new(part) {
@@ -387,7 +428,7 @@ fn patchwork(
         }
     }
     let frozen = (0..solid.piece_count()).filter(|p| is_kept(*p)).collect();
-    Patchwork { sizes, spaced: true, frozen, ..Patchwork::new(mesh, sets, patches) }
+    Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

@@ -111,16 +111,16 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         let grading = options.grading.unwrap_or(GRADATION);
         let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
         let chord = share * STRICTER.powi(round as i32) * limit;
-        let first = |crossed: &[(DVec3, f64)], told: &mut Report| {
+        let first = |crossed: &[(DVec3, f64)], held: Option<Sizing>, told: &mut Report| {
             let field = Graded::new([&finer[..], crossed].concat(), grading);
             let by_place = |p: DVec3| {
                 let of_regions = wishes.regions.iter().map(|r| r.at(p, grading));
                 field.at(p, of_regions.fold(f64::INFINITY, f64::min))
             };
-            first_mesh(&solid, [size, chord], options, &wishes, &by_place, told, run)
+            first_mesh(&solid, ([size, chord], held), options, &wishes, &by_place, told, run)
         };
         let mut told = report.clone();
-        let (mut made, mut sizing) = first(&crossed, &mut told)?;
+        let (mut made, mut sizing) = first(&crossed, None, &mut told)?;
         // Walls thinner than the bends of their faces are high, within one body: finer triangles pass each other.
         let mut hits = crossings(&made.mesh, run)?;
         for _ in 0..HALVINGS {
@@ -131,7 +131,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
             let known = crossed.len();
             crossed.extend(hits.iter().flatten().map(|t| halved(&made.mesh, *t as usize, options)));
             let mut again_told = report.clone();
-            let again = first(&crossed, &mut again_told)?;
+            let again = first(&crossed, Some(sizing), &mut again_told)?;
             let left = crossings(&again.0.mesh, run)?;
             if left.len() as f64 > LEFT * hits.len() as f64 {
                 crossed.truncate(known);
@@ -201,10 +201,11 @@ fn halved(mesh: &TriMesh, t: usize, options: &MeshOptions) -> (DVec3, f64) {
     (mesh.centroid(t), (0.5 * length).max(options.least.unwrap_or(0.0)))
 }
 
-/// Faces between edges, triangulated for the first time, and the sizes that were followed.
+/// Faces between edges, triangulated for the first time, and the sizes that were followed: those that are `held`, or as fine
+/// as keeps the number of triangles within bounds.
 fn first_mesh(
     solid: &Parametric,
-    [size, chord]: [f64; 2],
+    ([size, chord], held): ([f64; 2], Option<Sizing>),
     options: &MeshOptions,
     wishes: &Wishes,
     by_place: &(dyn Fn(DVec3) -> f64 + Sync),
@@ -212,12 +213,12 @@ fn first_mesh(
     run: &Run,
 ) -> Result<(FaceMeshes, Sizing)> {
     let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
-    let mut sizing = Sizing {
+    let mut sizing = held.unwrap_or(Sizing {
         size,
         nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
         chord: Some(chord),
         least: options.least.unwrap_or(size / small),
-    };
+    });
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
     // Who asks for a least length gets it.
     let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
@@ -241,7 +242,7 @@ fn first_mesh(
         };
         solid.mesh(&sizes, run)
     };
-    let mut made = first(&sizing, if free { MANY } else { usize::MAX })?;
+    let mut made = first(&sizing, if free && held.is_none() { MANY } else { usize::MAX })?;
     if made.too_many {
         let plain = first(&Sizing { least: size, ..sizing }, usize::MAX)?;
         let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);

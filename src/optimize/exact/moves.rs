@@ -160,12 +160,17 @@ impl Remesher<'_> {
             let m = &self.work.mesh;
             let around: Vec<u32> = list.iter().flat_map(|&t| m.corners(t)).collect();
             let mut mended = 0;
+            let mut touched = vec![false; m.node_capacity()];
             for (k, &t) in list.iter().enumerate() {
                 if k % 64 == 0 {
                     self.run.check()?;
                 }
                 if self.work.mesh.is_triangle(t) && self.work.shape(self.surface, t) < limit {
-                    mended += usize::from(self.mend(t, limit));
+                    let corners = self.work.mesh.corners(t);
+                    if self.mend(t, limit) {
+                        mended += 1;
+                        corners.into_iter().for_each(|v| touched[v as usize] = true);
+                    }
                 }
             }
             if mended == 0 {
@@ -176,6 +181,12 @@ impl Remesher<'_> {
             among = around.into_iter().flat_map(|v| m.outgoing(v).map(|h| h / 3)).collect();
             among.sort_unstable();
             among.dedup();
+            // What nothing changed around would be tried in vain once more.
+            let changed = |v: u32| touched[v as usize];
+            let near: Vec<bool> = (0..touched.len() as u32)
+                .map(|v| m.is_node(v) && (changed(v) || m.neighbors(v).any(changed)))
+                .collect();
+            among.retain(|t| m.corners(*t).into_iter().any(|v| near[v as usize]));
         }
         Ok(all)
     }

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 use glam::DVec3;
 
 use super::grid::Grid;
-use super::patchwork::{PieceSet, shape};
+use super::patchwork::PieceSet;
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, next};
@@ -294,7 +294,7 @@ impl Remesher<'_> {
         }
         let worst = |p: DVec3| {
             m.outgoing(v)
-                .map(|h| shape([p, self.point(m.target(h)), self.point(m.apex(h))], n))
+                .map(|h| self.work.judged([p, self.point(m.target(h)), self.point(m.apex(h))], n))
                 .fold(f64::INFINITY, f64::min)
         };
         if worst(q) < POOR {
@@ -353,7 +353,7 @@ impl Remesher<'_> {
                 let dying = [h / 3, m.opposite(h) / 3];
                 m.outgoing(v)
                     .filter(|e| !dying.contains(&(e / 3)))
-                    .map(|e| shape([q, self.point(m.target(e)), self.point(m.apex(e))], n))
+                    .map(|e| self.work.judged([q, self.point(m.target(e)), self.point(m.apex(e))], n))
                     .fold(f64::INFINITY, f64::min)
             };
             let mut tries: Vec<(f64, u32)> =

@@ -191,6 +191,7 @@ impl Remesher<'_> {
                 sizes: Vec::new(),
                 patches: self.work.patches.clone(),
                 lines_from: self.work.lines_from,
+                by_angles: self.work.by_angles,
                 spaced: false,
                 frozen: Vec::new(),
                 filling: self.work.filling,

@@ -106,6 +106,8 @@ pub struct Patchwork {
     pub frozen: Vec<u32>,
     /// Whether borders are divided by `sizes` already, which then are what nodes want.
     pub spaced: bool,
+    /// Whether triangles that face about the way of the surface are judged by their own angles alone.
+    pub by_angles: bool,
     /// How patches are filled with nodes.
     pub filling: Filling,
     /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
@@ -123,6 +125,7 @@ impl Patchwork {
             lines_from: u32::MAX,
             frozen: Vec::new(),
             spaced: false,
+            by_angles: false,
             filling: Filling::default(),
             raw: false,
         }
@@ -134,6 +137,10 @@ impl Patchwork {
 const SHEET: f64 = 0.15;
 /// A triangle of a smaller shape seems to be.
 const TURNED: f64 = 0.05;
+
+/// Up to this angle (cosine) with the surface, 45 degrees, a triangle is judged by its own angles alone: where the surface bends
+/// within the length of an edge no place of a node would turn it nearer.
+const FACING: f64 = 0.7;
 
 /// A triangle by what its shape is made of.
 #[derive(Clone, Copy)]
@@ -160,6 +167,13 @@ impl Facet {
         self.relative(self.area.dot(normal))
     }
 
+    /// The shape as its angles make it, as long as it faces about the way of `normal`; from there on smaller and smaller, with
+    /// the sign of [`seen`](Self::seen).
+    fn facing(&self, normal: DVec3) -> f64 {
+        let seen = self.seen(normal) / FACING;
+        if seen > 0.0 { seen.min(self.plain()) } else { seen }
+    }
+
     /// The shape whichever way the triangle faces.
     pub(super) fn plain(&self) -> f64 {
         self.relative(self.area.length())
@@ -169,11 +183,6 @@ impl Facet {
     pub(super) fn is_above(&self, limit: f64) -> bool {
         12.0 * self.area.length_squared() > (limit * self.squares).powi(2)
     }
-}
-
-/// [`Facet::seen`] of a triangle.
-pub(super) fn shape(corners: [DVec3; 3], normal: DVec3) -> f64 {
-    Facet::new(corners).seen(normal)
 }
 
 /// [`Facet::plain`] of a triangle.
@@ -207,19 +216,26 @@ impl Patchwork {
         self.is_kept(h / 3) || (o != NONE && self.is_kept(o / 3))
     }
 
-    /// [`shape`] of a triangle at the given corners, on the given patch; on none all shapes are as good.
+    /// The shape of a triangle seen along `normal`; [by angles](Self::by_angles), where borders were spaced for bends
+    /// beforehand and triangles are about as near to the surface as they shall be, as its own angles make it.
+    pub(super) fn judged(&self, t: [DVec3; 3], normal: DVec3) -> f64 {
+        let facet = Facet::new(t);
+        if self.by_angles { facet.facing(normal) } else { facet.seen(normal) }
+    }
+
+    /// [`judged`](Self::judged) of a triangle at the given corners, on the given patch; on none all shapes are as good.
     pub(super) fn shape_at(&self, surface: &dyn Pieces, patch: u32, t: [DVec3; 3]) -> f64 {
         if self.patches[patch as usize].piece == NONE {
             return 1.0;
         }
         let middle = (t[0] + t[1] + t[2]) / 3.0;
-        let seen = shape(t, self.normal(surface, patch, middle));
+        let seen = self.judged(t, self.normal(surface, patch, middle));
         if seen > TURNED {
             return seen;
         }
         let (u, v) = (t[1] - t[0], t[2] - t[0]);
         let longest = u.length_squared().max(v.length_squared()).max(u.distance_squared(v)).sqrt();
-        self.normal_facing(surface, patch, middle, u.cross(v), longest).map_or(seen, |n| seen.max(shape(t, n)))
+        self.normal_facing(surface, patch, middle, u.cross(v), longest).map_or(seen, |n| seen.max(self.judged(t, n)))
     }
 
     /// Outward unit normal of a sheet of a patch's piece that faces the way of `up` and is near `p`, beside edges of `length`.
@@ -238,12 +254,12 @@ impl Patchwork {
         surface.foot_facing(piece, p, up * outward, SHEET * length)?.1.map(|n| n * outward)
     }
 
-    /// [`shape`] of a triangle as it is.
+    /// [`judged`](Self::judged) of a triangle as it is.
     pub(super) fn shape(&self, surface: &dyn Pieces, t: u32) -> f64 {
         self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t))
     }
 
-    /// The worst [`shape`] around a node, were it at `p`; the normals are those at the node.
+    /// The worst [shape](Self::judged) around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
         self.worst_with(surface, v, p, None)
     }
@@ -268,7 +284,7 @@ impl Patchwork {
             if label != last && !on_line {
                 (last, normal) = (label, known.unwrap_or_else(|| self.normal(surface, label, p)));
             }
-            let shape = if on_line { self.shape_at(surface, label, triangle) } else { shape(triangle, normal) };
+            let shape = if on_line { self.shape_at(surface, label, triangle) } else { self.judged(triangle, normal) };
             if worst.1 == NONE || shape < worst.0 {
                 worst = (shape, h);
             }

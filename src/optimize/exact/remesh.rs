@@ -1,7 +1,7 @@
 //! The remesher: split, collapse, flip and relocate on a [`Patchwork`], every node staying on its pieces.
 //!
 //! The loop is that of M. Botsch and L. Kobbelt, "A remeshing approach to multiresolution modeling" (2004), with every
-//! operation guarded by the [`shape`] of the triangles it makes, seen along the surface's own normals: a triangle that
+//! operation guarded by the shape of the triangles it makes, seen along the surface's own normals: a triangle that
 //! faces the wrong way has a negative shape, so the same guard untangles what cutting has folded.
 
 use glam::DVec3;

@@ -15,7 +15,9 @@ use crate::spatial::{Aabb, Bvh, Graded};
 const ACROSS: f64 = 1.0;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
 pub(super) const EASE: f64 = 2.0;
-/// Short edges are followed down to this share of what narrow places are.
+/// A chord of this many times the root of width and radius leaves its arc by half the width.
+const APART: f64 = 2.0;
+/// Short edges, and narrow places along them, are followed down to this share of what other narrow places are.
 const DEEPER: f64 = 0.125;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
 const MOST_POINTS: f64 = 64.0;
@@ -55,6 +57,9 @@ struct Piece {
     way: [f64; 2],
     /// Before and after these ways along its edge narrow places do not count.
     bare: [f64; 2],
+    /// The radius of its edge's curvature, and the length of the edge.
+    bend: f64,
+    length: f64,
 }
 
 /// The field of wanted lengths of a whole model.
@@ -87,7 +92,13 @@ pub(super) fn field<'a>(
         if uses[i] == 2 && faces_of[i].len() == 1 {
             // A seam: nothing in space, but it runs along a tube, around which there shall be enough edges.
             let round = brep.faces[faces_of[i][0] as usize].surface.is_round();
-            let fit = |r: &f64| if round { sizes.around(*r) } else { fitting(std::f64::consts::TAU / 3.0 * r, sizes) };
+            let fit = |r: &f64| {
+                if round {
+                    sizes.around(*r)
+                } else {
+                    fitting(std::f64::consts::TAU / 3.0 * r, 0.0, sizes.deepest, sizes)
+                }
+            };
             let around = s.bend.iter().map(fit);
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
@@ -116,9 +127,15 @@ pub(super) fn field<'a>(
     Ok(Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size })
 }
 
-/// The edge length that fits a place of some width. Places so narrow that there will be needles get few of them.
-fn fitting(width: f64, sizes: &MeshSizes<'_>) -> f64 {
-    if EASE * width < sizes.deepest { sizes.least } else { width.max((EASE * width).min(sizes.least)) }
+/// The edge length that fits a place of some width between borders of some radius of curvature. Places so narrow that there will be
+/// needles, as edges shorter than `deepest` would be wanted, get few of them: edges as long as they may be without crossing those of the
+/// other side.
+fn fitting(width: f64, bend: f64, deepest: f64, sizes: &MeshSizes<'_>) -> f64 {
+    if EASE * width < deepest {
+        (APART * (width * bend).sqrt()).max(sizes.least)
+    } else {
+        width.max((EASE * width).min(sizes.least))
+    }
 }
 
 /// The edge length that fits a short edge. It wants few short edges around it, unlike a place that is narrow for long, and so
@@ -162,6 +179,8 @@ fn narrow_places(
                         from: along,
                         way: [ways[i], ways[j]],
                         bare,
+                        bend: 1.0 / brep.edges[c.edge as usize].curve.curvature(0.5 * (s.t[i] + s.t[j])),
+                        length: ways[n],
                     });
                 }
                 along += a.distance(b);
@@ -173,8 +192,12 @@ fn narrow_places(
         return Vec::new();
     }
     let tree = Bvh::new(pieces.iter().map(|p| Aabb::around(p.ends)).collect());
-    let mut out = Vec::new();
+    let mut out: Vec<(DVec3, [f64; 2])> = Vec::new();
+    // What is narrow along a short edge only may be followed deeper, as it costs less; where it is narrower still somewhere there
+    // will be needles all the same.
+    let mut tapers = false;
     for p in &pieces {
+        let deepest = (p.length / sizes.size).clamp(DEEPER, 1.0) * sizes.deepest;
         let length = p.ends[0].distance(p.ends[1]);
         let width = |t: f64| {
             let way = p.way[0] + (p.way[1] - p.way[0]) * t;
@@ -184,16 +207,19 @@ fn narrow_places(
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
             let found = tree.nearest(at, sizes.size / ACROSS, across);
-            found.map(|(_, d)| (at, fitting(ACROSS * d.sqrt(), sizes))).filter(|x| x.1 < sizes.size)
+            let fit = |width: f64| [sizes.deepest, deepest].map(|d| fitting(width, p.bend, d, sizes));
+            found.map(|(_, d)| (at, fit(ACROSS * d.sqrt()), EASE * ACROSS * d.sqrt() < deepest))
         };
         let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
         // The field grows on both sides of a source: there must be one at about every length.
-        let points = (length / middle.1).ceil().min(MOST_POINTS);
+        let points = (length / middle.1[0].min(middle.1[1])).ceil().min(MOST_POINTS);
         let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
-        out.push(middle);
-        out.extend(more.filter_map(width));
+        for (at, fit, deeper) in [middle].into_iter().chain(more.filter_map(width)) {
+            tapers |= deeper;
+            out.push((at, fit));
+        }
     }
-    out
+    out.into_iter().map(|(at, fit)| (at, fit[usize::from(!tapers)])).filter(|x| x.1 < sizes.size).collect()
 }
 
 /// The squared distance of a point on one piece of a border to another piece, infinite where that is not across from it.
