@@ -367,12 +367,18 @@ fn features_smaller_than_the_cells_are_meshed_or_named() {
             ("ball", cube() | Solid::sphere(r, at(1.7)), 4, 8.0 + ball, meshed),
             ("void", cube() - Solid::sphere(r, at(0.7)), 4, 8.0 - ball, meshed),
             ("wire", cube() | rod(r, 0.5, 2.5), 2, 8.0 + 0.75 * tube, meshed),
+            // Most of a ball on a face.
+            ("bump", cube() | Solid::sphere(r, at(1.0 + 0.5 * r)), 2, 8.0 + 27.0 / 32.0 * ball, true),
             ("hole", cube() - rod(r, 0.0, 4.0), 0, 8.0 - 2.0 * tube, meshed),
             // Planes are found however near others are.
             ("pin", cube() | cuboid([0.3, 0.2, 1.0], [0.3 + r, 0.2 + r, 1.5]), 2, 8.0 + 0.5 * r * r, true),
             ("slit", cube() - slit(r), 4, 8.0 - 4.0 * r, true),
         ];
         for (name, solid, euler, volume, meshed) in cases {
+            // What is lower than a fifth of the size may be left out.
+            if name == "bump" && r < 0.02 {
+                continue;
+            }
             let made = made(solid, 0.1, |_| {});
             let (c, told) = (made.report.check.unwrap(), made.report.shortfalls);
             assert!(c.certificate.is_sound(), "{name} {r}");

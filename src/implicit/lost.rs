@@ -41,7 +41,8 @@ pub(crate) struct SurfacePoint {
 /// Not found: what is smaller than the cells on a face that has triangles within a brick, and formulas on whose zeros
 /// Newton's method does not settle.
 pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Vec<SurfacePoint>> {
-    let seen = Seen::new(extracted);
+    let small = small_patches(&extracted.mesh);
+    let seen = Seen::new(extracted, &small);
     run.install(|| {
         let empty = extracted.undecided.par_iter().map(|c| points(model, extracted, c, None, run));
         let crossed = extracted.bricks.cells.par_iter().map(|c| {
@@ -50,13 +51,16 @@ pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run)
         });
         let found: Vec<Vec<SurfacePoint>> = empty.chain(crossed).collect::<Result<_>>()?;
         let mut found: Vec<SurfacePoint> = found.into_iter().flatten().collect();
-        found.extend(small_patches(&extracted.mesh));
+        let mesh = &extracted.mesh;
+        let nodes = |t: usize| mesh.corners(t).map(|at| SurfacePoint { at, face: mesh.labels[t] });
+        found.extend((0..small.len()).filter(|t| small[*t]).flat_map(nodes));
         Ok(found)
     })
 }
 
-/// Nodes of patches of one face that have few triangles: remeshing may lose them.
-fn small_patches(mesh: &TriMesh) -> Vec<SurfacePoint> {
+/// Which triangles are in patches of one face that have few: remeshing may lose them, and cells may show a face by them that
+/// is elsewhere.
+fn small_patches(mesh: &TriMesh) -> Vec<bool> {
     let mut root: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     let find = |root: &mut [u32], mut t: u32| {
         while root[t as usize] != t {
@@ -83,20 +87,19 @@ fn small_patches(mesh: &TriMesh) -> Vec<SurfacePoint> {
     let mut size = vec![0; root.len()];
     let roots: Vec<u32> = (0..root.len() as u32).map(|t| find(&mut root, t)).collect();
     roots.iter().for_each(|r| size[*r as usize] += 1);
-    let small = (0..roots.len()).filter(|t| size[roots[*t] as usize] <= FEW);
-    small.flat_map(|t| mesh.corners(t).map(|at| SurfacePoint { at, face: mesh.labels[t] })).collect()
+    roots.iter().map(|r| size[*r as usize] <= FEW).collect()
 }
 
-/// In which bricks each face has triangles.
+/// In which bricks each face has triangles, those of small patches left out.
 struct Seen {
     faces: FxHashMap<u64, Vec<u32>>,
 }
 
 impl Seen {
-    fn new(extracted: &Extracted) -> Self {
+    fn new(extracted: &Extracted, small: &[bool]) -> Self {
         let mesh = &extracted.mesh;
         let mut faces: FxHashMap<u64, Vec<u32>> = FxHashMap::default();
-        for (t, label) in mesh.labels.iter().enumerate() {
+        for (t, label) in mesh.labels.iter().enumerate().filter(|x| !small[x.0]) {
             let Some(at) = extracted.bricks.grid.brick_of(mesh.centroid(t)) else { continue };
             let own = faces.entry(key(at)).or_default();
             if !own.contains(label) {
