@@ -12,9 +12,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::arrange::{Complex, Uses};
-use super::sides::{Sets, Side, Sides, directed, ends, pieces};
+use super::sides::{Side, Sides, directed, ends, pieces};
 use crate::error::Result;
 use crate::mesh::{TriMesh, intersections_among, self_intersections};
+use crate::numeric::Sets;
 use crate::numeric::predicates::orient3d;
 use crate::run::Run;
 

@@ -1,5 +1,7 @@
 //! Edges of a triangle soup and the triangle sides that lie on them.
 
+use crate::numeric::Sets;
+
 /// One side of a triangle on an undirected edge. `half = 3 t + k` runs from corner `k` to corner `k + 1` of triangle `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Side {
@@ -54,44 +56,6 @@ impl Sides {
     /// Sides of edges of one triangle, ascending by edge.
     pub(super) fn open(&self) -> Vec<u32> {
         self.edges().filter(|e| e.len() == 1).map(|e| e[0].half).collect()
-    }
-}
-
-/// Sets that are joined step by step; the smallest member stands for its set.
-#[derive(Debug, Clone)]
-pub(super) struct Sets(Vec<u32>);
-
-impl Sets {
-    pub(super) fn new(n: usize) -> Self {
-        Self((0..n as u32).collect())
-    }
-
-    pub(super) fn find(&mut self, mut i: u32) -> u32 {
-        while self.0[i as usize] != i {
-            self.0[i as usize] = self.0[self.0[i as usize] as usize];
-            i = self.0[i as usize];
-        }
-        i
-    }
-
-    pub(super) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
-
-    /// For each member the number of its set, counted from 0 in the order of their smallest members; and how many there are.
-    pub(super) fn numbers(&mut self) -> (Vec<u32>, usize) {
-        let mut out = vec![u32::MAX; self.0.len()];
-        let mut count = 0;
-        for i in 0..self.0.len() as u32 {
-            let root = self.find(i) as usize;
-            if root == i as usize {
-                out[root] = count;
-                count += 1;
-            }
-            out[i as usize] = out[root];
-        }
-        (out, count as usize)
     }
 }
 

@@ -5,9 +5,10 @@ use rustc_hash::FxHashMap;
 
 use super::clean::{drop_duplicates, retain};
 use super::report::{Action, Defect, HealReport};
-use super::sides::{Sets, Sides, directed};
+use super::sides::{Sides, directed};
 use crate::error::Result;
 use crate::mesh::TriMesh;
+use crate::numeric::Sets;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 

@@ -11,6 +11,7 @@ use super::octree::{BRICK, Cell, key};
 use super::tape::{Op, Pruned, Scratch, Tape};
 use crate::error::Result;
 use crate::mesh::TriMesh;
+use crate::numeric::Sets;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -61,14 +62,7 @@ pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run)
 /// Which triangles are in patches of one face that have few: remeshing may lose them, and cells may show a face by them that
 /// is elsewhere.
 fn small_patches(mesh: &TriMesh) -> Vec<bool> {
-    let mut root: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    let find = |root: &mut [u32], mut t: u32| {
-        while root[t as usize] != t {
-            root[t as usize] = root[root[t as usize] as usize];
-            t = root[t as usize];
-        }
-        t
-    };
+    let mut sets = Sets::new(mesh.triangles.len());
     // The last two triangles seen at each node, of different faces: at most nodes two faces meet.
     let mut last = vec![[u32::MAX; 2]; mesh.nodes.len()];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -76,18 +70,15 @@ fn small_patches(mesh: &TriMesh) -> Vec<bool> {
         for v in triangle {
             let own = &mut last[*v as usize];
             match own.iter().position(|o| *o != u32::MAX && mesh.labels[*o as usize] == label) {
-                Some(k) => {
-                    let (a, b) = (find(&mut root, own[k]), find(&mut root, t as u32));
-                    root[a.max(b) as usize] = a.min(b);
-                }
+                Some(k) => sets.join(own[k], t as u32),
                 None => *own = [t as u32, own[0]],
             }
         }
     }
-    let mut size = vec![0; root.len()];
-    let roots: Vec<u32> = (0..root.len() as u32).map(|t| find(&mut root, t)).collect();
-    roots.iter().for_each(|r| size[*r as usize] += 1);
-    roots.iter().map(|r| size[*r as usize] <= FEW).collect()
+    let (set, count) = sets.numbers();
+    let mut size = vec![0; count];
+    set.iter().for_each(|s| size[*s as usize] += 1);
+    set.iter().map(|s| size[*s as usize] <= FEW).collect()
 }
 
 /// In which bricks each face has triangles, those of small patches left out.

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::extract::Extracted;
 use super::model::Implicit;
+use crate::numeric::Sets;
 use crate::spatial::{Aabb, Bvh};
 
 /// A component this many cells across, at most, may be a splinter.
@@ -74,19 +75,10 @@ pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: 
 
 /// For each node the smallest number of a node it is joined to by triangles.
 fn components(nodes: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut root: Vec<u32> = (0..nodes as u32).collect();
-    let find = |root: &mut [u32], mut v: u32| {
-        while root[v as usize] != v {
-            root[v as usize] = root[root[v as usize] as usize];
-            v = root[v as usize];
-        }
-        v
-    };
+    let mut sets = Sets::new(nodes);
     for &[a, b, c] in triangles {
-        for (x, y) in [(a, b), (b, c)] {
-            let (x, y) = (find(&mut root, x), find(&mut root, y));
-            root[x.max(y) as usize] = x.min(y);
-        }
+        sets.join(a, b);
+        sets.join(b, c);
     }
-    (0..nodes as u32).map(|v| find(&mut root, v)).collect()
+    (0..nodes as u32).map(|v| sets.find(v)).collect()
 }

@@ -1,6 +1,7 @@
 //! What is wrong with a mesh, as data.
 
 use crate::error::{Error, Place, Result};
+use crate::numeric::Sets;
 
 use super::sides::{Side, sides};
 use super::trimesh::TriMesh;
@@ -50,27 +51,6 @@ pub struct Topology {
     pub euler: i64,
     /// Handles, summed over the components; only for closed, manifold, oriented meshes.
     pub genus: Option<i64>,
-}
-
-struct Sets(Vec<u32>);
-
-impl Sets {
-    fn new(n: usize) -> Self {
-        Sets((0..n as u32).collect())
-    }
-
-    fn find(&mut self, mut i: u32) -> u32 {
-        while self.0[i as usize] != i {
-            self.0[i as usize] = self.0[self.0[i as usize] as usize];
-            i = self.0[i as usize];
-        }
-        i
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }
 
 impl TriMesh {

@@ -5,8 +5,10 @@ mod interval;
 pub mod kmeans;
 pub mod predicates;
 mod roots;
+mod sets;
 pub mod svd;
 
 pub use dual::Dual;
 pub use interval::Interval;
 pub use roots::Bracket;
+pub(crate) use sets::Sets;

@@ -10,6 +10,7 @@ use super::report::{FaceStep, Report, Rung};
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
+use crate::numeric::Sets;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
@@ -292,30 +293,28 @@ fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
 
 /// A number for each triangle that is the same for all of a connected part.
 pub(super) fn body_of(mesh: &TriMesh) -> Vec<u32> {
-    let mut leader = leaders(mesh);
-    mesh.triangles.iter().map(|t| find(&mut leader, t[0])).collect()
+    let mut sets = joined(mesh);
+    mesh.triangles.iter().map(|t| sets.find(t[0])).collect()
 }
 
-/// Nodes joined by triangles, as sets: see [`find`].
-fn leaders(mesh: &TriMesh) -> Vec<u32> {
-    let mut leader: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
-    for t in &mesh.triangles {
-        for k in 1..3 {
-            let (a, b) = (find(&mut leader, t[0]), find(&mut leader, t[k]));
-            leader[a.max(b) as usize] = a.min(b);
-        }
+/// Nodes joined by triangles.
+fn joined(mesh: &TriMesh) -> Sets {
+    let mut sets = Sets::new(mesh.nodes.len());
+    for [a, b, c] in &mesh.triangles {
+        sets.join(*a, *b);
+        sets.join(*a, *c);
     }
-    leader
+    sets
 }
 
 /// The connected parts of a mesh, each with the old numbers of its nodes.
 pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
-    let mut leader = leaders(mesh);
+    let mut sets = joined(mesh);
     let mut number = vec![u32::MAX; mesh.nodes.len()];
     let mut place = vec![u32::MAX; mesh.nodes.len()];
     let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();
     for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
-        let l = find(&mut leader, t[0]) as usize;
+        let l = sets.find(t[0]) as usize;
         if number[l] == u32::MAX {
             number[l] = parts.len() as u32;
             parts.push((TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() }, Vec::new()));
@@ -332,15 +331,6 @@ pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
         part.labels.push(*label);
     }
     parts
-}
-
-/// The smallest number of a set, halving paths on the way.
-fn find(leader: &mut [u32], mut i: u32) -> u32 {
-    while leader[i as usize] != i {
-        leader[i as usize] = leader[leader[i as usize] as usize];
-        i = leader[i as usize];
-    }
-    i
 }
 
 /// What holds nodes and edges in their places.
@@ -435,7 +425,7 @@ fn patchwork(
 fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
     // Triangles of a node that share an edge at it are of one fan: union-find over corners.
     let corners = 3 * mesh.triangles.len();
-    let mut leader: Vec<u32> = (0..corners as u32).collect();
+    let mut fans = Sets::new(corners);
     let mut seen: FxHashMap<[u32; 2], [u32; 2]> = FxHashMap::default();
     for (t, nodes) in mesh.triangles.iter().enumerate() {
         for k in 0..3 {
@@ -445,10 +435,8 @@ fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>)
             let own = if a < b { [i as u32, j as u32] } else { [j as u32, i as u32] };
             match seen.get(&[a.min(b), a.max(b)]) {
                 Some(other) => {
-                    for s in 0..2 {
-                        let (x, y) = (find(&mut leader, own[s]), find(&mut leader, other[s]));
-                        leader[x.max(y) as usize] = x.min(y);
-                    }
+                    fans.join(own[0], other[0]);
+                    fans.join(own[1], other[1]);
                 }
                 None => {
                     seen.insert([a.min(b), a.max(b)], own);
@@ -459,7 +447,7 @@ fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>)
     let mut first: Vec<u32> = vec![u32::MAX; mesh.nodes.len()];
     let mut copy: FxHashMap<u32, u32> = FxHashMap::default();
     for c in 0..corners {
-        let l = find(&mut leader, c as u32);
+        let l = fans.find(c as u32);
         let v = mesh.triangles[c / 3][c % 3];
         if first[v as usize] == u32::MAX {
             first[v as usize] = l;

@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use crate::numeric::Sets;
 use crate::spatial::{Aabb, Bvh};
 
 /// A branch is kept where the way along the contour is this many times longer than the way across: it leads to no corner of
@@ -174,25 +175,17 @@ pub(super) fn axis_of(rows: &[Vec<Sample>], spacing: f64) -> Option<Axis> {
 /// Steps 3 and 4: places at one point become one, segments that are there twice go, and what is left is split into lines
 /// where other than two segments meet.
 fn lines(places: Vec<(DVec2, f64)>, segments: Vec<[u32; 2]>, same: f64) -> Axis {
-    let mut leader: Vec<u32> = (0..places.len() as u32).collect();
-    fn find(leader: &mut [u32], mut i: u32) -> u32 {
-        while leader[i as usize] != i {
-            leader[i as usize] = leader[leader[i as usize] as usize];
-            i = leader[i as usize];
-        }
-        i
-    }
+    let mut sets = Sets::new(places.len());
     // places that coincide are neighbors in the diagram
     for [a, b] in &segments {
         if places[*a as usize].0.distance(places[*b as usize].0) <= same {
-            let (a, b) = (find(&mut leader, *a), find(&mut leader, *b));
-            leader[a.max(b) as usize] = a.min(b);
+            sets.join(*a, *b);
         }
     }
     let mut edges: Vec<[u32; 2]> = segments
         .iter()
         .map(|[a, b]| {
-            let (a, b) = (find(&mut leader, *a), find(&mut leader, *b));
+            let (a, b) = (sets.find(*a), sets.find(*b));
             [a.min(b), a.max(b)]
         })
         .filter(|[a, b]| a != b)

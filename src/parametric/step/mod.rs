@@ -16,6 +16,7 @@ use super::brep::{Brep, Note};
 use super::frame::Similarity;
 use crate::error::{Error, Place, Result};
 use crate::io::step::{Record, StepFile, Value};
+use crate::numeric::Sets;
 use crate::run::Run;
 use topology::{BODIES, Builder, Units};
 use values::{Args, Lookup, Read, note};
@@ -198,26 +199,18 @@ impl<'a> Tree<'a> {
             }
         }
         // Plain relationships say that two representations are of the same thing.
-        let mut leader: Vec<usize> = (0..reps.len()).collect();
-        fn find(leader: &mut [usize], mut i: usize) -> usize {
-            while leader[i] != i {
-                leader[i] = leader[leader[i]];
-                i = leader[i];
-            }
-            i
-        }
+        let mut sets = Sets::new(reps.len());
         for r in look.file.of("SHAPE_REPRESENTATION_RELATIONSHIP").filter(|r| r.parts.len() == 1) {
             let a = Args { record: r, values: &r.parts[0].1 };
             if let (Some(x), Some(y)) = (a.optional(2), a.optional(3))
                 && let (Some(&x), Some(&y)) = (this.group.get(&x), this.group.get(&y))
             {
-                let (x, y) = (find(&mut leader, x), find(&mut leader, y));
-                leader[x.max(y)] = x.min(y);
+                sets.join(x as u32, y as u32);
             }
         }
         this.members = vec![Vec::new(); reps.len()];
         for (i, rep) in reps.iter().enumerate() {
-            let l = find(&mut leader, i);
+            let l = sets.find(i as u32) as usize;
             this.group.insert(*rep, l);
             this.members[l].push(*rep);
         }
