@@ -72,7 +72,7 @@ pub struct How {
     /// How fast edge lengths may grow per length [default: 0.2, for STEP and triangles 0.3]
     #[arg(long, value_name = "SLOPE", value_parser = positive)]
     pub grading: Option<f64>,
-    /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size]
+    /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size, less where an R-function part has smaller features]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub size_min: Option<f64>,
     /// No edge longer than this many times the thickness of the wall beneath it (functions, leaf)
