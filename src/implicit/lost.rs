@@ -23,6 +23,8 @@ const MOST_BOXES: usize = 20_000;
 const FEW: usize = 24;
 /// A leaf is met with this many others.
 const MOST_OTHERS: usize = 6;
+/// A point this share of a box beside it is in it.
+const BESIDE: f64 = 1e-9;
 /// On the two sides of a surface, this share of the part's size away from it, are inside and outside: faces that touch to
 /// rounding bound nothing.
 const APART: f64 = 1e-9;
@@ -161,9 +163,9 @@ fn points(
         if level >= brick_levels {
             let before = found.len();
             let all: Vec<u32> = leaves.iter().map(|l| l.0).collect();
-            let looked = Look { model, extracted, b: &b, scale };
+            let look = Look { model, extracted, b: &b, scale };
             for (k, &(leaf, face)) in leaves.iter().enumerate() {
-                let at = looked.surface_point(&[leaf]).or_else(|| looked.edge_point(leaf, &all[..k]));
+                let at = look.surface_point(&[leaf]).or_else(|| look.edge_point(leaf, &all[..k]));
                 found.extend(at.map(|at| SurfacePoint { at, face }));
             }
             if found.len() > before || level == brick_levels + DEEPER {
@@ -189,7 +191,7 @@ impl Look<'_> {
     fn surface_point(&self, which: &[u32]) -> Option<DVec3> {
         let leaves = &self.model.leaves;
         let q = nearest(leaves, which, self.b.center(), self.b.diagonal(), self.scale)?;
-        if !self.b.grown(1e-9 * self.b.diagonal()).contains(q) {
+        if !self.b.grown(BESIDE * self.b.diagonal()).contains(q) {
             return None;
         }
         let mut normals = [DVec3::ZERO; 3];

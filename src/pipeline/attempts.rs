@@ -16,7 +16,7 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 /// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
 const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
-const MOST_TRIANGLES: f64 = 1_500_000.0;
+pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
 const OTHERS: usize = 3;
 /// A splinter is lost, and so is the surface when only extracted, if the mesh does not come nearer to it than this many cells:

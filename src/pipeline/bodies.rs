@@ -40,8 +40,8 @@ pub(super) fn remeshed(
     let FaceMeshes { mut mesh, pieces, mut places, mut sizes, .. } = made;
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
-    let marks = Marks::new(solid);
-    let crowded = crowded(solid, &mesh, options.sizing.size);
+    let marks = Marks::new(solid, crowded(solid, &mesh, options.sizing.size));
+    let crowded = &marks.still;
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
     let done = AtomicUsize::new(0);
@@ -53,7 +53,7 @@ pub(super) fn remeshed(
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
                 let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = sound_body(solid, &marks, &Body { part, places, sizes, still: &crowded }, options, run)?;
+                let out = sound_body(solid, &marks, &Body { part, places, sizes }, options, run)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
                 Ok(out)
             })
@@ -120,13 +120,11 @@ fn crowded(solid: &Parametric, mesh: &TriMesh, size: f64) -> Vec<u32> {
 }
 
 /// A body before remeshing.
-struct Body<'a> {
+struct Body {
     part: TriMesh,
     /// Where on the model each node is, and the edge length it wants.
     places: Vec<Place>,
     sizes: Vec<f64>,
-    /// Faces that are not remeshed at all, ascending.
-    still: &'a [u32],
 }
 
 /// A body after remeshing.
@@ -142,15 +140,9 @@ struct Remeshed {
 }
 
 /// Remeshes one body; where that does not come out sound because it was not to begin with, without the faces to blame.
-fn sound_body(
-    solid: &Parametric,
-    marks: &Marks,
-    body: &Body<'_>,
-    options: &ExactOptions,
-    run: &Run,
-) -> Result<Remeshed> {
+fn sound_body(solid: &Parametric, marks: &Marks, body: &Body, options: &ExactOptions, run: &Run) -> Result<Remeshed> {
     let out = remeshed_body(solid, marks, body, options, run)?;
-    let Body { part, places, sizes, still } = body;
+    let Body { part, places, sizes } = body;
     if out.sound {
         return Ok(out);
     }
@@ -175,7 +167,7 @@ fn sound_body(
         rest.labels.push(*l);
     }
     split_fans(&mut rest, &mut of_rest, &mut wants);
-    let rest = Body { part: rest, places: of_rest, sizes: wants, still };
+    let rest = Body { part: rest, places: of_rest, sizes: wants };
     let again = remeshed_body(solid, marks, &rest, options, run)?;
     Ok(if again.sound { Remeshed { dropped, ..again } } else { out })
 }
@@ -212,12 +204,12 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
 fn remeshed_body(
     solid: &Parametric,
     marks: &Marks,
-    body: &Body<'_>,
+    body: &Body,
     options: &ExactOptions,
     run: &Run,
 ) -> Result<Remeshed> {
     const TRIES: usize = 4;
-    let Body { part, places, sizes, still } = body;
+    let Body { part, places, sizes } = body;
     let as_it_was = |why: String| {
         let mut part = part.clone();
         part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
@@ -225,7 +217,7 @@ fn remeshed_body(
         Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
     };
     let sizes = as_spaced(part, sizes);
-    let mut kept: Vec<u32> = still.to_vec();
+    let mut kept: Vec<u32> = marks.still.clone();
     let mut best: Option<(usize, TriMesh)> = None;
     for _ in 0..TRIES {
         let edit = match EditMesh::new(part) {
@@ -339,16 +331,18 @@ struct Marks {
     seams: Vec<bool>,
     tips: FxHashMap<u32, Vec<glam::DVec3>>,
     near: f64,
+    /// Faces that are not remeshed at all, ascending.
+    still: Vec<u32>,
 }
 
 impl Marks {
-    fn new(solid: &Parametric) -> Self {
+    fn new(solid: &Parametric, still: Vec<u32>) -> Self {
         let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
         for (f, p) in solid.tips() {
             tips.entry(f).or_default().push(p);
         }
         let near = AT_TIP * solid.bounds().diagonal();
-        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near }
+        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near, still }
     }
 }
 

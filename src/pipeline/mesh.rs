@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
+use super::attempts::MOST_TRIANGLES;
 use super::attempts::at;
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
@@ -224,10 +225,8 @@ impl Ready {
     }
 }
 
-/// Curved walls thinner than chords are high get this many times as many edges to a length,
+/// Curved walls thinner than chords are high get this many times as many edges to a length, unless that would give more than [`MOST_TRIANGLES`].
 const FINER: [f64; 2] = [2.0, 4.0];
-/// unless that would give more triangles than this.
-const MOST_TRIANGLES: f64 = 1_500_000.0;
 
 /// Meshes a part.
 ///
