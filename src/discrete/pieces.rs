@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
 use super::sheet::{Facet, Line, Sheet};
-use super::simplify::{Limits, Removed, simplify};
+use super::simplify::{Limits, Removed, Torn, simplify, torn_nodes};
 use super::sizes::{curvatures, divide_features};
 use crate::error::Result;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
@@ -25,6 +25,11 @@ const SINGLE: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Curvature that shows only within this share of the scale is noise.
 const NOISE: f64 = 0.15;
+
+/// Faces between torn features are noise that are smaller than a square of this share of the scale, or narrower than this
+/// share of it.
+const TORN_AREA: f64 = 0.5;
+const TORN_WIDTH: f64 = 0.3;
 
 /// Passes of dropping noise.
 const NOISE_PASSES: usize = 4;
@@ -96,6 +101,14 @@ impl Discrete {
             mesh = before;
         }
         mark_feature_edges(&mut mesh, options.feature_angle);
+        let torn = (options.scale > 0.0).then(|| Torn {
+            nodes: torn_nodes(&mesh),
+            limits: Limits {
+                area: options.limits.area.max((TORN_AREA * options.scale).powi(2)),
+                width: options.limits.width.max(TORN_WIDTH * options.scale),
+                ..options.limits
+            },
+        });
         if options.scale > 0.0 {
             bridge_gaps(&mut mesh, options.feature_angle, options.scale);
             // What is gone no longer parts the averages of what is left.
@@ -106,7 +119,7 @@ impl Discrete {
             }
             drop_islands(&mut mesh, 0.5 * options.scale);
         }
-        let removed = simplify(&mut mesh, &options.limits, run)?;
+        let removed = simplify(&mut mesh, &options.limits, torn.as_ref(), run)?;
         mesh.compact();
         mark_vertices(&mut mesh, options.turn);
         let (face, count) = flood(&mesh);

@@ -39,21 +39,48 @@ pub struct Removed {
 struct Region {
     area: f64,
     perimeter: f64,
+    /// Length of its border between torn nodes.
+    torn: f64,
     at: DVec3,
 }
 
-/// Unmarks small features until nothing changes; edges between labels and open ones stay. Returns what was removed, in order.
+/// Features that hang together with one that ends within a face, as they are where noise or the grid of marching cubes
+/// broke them: those of designed parts bound faces. What is small among them is no feature.
+pub struct Torn {
+    /// Whether each node is on one.
+    pub nodes: Vec<bool>,
+    /// What counts as small.
+    pub limits: Limits,
+}
+
+/// The nodes of features that hang together with one that ends within a face.
+pub fn torn_nodes(mesh: &EditMesh) -> Vec<bool> {
+    let mut torn = vec![false; mesh.node_capacity()];
+    let mut stack: Vec<u32> = mesh.nodes().filter(|&v| mesh.sharp_neighbors(v).count() == 1).collect();
+    stack.iter().for_each(|&v| torn[v as usize] = true);
+    while let Some(v) = stack.pop() {
+        for x in mesh.sharp_neighbors(v) {
+            if !std::mem::replace(&mut torn[x as usize], true) {
+                stack.push(x);
+            }
+        }
+    }
+    torn
+}
+
+/// Unmarks small features until nothing changes; edges between labels and open ones stay. Faces whose borders are
+/// [torn](Torn) for the most part have limits of their own. Returns what was removed, in order.
 ///
 /// A small face is merged with one neighbor only, across the border at which the two differ least in direction: its other
 /// borders stay, so larger faces on both sides of a narrow one remain two. (\[GUO\] merges it with all of them.)
-pub fn simplify(mesh: &mut EditMesh, limits: &Limits, run: &Run) -> Result<Vec<Removed>> {
+pub fn simplify(mesh: &mut EditMesh, limits: &Limits, torn: Option<&Torn>, run: &Run) -> Result<Vec<Removed>> {
     let mut removed = Vec::new();
     loop {
         run.check()?;
         let before = removed.len();
         drop_stubs(mesh, limits, &mut removed);
-        if limits.area > 0.0 || limits.width > 0.0 {
-            merge_faces(mesh, limits, &mut removed);
+        if limits.area > 0.0 || limits.width > 0.0 || torn.is_some() {
+            merge_faces(mesh, limits, torn, &mut removed);
         }
         if removed.len() == before {
             return Ok(removed);
@@ -94,7 +121,7 @@ fn middle(mesh: &EditMesh, chain: &Chain) -> DVec3 {
 }
 
 /// Merges small faces, smallest first, each with the neighbor it differs least from.
-fn merge_faces(mesh: &mut EditMesh, limits: &Limits, removed: &mut Vec<Removed>) {
+fn merge_faces(mesh: &mut EditMesh, limits: &Limits, torn: Option<&Torn>, removed: &mut Vec<Removed>) {
     let (face, count) = flood(mesh);
     let mut regions = vec![Region::default(); count];
     // Borders as (face, neighbor, half-edge seen from the face).
@@ -107,6 +134,10 @@ fn merge_faces(mesh: &mut EditMesh, limits: &Limits, removed: &mut Vec<Removed>)
         r.area += 0.5 * mesh.area_vector(t).length();
         for h in (3 * t..3 * t + 3).filter(|&h| mesh.is_sharp(h)) {
             r.perimeter += mesh.edge_length(h);
+            let is_torn = |t: &Torn| [mesh.origin(h), mesh.target(h)].iter().all(|v| t.nodes[*v as usize]);
+            if torn.is_some_and(is_torn) {
+                r.torn += mesh.edge_length(h);
+            }
             let o = mesh.opposite(h);
             if !is_fixed(mesh, h) && face[t as usize] != face[(o / 3) as usize] {
                 borders.push((face[t as usize], face[(o / 3) as usize], h));
@@ -114,7 +145,10 @@ fn merge_faces(mesh: &mut EditMesh, limits: &Limits, removed: &mut Vec<Removed>)
         }
     }
     borders.sort_unstable();
-    let small = |r: &Region| r.area < limits.area || (r.perimeter > 0.0 && 2.0 * r.area / r.perimeter < limits.width);
+    let small = |r: &Region| {
+        let limits = torn.filter(|_| 2.0 * r.torn > r.perimeter).map_or(limits, |t| &t.limits);
+        r.area < limits.area || (r.perimeter > 0.0 && 2.0 * r.area / r.perimeter < limits.width)
+    };
     let mut order: Vec<u32> = (0..count as u32).filter(|&f| small(&regions[f as usize])).collect();
     order.sort_by(|a, b| regions[*a as usize].area.total_cmp(&regions[*b as usize].area).then(a.cmp(b)));
     // A face takes part in one merger per pass.

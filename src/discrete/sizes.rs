@@ -11,6 +11,9 @@ use crate::spatial::{Aabb, Bvh, segment_foot};
 /// Edges between two features may be this many times as long as these are apart: triangles between them then keep angles
 /// above 25 degrees.
 const ACROSS: f64 = 2.0;
+/// Edges may be this many times as long as a short feature between two corners: triangles upon it then have angles near 40
+/// degrees.
+const OWN: f64 = 1.5;
 /// Parts per size into which feature edges close to others are divided, and how many at most.
 const SPACING: f64 = 2.0;
 const MOST_PARTS: f64 = 1e5;
@@ -62,7 +65,7 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
 
 impl Discrete {
     /// For each node the edge length that features nearby ask for, between `least` and `size`; infinite where none does. A
-    /// feature asks for twice its distance to others across a common face, and twice its own length.
+    /// feature asks for twice its distance to others across a common face, and for half as much again as its own length.
     pub fn feature_sizes(&self, size: f64, least: f64) -> Vec<f64> {
         let near = Proximity::new(&self.mesh, size);
         let mut out = vec![f64::INFINITY; self.mesh.node_capacity()];
@@ -143,7 +146,7 @@ impl Proximity {
             p.distance_squared(segment_foot(p, segment))
         };
         let chain = &self.chains[c];
-        let own = if chain.is_closed() { f64::INFINITY } else { ACROSS * chain.length };
+        let own = if chain.is_closed() { f64::INFINITY } else { OWN * chain.length };
         self.tree.nearest(p, self.size / ACROSS, far).map_or(own, |n| own.min(ACROSS * n.1.sqrt()))
     }
 }

@@ -4,7 +4,8 @@ use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
 use super::{
-    Discrete, DiscreteOptions, Limits, chains, drop_islands, drop_noise, flood, mark_feature_edges, mend_needles,
+    Discrete, DiscreteOptions, Limits, Torn, chains, drop_islands, drop_noise, flood, mark_feature_edges, mend_needles,
+    torn_nodes,
 };
 use crate::geometry::{Pieces, SurfaceOracle};
 use crate::mesh::{EditMesh, Group, TriMesh};
@@ -202,6 +203,25 @@ fn small_faces_are_merged_and_told() {
 }
 
 #[test]
+fn small_faces_go_where_features_are_torn_and_stay_where_they_are_whole() {
+    let mut mesh = EditMesh::new(&ball(8, 0.0)).unwrap();
+    (0..3).for_each(|h| mesh.set_sharp(h, true));
+    let torn = |m: &EditMesh| Torn { nodes: torn_nodes(m), limits: Limits { area: 1.0, ..Limits::default() } };
+    let whole = torn(&mesh);
+    assert!(!whole.nodes.contains(&true));
+    assert!(super::simplify(&mut mesh, &Limits::default(), Some(&whole), &Run::new()).unwrap().is_empty());
+    assert_eq!(flood(&mesh).1, 2);
+    // One more edge, from a corner of the face into the other one.
+    let out = mesh.outgoing(mesh.origin(0)).find(|&h| !mesh.is_sharp(h)).unwrap();
+    mesh.set_sharp(out, true);
+    let broken = torn(&mesh);
+    assert_eq!(broken.nodes.iter().filter(|t| **t).count(), 4);
+    let removed = super::simplify(&mut mesh, &Limits::default(), Some(&broken), &Run::new()).unwrap();
+    assert_eq!((removed.len(), removed[0].what, flood(&mesh).1), (1, "face", 1));
+    assert_eq!(chains(&mesh).len(), 1);
+}
+
+#[test]
 fn short_edges_that_end_in_a_face_are_dropped() {
     let mesh = ball(8, 0.0);
     let mut edit = EditMesh::new(&mesh).unwrap();
@@ -210,9 +230,9 @@ fn short_edges_that_end_in_a_face_are_dropped() {
     assert_eq!(chains(&edit).len(), 1);
     let length = edit.edge_length(h);
     let keep = Limits { length: 0.9 * length, ..Limits::default() };
-    assert!(super::simplify(&mut edit, &keep, &Run::new()).unwrap().is_empty());
+    assert!(super::simplify(&mut edit, &keep, None, &Run::new()).unwrap().is_empty());
     let drop = Limits { length: 1.1 * length, ..Limits::default() };
-    assert_eq!(super::simplify(&mut edit, &drop, &Run::new()).unwrap().len(), 1);
+    assert_eq!(super::simplify(&mut edit, &drop, None, &Run::new()).unwrap().len(), 1);
     assert!(!edit.is_sharp(h) && chains(&edit).is_empty());
 }
 
