@@ -9,6 +9,8 @@ use crate::optimize::guard::ask_all;
 const COARSE: f64 = 3.0;
 /// How often.
 const HALVINGS: usize = 20;
+/// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
+const STEEP: f64 = 0.5;
 
 impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for.
@@ -60,12 +62,18 @@ impl Remesher<'_> {
     /// Limits the growth of sizes along edges: the largest field below what nodes want with the slope asked for. It is a
     /// minimum, so the order does not matter.
     pub(super) fn grade(&mut self) -> Result<()> {
-        let m = &self.work.mesh;
-        let mut want = self.own.clone();
-        let mut front: Vec<u32> = m.nodes().collect();
-        if want.iter().all(|w| *w == self.options.sizing.size) {
-            front.clear();
+        self.want.clone_from(&self.own);
+        if self.want.iter().all(|w| *w == self.options.sizing.size) {
+            return Ok(());
         }
+        let front = self.work.mesh.nodes().collect();
+        self.spread(front, self.options.grading)
+    }
+
+    /// Lowers sizes until none grows faster than by `slope` from some nodes on.
+    fn spread(&mut self, mut front: Vec<u32>, slope: f64) -> Result<()> {
+        let m = &self.work.mesh;
+        let want = &mut self.want;
         let mut queued = vec![false; want.len()];
         while !front.is_empty() {
             self.run.check()?;
@@ -74,7 +82,7 @@ impl Remesher<'_> {
                 queued[v as usize] = false;
                 for h in m.outgoing(v) {
                     let x = m.target(h);
-                    let limit = want[v as usize] + self.options.grading * m.edge_length(h);
+                    let limit = want[v as usize] + slope * m.edge_length(h);
                     if limit < want[x as usize] {
                         want[x as usize] = limit;
                         if !queued[x as usize] {
@@ -86,7 +94,6 @@ impl Remesher<'_> {
             }
             front = next;
         }
-        self.want = want;
         Ok(())
     }
 
@@ -126,9 +133,10 @@ impl Remesher<'_> {
             if self.rank[v as usize] != Rank::Corner || self.own[v as usize] > least {
                 any |= self.own[v as usize] > least;
                 self.own[v as usize] = (0.5 * self.want[v as usize]).max(least);
+                self.want[v as usize] = self.want[v as usize].min(self.own[v as usize]);
             }
         }
-        self.grade()?;
+        self.spread(nodes.to_vec(), STEEP.max(self.options.grading))?;
         Ok(any)
     }
 }

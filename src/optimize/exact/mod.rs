@@ -322,6 +322,11 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     let folded = before.folded().len();
     r.pack()?;
     even_out(r)?;
+    // A crease that nobody marked folds a few triangles only.
+    if r.folded().len() > folded {
+        r.mend_worst(POOR, POLISH)?;
+        r.flip_and_move(POOR)?;
+    }
     if r.folded().len() > folded {
         *r = before;
         for _ in 0..PLAIN {

@@ -157,7 +157,7 @@ impl<'a> Remesher<'a> {
     pub(super) fn split_longer(&mut self, long: f64, fair: f64) -> Result<usize> {
         let mut list: Vec<(f64, u32, u32)> = Vec::new();
         let m = &self.work.mesh;
-        for h in m.edges() {
+        for h in m.edges().filter(|&h| self.sees(m.origin(h)) && self.sees(m.target(h))) {
             let excess = m.edge_length(h) / (long * self.wanted(h));
             if excess > 1.0 {
                 list.push((excess, m.origin(h), m.target(h)));
