@@ -86,6 +86,9 @@ impl Remesher<'_> {
             }
             front = next;
         }
+        if self.want != want {
+            self.work.mesh.set_all_changed();
+        }
         self.want = want;
         Ok(())
     }
