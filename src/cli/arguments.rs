@@ -75,6 +75,10 @@ pub struct How {
     /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size, less where an R-function part has smaller features]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub size_min: Option<f64>,
+    /// CAD models: cut off regions of faces narrower than this length or share of the diagonal; 0 leaves all [default: size / 40, for
+    /// the edges of thin walls size / 160, at most half of --tol]
+    #[arg(long, value_name = "WIDTH", value_parser = width)]
+    pub trim: Option<SizeRequest>,
     /// No edge longer than this many times the thickness of the wall beneath it (functions, leaf)
     #[arg(long, value_name = "RATIO", value_parser = positive)]
     pub thickness: Option<f64>,
@@ -242,6 +246,10 @@ fn threads(s: &str) -> Result<usize, String> {
 
 fn size(s: &str) -> Result<SizeRequest, String> {
     s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn width(s: &str) -> Result<SizeRequest, String> {
+    if s.trim() == "0" { Ok(SizeRequest::Length(0.0)) } else { size(s) }
 }
 
 fn refinement(s: &str) -> Result<Refinement, String> {

@@ -32,6 +32,7 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         tolerance: how.tol,
         grading: how.grading,
         least: how.size_min,
+        trim: how.trim,
         thickness: how.thickness,
         refinements: how.refine.clone(),
         measure,

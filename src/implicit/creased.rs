@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::leaf::Leaf;
 use super::oracle::ImplicitOracle;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -15,6 +16,9 @@ const OFF: f64 = 0.906;
 /// The middles of triangles that cut off what bends too much for them: a crease inside a formula or a blend, or a bend that is
 /// tighter than the least size. Leaves of one smooth surface are not looked at.
 pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DVec3> {
+    if !oracle.leaves().iter().any(Leaf::is_user) {
+        return Vec::new();
+    }
     let cut_off = |t: usize| {
         let (p, n) = (mesh.centroid(t), mesh.normal(t));
         let leaf = oracle.piece_at(p)?;

@@ -72,6 +72,9 @@ struct Found {
 }
 
 fn search(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+    if tape.only_face().is_some() {
+        return;
+    }
     let leaves = leaves_of(tape);
     if leaves.len() < 2 {
         return;
@@ -156,7 +159,7 @@ fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mu
         for &j in &which[n + 1..] {
             let Some(q) = nearest(leaves, &[i, j], center, reach, scale) else { continue };
             let tangent_at = |q: DVec3| {
-                let (a, b) = (leaves[i as usize].gradient(q).g, leaves[j as usize].gradient(q).g);
+                let (a, b) = (leaves[i as usize].slope(q), leaves[j as usize].slope(q));
                 a.normalize_or_zero().cross(b.normalize_or_zero()).try_normalize()
             };
             let Some(t) = tangent_at(q) else { continue };
@@ -165,7 +168,7 @@ fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mu
             let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
             let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
             let normal = |leaf: u32, inside: bool| {
-                let g = leaves[leaf as usize].gradient(m).g.normalize_or_zero();
+                let g = leaves[leaf as usize].slope(m).normalize_or_zero();
                 if inside { -g } else { g }
             };
             let (a, b) = (normal(i, inside_i), normal(j, inside_j));

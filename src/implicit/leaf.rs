@@ -70,6 +70,51 @@ fn linear(n: DVec3, c: DVec3, b: &[Interval; 3]) -> Interval {
     term(0) + term(1) + term(2)
 }
 
+#[inline(always)]
+fn plane(n: &DVec3, d: f64, p: DVec3) -> f64 {
+    d - (n.x * p.x + n.y * p.y + n.z * p.z)
+}
+
+#[inline(always)]
+fn sphere(c: &DVec3, r: f64, p: DVec3) -> f64 {
+    let q = p - *c;
+    (r * r - (q.x * q.x + q.y * q.y + q.z * q.z)) * (0.5 / r)
+}
+
+/// Coordinates in a frame at `c`.
+#[inline(always)]
+fn local(c: &DVec3, f: &Frame, p: DVec3) -> [f64; 3] {
+    let q = p - *c;
+    [f.u, f.v, f.a].map(|e| e.x * q.x + e.y * q.y + e.z * q.z)
+}
+
+#[inline(always)]
+fn cylinder(c: &DVec3, frame: &Frame, r: f64, p: DVec3) -> f64 {
+    let [a, b, _] = local(c, frame, p);
+    (r * r - (a * a + b * b)) * (0.5 / r)
+}
+
+#[inline(always)]
+fn cone(c: &DVec3, frame: &Frame, [k, m, d]: [f64; 3], p: DVec3) -> f64 {
+    let [a, b, t] = local(c, frame, p);
+    d - k * (a * a + b * b).sqrt() - m * t
+}
+
+#[inline(always)]
+fn torus(c: &DVec3, frame: &Frame, [major, minor]: [f64; 2], p: DVec3) -> f64 {
+    let [a, b, t] = local(c, frame, p);
+    let q = (a * a + b * b).sqrt() - major;
+    (minor * minor - (q * q + t * t)) * (0.5 / minor)
+}
+
+/// Values of a function at many points.
+#[inline(always)]
+fn each(xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64], f: impl Fn(DVec3) -> f64) {
+    for i in 0..out.len() {
+        out[i] = f(DVec3::new(xs[i], ys[i], zs[i]));
+    }
+}
+
 fn slack(i: Interval, magnitude: f64) -> Interval {
     let e = RANGE_SLACK * magnitude;
     if e.is_finite() { Interval::new(i.lo - e, i.hi + e) } else { i }
@@ -83,9 +128,18 @@ impl Leaf {
 
     /// Value at one point, exact zeros included.
     pub(crate) fn value(&self, p: DVec3) -> f64 {
-        let mut out = [0.0];
-        self.eval(&[p.x], &[p.y], &[p.z], &mut out);
-        out[0]
+        match self {
+            Leaf::Plane { n, d } => plane(n, *d, p),
+            Leaf::Sphere { c, r } => sphere(c, *r, p),
+            Leaf::Cylinder { c, frame, r } => cylinder(c, frame, *r, p),
+            Leaf::Cone { c, frame, k, m, d } => cone(c, frame, [*k, *m, *d], p),
+            Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) => {
+                let mut out = [0.0];
+                self.eval(&[p.x], &[p.y], &[p.z], &mut out);
+                out[0]
+            }
+        }
     }
 
     /// Value and gradient.
@@ -123,6 +177,50 @@ impl Leaf {
         }
     }
 
+    /// The nearest point of a surface that has one in closed form; `None` where there are many, as from an axis, and for
+    /// surfaces without.
+    pub(crate) fn foot(&self, p: DVec3) -> Option<DVec3> {
+        let flat = |c: DVec3, f: &Frame| {
+            let q = p - c;
+            f.u * f.u.dot(q) + f.v * f.v.dot(q)
+        };
+        let q = match self {
+            Leaf::Plane { n, d } => {
+                let once = |p: DVec3| p + *n * ((d - n.dot(p)) / n.length_squared());
+                // What rounding left the first time goes the second.
+                once(once(p))
+            }
+            Leaf::Sphere { c, r } => c + (p - c) * (r / p.distance(*c)),
+            Leaf::Cylinder { c, frame, r } => {
+                let radial = flat(*c, frame);
+                p + radial * (r / radial.length() - 1.0)
+            }
+            Leaf::Cone { c, frame, k, m, d } => {
+                let radial = flat(*c, frame);
+                let rho = radial.length();
+                let away = d - k * rho - m * frame.a.dot(p - c);
+                // Beyond the apex.
+                if !(rho + k * away > 0.0) {
+                    return None;
+                }
+                p + (radial * (k / rho) + frame.a * *m) * away
+            }
+            Leaf::Torus { c, frame, major, minor } => {
+                let radial = flat(*c, frame);
+                let rho = radial.length();
+                let (x, t) = (rho - major, frame.a.dot(p - c));
+                let share = minor / x.hypot(t) - 1.0;
+                // Beyond the axis, where a torus meets itself.
+                if !(rho + x * share > 0.0) {
+                    return None;
+                }
+                p + (radial * (x / rho) + frame.a * t) * share
+            }
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) => return None,
+        };
+        q.is_finite().then_some(q)
+    }
+
     /// The Hessian, by columns. Differences of the gradient where there is no closed form.
     pub(crate) fn hessian(&self, p: DVec3, scale: f64) -> [DVec3; 3] {
         match self {
@@ -145,46 +243,12 @@ impl Leaf {
         let n = out.len();
         let (xs, ys, zs) = (&xs[..n], &ys[..n], &zs[..n]);
         match self {
-            Leaf::Plane { n: m, d } => {
-                for i in 0..n {
-                    out[i] = d - (m.x * xs[i] + m.y * ys[i] + m.z * zs[i]);
-                }
-            }
-            Leaf::Sphere { c, r } => {
-                let (rr, k) = (r * r, 0.5 / r);
-                for i in 0..n {
-                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
-                    out[i] = (rr - (x * x + y * y + z * z)) * k;
-                }
-            }
-            Leaf::Cylinder { c, frame: Frame { u, v, .. }, r } => {
-                let (rr, k) = (r * r, 0.5 / r);
-                for i in 0..n {
-                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
-                    let a = u.x * x + u.y * y + u.z * z;
-                    let b = v.x * x + v.y * y + v.z * z;
-                    out[i] = (rr - (a * a + b * b)) * k;
-                }
-            }
-            Leaf::Cone { c, frame: Frame { u, v, a: w }, k, m, d } => {
-                for i in 0..n {
-                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
-                    let a = u.x * x + u.y * y + u.z * z;
-                    let b = v.x * x + v.y * y + v.z * z;
-                    let t = w.x * x + w.y * y + w.z * z;
-                    out[i] = d - k * (a * a + b * b).sqrt() - m * t;
-                }
-            }
-            Leaf::Torus { c, frame: Frame { u, v, a: w }, major, minor } => {
-                let (rr, k) = (minor * minor, 0.5 / minor);
-                for i in 0..n {
-                    let (x, y, z) = (xs[i] - c.x, ys[i] - c.y, zs[i] - c.z);
-                    let a = u.x * x + u.y * y + u.z * z;
-                    let b = v.x * x + v.y * y + v.z * z;
-                    let t = w.x * x + w.y * y + w.z * z;
-                    let q = (a * a + b * b).sqrt() - major;
-                    out[i] = (rr - (q * q + t * t)) * k;
-                }
+            Leaf::Plane { n, d } => each(xs, ys, zs, out, |p| plane(n, *d, p)),
+            Leaf::Sphere { c, r } => each(xs, ys, zs, out, |p| sphere(c, *r, p)),
+            Leaf::Cylinder { c, frame, r } => each(xs, ys, zs, out, |p| cylinder(c, frame, *r, p)),
+            Leaf::Cone { c, frame, k, m, d } => each(xs, ys, zs, out, |p| cone(c, frame, [*k, *m, *d], p)),
+            Leaf::Torus { c, frame, major, minor } => {
+                each(xs, ys, zs, out, |p| torus(c, frame, [*major, *minor], p));
             }
             Leaf::Formula(f) => f.eval(xs, ys, zs, out),
             Leaf::Field(f, place) => {
@@ -318,6 +382,21 @@ mod tests {
                         let p = cell.lo + (cell.hi - cell.lo) * (v(1.0) + 0.5);
                         let f = leaf.value(p);
                         assert!(range.lo <= f && f <= range.hi, "{leaf:?} {cell:?} {range:?} {p} {f}");
+                        let mut many = [0.0; 3];
+                        leaf.eval(&[p.x; 3], &[p.y; 3], &[p.z; 3], &mut many);
+                        assert_eq!(many, [f; 3]);
+                        let Some(q) = leaf.foot(p) else { continue };
+                        let n = leaf.slope(q).normalize();
+                        let (way, size) = (q - p, 1.0 + p.length() + radii.max_element());
+                        assert!(leaf.value(q).abs() < 1e-13 * size, "{leaf:?} {p} {q}");
+                        assert!((way - n * n.dot(way)).length() < 1e-13 * size, "{leaf:?} {p} {q}");
+                        // None of the points around is nearer.
+                        let (u, w) = n.any_orthonormal_pair();
+                        for d in [u, -u, w, -w] {
+                            if let Some(x) = leaf.foot(q + 0.1 * d) {
+                                assert!(x.distance(p) > way.length() - 1e-12, "{leaf:?} {p} {q} {x}");
+                            }
+                        }
                     }
                 }
             }

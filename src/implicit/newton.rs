@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::leaf::Leaf;
-use super::tape::Tape;
+use super::tape::{Op, Tape};
 
 /// Steps after which an iteration that has not settled is given up: settled ones take 3 to 8.
 const MOST_STEPS: usize = 30;
@@ -23,6 +23,17 @@ const TOUCHING: f64 = 1e-11;
 /// intersection of their tangent planes. Where that does not settle, as at a distance of more than a radius of curvature,
 /// the point at which Newton's method from `p` ends. `None` if neither is within `reach`.
 pub(crate) fn nearest(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
+    if let [i] = *which
+        && let Some(q) = leaves[i as usize].foot(p)
+    {
+        return (q.distance_squared(p) <= reach * reach).then_some(q);
+    }
+    if which.iter().all(|i| matches!(leaves[*i as usize], Leaf::Plane { .. })) {
+        // What rounding left the first time goes the second.
+        let once = project_once(leaves, which, p, p, scale)?;
+        let q = project_once(leaves, which, once, once, scale)?;
+        return (q.distance_squared(p) <= reach * reach).then_some(q);
+    }
     settle::<true>(leaves, which, p, reach, scale).or_else(|| settle::<false>(leaves, which, p, reach, scale))
 }
 
@@ -100,15 +111,15 @@ fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3, scale: f64) 
 /// How the inside near a point of leaf `leaf` depends on it: `Some(true)` if the leaf's positive side is inside and the
 /// other outside, `Some(false)` the other way round, `None` if the leaf does not bound the solid there.
 pub(crate) fn bounds_solid(tape: &Tape, leaves: &[Leaf], leaf: u32, q: DVec3) -> Option<bool> {
-    let plus = tape.inside_with(leaves, q, &[(leaf, true)]);
-    let minus = tape.inside_with(leaves, q, &[(leaf, false)]);
+    let inside = tape.inside_with(leaves, q, &[(leaf, 0b10)]);
+    let [minus, plus] = [0, 1].map(|side| inside >> side & 1 == 1);
     (plus != minus).then_some(plus)
 }
 
 /// Whether the boundary has an edge at a point of leaves `i` and `j`: the orientations of both, as in [`bounds_solid`].
 pub(crate) fn bounds_edge(tape: &Tape, leaves: &[Leaf], i: u32, j: u32, q: DVec3) -> Option<(bool, bool)> {
-    let s = |a, b| tape.inside_with(leaves, q, &[(i, a), (j, b)]);
-    let t = [[s(false, false), s(false, true)], [s(true, false), s(true, true)]];
+    let inside = tape.inside_with(leaves, q, &[(i, 0b1100), (j, 0b1010)]);
+    let t = [[0, 1], [2, 3]].map(|row| row.map(|case| inside >> case & 1 == 1));
     let by_i = [0, 1].into_iter().find(|b| t[0][*b] != t[1][*b])?;
     let by_j = [0, 1].into_iter().find(|a| t[*a][0] != t[*a][1])?;
     Some((t[1][by_i], t[by_j][1]))
@@ -116,10 +127,9 @@ pub(crate) fn bounds_edge(tape: &Tape, leaves: &[Leaf], i: u32, j: u32, q: DVec3
 
 /// Whether all three leaves matter at a point where all vanish.
 pub(crate) fn bounds_corner(tape: &Tape, leaves: &[Leaf], which: [u32; 3], q: DVec3) -> bool {
-    let s = |bits: usize| {
-        let f = [0, 1, 2].map(|k| (which[k], bits >> k & 1 == 1));
-        tape.inside_with(leaves, q, &f)
-    };
+    let inside =
+        tape.inside_with(leaves, q, &[(which[0], 0b1010_1010), (which[1], 0b1100_1100), (which[2], 0b1111_0000)]);
+    let s = |bits: usize| inside >> bits & 1 == 1;
     (0..3).all(|k| (0..8).any(|bits| s(bits) != s(bits ^ (1 << k))))
 }
 
@@ -160,9 +170,12 @@ impl Meeting<'_> {
 
     /// Whether leaves other than `which` pass the point.
     fn is_crowded(&self, which: &[u32], q: DVec3) -> bool {
-        leaves_of(self.tape).into_iter().any(|k| {
-            let d = self.leaves[k as usize].gradient(q);
-            !which.contains(&k) && d.v.abs() <= CROWDED * self.scale * d.g.length()
+        self.tape.ops.iter().any(|op| match *op {
+            Op::Leaf { leaf, .. } if !which.contains(&leaf) => {
+                let d = self.leaves[leaf as usize].gradient(q);
+                d.v.abs() <= CROWDED * self.scale * d.g.length()
+            }
+            _ => false,
         })
     }
 
@@ -182,11 +195,8 @@ impl Meeting<'_> {
 
 /// The different leaves of a tape, ascending.
 pub(crate) fn leaves_of(tape: &Tape) -> Vec<u32> {
-    let mut v: Vec<u32> = tape
-        .ops
-        .iter()
-        .filter_map(|op| if let super::tape::Op::Leaf { leaf, .. } = op { Some(*leaf) } else { None })
-        .collect();
+    let mut v: Vec<u32> =
+        tape.ops.iter().filter_map(|op| if let Op::Leaf { leaf, .. } = op { Some(*leaf) } else { None }).collect();
     v.sort_unstable();
     v.dedup();
     v

@@ -35,10 +35,14 @@ pub struct ImplicitOracle<'a> {
 }
 
 /// The best surface point so far.
-struct Best {
+struct Best<'t> {
     q: DVec3,
+    /// The tape that is valid there.
+    tape: &'t Tape,
     leaf: u32,
     distance: f64,
+    /// Which side of the leaf is inside, where that was asked.
+    inside: Option<bool>,
 }
 
 impl<'a> ImplicitOracle<'a> {
@@ -76,17 +80,13 @@ impl<'a> ImplicitOracle<'a> {
         self.scale
     }
 
-    /// The foot at a point known to lie on `leaf`.
-    fn foot(&self, q: DVec3, leaf: u32) -> Option<Foot> {
-        let tape = self.tape(q);
+    /// The foot at a point known to lie on `leaf`, of which the `inside` may be known.
+    fn foot(&self, q: DVec3, tape: &Tape, leaf: u32, inside: Option<bool>) -> Option<Foot> {
+        let here = occurrence(tape, leaf)?;
         // on an edge or corner the other leaves' signs are those of rounding: there the occurrence tells the side
-        let inside = match bounds_solid(tape, self.leaves(), leaf, q) {
-            Some(inside) => inside,
-            None => !occurrence(tape, leaf)?.negate,
-        };
-        let g = self.leaves()[leaf as usize].gradient(q).g;
-        let n = g.try_normalize()?;
-        Some(Foot { point: q, normal: if inside { -n } else { n }, face: occurrence(tape, leaf)?.face })
+        let inside = inside.or_else(|| bounds_solid(tape, self.leaves(), leaf, q)).unwrap_or(!here.negate);
+        let n = self.leaves()[leaf as usize].slope(q).try_normalize()?;
+        Some(Foot { point: q, normal: if inside { -n } else { n }, face: here.face })
     }
 
     /// Principal curvatures of a leaf at a point on it, as seen from the side of `outward`.
@@ -111,27 +111,42 @@ impl<'a> ImplicitOracle<'a> {
     }
 
     /// Tries the nearest point of the leaves `which`.
-    fn offer(&self, which: &[u32], p: DVec3, best: &mut Option<Best>, reach: f64) -> bool {
+    fn offer<'t>(&'t self, which: &[u32], p: DVec3, best: &mut Option<Best<'t>>, reach: f64) -> bool {
         let limit = best.as_ref().map_or(reach, |b| b.distance.min(reach));
         let Some(q) = nearest(self.leaves(), which, p, limit, self.scale) else { return false };
         let tape = self.tape(q);
+        let mut inside = None;
         let valid = match which {
-            [i] => bounds_solid(tape, self.leaves(), *i, q).is_some(),
+            [i] => {
+                inside = bounds_solid(tape, self.leaves(), *i, q);
+                inside.is_some()
+            }
             [i, j] => self.meeting(q).edge(*i, *j, q).is_some(),
             [i, j, k] => self.meeting(q).corner([*i, *j, *k], q),
             _ => false,
         };
         if valid {
-            *best = Some(Best { q, leaf: which[0], distance: q.distance(p) });
+            *best = Some(Best { q, tape, leaf: which[0], distance: q.distance(p), inside });
         }
         valid
     }
 
     /// Looks for a surface point nearer than what there is: on the other leaves, then, if some leaf's nearest point is not on
     /// the boundary, on the edges and corners they make.
-    fn look_around(&self, tape: &Tape, first: Option<u32>, sure: bool, p: DVec3, best: &mut Option<Best>, reach: f64) {
-        let limit = |best: &Option<Best>| NEARER * best.as_ref().map_or(reach, |b| b.distance);
+    fn look_around<'t>(
+        &'t self,
+        tape: &Tape,
+        first: Option<u32>,
+        sure: bool,
+        p: DVec3,
+        best: &mut Option<Best<'t>>,
+        reach: f64,
+    ) {
+        let limit = |best: &Option<Best<'t>>| NEARER * best.as_ref().map_or(reach, |b| b.distance);
         let farthest = limit(best);
+        if sure && !self.any_nearer(tape, first, p, farthest) {
+            return;
+        }
         let mut near: Vec<(f64, u32)> = leaves_of(tape)
             .into_iter()
             .map(|i| {
@@ -170,6 +185,17 @@ impl<'a> ImplicitOracle<'a> {
                 }
             }
         }
+    }
+
+    /// Whether a leaf other than `first` may be within `farthest` of a point.
+    fn any_nearer(&self, tape: &Tape, first: Option<u32>, p: DVec3, farthest: f64) -> bool {
+        tape.ops.iter().any(|op| match *op {
+            Op::Leaf { leaf, .. } if Some(leaf) != first => {
+                let d = self.leaves()[leaf as usize].gradient(p);
+                !(d.v.abs() > farthest * d.g.length())
+            }
+            _ => false,
+        })
     }
 
     /// The tape that lists the leaves worth trying near a point: its cell's, else that of a neighboring cell.
@@ -215,7 +241,7 @@ impl SurfaceOracle for ImplicitOracle<'_> {
             self.look_around(tape, first, sure, p, &mut best, reach);
         }
         let best = best?;
-        self.foot(best.q, best.leaf)
+        self.foot(best.q, best.tape, best.leaf, best.inside)
     }
 
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
@@ -261,9 +287,10 @@ impl SurfaceOracle for ImplicitOracle<'_> {
             bracket.update(x, value(a + (b - a) * x));
         }
         let q = p + direction * (a + (b - a) * bracket.root());
-        let leaf = self.tape(q).active(self.leaves(), q).leaf;
+        let tape = self.tape(q);
+        let leaf = tape.active(self.leaves(), q).leaf;
         self.leaves().get(leaf as usize)?;
-        self.foot(q, leaf)
+        self.foot(q, tape, leaf, None)
     }
 
     fn curvatures(&self, foot: &Foot) -> Option<[f64; 2]> {

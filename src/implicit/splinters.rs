@@ -22,30 +22,24 @@ const POINTS: usize = 16;
 /// the middles.
 pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: f64) -> Vec<DVec3> {
     let mesh = &extracted.mesh;
-    let component = components(mesh.nodes.len(), &mesh.triangles);
-    let mut parts: Vec<(u32, u32)> =
-        mesh.triangles.iter().enumerate().map(|(t, c)| (component[c[0] as usize], t as u32)).collect();
-    parts.sort_unstable();
-    let parts: Vec<&[(u32, u32)]> = parts.chunk_by(|a, b| a.0 == b.0).collect();
+    let (order, starts) = components(mesh.nodes.len(), &mesh.triangles);
+    let parts: Vec<&[u32]> = starts.windows(2).map(|w| &order[w[0]..w[1]]).filter(|p| !p.is_empty()).collect();
     if parts.len() < 2 {
         return Vec::new();
     }
-    let bounds = |part: &[(u32, u32)]| Aabb::around(part.iter().flat_map(|(_, t)| mesh.corners(*t as usize)));
+    let bounds = |part: &[u32]| Aabb::around(part.iter().flat_map(|t| mesh.corners(*t as usize)));
     let small: Vec<bool> = parts.iter().map(|p| bounds(p).diagonal() <= LARGEST * cell).collect();
     let mut large: Vec<u32> =
-        parts.iter().zip(&small).filter(|(_, s)| !**s).flat_map(|(p, _)| p.iter()).map(|x| x.1).collect();
+        parts.iter().zip(&small).filter(|(_, s)| !**s).flat_map(|(p, _)| p.iter().copied()).collect();
     large.sort_unstable();
     let tree = Bvh::new(large.iter().map(|t| Aabb::around(mesh.corners(*t as usize))).collect());
     let mut middles = Vec::new();
     let mut gone = vec![false; mesh.triangles.len()];
     for part in parts.iter().zip(&small).filter(|(_, s)| **s).map(|(p, _)| *p) {
-        let corners = || part.iter().flat_map(|(_, t)| mesh.corners(*t as usize));
+        let corners = || part.iter().flat_map(|t| mesh.corners(*t as usize));
         let middle = corners().sum::<DVec3>() / (3 * part.len()) as f64;
-        let volume: f64 = part
-            .iter()
-            .map(|(_, t)| mesh.corners(*t as usize).map(|p| p - middle))
-            .map(|[a, b, c]| a.dot(b.cross(c)))
-            .sum();
+        let volume: f64 =
+            part.iter().map(|t| mesh.corners(*t as usize).map(|p| p - middle)).map(|[a, b, c]| a.dot(b.cross(c))).sum();
         let solid = volume > 0.0;
         let same = |p: DVec3| (extracted.tape_at(model, p).value(&model.leaves, p) > 0.0) == solid;
         let mut near: Vec<(f64, u32)> = Vec::new();
@@ -62,7 +56,7 @@ pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: 
         });
         if joined {
             middles.push(middle);
-            part.iter().for_each(|(_, t)| gone[*t as usize] = true);
+            part.iter().for_each(|t| gone[*t as usize] = true);
         }
     }
     let mesh = &mut extracted.mesh;
@@ -73,12 +67,22 @@ pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: 
     middles
 }
 
-/// For each node the smallest number of a node it is joined to by triangles.
-fn components(nodes: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+/// The triangles component by component, and where each component begins, and the last ends, among them.
+fn components(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<usize>) {
     let mut sets = Sets::new(nodes);
     for &[a, b, c] in triangles {
         sets.join(a, b);
         sets.join(b, c);
     }
-    (0..nodes as u32).map(|v| sets.find(v)).collect()
+    let (set, count) = sets.numbers();
+    let of = |t: &[u32; 3]| set[t[0] as usize] as usize;
+    let mut starts = vec![0; count + 1];
+    triangles.iter().for_each(|t| starts[of(t) + 1] += 1);
+    (0..count).for_each(|k| starts[k + 1] += starts[k]);
+    let (mut fill, mut order) = (starts.clone(), vec![0; triangles.len()]);
+    for (k, t) in (0..).zip(triangles) {
+        order[fill[of(t)]] = k;
+        fill[of(t)] += 1;
+    }
+    (order, starts)
 }

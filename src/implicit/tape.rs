@@ -165,28 +165,45 @@ impl Tape {
 
     /// The occurrence that decides the companion's value at a point.
     pub(crate) fn active(&self, leaves: &[Leaf], p: DVec3) -> Active {
-        let none = |value| Active { leaf: u32::MAX, face: u32::MAX, negate: false, value };
-        let mut r: Vec<Active> = Vec::with_capacity(self.ops.len());
-        for op in &self.ops {
-            let v = match *op {
-                Op::All(inside) => none(if inside { EVERYTHING } else { -EVERYTHING }),
-                Op::Leaf { leaf, face, negate } => {
-                    let mut value = [leaves[leaf as usize].value(p)];
-                    Leaf::sign(&mut value, negate);
-                    Active { leaf, face, negate, value: value[0] }
-                }
-                Op::Min(a, b) => {
-                    let (a, b) = (r[a as usize], r[b as usize]);
-                    if a.value < b.value { a } else { b }
-                }
-                Op::Max(a, b) => {
-                    let (a, b) = (r[a as usize], r[b as usize]);
-                    if a.value < b.value { b } else { a }
-                }
-            };
-            r.push(v);
+        // Value of each operation, and the operation it comes from.
+        let (value, from) = self.each((0.0, 0), |i, op, r: &[(f64, u32)]| match *op {
+            Op::All(inside) => (if inside { EVERYTHING } else { -EVERYTHING }, i),
+            Op::Leaf { leaf, negate, .. } => {
+                let mut value = [leaves[leaf as usize].value(p)];
+                Leaf::sign(&mut value, negate);
+                (value[0], i)
+            }
+            Op::Min(a, b) => {
+                let (a, b) = (r[a as usize], r[b as usize]);
+                if a.0 < b.0 { a } else { b }
+            }
+            Op::Max(a, b) => {
+                let (a, b) = (r[a as usize], r[b as usize]);
+                if a.0 < b.0 { b } else { a }
+            }
+        });
+        match self.ops[from as usize] {
+            Op::Leaf { leaf, face, negate } => Active { leaf, face, negate, value },
+            _ => Active { leaf: u32::MAX, face: u32::MAX, negate: false, value },
         }
-        r[r.len() - 1]
+    }
+
+    /// Results of all operations, each from those before it; that of the last one. Short tapes are worked on without memory of
+    /// their own.
+    fn each<T: Copy>(&self, empty: T, mut f: impl FnMut(u32, &Op, &[T]) -> T) -> T {
+        const SHORT: usize = 24;
+        let (mut few, mut many) = ([empty; SHORT], Vec::new());
+        let n = self.ops.len();
+        let results = if n <= SHORT {
+            &mut few[..n]
+        } else {
+            many.resize(n, empty);
+            &mut many[..]
+        };
+        for (i, op) in self.ops.iter().enumerate() {
+            results[i] = f(i as u32, op, results);
+        }
+        results[n - 1]
     }
 
     /// The value of the R-function tree itself.
@@ -238,26 +255,27 @@ impl Tape {
         r[r.len() - 1]
     }
 
-    /// Whether a point is inside when the signs of some leaves are given and the others have their own.
-    pub(crate) fn inside_with(&self, leaves: &[Leaf], p: DVec3, forced: &[(u32, bool)]) -> bool {
-        self.inside_by(|leaf| match forced.iter().find(|f| f.0 == leaf) {
+    /// Whether a point is inside in up to eight cases, one to a bit, when the signs of some leaves are given for each case and
+    /// the others have their own.
+    pub(crate) fn inside_with(&self, leaves: &[Leaf], p: DVec3, forced: &[(u32, u8)]) -> u8 {
+        self.inside_cases(|leaf| match forced.iter().find(|f| f.0 == leaf) {
             Some(f) => f.1,
-            None => leaves[leaf as usize].value(p) >= 0.0,
+            None => all_cases(leaves[leaf as usize].value(p) >= 0.0),
         })
     }
 
     /// Whether a point is inside that lies on the positive side of the leaves `positive` says.
     pub(crate) fn inside_by(&self, positive: impl Fn(u32) -> bool) -> bool {
-        let mut r: Vec<bool> = Vec::with_capacity(self.ops.len());
-        for op in &self.ops {
-            r.push(match *op {
-                Op::All(inside) => inside,
-                Op::Leaf { leaf, negate, .. } => positive(leaf) != negate,
-                Op::Min(a, b) => r[a as usize] && r[b as usize],
-                Op::Max(a, b) => r[a as usize] || r[b as usize],
-            });
-        }
-        r[r.len() - 1]
+        self.inside_cases(|leaf| all_cases(positive(leaf))) != 0
+    }
+
+    fn inside_cases(&self, positive: impl Fn(u32) -> u8) -> u8 {
+        self.each(0, |_, op, r: &[u8]| match *op {
+            Op::All(inside) => all_cases(inside),
+            Op::Leaf { leaf, negate, .. } => positive(leaf) ^ all_cases(negate),
+            Op::Min(a, b) => r[a as usize] & r[b as usize],
+            Op::Max(a, b) => r[a as usize] | r[b as usize],
+        })
     }
 
     /// Bounds of the companion over a box.
@@ -341,6 +359,11 @@ impl Tape {
         }
         Pruned::Smaller(Tape { ops })
     }
+}
+
+/// The same in all of eight cases.
+fn all_cases(inside: bool) -> u8 {
+    if inside { u8::MAX } else { 0 }
 }
 
 /// What stands for the second (or first) operand of an operation.

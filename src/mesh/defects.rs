@@ -93,6 +93,11 @@ impl TriMesh {
         // Triangles with the same nodes share every edge, so their nodes' sums differ if anything does.
         let sum = |s: &Side| self.triangles[s.triangle() as usize].iter().map(|v| u64::from(*v)).sum::<u64>();
         for group in sides.chunk_by(|a, b| a.key == b.key).filter(|g| g.len() > 1) {
+            if let [a, b] = group
+                && (sum(a) != sum(b) || a.triangle() == b.triangle())
+            {
+                continue;
+            }
             let mut seen: Vec<(u64, u32)> = group.iter().map(|s| (sum(s), s.triangle())).collect();
             seen.sort_unstable();
             let twice = seen.windows(2).filter(|w| w[0].0 == w[1].0 && w[0].1 != w[1].1);
@@ -141,8 +146,12 @@ impl TriMesh {
 
     /// Components, Euler characteristic, genus. The mesh must be [valid](Self::validate).
     pub fn topology(&self, defects: &Defects) -> Topology {
-        let sides = sides(self);
-        let edges = sides.chunk_by(|a, b| a.key == b.key).count() as i64;
+        let paired = defects.is_closed() && defects.nonmanifold_edges.is_empty();
+        let edges = if paired {
+            3 * self.triangles.len() as i64 / 2
+        } else {
+            sides(self).chunk_by(|a, b| a.key == b.key).count() as i64
+        };
         let mut sets = Sets::new(self.nodes.len());
         for [a, b, c] in &self.triangles {
             sets.join(*a, *b);

@@ -15,10 +15,12 @@
 //! The link condition of collapses is that of T. Dey, H. Edelsbrunner et al., "Topology preserving edge contraction"
 //! (1999), for surfaces.
 
+mod changes;
 mod opposites;
 mod part;
 mod store;
 
+pub use changes::Reader;
 pub use part::{Part, Regions};
 
 use glam::DVec3;
@@ -49,6 +51,8 @@ pub struct EditMesh {
     /// One outgoing half-edge per node: on a boundary node the one without opposite. NONE for a dead node.
     out: Vec<u32>,
     pinned: Vec<bool>,
+    /// Which readers have not seen what changed around the node, one bit for each.
+    changed: Vec<u8>,
     labels: Vec<u32>,
     normals: Vec<DVec3>,
     faces: Vec<String>,
@@ -71,6 +75,7 @@ impl EditMesh {
             sharp: vec![false; 3 * mesh.triangles.len()],
             out: vec![NONE; nodes],
             pinned: vec![false; nodes],
+            changed: vec![u8::MAX; nodes],
             labels: mesh.labels.clone(),
             normals: vec![DVec3::ZERO; mesh.triangles.len()],
             faces: mesh.faces.clone(),
@@ -143,6 +148,7 @@ impl EditMesh {
     /// Puts the node elsewhere.
     pub fn set_point(&mut self, v: u32, p: DVec3) {
         self.points[v as usize] = p;
+        self.changed[v as usize] = u8::MAX;
     }
 
     /// Whether the node must stay where it is and must not be collapsed away.
@@ -342,6 +348,7 @@ impl EditMesh {
         for slot in [t0, t1 + 1, t0 + 2, t1] {
             self.enter(slot);
         }
+        self.note([a, b, c, d]);
         true
     }
 
@@ -364,6 +371,7 @@ impl EditMesh {
         self.points.push(p);
         self.out.push(NONE);
         self.pinned.push(false);
+        self.changed.push(u8::MAX);
         self.points.len() as u32 - 1
     }
 
@@ -395,6 +403,7 @@ impl EditMesh {
     /// Cuts the triangle of `h` = a->b from `m` to its apex: it becomes (a, m, c), the returned half-edge is m->b.
     fn halve(&mut self, h: u32, m: u32) -> u32 {
         let (b, c) = (self.target(h), self.apex(h));
+        self.note([self.origin(h), b, c]);
         let far = self.add_triangle(h / 3, [m, b, c]);
         let (outer, mark) = (self.opposite[next(h) as usize], self.sharp[next(h) as usize]);
         self.join(far + 1, outer);
@@ -409,6 +418,7 @@ impl EditMesh {
     /// Puts a new node at `p` into the triangle, which becomes three. The new node's id is returned.
     pub fn split_triangle(&mut self, t: u32, p: DVec3) -> u32 {
         let [a, b, c] = self.corners(t);
+        self.note([a, b, c]);
         let m = self.add_node(p);
         let first = 3 * t;
         let rim = [first + 1, first + 2].map(|h| (self.opposite[h as usize], self.sharp[h as usize]));
@@ -490,6 +500,9 @@ impl EditMesh {
         let o = self.opposite[h as usize];
         let (a, b) = (self.origin(h), self.target(h));
         let around: Vec<u32> = self.outgoing(a).collect();
+        for &x in &around {
+            self.note([self.target(x), self.apex(x)]);
+        }
         for x in around {
             self.corners[x as usize] = b;
         }
@@ -526,7 +539,7 @@ impl EditMesh {
                 self.enter(e);
             }
         }
-        self.points[b as usize] = p;
+        self.set_point(b, p);
         true
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::bodies::{NAMED, body_of, remeshed};
-use super::brep_oracle::Trimmed;
+use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Healed, heal_made, told as told_of};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
@@ -19,6 +19,7 @@ use crate::optimize::exact::ExactOptions;
 use crate::optimize::{Sizing, size::GRADATION};
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
+use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
 use crate::parametric::mesh::{FaceMeshes, MeshSizes};
 use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, check};
@@ -42,6 +43,12 @@ const NARROW: f64 = 0.25;
 const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
+
+/// Regions narrower than this share of the size are cut off.
+const SLIVER: f64 = 1.0 / 40.0;
+/// Where they are the edges of walls and grooves it is this share, and part of a face must be left: there is nothing for them but needles, as edges twice their
+/// width would be shorter than [`NARROWEST`].
+const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 
 /// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
 const DISTANCE: f64 = 1.4e-3;
@@ -78,17 +85,19 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 /// Meshes a boundary representation; lengths are in millimeters.
 ///
 /// Guarantees: faces that share an edge share its nodes; the same bytes for any number of threads; every face has
-/// triangles or is named in the report's `shortfalls`.
+/// triangles or is named in the report's `shortfalls`, or in its `ladder` where all of it was narrower than
+/// [`MeshOptions::trim`].
 ///
 /// Errors: [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let StepModel { brep, notes } = model;
-    let groups = groups(&brep);
     let solid = Parametric::new(brep, run)?;
-    let size = match options.size.unwrap_or(DEFAULT_SIZE) {
+    let diagonal = solid.bounds().diagonal();
+    let length = |s: SizeRequest| match s {
         SizeRequest::Length(h) => h,
-        SizeRequest::Share(s) => s * solid.bounds().diagonal(),
+        SizeRequest::Share(s) => s * diagonal,
     };
+    let size = length(options.size.unwrap_or(DEFAULT_SIZE));
     let mut report = Report::of("faces", size, Some("mm".into()));
     for n in notes.iter().take(NAMED) {
         report.warnings.push(n.to_string());
@@ -97,6 +106,59 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         report.warnings.push(format!("and {} more such notes", notes.len() - NAMED));
     }
     report.shortfalls.extend(notes.iter().filter(|n| n.message.contains("left out")).map(ToString::to_string));
+    let asked = options.trim.map(length);
+    let within = 0.5 * options.tolerance.unwrap_or(DISTANCE * diagonal);
+    let steps = match asked {
+        Some(width) => vec![(width, Walls::Cut)],
+        None => vec![((SLIVER * size).min(within), Walls::Keep), ((NEEDLES * size).min(within), Walls::Part)],
+    };
+    let mut trimmed = Trimmed { brep: solid.brep.clone(), ..Trimmed::default() };
+    for (width, walls) in steps {
+        let next = trim(trimmed.brep, width, walls, run)?;
+        trimmed = Trimmed { cuts: [trimmed.cuts, next.cuts].concat(), ..next };
+    }
+    if trimmed.cuts.is_empty() {
+        refused(&mut report, &trimmed, options);
+        return meshed(&solid, report, options, run);
+    }
+    let mut told = report.clone();
+    tell(&mut told, &trimmed);
+    refused(&mut told, &trimmed, options);
+    let made = meshed(&Parametric::new(trimmed.brep, run)?, told, options, run)?;
+    if made.report.shortfalls.len() <= report.shortfalls.len() {
+        return Ok(made);
+    }
+    // What else can be wrong may be wrong because of what was cut off.
+    let whole = meshed(&solid, report, options, run)?;
+    Ok(if whole.report.shortfalls.len() < made.report.shortfalls.len() { whole } else { made })
+}
+
+/// Says what was cut off.
+fn tell(report: &mut Report, trimmed: &Trimmed) {
+    for c in &trimmed.cuts {
+        let how = if c.whole { "all of it is" } else { "a region is cut off," };
+        let why = format!("{how} {:.3e} wide at ({:.6}, {:.6}, {:.6})", c.width, c.at.x, c.at.y, c.at.z);
+        report.ladder.push(FaceStep { face: c.face.clone(), source: c.source, rung: Rung::Trimmed, why });
+    }
+    let mut names: Vec<&str> = trimmed.cuts.iter().map(|c| c.face.as_str()).collect();
+    names.dedup();
+    let listed = names.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+    let more = if names.len() > NAMED { ", ..." } else { "" };
+    report.warnings.push(format!("narrow regions are cut off of {} faces: {listed}{more}", names.len()));
+}
+
+/// Says what could not be cut off, to those who asked for it.
+fn refused(report: &mut Report, trimmed: &Trimmed, options: &MeshOptions) {
+    if options.trim.is_some() {
+        let told = trimmed.refused.iter().take(NAMED).map(|(face, why)| format!("face {face} is not trimmed: {why}"));
+        report.warnings.extend(told);
+    }
+}
+
+/// Meshes a boundary representation as it is.
+fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    let groups = groups(&solid.brep);
+    let size = report.size;
     let diagonal = solid.bounds().diagonal();
     let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()));
     report.warnings.extend(wishes.warnings.iter().cloned());
@@ -117,7 +179,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
                 let of_regions = wishes.regions.iter().map(|r| r.at(p, grading));
                 field.at(p, of_regions.fold(f64::INFINITY, f64::min))
             };
-            first_mesh(&solid, ([size, chord], held), options, &wishes, &by_place, told, run)
+            first_mesh(solid, ([size, chord], held), options, &wishes, &by_place, told, run)
         };
         let mut told = report.clone();
         let (mut made, mut sizing) = first(&crossed, None, &mut told)?;
@@ -140,16 +202,16 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
             ((made, sizing), told, hits) = (again, again_told, left);
         }
         let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
-        let mesh = remeshed(&solid, made, &exact, &mut told, run)?;
+        let mesh = remeshed(solid, made, &exact, &mut told, run)?;
         if !measured {
             best = Some((mesh, told));
             break;
         }
         run.progress("distance", 0.0);
-        let away = distances(&solid, &mesh, run)?;
+        let away = distances(solid, &mesh, run)?;
         let beyond: Vec<usize> = (0..away.len()).filter(|t| away[*t] > limit).collect();
         let to_surface = away.iter().copied().fold(0.0, f64::max);
-        let (from_surface, asked) = (from_edges(&solid, &mesh), options.tolerance);
+        let (from_surface, asked) = (from_edges(solid, &mesh), options.tolerance);
         told.distance = Some(Distance { to_surface, from_surface, diagonal, asked, beyond: beyond.len() });
         finer.extend(beyond.iter().map(|&t| {
             let [a, b, c] = mesh.corners(t);
@@ -173,12 +235,12 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     mesh.groups = groups;
     run.progress("check", 0.0);
     let mut found = check(&mesh, None, run)?;
-    if let Some(healed) = heal(&solid, &mesh, &found, run)? {
+    if let Some(healed) = heal(solid, &mesh, &found, run)? {
         report.warnings.extend(told_of(&healed.report));
         mesh = healed.mesh;
         found = check(&mesh, None, run)?;
     }
-    excuse_open(&solid, &mut found, &mut report);
+    excuse_open(solid, &mut found, &mut report);
     excuse_overlaps(&mesh, &mut found, &mut report, run)?;
     report.judge(found);
     Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
@@ -285,7 +347,7 @@ fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<
     if solid.brep.uses().contains(&1) {
         return heal_made(mesh, None, None, run);
     }
-    heal_made(mesh, None, Some(&Trimmed::new(solid, run)?), run)
+    heal_made(mesh, None, Some(&brep_oracle::Trimmed::new(solid, run)?), run)
 }
 
 /// A model with open edges, or one without the mesh of a face, has no closed mesh: that is told, but not a fault of the

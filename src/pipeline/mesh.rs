@@ -86,6 +86,9 @@ pub struct MeshOptions {
     pub grading: Option<f64>,
     /// Curvature, narrow gaps and thin walls make no edges shorter than this, in the part's unit.
     pub least: Option<f64>,
+    /// Regions of a CAD model's faces narrower than this are cut off; none for 0. Without it those narrower than a fortieth of
+    /// the size are, at the edges of thin walls and grooves those too narrow for anything but needles.
+    pub trim: Option<SizeRequest>,
     /// No edge is longer than this many times the solid's thickness beneath it (solids of R-functions, leaf method).
     pub thickness: Option<f64>,
     /// Where edges shall be shorter; the methods without exact edges do not heed this.
@@ -106,6 +109,7 @@ impl Default for MeshOptions {
             tolerance: None,
             grading: None,
             least: None,
+            trim: None,
             thickness: None,
             refinements: Vec::new(),
             measure: true,

@@ -40,6 +40,8 @@ pub struct Report {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rung {
+    /// A region of it narrower than wanted was cut off, or all of it was.
+    Trimmed,
     /// Edges around it were divided more finely than asked.
     FinerEdges,
     /// Triangulated on a plane through its border, its nodes put on the surface.

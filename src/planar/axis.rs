@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 
 use glam::DVec2;
+use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use crate::numeric::Sets;
@@ -50,39 +51,54 @@ pub struct Axis {
     pub lines: Vec<Vec<u32>>,
 }
 
-/// Contours as rows of samples: their points, and points every `spacing` between them where contours lie within `reach` of
-/// each other. `None` beyond two million.
+/// Contours as rows of samples: their points, and where contours lie within `reach` of each other points between them, at most
+/// `spacing` apart. `None` beyond two million.
 pub(super) fn samples(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Option<Vec<Vec<Sample>>> {
-    let segment = |c: usize, i: usize| {
+    let segment = |[c, i]: [usize; 2]| {
         let p = &contours[c];
         [p[i], p[(i + 1) % p.len()]]
     };
     let all: Vec<[usize; 2]> = (0..contours.len()).flat_map(|c| (0..contours[c].len()).map(move |i| [c, i])).collect();
-    let around = |[c, i]: [usize; 2]| Aabb::around(segment(c, i).map(|p| p.extend(0.0)));
-    let bvh = Bvh::new(all.iter().map(|s| around(*s)).collect());
+    let around = |ends: [DVec2; 2]| Aabb::around(ends.map(|p| p.extend(0.0)));
+    let bvh = Bvh::new(all.iter().map(|s| around(segment(*s))).collect());
     let mut out: Vec<Vec<Sample>> = vec![Vec::new(); contours.len()];
     let (mut count, mut along) = (0.0, 0.0);
     for &[c, i] in &all {
         let n = contours[c].len();
-        let [a, b] = segment(c, i);
-        let mut near = false;
-        bvh.overlapping(&around([c, i]).grown(reach), |j| {
-            let [d, j] = all[j as usize];
-            near |= [d, j] != [c, i] && !(d == c && (j == (i + 1) % n || i == (j + 1) % n));
-        });
+        let [a, b] = segment([c, i]);
+        // Whether a part that is nearly as short as the reach, or longer, has another segment so near.
+        let near = |p: DVec2, q: DVec2| {
+            let mut near = false;
+            bvh.overlapping(&around([p, q]).grown(reach), |j| {
+                let [d, j] = all[j as usize];
+                near |= [d, j] != [c, i] && !(d == c && (j == (i + 1) % n || i == (j + 1) % n));
+            });
+            near
+        };
         let length = a.distance(b);
-        let parts = if near { (length / spacing).ceil().max(1.0) } else { 1.0 };
-        if count + parts > MOST {
-            return None;
-        }
         if i == 0 {
             along = 0.0;
         }
-        for x in 0..parts as u32 {
-            let s = f64::from(x) / parts;
-            let point = (x == 0).then_some(i as u32);
-            out[c].push(Sample { at: a.lerp(b, s), contour: c as u32, point, along: along + s * length });
-            count += 1.0;
+        let mut parts = vec![[0.0, 1.0]];
+        while let Some([s, t]) = parts.pop() {
+            let (p, q) = (a.lerp(b, s), a.lerp(b, t));
+            let way = (t - s) * length;
+            let fine = way > spacing && near(p, q);
+            if fine && way > 2.0 * reach {
+                let m = 0.5 * (s + t);
+                parts.extend([[m, t], [s, m]]);
+                continue;
+            }
+            let steps = if fine { (way / spacing).ceil() } else { 1.0 };
+            if !(count + steps <= MOST) {
+                return None;
+            }
+            count += steps;
+            for x in 0..steps as u32 {
+                let s = s + (t - s) * f64::from(x) / steps;
+                let point = (s == 0.0).then_some(i as u32);
+                out[c].push(Sample { at: a.lerp(b, s), contour: c as u32, point, along: along + s * length });
+            }
         }
         along += length;
     }
@@ -106,15 +122,14 @@ pub(super) fn axis_of(rows: &[Vec<Sample>], spacing: f64) -> Option<Axis> {
     let lengths: Vec<f64> =
         rows.iter().map(|r| r.last().zip(r.first()).map_or(0.0, |(l, f)| l.along + l.at.distance(f.at))).collect();
     // step 1: the Voronoi diagram is the dual of this
-    let mut tri = ConstrainedDelaunayTriangulation::<Sample>::new();
-    let mut handles = Vec::with_capacity(all.len());
-    for s in &all {
-        handles.push(tri.insert(*s).ok()?);
+    let mut tri = ConstrainedDelaunayTriangulation::<Sample>::bulk_load_cdt(all.clone(), Vec::new()).ok()?;
+    if tri.num_vertices() != all.len() {
+        return None;
     }
     let mut first = 0;
     for row in rows {
         for i in 0..row.len() {
-            let (a, b) = (handles[first + i], handles[first + (i + 1) % row.len()]);
+            let [a, b] = [first + i, first + (i + 1) % row.len()].map(FixedVertexHandle::from_index);
             if a != b {
                 if !tri.can_add_constraint(a, b) {
                     return None;

@@ -11,4 +11,4 @@ mod trim;
 
 pub use axis::{Axis, medial_axis};
 pub use crossings::{Meeting, crossings};
-pub use trim::{Merge, Refusal, Trimmed, trim};
+pub use trim::{Merge, Refusal, Spot, Trimmed, trim};

@@ -133,11 +133,15 @@ fn a_narrow_place_between_contours_joins_them() {
         assert_eq!((t.contours.len(), t.merges.len()), (1, 2));
         assert!((area(&t.contours[0]) - (9.0 - 1.0)).abs() < 0.05, "{}", area(&t.contours[0]));
         assert_eq!(crossings(&t.contours), []);
+        assert_eq!(t.turned, (0..2).filter(|c| turned >> c & 1 == (1 + c) % 2).collect::<Vec<u32>>());
         // both places are between the hole and the side below it
-        let below = |c: u32, i: u32| contours[c as usize][i as usize];
         for m in &t.merges {
-            for [c, i] in [m.entry, m.exit] {
-                assert!(below(c, i).distance(m.at) < 2.1, "{} {}", below(c, i), m.at);
+            for s in [m.entry, m.exit] {
+                let contour = &contours[s.contour as usize];
+                let (n, i) = (contour.len(), s.point as usize);
+                let next = if t.turned.contains(&s.contour) { (i + n - 1) % n } else { (i + 1) % n };
+                let p = contour[i].lerp(contour[next], s.share);
+                assert!(p.distance(m.at) < 0.05, "{p} {}", m.at);
             }
         }
     }

@@ -13,14 +13,24 @@ use crate::spatial::{Aabb, Bvh};
 /// Samples lie this many times closer than what is narrow.
 const PER_WIDTH: f64 = 4.0;
 
-/// Two points of contours that became one, where a narrow part was cut off. A place on a contour is the number of the contour
-/// and of the point that comes before it, or is it, going along with the region to the left.
+/// A place on a contour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// The contour.
+    pub contour: u32,
+    /// The point that comes before it, or is it, going along with the region to the left.
+    pub point: u32,
+    /// How much of the way from there to the next point (that way) it is.
+    pub share: f64,
+}
+
+/// Two points of contours that became one, where a narrow part was cut off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Merge {
     /// Where the contour comes into the narrow part.
-    pub entry: [u32; 2],
+    pub entry: Spot,
     /// Where a contour leaves it.
-    pub exit: [u32; 2],
+    pub exit: Spot,
     /// Where both are now: in the middle between their feet on the medial axis.
     pub at: DVec2,
 }
@@ -35,6 +45,9 @@ pub struct Trimmed {
     pub merges: Vec<Merge>,
     /// Contours of which nothing is left.
     pub vanished: Vec<u32>,
+    /// The contours that run with the region to their right, ascending: what was narrow of them lies between an entry and the
+    /// exit before it, not the one after it.
+    pub turned: Vec<u32>,
 }
 
 /// Why contours were not trimmed.
@@ -93,12 +106,12 @@ pub fn trim(contours: &[Vec<DVec2>], width: f64) -> Result<Trimmed, Refusal> {
     }
     let partner = pair(&entries, &exits, &rows)?;
     let mut out = assemble(&rows, &found, &entries, &exits, &partner);
-    for place in out.merges.iter_mut().flat_map(|m| [&mut m.entry, &mut m.exit]) {
-        let [c, i] = place.map(|x| x as usize);
-        if turned[c] {
-            place[1] = (contours[c].len() - 1 - i) as u32;
+    for spot in out.merges.iter_mut().flat_map(|m| [&mut m.entry, &mut m.exit]) {
+        if turned[spot.contour as usize] {
+            spot.point = contours[spot.contour as usize].len() as u32 - 1 - spot.point;
         }
     }
+    out.turned = (0..contours.len() as u32).filter(|c| turned[*c as usize]).collect();
     Ok(out)
 }
 
@@ -222,14 +235,18 @@ fn assemble(
     partner: &[usize],
 ) -> Trimmed {
     let mut out = Trimmed::default();
-    let segment = |s: &Special| {
+    let spot = |s: &Special| {
         let row = &rows[s.contour];
-        let back = (0..row.len()).map(|k| (s.sample + row.len() - k) % row.len());
-        [s.contour as u32, back.filter_map(|i| row[i].point).next().unwrap_or(0)]
+        let back = (0..row.len()).take_while(|k| row[(s.sample + row.len() - k) % row.len()].point.is_none()).count();
+        let on = (1..=row.len()).take_while(|k| row[(s.sample + k) % row.len()].point.is_none()).count() + 1;
+        let from = &row[(s.sample + row.len() - back) % row.len()];
+        let [past, length] = [s.sample, s.sample + on].map(|i| row[i % row.len()].at.distance(from.at));
+        let share = if back == 0 { 0.0 } else { (past / length).clamp(0.0, 1.0) };
+        Spot { contour: s.contour as u32, point: from.point.unwrap_or(0), share }
     };
     let middle = |i: usize| 0.5 * (entries[i].foot.at + exits[partner[i]].foot.at);
     for (i, e) in entries.iter().enumerate() {
-        out.merges.push(Merge { entry: segment(e), exit: segment(&exits[partner[i]]), at: middle(i) });
+        out.merges.push(Merge { entry: spot(e), exit: spot(&exits[partner[i]]), at: middle(i) });
     }
     let entry_after = |x: &Special| {
         let n = rows[x.contour].len();

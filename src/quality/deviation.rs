@@ -10,7 +10,7 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
-/// Points the distance is measured at, spread evenly over the area.
+/// Points the distance is measured at, spread evenly over the area, beside nodes and centroids.
 const SAMPLES: usize = 40_000;
 
 /// The surface is looked for within this many mean edge lengths.
@@ -22,7 +22,7 @@ const CHUNK: usize = 512;
 /// Distance and angle between a mesh and the true surface, seen from the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
-    /// Largest distance of a sample or a node.
+    /// Largest distance of a sample, a node or a centroid.
     pub max: f64,
     /// Root mean square distance over the area.
     pub rms: f64,
@@ -91,29 +91,32 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     let hits: Vec<f64> = sampled.iter().flatten().copied().collect();
     let square: f64 = hits.iter().map(|d| d * d).sum();
     run.progress("normals", 0.0);
-    let normals: Result<Vec<(f64, usize)>> = run.install(|| {
+    let normals: Result<Vec<(f64, usize, f64)>> = run.install(|| {
         (0..areas.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
-                let (mut sum, mut inverted) = (0.0, 0);
+                let (mut sum, mut inverted, mut far) = (0.0, 0, 0.0f64);
                 for t in c * CHUNK..((c + 1) * CHUNK).min(areas.len()) {
+                    let p = mesh.centroid(t);
                     if areas[t] > 0.0
-                        && let Some(foot) = oracle.project(mesh.centroid(t), reach)
+                        && let Some(foot) = oracle.project(p, reach)
                     {
+                        far = far.max(foot.point.distance(p));
                         let dot = mesh.normal(t).dot(foot.normal);
                         sum += areas[t] * (1.0 - dot * dot).max(0.0);
                         inverted += usize::from(dot <= 0.0);
                     }
                 }
-                Ok((sum, inverted))
+                Ok((sum, inverted, far))
             })
             .collect()
     });
     let normals = normals?;
+    let at_centroids = normals.iter().map(|n| n.2);
     Ok(Deviation {
         from_surface: from_surface(mesh, points, run)?,
-        max: hits.iter().chain(at_nodes.iter().flatten()).copied().fold(0.0, f64::max),
+        max: hits.iter().chain(at_nodes.iter().flatten()).copied().chain(at_centroids).fold(0.0, f64::max),
         rms: if hits.is_empty() { 0.0 } else { (square / hits.len() as f64).sqrt() },
         normal: normals.iter().map(|n| n.0).sum::<f64>() / total,
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
@@ -133,11 +136,11 @@ fn from_surface(mesh: &TriMesh, points: &[DVec3], run: &Run) -> Result<Option<f6
             .par_chunks(CHUNK)
             .map(|chunk| {
                 run.check()?;
-                let nearest = |p: &DVec3| {
+                let farthest = |known: f64, p: &DVec3| {
                     let d = |t: u32| triangle_distance_squared(*p, mesh.corners(t as usize));
-                    tree.nearest(*p, f64::INFINITY, d).map_or(0.0, |n| n.1)
+                    tree.farther(*p, known, d).unwrap_or(known)
                 };
-                Ok(chunk.iter().map(nearest).fold(0.0, f64::max))
+                Ok(chunk.iter().fold(0.0, farthest))
             })
             .collect()
     });

@@ -93,8 +93,13 @@ pub fn recovery(
         }
     }
     run.check()?;
-    let nodes = Bvh::new(mesh.nodes.iter().map(|p| Aabb::new(*p, *p)).collect());
-    let found = |c: &&DVec3| nodes.nearest(**c, near, |i| mesh.nodes[i as usize].distance_squared(**c)).is_some();
+    // There are few corners and many nodes.
+    let corners = Bvh::new(truth.corners.iter().map(|c| Aabb::new(*c, *c).grown(near)).collect());
+    let mut found = vec![false; truth.corners.len()];
+    for p in mesh.nodes.iter().filter(|_| !truth.corners.is_empty()) {
+        corners
+            .overlapping(&Aabb::new(*p, *p), |c| found[c as usize] |= truth.corners[c as usize].distance(*p) <= near);
+    }
     let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
     Ok(FeatureRecovery {
         length_true,
@@ -102,7 +107,7 @@ pub fn recovery(
         recall: share(recovered, length_true),
         precision: share(right, length_mesh),
         corners_true: truth.corners.len(),
-        corners_found: truth.corners.iter().filter(found).count(),
+        corners_found: found.into_iter().filter(|f| *f).count(),
         node_residual_max: residual,
     })
 }

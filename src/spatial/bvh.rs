@@ -10,6 +10,9 @@ const LEAF: usize = 4;
 /// Levels whose halves are looked at in parallel.
 const FORKS: u32 = 8;
 
+/// Below this many levels all groups are halved by number: no way down is then longer than the stacks of the searches.
+const EVEN: u32 = 24;
+
 /// Halves of fewer items than this are built one after the other.
 const ALONE: usize = 1 << 12;
 
@@ -22,7 +25,7 @@ struct Node {
     count: u32,
 }
 
-/// A bounding-volume hierarchy, built by halving at the median of the longest side. Deterministic.
+/// A bounding-volume hierarchy, built by halving the longest side, at its middle or at the median. Deterministic.
 #[derive(Debug, Clone)]
 pub struct Bvh {
     nodes: Vec<Node>,
@@ -37,7 +40,7 @@ impl Bvh {
         let mut centers: Vec<(DVec3, u32)> = boxes.iter().map(Aabb::center).zip(0..).collect();
         let mut nodes = Vec::with_capacity(2 * boxes.len().div_ceil(LEAF) + 1);
         if !boxes.is_empty() {
-            build(&boxes, &mut centers, 0, &mut nodes);
+            build(&boxes, &mut centers, 0, 0, &mut nodes);
         }
         let items: Vec<u32> = centers.into_iter().map(|c| c.1).collect();
         let boxes = items.iter().map(|&i| boxes[i as usize]).collect();
@@ -140,6 +143,40 @@ impl Bvh {
         }
     }
 
+    /// The squared distance from `p` to the nearest item, as [`nearest`](Self::nearest) measures it, if that is more than
+    /// `known`: who looks for the point that is farthest away need not know how near the others are.
+    pub fn farther(&self, p: DVec3, known: f64, distance_squared: impl Fn(u32) -> f64) -> Option<f64> {
+        let mut bound = f64::INFINITY;
+        let mut stack = [(0u32, 0.0f64); 64];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let (mut at, away) = stack[top];
+            if away > bound {
+                continue;
+            }
+            while self.nodes[at as usize].count == 0 {
+                let (near, far) = (at + 1, self.nodes[at as usize].start);
+                let d = [near, far].map(|n| self.nodes[n as usize].bounds.distance_squared(p));
+                let (near, far) = if d[0] <= d[1] { ((near, d[0]), (far, d[1])) } else { ((far, d[1]), (near, d[0])) };
+                if far.1 <= bound {
+                    stack[top] = far;
+                    top += 1;
+                }
+                at = near.0;
+            }
+            for k in Self::held(&self.nodes[at as usize]) {
+                if self.boxes[k].distance_squared(p) <= bound {
+                    bound = bound.min(distance_squared(self.items[k]));
+                    if bound <= known {
+                        return None;
+                    }
+                }
+            }
+        }
+        bound.is_finite().then_some(bound)
+    }
+
     /// The item nearest to `p` by `distance_squared`, which must not be less than the squared distance to the item's box,
     /// among those nearer than `limit`; and that squared distance. Ties go to the smaller number.
     pub fn nearest(&self, p: DVec3, limit: f64, mut distance_squared: impl FnMut(u32) -> f64) -> Option<(u32, f64)> {
@@ -194,15 +231,36 @@ fn append(nodes: &mut Vec<Node>, others: Vec<Node>) {
     nodes.extend(others.into_iter().map(|n| if n.count > 0 { n } else { Node { start: n.start + before, ..n } }));
 }
 
+/// Puts items in two groups along an axis, those with centers below `middle` first, and returns how many these are. Where that is
+/// too uneven, or has been done too often for a short way down, the groups are halves.
+fn divide(centers: &mut [(DVec3, u32)], axis: usize, middle: f64, depth: u32) -> usize {
+    let n = centers.len();
+    if depth < EVEN {
+        let mut low = 0;
+        for k in 0..n {
+            if centers[k].0[axis] < middle {
+                centers.swap(low, k);
+                low += 1;
+            }
+        }
+        if low >= n / 4 && n - low >= n / 4 {
+            return low;
+        }
+    }
+    centers.select_nth_unstable_by(n / 2, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
+    n / 2
+}
+
 /// Builds the hierarchy over the items from number `start` on, and returns their bounds.
-fn build(boxes: &[Aabb], centers: &mut [(DVec3, u32)], start: u32, nodes: &mut Vec<Node>) -> Aabb {
+fn build(boxes: &[Aabb], centers: &mut [(DVec3, u32)], start: u32, depth: u32, nodes: &mut Vec<Node>) -> Aabb {
     let at = nodes.len();
     nodes.push(Node { bounds: Aabb::EMPTY, start, count: centers.len() as u32 });
     if centers.len() <= LEAF {
         nodes[at].bounds = centers.iter().fold(Aabb::EMPTY, |b, c| b.union(&boxes[c.1 as usize]));
         return nodes[at].bounds;
     }
-    let spread = Aabb::around(centers.iter().map(|c| c.0)).size();
+    let around = Aabb::around(centers.iter().map(|c| c.0));
+    let spread = around.size();
     let axis = if spread.x >= spread.y && spread.x >= spread.z {
         0
     } else if spread.y >= spread.z {
@@ -210,18 +268,17 @@ fn build(boxes: &[Aabb], centers: &mut [(DVec3, u32)], start: u32, nodes: &mut V
     } else {
         2
     };
-    let mid = centers.len() / 2;
-    centers.select_nth_unstable_by(mid, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
+    let mid = divide(centers, axis, 0.5 * (around.lo[axis] + around.hi[axis]), depth);
     let (low, high) = centers.split_at_mut(mid);
     let (bounds, right);
     if high.len() < ALONE {
-        let left = build(boxes, low, start, nodes);
+        let left = build(boxes, low, start, depth + 1, nodes);
         right = nodes.len() as u32;
-        bounds = left.union(&build(boxes, high, start + mid as u32, nodes));
+        bounds = left.union(&build(boxes, high, start + mid as u32, depth + 1, nodes));
     } else {
         let half = |centers: &mut [(DVec3, u32)], start| {
             let mut nodes = Vec::with_capacity(2 * centers.len().div_ceil(LEAF) + 1);
-            (build(boxes, centers, start, &mut nodes), nodes)
+            (build(boxes, centers, start, depth + 1, &mut nodes), nodes)
         };
         let (left, other) = rayon::join(|| half(low, start), || half(high, start + mid as u32));
         bounds = left.0.union(&other.0);
@@ -261,6 +318,19 @@ mod tests {
             let near = bvh.nearest(q, 0.4, d).map(|n| n.1);
             let best = (0..boxes.len() as u32).map(d).filter(|d| *d <= 0.16).min_by(f64::total_cmp);
             prop_assert_eq!(near, best);
+            let best = (0..n).map(d).min_by(f64::total_cmp);
+            prop_assert_eq!(bvh.farther(q, 0.01, d), best.filter(|d| *d > 0.01));
+            prop_assert_eq!(bvh.farther(q, -1.0, d), best);
+        }
+
+        #[test]
+        fn no_way_down_is_too_long(base in 1.0f64..1e3) {
+            // Ever closer to one end: halving space would leave all but one item on one side, again and again.
+            let boxes: Vec<Aabb> = (0..3000).map(|k| DVec3::X * base.powi(-k)).map(|p| Aabb::new(p, p)).collect();
+            let bvh = Bvh::new(boxes);
+            let mut count = 0;
+            bvh.overlapping(&Aabb::new(DVec3::NEG_ONE, DVec3::ONE), |_| count += 1);
+            prop_assert_eq!(count, 3000);
         }
     }
 }

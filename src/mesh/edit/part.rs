@@ -65,6 +65,7 @@ impl EditMesh {
             sharp: vec![false; 3 * n],
             out: Vec::with_capacity(n / 2 + 2),
             pinned: Vec::with_capacity(n / 2 + 2),
+            changed: Vec::with_capacity(n / 2 + 2),
             labels: triangles.iter().map(|&t| self.label(t)).collect(),
             normals: vec![DVec3::ZERO; n],
             faces: Vec::new(),
@@ -91,6 +92,8 @@ impl EditMesh {
             nodes.push(whole);
             mesh.points.push(self.point(whole));
             mesh.pinned.push(self.is_pinned(whole));
+            let border = mesh.opposite[first as usize] == NONE;
+            mesh.changed.push(if border { u8::MAX } else { self.changed[whole as usize] });
             mesh.out.push(first);
             let mut at = first;
             loop {

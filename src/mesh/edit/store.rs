@@ -51,6 +51,7 @@ impl EditMesh {
                 let to = node[v] as usize;
                 self.points[to] = self.points[v];
                 self.pinned[to] = self.pinned[v];
+                self.changed[to] = self.changed[v];
                 self.out[to] = half(self.out[v]);
             }
         }
@@ -62,6 +63,7 @@ impl EditMesh {
         self.opposite.truncate(3 * nt);
         self.points.truncate(nv);
         self.pinned.truncate(nv);
+        self.changed.truncate(nv);
         self.out.truncate(nv);
         self.dead_triangles = 0;
     }

@@ -62,12 +62,15 @@ impl Remesher<'_> {
     /// Limits the growth of sizes along edges: the largest field below what nodes want with the slope asked for. It is a
     /// minimum, so the order does not matter.
     pub(super) fn grade(&mut self) -> Result<()> {
-        self.want.clone_from(&self.own);
-        if self.want.iter().all(|w| *w == self.options.sizing.size) {
-            return Ok(());
+        let before = std::mem::replace(&mut self.want, self.own.clone());
+        if self.want.iter().any(|w| *w != self.options.sizing.size) {
+            let front = self.work.mesh.nodes().collect();
+            self.spread(front, self.options.grading)?;
         }
-        let front = self.work.mesh.nodes().collect();
-        self.spread(front, self.options.grading)
+        if self.want != before {
+            self.work.mesh.set_all_changed();
+        }
+        Ok(())
     }
 
     /// Lowers sizes until none grows faster than by `slope` from some nodes on.
@@ -137,6 +140,7 @@ impl Remesher<'_> {
             }
         }
         self.spread(nodes.to_vec(), STEEP.max(self.options.grading))?;
+        self.work.mesh.set_all_changed();
         Ok(any)
     }
 }

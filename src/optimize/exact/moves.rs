@@ -7,10 +7,10 @@ use super::STUCK;
 use super::patchwork::{PieceSet, plain_shape};
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
-use crate::mesh::edit::NONE;
+use crate::mesh::edit::{NONE, Reader};
 
 /// Nodes that would move by less than this share of their size stay.
-const STILL: f64 = 0.004;
+const STILL: f64 = 0.01;
 
 /// So many nodes are worth being sorted by who may move at the same time.
 const MANY: usize = 1 << 15;
@@ -49,31 +49,56 @@ impl Remesher<'_> {
     /// across from it, which favors no size over another; along curves to the middle of the neighbors. Of many nodes those
     /// without an edge between them move at one time, of few each for itself.
     pub(super) fn relax(&mut self) -> Result<()> {
+        let mut due = self.due();
         if self.work.mesh.node_capacity() < MANY {
             for v in 0..self.work.mesh.node_capacity() as u32 {
                 if v % 256 == 0 {
                     self.run.check()?;
                 }
-                if self.is_free(v)
+                if due[v as usize]
+                    && self.is_free(v)
                     && let Some(p) = self.relaxed(v)
                 {
-                    self.work.mesh.set_point(v, p);
+                    self.put(v, p, &mut due);
                 }
             }
             return Ok(());
         }
-        for nodes in self.independent() {
+        for mut nodes in self.independent() {
             self.run.check()?;
+            nodes.retain(|v| due[*v as usize]);
             let this = &*self;
             let places: Vec<Option<DVec3>> =
                 self.run.install(|| nodes.par_iter().with_min_len(SHARE).map(|&v| this.relaxed(v)).collect());
             for (&v, place) in nodes.iter().zip(places) {
                 if let Some(p) = place {
-                    self.work.mesh.set_point(v, p);
+                    self.put(v, p, &mut due);
                 }
             }
         }
         Ok(())
+    }
+
+    /// Moves a node; its neighbors are then due to be looked at.
+    fn put(&mut self, v: u32, p: DVec3, due: &mut [bool]) {
+        self.work.mesh.set_point(v, p);
+        self.work.mesh.neighbors(v).for_each(|x| due[x as usize] = true);
+    }
+
+    /// The nodes around which something changed since the last relaxation: what others want is known.
+    fn due(&mut self) -> Vec<bool> {
+        let m = &mut self.work.mesh;
+        let mut due = vec![false; m.node_capacity()];
+        for t in m.triangles() {
+            let corners = m.corners(t);
+            if corners.iter().any(|&v| m.is_changed(v, Reader::Places)) {
+                corners.into_iter().for_each(|v| due[v as usize] = true);
+            }
+        }
+        if self.focus.is_none() {
+            (0..due.len() as u32).for_each(|v| m.set_seen(v, Reader::Places));
+        }
+        due
     }
 
     fn is_free(&self, v: u32) -> bool {
@@ -112,17 +137,22 @@ impl Remesher<'_> {
         } else {
             // The mean of the equilateral triangles' corners, of which the middles of the edges are one part.
             let m = &self.work.mesh;
-            let (mut middles, mut across, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+            let (mut middles, mut across, mut up, mut count) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, 0.0);
             for h in m.outgoing(v) {
                 let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
+                let area = (a - old).cross(b - old);
                 middles += 0.5 * (a + b);
-                across += 0.5 * 3f64.sqrt() * (a - old).cross(b - old).normalize_or_zero().cross(b - a);
+                across += 0.5 * 3f64.sqrt() * area.normalize_or_zero().cross(b - a);
+                up += area;
                 count += 1.0;
             }
             if !(count > 0.0) {
                 return None;
             }
-            (middles + across) / count
+            // Away from the surface nothing is to be won.
+            let step = (middles + across) / count - old;
+            let up = up.normalize_or_zero();
+            old + step - step.dot(up) * up
         };
         if target.distance_squared(old) < (STILL * self.want[v as usize]).powi(2) {
             return None;
@@ -160,7 +190,7 @@ impl Remesher<'_> {
             let m = &self.work.mesh;
             let around: Vec<u32> = list.iter().flat_map(|&t| m.corners(t)).collect();
             let mut mended = 0;
-            let mut touched = vec![false; m.node_capacity()];
+            let mut touched = Vec::new();
             for (k, &t) in list.iter().enumerate() {
                 if k % 64 == 0 {
                     self.run.check()?;
@@ -169,7 +199,7 @@ impl Remesher<'_> {
                     let corners = self.work.mesh.corners(t);
                     if self.mend(t, limit) {
                         mended += 1;
-                        corners.into_iter().for_each(|v| touched[v as usize] = true);
+                        touched.extend(corners);
                     }
                 }
             }
@@ -182,10 +212,11 @@ impl Remesher<'_> {
             among.sort_unstable();
             among.dedup();
             // What nothing changed around would be tried in vain once more.
-            let changed = |v: u32| touched[v as usize];
-            let near: Vec<bool> = (0..touched.len() as u32)
-                .map(|v| m.is_node(v) && (changed(v) || m.neighbors(v).any(changed)))
-                .collect();
+            let mut near = vec![false; m.node_capacity()];
+            for v in touched {
+                near[v as usize] = true;
+                m.neighbors(v).for_each(|x| near[x as usize] = true);
+            }
             among.retain(|t| m.corners(*t).into_iter().any(|v| near[v as usize]));
         }
         Ok(all)
@@ -211,6 +242,9 @@ impl Remesher<'_> {
     /// Whether a triangle faces the way of its three neighbors and has a shape to spare: the surface need not be asked then.
     fn is_surely_better(&self, t: u32, limit: f64) -> bool {
         let m = &self.work.mesh;
+        if self.work.patches[m.label(t) as usize].plane.is_some() {
+            return false;
+        }
         let up = m.area_vector(t);
         let even = |h: u32| {
             let o = m.opposite(h);

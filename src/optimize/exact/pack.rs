@@ -46,6 +46,7 @@ pub(super) struct Packing {
     queue: Vec<u32>,
     /// Scratch: the placed nodes around the one whose ring is completed, and the places of nodes on cuts.
     near: Vec<(DVec3, u32)>,
+    rays: Vec<f64>,
     cuts: Vec<DVec3>,
 }
 
@@ -64,6 +65,7 @@ impl Remesher<'_> {
             normals: vec![DVec3::ZERO; m.node_capacity()],
             queue: Vec::with_capacity(nodes.len()),
             near: Vec::new(),
+            rays: Vec::new(),
             cuts: Vec::new(),
         };
         for &v in nodes.iter().filter(|&&v| self.rank[v as usize] == Rank::Corner) {
@@ -157,14 +159,15 @@ impl Remesher<'_> {
             let ring = near.iter().filter(|x| x.0.distance_squared(p) < (RING * want).powi(2));
             (ring.map(|x| angle(x.0)).next().unwrap_or(0.0), TAU)
         };
-        let mut rays: Vec<f64> = near
-            .iter()
-            .filter(|x| x.0.distance_squared(p) < (RING * want).powi(2))
-            .map(|x| (angle(x.0) - start).rem_euclid(TAU))
-            .filter(|a| *a > 1e-3 && *a < whole - 1e-3)
-            .collect();
-        rays.push(0.0);
-        rays.push(whole);
+        let mut rays = std::mem::take(&mut packing.rays);
+        rays.clear();
+        rays.extend([0.0, whole]);
+        rays.extend(
+            near.iter()
+                .filter(|x| x.0.distance_squared(p) < (RING * want).powi(2))
+                .map(|x| (angle(x.0) - start).rem_euclid(TAU))
+                .filter(|a| *a > 1e-3 && *a < whole - 1e-3),
+        );
         rays.sort_unstable_by(f64::total_cmp);
         for pair in rays.windows(2) {
             let gap = pair[1] - pair[0];
@@ -176,7 +179,7 @@ impl Remesher<'_> {
                 }
             }
         }
-        packing.near = near;
+        (packing.near, packing.rays) = (near, rays);
     }
 
     /// Places a node at the wanted distance from `v` in some direction, if there is room.

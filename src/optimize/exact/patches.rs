@@ -240,7 +240,7 @@ impl Remesher<'_> {
     fn join(&mut self, parts: &[Done]) -> Result<()> {
         let mut whole = TriMesh::default();
         let (mut sets, mut own, mut want, mut pinned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (mut borders, mut open) = (Vec::new(), Vec::new());
+        let (mut borders, mut open, mut changes) = (Vec::new(), Vec::new(), Vec::new());
         let mut shared = vec![NONE; self.work.mesh.node_capacity()];
         let mut number = Vec::new();
         for part in parts {
@@ -263,6 +263,7 @@ impl Remesher<'_> {
                 own.push(part.own[v as usize]);
                 want.push(part.want[v as usize]);
                 pinned.push(part.mesh.is_pinned(v));
+                changes.push(if border { u8::MAX } else { part.mesh.changes(v) });
                 open.push(part.open.get(v as usize).copied().unwrap_or(false));
             }
             for h in part.mesh.edges().filter(|&h| part.mesh.opposite(h) == NONE) {
@@ -287,6 +288,7 @@ impl Remesher<'_> {
             }
         }
         (0..pinned.len()).filter(|&v| pinned[v]).for_each(|v| mesh.set_pinned(v as u32, true));
+        changes.into_iter().zip(0..).for_each(|(c, v)| mesh.set_changes(v, c));
         (self.work.mesh, self.work.sets, self.work.sizes) = (mesh, sets, Vec::new());
         (self.own, self.want, self.open) = (own, want, open);
         self.rank = (0..self.want.len() as u32).map(|v| self.rank_of(v)).collect();

@@ -12,7 +12,7 @@ use super::MEND;
 use super::patchwork::{Facet, Patchwork, PieceSet};
 use crate::error::Result;
 use crate::geometry::Pieces;
-use crate::mesh::edit::NONE;
+use crate::mesh::edit::{NONE, Reader};
 use crate::run::Run;
 
 /// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
@@ -396,8 +396,10 @@ impl<'a> Remesher<'a> {
 
     fn flip_edges(&mut self, mut excess: Option<Vec<i64>>) -> Result<usize> {
         let mut count = 0;
+        let reader = if excess.is_some() { Reader::Valences } else { Reader::Shapes };
         // Only edges of triangles that changed are looked at again.
-        let mut list = self.seen();
+        let mut list = self.unseen(reader);
+        self.set_seen(reader);
         let mut listed = vec![false; self.work.mesh.triangle_capacity()];
         for _ in 0..FLIP_PASSES {
             self.run.check()?;
@@ -432,10 +434,34 @@ impl<'a> Remesher<'a> {
             changed.dedup();
             list = changed;
             if list.is_empty() {
+                // Valences count for edges beyond the triangles that change, too.
+                if excess.is_none() {
+                    self.set_seen(reader);
+                }
                 break;
             }
         }
         Ok(count)
+    }
+
+    /// The triangles to be looked at, but for those around which nothing changed since a reader saw all.
+    fn unseen(&self, reader: Reader) -> Vec<u32> {
+        let m = &self.work.mesh;
+        let unseen = |t: &u32| {
+            let corners = m.corners(*t);
+            corners.iter().any(|&v| m.is_changed(v, reader)) && corners.iter().any(|&v| self.sees(v))
+        };
+        m.triangles().filter(unseen).collect()
+    }
+
+    /// Notes that a reader has seen all triangles that are to be looked at.
+    fn set_seen(&mut self, reader: Reader) {
+        for v in 0..self.work.mesh.node_capacity() as u32 {
+            // Of a node that is not looked at, some triangles may not have been.
+            if self.sees(v) {
+                self.work.mesh.set_seen(v, reader);
+            }
+        }
     }
 
     /// How many triangles a node has beyond what suits it: six around a node within, three beside a border, as many as fit
@@ -474,7 +500,10 @@ impl<'a> Remesher<'a> {
         let [left, right] = [Facet::new([p, q, r]), Facet::new([q, p, s])];
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
         let smooth = left.area.dot(right.area) > 0.0;
-        if smooth && excess.is_none() && left.is_above(MEND) && right.is_above(MEND) {
+        let excess = excess.map(|e| [a, b, c, d].map(|v| e[v as usize]));
+        // By how much the sum of squares changes, halved.
+        let change = excess.map(|[a, b, c, d]| c + d - a - b + 2);
+        if smooth && change.is_none_or(|c| c >= 0) && left.is_above(MEND) && right.is_above(MEND) {
             return false;
         }
         // Around thin places, where normals of both sides are near, flips must not carry edges away.
@@ -497,10 +526,7 @@ impl<'a> Remesher<'a> {
         }
         let label = m.label(h / 3);
         let mut evener = false;
-        if let Some(excess) = excess.filter(|_| then > GOOD) {
-            let [a, b, c, d] = [a, b, c, d].map(|v| excess[v as usize]);
-            // By how much the sum of squares changes, halved.
-            let change = c + d - a - b + 2;
+        if let Some(change) = change.filter(|_| then > GOOD) {
             if change > 0 {
                 return false;
             }

@@ -11,6 +11,7 @@ use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, Positi
 use super::domain::Domain;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
+use crate::planar::{Meeting, crossings};
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// Cells wider than this many wanted lengths are halved.
@@ -181,7 +182,7 @@ fn cancel_flaps(triangles: &mut Vec<[u32; 3]>, pieces: &mut Vec<u32>) {
 }
 
 /// Mean lengths in space per unit of u and of v.
-fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
+pub(super) fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
     let mut sum = DVec2::ZERO;
     let (lo, hi) = corners.iter().fold((corners[0], corners[0]), |(a, b), c| (a.min(*c), b.max(*c)));
     let inner = (1..6).flat_map(|i| (1..6).map(move |j| DVec2::new(f64::from(i), f64::from(j)) / 6.0));
@@ -220,8 +221,8 @@ impl Filler<'_> {
             handles.push(row);
         }
         let mut odd: FxHashMap<[usize; 2], bool> = FxHashMap::default();
-        let mut bad = Vec::new();
-        for (p, row) in domain.polygons.iter().zip(&handles) {
+        let mut fit = true;
+        for row in &handles {
             for i in 0..row.len() {
                 let (a, b) = (row[i], row[(i + 1) % row.len()]);
                 if a == b {
@@ -236,49 +237,34 @@ impl Filler<'_> {
                 if fits {
                     self.cdt.add_constraint(a, b);
                 }
-                if !fits || !self.cdt.exists_constraint(a, b) {
-                    bad.push(p[i].edge);
-                    bad.extend(self.crossed(a, b, domain, &handles));
-                }
+                fit &= fits && self.cdt.exists_constraint(a, b);
             }
         }
-        if bad.is_empty() {
+        if fit {
             return Ok(odd);
         }
-        bad.retain(|e| *e != u32::MAX);
+        let mut bad = self.crossed(domain, &handles);
         bad.sort_unstable();
         bad.dedup();
         Err(if bad.is_empty() { Unfilled::Other("cuts cross".into()) } else { Unfilled::Crossing(bad) })
     }
 
-    /// Edges of contours that the segment between two vertices crosses.
-    fn crossed(
-        &self,
-        a: FixedVertexHandle,
-        b: FixedVertexHandle,
-        domain: &Domain,
-        handles: &[Vec<FixedVertexHandle>],
-    ) -> Vec<u32> {
-        let at = |h: FixedVertexHandle| {
-            let p = self.cdt.vertex(h).position();
+    /// Edges whose contours cross others, or themselves, or run through nodes of others.
+    fn crossed(&self, domain: &Domain, handles: &[Vec<FixedVertexHandle>]) -> Vec<u32> {
+        let at = |h: &FixedVertexHandle| {
+            let p = self.cdt.vertex(*h).position();
             DVec2::new(p.x, p.y)
         };
-        let (p, q) = (at(a), at(b));
-        let mut out = Vec::new();
-        for (polygon, row) in domain.polygons.iter().zip(handles) {
-            for i in 0..row.len() {
-                let (c, d) = (row[i], row[(i + 1) % row.len()]);
-                if [c, d].contains(&a) || [c, d].contains(&b) {
-                    continue;
-                }
-                let (r, s) = (at(c), at(d));
-                let side = |x: DVec2, y: DVec2, z: DVec2| crate::numeric::predicates::orient2d(x, y, z);
-                if side(p, q, r) * side(p, q, s) <= 0.0 && side(r, s, p) * side(r, s, q) <= 0.0 {
-                    out.push(polygon[i].edge);
-                }
-            }
-        }
-        out
+        let flat: Vec<Vec<DVec2>> = handles.iter().map(|row| row.iter().map(at).collect()).collect();
+        // Contours may touch in a node they share, and run along each other from one such to the next.
+        let ends = |[c, i]: [u32; 2]| {
+            let row = &handles[c as usize];
+            [row[i as usize], row[(i as usize + 1) % row.len()]]
+        };
+        let meets = |m: &Meeting| m.crosses || !ends(m.first).iter().any(|v| ends(m.second).contains(v));
+        let edge = |[c, i]: [u32; 2]| domain.polygons[c as usize][i as usize].edge;
+        let bad = crossings(&flat).into_iter().filter(meets).flat_map(|m| [edge(m.first), edge(m.second)]);
+        bad.filter(|e| *e != u32::MAX).collect()
     }
 
     /// Which triangles (by index of the face) lie inside: an odd number of contours away from the outside.

@@ -8,6 +8,7 @@ mod edges;
 mod fill;
 mod ladder;
 mod loops;
+pub mod narrow;
 mod sheets;
 mod sizes;
 
