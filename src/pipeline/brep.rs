@@ -46,8 +46,8 @@ const DEEP: f64 = 0.5;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
-/// Where they are the edges of walls and grooves it is this share, and part of a face must be left: there is nothing for them but needles, as edges twice their
-/// width would be shorter than [`NARROWEST`].
+/// Where they are the edges of walls and grooves it is this share, and the face must go on at both ends: there is nothing for
+/// them but needles, as edges twice their width would be shorter than [`NARROWEST`].
 const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 
 /// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
@@ -110,7 +110,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     let within = 0.5 * options.tolerance.unwrap_or(DISTANCE * diagonal);
     let steps = match asked {
         Some(width) => vec![(width, Walls::Cut)],
-        None => vec![((SLIVER * size).min(within), Walls::Keep), ((NEEDLES * size).min(within), Walls::Part)],
+        None => vec![((SLIVER * size).min(within), Walls::Keep), ((NEEDLES * size).min(within), Walls::Necks)],
     };
     let mut trimmed = Trimmed { brep: solid.brep.clone(), ..Trimmed::default() };
     for (width, walls) in steps {

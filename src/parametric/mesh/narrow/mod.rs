@@ -64,8 +64,8 @@ pub struct Trimmed {
 pub enum Walls {
     /// They stay.
     Keep,
-    /// They go where the face goes on beside them: not all of a rim, or of the bottom of a groove.
-    Part,
+    /// They go where the face goes on at both ends: no rims, and no cusps, which end in one triangle anyway.
+    Necks,
     /// They go.
     Cut,
 }
@@ -93,7 +93,7 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
             let (name, source) = (face.name.clone(), face.source);
             let goes = |strip: &Strip| match walls {
                 Walls::Keep => !is_wall(&out.brep, f, strip),
-                Walls::Part => !strip.whole || !is_wall(&out.brep, f, strip),
+                Walls::Necks => strip.open == [true; 2] || !is_wall(&out.brep, f, strip),
                 Walls::Cut => true,
             };
             let done = strips::find(&out.brep, f, &lines, width, &goes)

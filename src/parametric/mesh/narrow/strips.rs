@@ -42,8 +42,8 @@ pub(super) struct Strip {
     pub(super) pairs: Vec<[usize; 2]>,
     /// The pairs between which each side is a piece of one edge.
     pub(super) joints: Vec<[usize; 2]>,
-    /// Whether it is all of the face.
-    pub(super) whole: bool,
+    /// Whether the face goes on at its two ends.
+    pub(super) open: [bool; 2],
 }
 
 impl Side {
@@ -166,7 +166,7 @@ pub(super) fn find(
     let polygons = Polygons { brep, lines, polygons: domain.polygons, seams };
     if trimmed.merges.is_empty() {
         let Some(sides) = polygons.whole(&trimmed.vanished, width) else { return Ok(None) };
-        return Ok(joined(sides, [false; 2], width)?.map(|s| Strip { whole: true, ..s }).filter(goes));
+        return Ok(joined(sides, [false; 2], width)?.filter(goes));
     }
     let mut branches = false;
     for i in 0..trimmed.merges.len() {
@@ -392,19 +392,19 @@ fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Strip>
         at = if to == at { next } else { to };
         pairs.push(at);
     }
-    let mut strip = Strip { sides, pairs, joints: Vec::new(), whole: false };
+    let mut strip = Strip { sides, pairs, joints: Vec::new(), open };
     for k in 0..strip.pairs.len() {
         let [p, q] = strip.across(k);
         if p.distance(q) > WIDER * width {
             return Ok(None);
         }
     }
-    strip.joints = joints(&strip, open, width)?;
+    strip.joints = joints(&strip, width)?;
     Ok(Some(strip))
 }
 
 /// Both ends, and every vertex with what lies across from it: a vertex nearer than `width` where there is one.
-fn joints(strip: &Strip, open: [bool; 2], width: f64) -> Result<Vec<[usize; 2]>, String> {
+fn joints(strip: &Strip, width: f64) -> Result<Vec<[usize; 2]>, String> {
     let [a, b] = &strip.sides;
     let ways = [a.ways(), b.ways()];
     let vertices = |k: usize| {
@@ -426,7 +426,7 @@ fn joints(strip: &Strip, open: [bool; 2], width: f64) -> Result<Vec<[usize; 2]>,
             out.push(if k == 0 { [i, other] } else { [other, i] });
         }
     }
-    for (end, open) in [strip.pairs[0], strip.pairs[strip.pairs.len() - 1]].into_iter().zip(open) {
+    for (end, open) in [strip.pairs[0], strip.pairs[strip.pairs.len() - 1]].into_iter().zip(strip.open) {
         // Not where a vertex is just as good.
         let beside = |j: &[usize; 2]| (0..2).all(|k| (ways[k][j[k]] - ways[k][end[k]]).abs() <= width);
         if !open || !out.iter().any(beside) {
