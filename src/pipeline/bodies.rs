@@ -27,7 +27,7 @@ const MANY: usize = 400_000;
 /// Tubes thinner than a tenth of the size have so many.
 const CROWDED: f64 = 16.0;
 /// The area of a triangle with sides of length one.
-const EQUILATERAL: f64 = 0.433;
+pub(super) const EQUILATERAL: f64 = 0.433;
 
 /// Remeshes every body on its own, and puts them together.
 pub(super) fn remeshed(

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::bodies::{NAMED, body_of, remeshed};
+use super::bodies::{EQUILATERAL, NAMED, body_of, remeshed};
 use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Healed, heal_made, told as told_of};
@@ -43,6 +43,14 @@ const NARROW: f64 = 0.25;
 const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
+/// Bends that would be too far from the edges make them shorter than it down to this share of it, and to a larger one
+const CHORDS: f64 = 0.25;
+/// where that makes more than so many times the triangles the size alone asks for.
+const DETAILED: f64 = 24.0;
+/// With more than so many of them lengths grow faster from place to place, as most triangles are then where they grow,
+const CROWDED: f64 = 40.0;
+/// and at most so fast.
+const STEEP: f64 = 0.45;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
@@ -173,7 +181,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         let grading = options.grading.unwrap_or(GRADATION);
         let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
         let chord = share * STRICTER.powi(round as i32) * limit;
-        let first = |crossed: &[(DVec3, f64)], held: Option<Sizing>, told: &mut Report| {
+        let first = |crossed: &[(DVec3, f64)], held: Option<Followed>, told: &mut Report| {
             let field = Graded::new([&finer[..], crossed].concat(), grading);
             let by_place = |p: DVec3| {
                 let of_regions = wishes.regions.iter().map(|r| r.at(p, grading));
@@ -182,7 +190,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
             first_mesh(solid, ([size, chord], held), options, &wishes, &by_place, told, run)
         };
         let mut told = report.clone();
-        let (mut made, mut sizing) = first(&crossed, None, &mut told)?;
+        let (mut made, mut followed) = first(&crossed, None, &mut told)?;
         // Walls thinner than the bends of their faces are high, within one body: finer triangles pass each other.
         let mut hits = crossings(&made.mesh, run)?;
         for _ in 0..HALVINGS {
@@ -193,15 +201,15 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
             let known = crossed.len();
             crossed.extend(hits.iter().flatten().map(|t| halved(&made.mesh, *t as usize, options)));
             let mut again_told = report.clone();
-            let again = first(&crossed, Some(sizing), &mut again_told)?;
+            let again = first(&crossed, Some(followed), &mut again_told)?;
             let left = crossings(&again.0.mesh, run)?;
             if left.len() as f64 > LEFT * hits.len() as f64 {
                 crossed.truncate(known);
                 break;
             }
-            ((made, sizing), told, hits) = (again, again_told, left);
+            ((made, followed), told, hits) = (again, again_told, left);
         }
-        let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+        let exact = ExactOptions::new(followed.sizing, followed.grading);
         let mesh = remeshed(solid, made, &exact, &mut told, run)?;
         if !measured {
             best = Some((mesh, told));
@@ -263,32 +271,51 @@ fn halved(mesh: &TriMesh, t: usize, options: &MeshOptions) -> (DVec3, f64) {
     (mesh.centroid(t), (0.5 * length).max(options.least.unwrap_or(0.0)))
 }
 
+/// What lengths were followed: down to which share of the least one distances were, and how fast they grow.
+#[derive(Clone, Copy)]
+struct Followed {
+    sizing: Sizing,
+    chords: f64,
+    grading: f64,
+}
+
+/// How many times as many triangles there are as the size alone asks for.
+fn detail(made: &FaceMeshes, size: f64) -> f64 {
+    let area: f64 = (0..made.mesh.triangles.len()).map(|t| 0.5 * made.mesh.area_vector(t).length()).sum();
+    made.mesh.triangles.len() as f64 * EQUILATERAL * size * size / area
+}
+
 /// Faces between edges, triangulated for the first time, and the sizes that were followed: those that are `held`, or as fine
 /// as keeps the number of triangles within bounds.
 fn first_mesh(
     solid: &Parametric,
-    ([size, chord], held): ([f64; 2], Option<Sizing>),
+    ([size, chord], held): ([f64; 2], Option<Followed>),
     options: &MeshOptions,
     wishes: &Wishes,
     by_place: &(dyn Fn(DVec3) -> f64 + Sync),
     report: &mut Report,
     run: &Run,
-) -> Result<(FaceMeshes, Sizing)> {
+) -> Result<(FaceMeshes, Followed)> {
     let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
-    let mut sizing = held.unwrap_or(Sizing {
-        size,
-        nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
-        chord: Some(chord),
-        least: options.least.unwrap_or(size / small),
+    let mut followed = held.unwrap_or(Followed {
+        sizing: Sizing {
+            size,
+            nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
+            chord: Some(chord),
+            least: options.least.unwrap_or(size / small),
+        },
+        chords: if options.tolerance.is_some() { 1.0 } else { CHORDS },
+        grading: options.grading.unwrap_or(GRADATION),
     });
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
     // Who asks for a least length gets it.
     let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
     let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
-    let first = |sizing: &Sizing, most: usize| {
+    let first = |Followed { sizing, chords, grading }: &Followed, most: usize| {
         let by_curvature = |k: f64| {
+            let by_chord = (8.0 * chord / k).sqrt().max(share(sizing, *chords) * sizing.least);
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-            sizing.at(k).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
+            sizing.at(k).min(by_chord).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
         };
         // A distance asked for is no wish for narrow places.
         let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
@@ -299,25 +326,38 @@ fn first_mesh(
             size_at: &by_curvature,
             place_size: by_place,
             face_size: &by_face,
-            grading: options.grading.unwrap_or(GRADATION),
+            grading: *grading,
             most,
         };
         solid.mesh(&sizes, run)
     };
-    let mut made = first(&sizing, if free && held.is_none() { MANY } else { usize::MAX })?;
-    if made.too_many {
-        let plain = first(&Sizing { least: size, ..sizing }, usize::MAX)?;
-        let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);
-        while made.too_many {
-            sizing.least = (LESS * sizing.least).min(size);
-            made = first(&sizing, if sizing.least < size { most } else { usize::MAX })?;
+    let bounded = free && held.is_none();
+    let mut made = first(&followed, if bounded { MANY } else { usize::MAX })?;
+    if bounded && !made.too_many {
+        let times = detail(&made, size);
+        if times > DETAILED {
+            followed.chords = (CHORDS * (times / DETAILED).sqrt()).min(1.0);
+            let steep = (GRADATION * (times / CROWDED).sqrt()).min(STEEP);
+            if options.grading.is_none() && steep > GRADATION {
+                followed.grading = steep;
+            }
+            made = first(&followed, usize::MAX)?;
         }
     }
-    if free && sizing.least > size / LEAST_SHARE {
-        report.warnings.push(format!(
-            "bends and narrow places are not followed below {:.6}: there would be too many triangles",
-            sizing.least
-        ));
+    if made.too_many {
+        let plain = first(&Followed { sizing: Sizing { least: size, ..followed.sizing }, ..followed }, usize::MAX)?;
+        let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);
+        while made.too_many {
+            let least = &mut followed.sizing.least;
+            *least = (LESS * *least).min(size);
+            let most = if *least < size { most } else { usize::MAX };
+            made = first(&followed, most)?;
+        }
+    }
+    let least = followed.sizing.least;
+    if free && least > size / LEAST_SHARE {
+        let why = "there would be too many triangles";
+        report.warnings.push(format!("bends and narrow places are not followed below {least:.6}: {why}"));
     }
     for (face, rung, why) in &made.steps {
         report.ladder.push(FaceStep::of(solid, *face, (*rung).into(), why.clone()));
@@ -331,7 +371,7 @@ fn first_mesh(
     if made.mesh.triangles.is_empty() {
         return Err(Error::Failed(format!("no face could be meshed: {}", report.shortfalls.join("; "))));
     }
-    Ok((made, sizing))
+    Ok((made, followed))
 }
 
 /// Heals a mesh that is not sound. Where the model itself is open, no hole is filled: a sheet is to stay one; but faces that

@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
 use super::sizes::{EASE, Field};
+use super::strips::Like;
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
 
@@ -176,7 +177,8 @@ pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], siz
 }
 
 /// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
-/// edges. One edge reaches over each of the [`leads`] at its ends.
+/// edges. One edge reaches over each of the [`leads`] at its ends. Edges with neither are as an edge across from them is, and
+/// tell how many parts they have.
 pub(super) fn divide(
     edge: &Edge,
     s: &Sampled,
@@ -184,7 +186,8 @@ pub(super) fn divide(
     factor: usize,
     least: usize,
     leads: [f64; 2],
-) -> Vec<f64> {
+    like: Like,
+) -> (Vec<f64>, Option<usize>) {
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
     let (mut places, mut sum, mut along) = (vec![s.t[0]], vec![0.0], vec![0.0]);
     let mut last = field.at(s.points[0], s.own[0]);
@@ -228,18 +231,20 @@ pub(super) fn divide(
     let (begin, end) = (at(leads[0], &along).1, at(length - leads[1], &along).1);
     let rest = if leads == [0.0; 2] { total } else { end - begin };
     let ends = leads.iter().filter(|l| **l > 0.0).count();
-    let parts = (rest.round().clamp(1.0, 1e7) as usize).max(least.saturating_sub(ends)) * factor;
+    let plain = factor == 1 && ends == 0;
+    let like = if plain { like } else { Like::default() };
+    let parts = like.parts(rest.round().clamp(1.0, 1e7) as usize, least.saturating_sub(ends)) * factor;
     let mut t = vec![edge.range[0]];
     if leads[0] > 0.0 {
         t.push(at(leads[0], &along).0);
     }
     let begin = if leads[0] > 0.0 { begin } else { 0.0 };
-    t.extend((1..parts).map(|k| at(begin + rest * k as f64 / parts as f64, &sum).0));
+    t.extend(like.places(parts).into_iter().map(|k| at(begin + rest * k / parts as f64, &sum).0));
     if leads[1] > 0.0 {
         t.push(at(length - leads[1], &along).0);
     }
     t.push(edge.range[1]);
-    t
+    (t, plain.then_some(parts))
 }
 
 fn sampled(edge: &Edge, sizes: &MeshSizes<'_>) -> Vec<f64> {

@@ -11,6 +11,7 @@ mod loops;
 pub mod narrow;
 mod sheets;
 mod sizes;
+mod strips;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -30,6 +31,7 @@ use fill::{Filled, Unfilled, fill};
 use loops::{Contour, Unroller};
 use sheets::Sheets;
 use sizes::Field;
+use strips::Strips;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;
@@ -240,14 +242,14 @@ impl Parametric {
         });
         run.check()?;
         let leads = leads(&self.brep, &self.faces_of, &sampled, sizes);
-        let field = sizes::field(&self.brep, &self.faces_of, (&sampled, &leads), sizes, run)?;
+        let (field, strips) = sizes::field(&self.brep, &self.faces_of, (&sampled, &leads), sizes, run)?;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
             let plan = Plan { sizes, field: &field, count: AtomicUsize::new(0) };
-            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads));
+            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads, &strips));
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
                     .into_par_iter()
@@ -356,15 +358,18 @@ impl Parametric {
         sampled: &[Sampled],
         field: &Field<'_>,
         factor: &[usize],
-        (least, leads): (&[usize], &[[f64; 2]]),
+        (least, leads, strips): (&[usize], &[[f64; 2]], &Strips),
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
         let mut wants = vec![f64::INFINITY; points.len()];
         let mut chains = Vec::with_capacity(self.brep.edges.len());
-        for (i, e) in self.brep.edges.iter().enumerate() {
+        let divided = strips.divided(|e, like| {
+            let i = e as usize;
+            divide(&self.brep.edges[i], &sampled[i], field, factor[i], least[i], leads[i], like)
+        });
+        for ((i, e), t) in self.brep.edges.iter().enumerate().zip(divided) {
             let s = &sampled[i];
-            let t = divide(e, s, field, factor[i], least[i], leads[i]);
             let mut nodes = vec![e.ends[0]];
             let mut at = 0;
             for t in &t[1..t.len() - 1] {

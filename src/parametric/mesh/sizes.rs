@@ -3,9 +3,11 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
 use super::edges::{Sampled, WIDE_ENOUGH, place};
+use super::strips::{ALIKE, Pair, Strips};
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Face};
 use crate::run::Run;
@@ -13,6 +15,14 @@ use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.0;
+/// The same where the nodes of both sides lie between each other: angles of 55 degrees.
+const STAGGERED: f64 = 1.4;
+/// Strips that are this many times as wide as the size are made of one row of triangles too.
+const WIDEST: f64 = 1.3;
+/// Edges across from each other along this share of their lengths go together.
+const ALONG: f64 = 0.7;
+/// Where their ends are at most this many times as far from each other as the strip is wide.
+const ENDS: f64 = 1.5;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
 pub(super) const EASE: f64 = 2.0;
 /// A chord of this many times the root of width and radius leaves its arc by half the width.
@@ -47,6 +57,7 @@ impl Field<'_> {
 
 /// A straight piece of a loop.
 struct Piece {
+    edge: u32,
     ends: [DVec3; 2],
     /// Unit vector in the face, away from the border.
     inward: DVec3,
@@ -62,14 +73,26 @@ struct Piece {
     length: f64,
 }
 
-/// The field of wanted lengths of a whole model.
+/// A place on the border of a face that has another part of it across from it.
+struct Narrow {
+    at: DVec3,
+    width: f64,
+    /// The edge it is on, and the one across.
+    edges: [u32; 2],
+    /// The radius of the edge's curvature.
+    bend: f64,
+    /// How deep it is followed.
+    deepest: f64,
+}
+
+/// The field of wanted lengths of a whole model, and its edges that go together.
 pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
     (sampled, leads): (&[Sampled], &[[f64; 2]]),
     sizes: &MeshSizes<'a>,
     run: &Run,
-) -> Result<Field<'a>> {
+) -> Result<(Field<'a>, Strips)> {
     let mut sources: Vec<(DVec3, f64)> = Vec::new();
     for s in sampled {
         for (p, h) in s.points.iter().zip(&s.own) {
@@ -96,7 +119,7 @@ pub(super) fn field<'a>(
                 if round {
                     sizes.around(*r)
                 } else {
-                    fitting(std::f64::consts::TAU / 3.0 * r, 0.0, sizes.deepest, sizes)
+                    fitting(std::f64::consts::TAU / 3.0 * r, 1.0, 0.0, sizes.deepest, sizes)
                 }
             };
             let around = s.bend.iter().map(fit);
@@ -111,30 +134,36 @@ pub(super) fn field<'a>(
         }
     }
     run.check()?;
-    let narrow: Vec<Vec<(DVec3, f64)>> = run.install(|| {
+    let narrow: Vec<(Vec<Narrow>, Vec<Pair>)> = run.install(|| {
         (0..brep.faces.len())
             .into_par_iter()
             .map(|f| {
                 if run.is_cancelled() {
-                    return Vec::new();
+                    return (Vec::new(), Vec::new());
                 }
                 narrow_places(brep, &brep.faces[f], f as u32, faces_of, (sampled, leads), sizes)
             })
             .collect()
     });
     run.check()?;
-    sources.extend(narrow.into_iter().flatten());
-    Ok(Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size })
+    let (places, pairs): (Vec<Vec<Narrow>>, Vec<Vec<Pair>>) = narrow.into_iter().unzip();
+    let strips = Strips::new(brep.edges.len(), pairs.concat());
+    let fit = |n: &Narrow| {
+        let across = if strips.holds(n.edges) { STAGGERED } else { ACROSS };
+        (n.at, fitting(n.width, across, n.bend, n.deepest, sizes))
+    };
+    sources.extend(places.iter().flatten().map(fit).filter(|x| x.1 < sizes.size));
+    Ok((Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size }, strips))
 }
 
-/// The edge length that fits a place of some width between borders of some radius of curvature. Places so narrow that there will be
-/// needles, as edges shorter than `deepest` would be wanted, get few of them: edges as long as they may be without crossing those of the
+/// The edge length that fits a place of some width between borders of some radius of curvature, so many times as long as it is
+/// wide where that is not too short. Places so narrow that there will be needles, as edges shorter than `deepest` would be wanted, get few of them: edges as long as they may be without crossing those of the
 /// other side.
-fn fitting(width: f64, bend: f64, deepest: f64, sizes: &MeshSizes<'_>) -> f64 {
+fn fitting(width: f64, across: f64, bend: f64, deepest: f64, sizes: &MeshSizes<'_>) -> f64 {
     if EASE * width < deepest {
         (APART * (width * bend).sqrt()).max(sizes.least)
     } else {
-        width.max((EASE * width).min(sizes.least))
+        (across * width).max((EASE * width).min(sizes.least))
     }
 }
 
@@ -144,7 +173,8 @@ fn fitting_edge(length: f64, sizes: &MeshSizes<'_>) -> f64 {
     if EASE * length < DEEPER * sizes.deepest { sizes.least } else { length.max((EASE * length).min(sizes.least)) }
 }
 
-/// Places on the border of a face that have another part of it across from them, nearer than the length wanted there.
+/// Places on the border of a face that have another part of it across from them, about as near as the length wanted there, and
+/// pairs of its edges that lie across from each other all along.
 fn narrow_places(
     brep: &Brep,
     face: &Face,
@@ -152,7 +182,7 @@ fn narrow_places(
     faces_of: &[Vec<u32>],
     (sampled, leads): (&[Sampled], &[[f64; 2]]),
     sizes: &MeshSizes<'_>,
-) -> Vec<(DVec3, f64)> {
+) -> (Vec<Narrow>, Vec<Pair>) {
     let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
     let mut pieces: Vec<Piece> = Vec::new();
     let mut rounds: Vec<f64> = Vec::new();
@@ -173,6 +203,7 @@ fn narrow_places(
                     // Sharp corners are left to one triangle.
                     let bare = [lead[0], ways[n] - lead[1]];
                     pieces.push(Piece {
+                        edge: c.edge,
                         ends: [a, b],
                         inward,
                         looped: l as u32,
@@ -188,11 +219,13 @@ fn narrow_places(
         }
         rounds.push(along);
     }
-    if brep.edges.is_empty() || pieces.len() < 3 {
-        return Vec::new();
+    if pieces.len() < 3 {
+        return (Vec::new(), Vec::new());
     }
     let tree = Bvh::new(pieces.iter().map(|p| Aabb::around(p.ends)).collect());
-    let mut out: Vec<(DVec3, [f64; 2])> = Vec::new();
+    let mut out: Vec<Narrow> = Vec::new();
+    // How much of an edge has another one across from it, and how far away that is at most.
+    let mut seen: FxHashMap<[u32; 2], [f64; 2]> = FxHashMap::default();
     // What is narrow along a short edge only may be followed deeper, as it costs less; where it is narrower still somewhere there
     // will be needles all the same.
     let mut tapers = false;
@@ -206,20 +239,40 @@ fn narrow_places(
             }
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
-            let found = tree.nearest(at, sizes.size / ACROSS, across);
-            let fit = |width: f64| [sizes.deepest, deepest].map(|d| fitting(width, p.bend, d, sizes));
-            found.map(|(_, d)| (at, fit(ACROSS * d.sqrt()), EASE * ACROSS * d.sqrt() < deepest))
+            let found = tree.nearest(at, WIDEST * sizes.size, across);
+            let edges = |i: u32| [p.edge, pieces[i as usize].edge];
+            found.map(|(i, d)| Narrow { at, width: d.sqrt(), edges: edges(i), bend: p.bend, deepest })
         };
         let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
+        let sum = seen.entry(middle.edges).or_default();
+        *sum = [sum[0] + length, sum[1].max(middle.width)];
         // The field grows on both sides of a source: there must be one at about every length.
-        let points = (length / middle.1[0].min(middle.1[1])).ceil().min(MOST_POINTS);
+        let fit = [sizes.deepest, deepest].map(|d| fitting(middle.width, ACROSS, p.bend, d, sizes));
+        let points = (length / fit[0].min(fit[1])).ceil().min(MOST_POINTS);
         let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
-        for (at, fit, deeper) in [middle].into_iter().chain(more.filter_map(width)) {
-            tapers |= deeper;
-            out.push((at, fit));
+        for place in [middle].into_iter().chain(more.filter_map(width)) {
+            tapers |= EASE * place.width < deepest;
+            out.push(place);
         }
     }
-    out.into_iter().map(|(at, fit)| (at, fit[usize::from(!tapers)])).filter(|x| x.1 < sizes.size).collect()
+    if tapers {
+        out.iter_mut().for_each(|n| n.deepest = sizes.deepest);
+    }
+    let mut keys: Vec<[u32; 2]> = out.iter().map(|n| n.edges).filter(|[a, b]| a < b).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let pair = |[a, b]: [u32; 2]| {
+        let lengths = [a, b].map(|e| sampled[e as usize].length());
+        let across = [seen.get(&[a, b])?, seen.get(&[b, a])?];
+        let all_along = (0..2).all(|i| across[i][0] >= ALONG * lengths[i]);
+        let alike = lengths[0] <= ALIKE * lengths[1] && lengths[1] <= ALIKE * lengths[0];
+        let reach = ENDS * across[0][1].max(across[1][1]);
+        let [[p, q], [r, s]] = [a, b].map(|e| brep.edges[e as usize].ends.map(|v| brep.vertices[v as usize]));
+        let near = |x: [DVec3; 2]| x[0].distance(x[1]) <= reach;
+        let face_to_face = (near([p, r]) && near([q, s])) || (near([p, s]) && near([q, r]));
+        (all_along && alike && face_to_face).then_some(Pair { edges: [a, b], length: lengths[0] })
+    };
+    (out, keys.into_iter().filter_map(pair).collect())
 }
 
 /// The squared distance of a point on one piece of a border to another piece, infinite where that is not across from it.
