@@ -156,9 +156,9 @@ pub(super) fn field<'a>(
     Ok((Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size }, strips))
 }
 
-/// The edge length that fits a place of some width between borders of some radius of curvature, so many times as long as it is
-/// wide where that is not too short. Places so narrow that there will be needles, as edges shorter than `deepest` would be wanted, get few of them: edges as long as they may be without crossing those of the
-/// other side.
+/// The edge length that fits a place of some width between borders of some radius of curvature, `across` times as long as it is
+/// wide where that is not too short. Places so narrow that there will be needles, as edges shorter than `deepest` would be
+/// wanted, get few of them: edges as long as they may be without crossing those of the other side.
 fn fitting(width: f64, across: f64, bend: f64, deepest: f64, sizes: &MeshSizes<'_>) -> f64 {
     if EASE * width < deepest {
         (APART * (width * bend).sqrt()).max(sizes.least)

@@ -5,7 +5,7 @@
 //! Where a region is narrow is found in the parameter domain, by [`crate::planar::trim`]; that it is so in space, too, is
 //! asked before anything is changed.
 
-mod strips;
+mod regions;
 mod surgery;
 
 use glam::DVec3;
@@ -17,7 +17,7 @@ use crate::parametric::brep::{Brep, Edge, Face};
 use crate::parametric::chart::Chart;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, segment_foot};
-use strips::Strip;
+use regions::Region;
 
 /// Narrow regions are this many times as long as narrow, at least: corners of more than 7 degrees are none.
 const LONG: f64 = 8.0;
@@ -91,17 +91,17 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
             run.check()?;
             let face = &out.brep.faces[f as usize];
             let (name, source) = (face.name.clone(), face.source);
-            let goes = |strip: &Strip| match walls {
-                Walls::Keep => !is_wall(&out.brep, f, strip),
-                Walls::Necks => strip.open == [true; 2] || !is_wall(&out.brep, f, strip),
+            let goes = |region: &Region| match walls {
+                Walls::Keep => !is_wall(&out.brep, f, region),
+                Walls::Necks => region.open == [true; 2] || !is_wall(&out.brep, f, region),
                 Walls::Cut => true,
             };
-            let done = strips::find(&out.brep, f, &lines, width, &goes)
-                .and_then(|strip| strip.map(|s| surgery::close(&out.brep, f, &s, width).map(|b| (s, b))).transpose());
+            let done = regions::find(&out.brep, f, &lines, width, &goes)
+                .and_then(|region| region.map(|s| surgery::close(&out.brep, f, &s, width).map(|b| (s, b))).transpose());
             match done {
                 Ok(None) => break,
-                Ok(Some((strip, brep))) => {
-                    let (at, wide) = strip.place();
+                Ok(Some((region, brep))) => {
+                    let (at, wide) = region.place();
                     let whole = brep.faces[f as usize].loops.is_empty();
                     out.cuts.push(Cut { face: name, source, at, width: wide, whole });
                     out.brep = brep;
@@ -125,9 +125,9 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
 }
 
 /// Whether the faces beyond both sides of a region face away from each other, or towards each other.
-fn is_wall(brep: &Brep, face: u32, strip: &Strip) -> bool {
+fn is_wall(brep: &Brep, face: u32, region: &Region) -> bool {
     let normal = |side: usize, pair: [usize; 2]| {
-        let (side, i) = (&strip.sides[side], pair[side]);
+        let (side, i) = (&region.sides[side], pair[side]);
         let edge = side.legs[i.min(side.legs.len() - 1)].edge;
         let has = |f: &Face| f.loops.iter().flatten().any(|c| c.edge == edge);
         let beyond = brep.faces.iter().enumerate().find(|(n, f)| *n as u32 != face && has(f))?.1;
@@ -135,7 +135,7 @@ fn is_wall(brep: &Brep, face: u32, strip: &Strip) -> bool {
         let n = Chart::new(beyond.surface.clone(), &around).normal_near(side.points[i])?;
         Some(if beyond.outward { n } else { -n })
     };
-    let at = |share: usize| strip.pairs[(strip.pairs.len() - 1) * share / 4];
+    let at = |share: usize| region.pairs[(region.pairs.len() - 1) * share / 4];
     [1, 2, 3].into_iter().any(|k| {
         let both = [normal(0, at(k)), normal(1, at(k))];
         matches!(both, [Some(a), Some(b)] if a.dot(b) < OPPOSITE)

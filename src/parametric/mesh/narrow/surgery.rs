@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::strips::{Leg, Side, Strip};
+use super::regions::{Leg, Region, Side};
 use crate::numeric::Sets;
 use crate::parametric::brep::{Brep, Coedge, Edge};
 use crate::parametric::curve::Curve;
@@ -25,16 +25,16 @@ struct Piece {
     length: f64,
 }
 
-/// A model without a strip of one of its faces; an error says why it cannot be closed.
-pub(super) fn close(brep: &Brep, face: u32, strip: &Strip, width: f64) -> Result<Brep, String> {
+/// A model without a region of one of its faces; an error says why it cannot be closed.
+pub(super) fn close(brep: &Brep, face: u32, region: &Region, width: f64) -> Result<Brep, String> {
     let mut out = brep.clone();
     let known = out.vertices.len() as u32;
     let mut cuts: FxHashMap<u32, Vec<(f64, u32)>> = FxHashMap::default();
     // Vertices of the joints, new ones where an edge is divided.
-    let mut ends: Vec<[u32; 2]> = Vec::with_capacity(strip.joints.len());
-    for joint in &strip.joints {
+    let mut ends: Vec<[u32; 2]> = Vec::with_capacity(region.joints.len());
+    for joint in &region.joints {
         ends.push([0, 1].map(|k| {
-            let side = &strip.sides[k];
+            let side = &region.sides[k];
             let i = joint[k];
             if let Some(v) = side.vertices[i] {
                 return v;
@@ -60,12 +60,12 @@ pub(super) fn close(brep: &Brep, face: u32, strip: &Strip, width: f64) -> Result
     });
     let mut gone: Vec<u32> = Vec::new();
     let mut made: Vec<u32> = Vec::new();
-    for w in strip.joints.windows(2) {
-        let [a, b] = [0, 1].map(|k| piece(&out, brep, &strip.sides[k], w[0][k], w[1][k], &cuts));
+    for w in region.joints.windows(2) {
+        let [a, b] = [0, 1].map(|k| piece(&out, brep, &region.sides[k], w[0][k], w[1][k], &cuts));
         match (a?, b?) {
             (Some(a), Some(b)) if a.edge == b.edge => {}
             (Some(a), Some(b)) if a.length.max(b.length) > SHORT * width => {
-                let middle = middle(strip, w[0], w[1], a.forward, width)?;
+                let middle = middle(region, w[0], w[1], a.forward, width)?;
                 out.edges[a.edge as usize] =
                     Edge { curve: middle.0, range: middle.1, ..out.edges[a.edge as usize].clone() };
                 for c in out.faces.iter_mut().flat_map(|f| &mut f.loops).flatten().filter(|c| c.edge == b.edge) {
@@ -186,19 +186,19 @@ fn piece(
 
 /// The curve midway between the sides from one joint to the next, and its range.
 fn middle(
-    strip: &Strip,
+    region: &Region,
     from: [usize; 2],
     to: [usize; 2],
     forward: bool,
     width: f64,
 ) -> Result<(Curve, [f64; 2]), String> {
     let inside = |p: &[usize; 2]| (0..2).all(|k| p[k] >= from[k] && p[k] <= to[k]);
-    let own: Vec<usize> = (0..strip.pairs.len()).filter(|i| inside(&strip.pairs[*i])).collect();
-    let mean = |[i, j]: [usize; 2]| 0.5 * (strip.sides[0].points[i] + strip.sides[1].points[j]);
+    let own: Vec<usize> = (0..region.pairs.len()).filter(|i| inside(&region.pairs[*i])).collect();
+    let mean = |[i, j]: [usize; 2]| 0.5 * (region.sides[0].points[i] + region.sides[1].points[j]);
     let stride = own.len().div_ceil(MOST).max(1);
     let mut points = vec![mean(from)];
     for i in own.iter().step_by(stride) {
-        let [p, q] = strip.across(*i);
+        let [p, q] = region.across(*i);
         points.push(0.5 * (p + q));
     }
     points.push(mean(to));

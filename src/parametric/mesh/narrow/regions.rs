@@ -36,7 +36,7 @@ pub(super) struct Side {
 
 /// A narrow region: its two sides, both from the same end of it, and which points of them lie across from each other.
 #[derive(Debug, Clone)]
-pub(super) struct Strip {
+pub(super) struct Region {
     pub(super) sides: [Side; 2],
     /// Indices of points, ascending on both sides.
     pub(super) pairs: Vec<[usize; 2]>,
@@ -99,7 +99,7 @@ impl Side {
     }
 }
 
-impl Strip {
+impl Region {
     /// A place in the middle, and how wide it is there.
     pub(super) fn place(&self) -> (DVec3, f64) {
         let [a, b] = self.across(self.pairs.len() / 2);
@@ -132,8 +132,8 @@ pub(super) fn find(
     face: u32,
     lines: &Lines,
     width: f64,
-    goes: &dyn Fn(&Strip) -> bool,
-) -> Result<Option<Strip>, String> {
+    goes: &dyn Fn(&Region) -> bool,
+) -> Result<Option<Region>, String> {
     let f = &brep.faces[face as usize];
     let of = |e: u32| lines.chains[e as usize].nodes.iter().map(|v| lines.points[*v as usize]);
     let around = Aabb::around(f.loops.iter().flatten().flat_map(|c| of(c.edge)));
@@ -181,8 +181,8 @@ pub(super) fn find(
             branches = true;
             continue;
         };
-        if let Some(strip) = joined(sides, open, width)?.filter(goes) {
-            return Ok(Some(strip));
+        if let Some(region) = joined(sides, open, width)?.filter(goes) {
+            return Ok(Some(region));
         }
     }
     if branches { Err("a narrow region of it branches".into()) } else { Ok(None) }
@@ -375,7 +375,7 @@ fn folded(side: Side) -> [Side; 2] {
 }
 
 /// Pairs what lies across, if the region is long and narrow. It goes on into the rest of the face where it is `open`.
-fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Strip>, String> {
+fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Region>, String> {
     let [a, b] = &sides;
     if a.points.len() < 2 || b.points.len() < 2 || a.length().min(b.length()) < LONG * width {
         return Ok(None);
@@ -392,23 +392,23 @@ fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Strip>
         at = if to == at { next } else { to };
         pairs.push(at);
     }
-    let mut strip = Strip { sides, pairs, joints: Vec::new(), open };
-    for k in 0..strip.pairs.len() {
-        let [p, q] = strip.across(k);
+    let mut region = Region { sides, pairs, joints: Vec::new(), open };
+    for k in 0..region.pairs.len() {
+        let [p, q] = region.across(k);
         if p.distance(q) > WIDER * width {
             return Ok(None);
         }
     }
-    strip.joints = joints(&strip, width)?;
-    Ok(Some(strip))
+    region.joints = joints(&region, width)?;
+    Ok(Some(region))
 }
 
 /// Both ends, and every vertex with what lies across from it: a vertex nearer than `width` where there is one.
-fn joints(strip: &Strip, width: f64) -> Result<Vec<[usize; 2]>, String> {
-    let [a, b] = &strip.sides;
+fn joints(region: &Region, width: f64) -> Result<Vec<[usize; 2]>, String> {
+    let [a, b] = &region.sides;
     let ways = [a.ways(), b.ways()];
     let vertices = |k: usize| {
-        let list = &strip.sides[k].vertices;
+        let list = &region.sides[k].vertices;
         (0..list.len()).filter(move |i| list[*i].is_some())
     };
     let mut out: Vec<[usize; 2]> = Vec::new();
@@ -418,7 +418,7 @@ fn joints(strip: &Strip, width: f64) -> Result<Vec<[usize; 2]>, String> {
                 continue;
             }
             let far = |p: &[usize; 2]| a.points[p[0]].distance_squared(b.points[p[1]]);
-            let own = strip.pairs.iter().filter(|p| p[k] == i);
+            let own = region.pairs.iter().filter(|p| p[k] == i);
             let Some(pair) = own.min_by(|p, q| far(p).total_cmp(&far(q))) else { continue };
             let way = |j: usize| (ways[1 - k][j] - ways[1 - k][pair[1 - k]]).abs();
             let near = vertices(1 - k).filter(|j| way(*j) <= width).min_by(|i, j| way(*i).total_cmp(&way(*j)));
@@ -426,7 +426,7 @@ fn joints(strip: &Strip, width: f64) -> Result<Vec<[usize; 2]>, String> {
             out.push(if k == 0 { [i, other] } else { [other, i] });
         }
     }
-    for (end, open) in [strip.pairs[0], strip.pairs[strip.pairs.len() - 1]].into_iter().zip(strip.open) {
+    for (end, open) in [region.pairs[0], region.pairs[region.pairs.len() - 1]].into_iter().zip(region.open) {
         // Not where a vertex is just as good.
         let beside = |j: &[usize; 2]| (0..2).all(|k| (ways[k][j[k]] - ways[k][end[k]]).abs() <= width);
         if !open || !out.iter().any(beside) {
