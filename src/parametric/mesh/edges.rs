@@ -52,20 +52,25 @@ pub(super) struct Sampled {
 impl Sampled {
     /// The way to each of the points.
     pub(super) fn ways(&self) -> Vec<f64> {
-        let mut sum = 0.0;
-        let steps = self.points.windows(2).map(|w| w[0].distance(w[1]));
-        [0.0]
-            .into_iter()
-            .chain(steps.map(|d| {
-                sum += d;
-                sum
-            }))
-            .collect()
+        ways(&self.points)
     }
 
     pub(super) fn length(&self) -> f64 {
         self.points.windows(2).map(|w| w[0].distance(w[1])).sum()
     }
+}
+
+/// The way along a line of points to each of them.
+pub(super) fn ways(points: &[DVec3]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let steps = points.windows(2).map(|w| w[0].distance(w[1]));
+    [0.0]
+        .into_iter()
+        .chain(steps.map(|d| {
+            sum += d;
+            sum
+        }))
+        .collect()
 }
 
 /// Looks at an edge and its faces along it.

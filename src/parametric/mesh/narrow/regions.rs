@@ -7,6 +7,7 @@ use crate::parametric::brep::Brep;
 use crate::parametric::chart::Chart;
 use crate::parametric::mesh::AT_POLE;
 use crate::parametric::mesh::domain::Cutter;
+use crate::parametric::mesh::edges::ways;
 use crate::parametric::mesh::fill::mean_metric;
 use crate::parametric::mesh::loops::{Contour, Corner, Unroller};
 use crate::planar::{self, Refusal, Spot};
@@ -61,18 +62,6 @@ impl Side {
             vertices: self.vertices[from..=to].to_vec(),
             legs: self.legs[from..to].to_vec(),
         }
-    }
-
-    /// The way along it to each of its points.
-    pub(super) fn ways(&self) -> Vec<f64> {
-        let mut sum = 0.0;
-        let steps = self.points.windows(2).map(|w| w[0].distance(w[1]));
-        std::iter::once(0.0)
-            .chain(steps.map(|d| {
-                sum += d;
-                sum
-            }))
-            .collect()
     }
 
     pub(super) fn length(&self) -> f64 {
@@ -406,7 +395,7 @@ fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Region
 /// Both ends, and every vertex with what lies across from it: a vertex nearer than `width` where there is one.
 fn joints(region: &Region, width: f64) -> Result<Vec<[usize; 2]>, String> {
     let [a, b] = &region.sides;
-    let ways = [a.ways(), b.ways()];
+    let ways = [ways(&a.points), ways(&b.points)];
     let vertices = |k: usize| {
         let list = &region.sides[k].vertices;
         (0..list.len()).filter(move |i| list[*i].is_some())
