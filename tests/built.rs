@@ -292,7 +292,8 @@ fn walls_of_thin_pipes_do_not_cross() {
         );
         let made = meshed(&text);
         assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
-        assert!(made.report.ladder.is_empty(), "{:?}", made.report.ladder);
+        // The thinnest one is sound, too, but not remeshed.
+        assert!(made.report.ladder.is_empty() == (wall > 0.2), "{:?}", made.report.ladder);
         assert!(made.report.check.as_ref().unwrap().certificate.is_sound(), "{wall}");
         let volume = std::f64::consts::PI * (1.6f64.powi(2) - (1.6 - wall).powi(2)) * 60.0;
         assert!((made.mesh.volume() / volume - 1.0).abs() < 0.35, "{wall}: {} {volume}", made.mesh.volume());

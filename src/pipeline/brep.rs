@@ -43,11 +43,8 @@ const NARROW: f64 = 0.25;
 const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
-/// Bends that would be too far from the edges make them shorter than it down to this share of it, and to a larger one
-const CHORDS: f64 = 0.25;
-/// where that makes more than so many times the triangles the size alone asks for.
-const DETAILED: f64 = 24.0;
-/// With more than so many of them lengths grow faster from place to place, as most triangles are then where they grow,
+/// With more than so many times the triangles the size alone asks for lengths grow faster from place to place, as most triangles are
+/// then where they grow,
 const CROWDED: f64 = 40.0;
 /// and at most so fast.
 const STEEP: f64 = 0.45;
@@ -271,11 +268,10 @@ fn halved(mesh: &TriMesh, t: usize, options: &MeshOptions) -> (DVec3, f64) {
     (mesh.centroid(t), (0.5 * length).max(options.least.unwrap_or(0.0)))
 }
 
-/// What lengths were followed: down to which share of the least one distances were, and how fast they grow.
+/// What lengths were followed, and how fast they grow.
 #[derive(Clone, Copy)]
 struct Followed {
     sizing: Sizing,
-    chords: f64,
     grading: f64,
 }
 
@@ -304,18 +300,16 @@ fn first_mesh(
             chord: Some(chord),
             least: options.least.unwrap_or(size / small),
         },
-        chords: if options.tolerance.is_some() { 1.0 } else { CHORDS },
         grading: options.grading.unwrap_or(GRADATION),
     });
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
     // Who asks for a least length gets it.
     let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
     let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
-    let first = |Followed { sizing, chords, grading }: &Followed, most: usize| {
+    let first = |Followed { sizing, grading }: &Followed, most: usize| {
         let by_curvature = |k: f64| {
-            let by_chord = (8.0 * chord / k).sqrt().max(share(sizing, *chords) * sizing.least);
             // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-            sizing.at(k).min(by_chord).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
+            sizing.at(k).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
         };
         // A distance asked for is no wish for narrow places.
         let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
@@ -333,14 +327,10 @@ fn first_mesh(
     };
     let bounded = free && held.is_none();
     let mut made = first(&followed, if bounded { MANY } else { usize::MAX })?;
-    if bounded && !made.too_many {
+    if bounded && !made.too_many && options.grading.is_none() {
         let times = detail(&made, size);
-        if times > DETAILED {
-            followed.chords = (CHORDS * (times / DETAILED).sqrt()).min(1.0);
-            let steep = (GRADATION * (times / CROWDED).sqrt()).min(STEEP);
-            if options.grading.is_none() && steep > GRADATION {
-                followed.grading = steep;
-            }
+        if times > CROWDED {
+            followed.grading = (GRADATION * (times / CROWDED).sqrt()).min(STEEP);
             made = first(&followed, usize::MAX)?;
         }
     }
