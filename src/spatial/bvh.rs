@@ -146,42 +146,34 @@ impl Bvh {
     /// The squared distance from `p` to the nearest item, as [`nearest`](Self::nearest) measures it, if that is more than
     /// `known`: who looks for the point that is farthest away need not know how near the others are.
     pub fn farther(&self, p: DVec3, known: f64, distance_squared: impl Fn(u32) -> f64) -> Option<f64> {
-        let mut bound = f64::INFINITY;
-        let mut stack = [(0u32, 0.0f64); 64];
-        let mut top = usize::from(!self.nodes.is_empty());
-        while top > 0 {
-            top -= 1;
-            let (mut at, away) = stack[top];
-            if away > bound {
-                continue;
-            }
-            while self.nodes[at as usize].count == 0 {
-                let (near, far) = (at + 1, self.nodes[at as usize].start);
-                let d = [near, far].map(|n| self.nodes[n as usize].bounds.distance_squared(p));
-                let (near, far) = if d[0] <= d[1] { ((near, d[0]), (far, d[1])) } else { ((far, d[1]), (near, d[0])) };
-                if far.1 <= bound {
-                    stack[top] = far;
-                    top += 1;
-                }
-                at = near.0;
-            }
-            for k in Self::held(&self.nodes[at as usize]) {
-                if self.boxes[k].distance_squared(p) <= bound {
-                    bound = bound.min(distance_squared(self.items[k]));
-                    if bound <= known {
-                        return None;
-                    }
-                }
-            }
-        }
-        bound.is_finite().then_some(bound)
+        let mut least = f64::INFINITY;
+        self.approach(p, f64::INFINITY, |i, _| {
+            least = least.min(distance_squared(i));
+            (least > known).then_some(least)
+        });
+        (least > known && least.is_finite()).then_some(least)
     }
 
     /// The item nearest to `p` by `distance_squared`, which must not be less than the squared distance to the item's box,
     /// among those nearer than `limit`; and that squared distance. Ties go to the smaller number.
     pub fn nearest(&self, p: DVec3, limit: f64, mut distance_squared: impl FnMut(u32) -> f64) -> Option<(u32, f64)> {
         let mut best: Option<(u32, f64)> = None;
-        let mut bound = limit * limit;
+        self.approach(p, limit * limit, |i, bound| {
+            let d = distance_squared(i);
+            let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
+            if d <= bound && better {
+                best = Some((i, d));
+                return Some(d);
+            }
+            Some(bound)
+        });
+        best
+    }
+
+    /// Shows items whose boxes are no farther from `p` than a bound (squared), about the nearest first. Each time the item and
+    /// the bound are given, the new bound is told; with none the search ends.
+    #[inline(always)]
+    fn approach(&self, p: DVec3, mut bound: f64, mut visit: impl FnMut(u32, f64) -> Option<f64>) {
         let mut stack = [(0u32, 0.0f64); 64];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
@@ -209,19 +201,14 @@ impl Bvh {
                 continue;
             }
             for k in Self::held(node) {
-                if self.boxes[k].distance_squared(p) > bound {
-                    continue;
-                }
-                let i = self.items[k];
-                let d = distance_squared(i);
-                let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
-                if d <= bound && better {
-                    best = Some((i, d));
-                    bound = d;
+                if self.boxes[k].distance_squared(p) <= bound {
+                    match visit(self.items[k], bound) {
+                        Some(next) => bound = next,
+                        None => return,
+                    }
                 }
             }
         }
-        best
     }
 }
 

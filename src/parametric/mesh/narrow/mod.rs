@@ -90,6 +90,10 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
         for _ in 0..MOST {
             run.check()?;
             let face = &out.brep.faces[f as usize];
+            // What another face's region took with it.
+            if face.loops.is_empty() {
+                break;
+            }
             let (name, source) = (face.name.clone(), face.source);
             let goes = |region: &Region| match walls {
                 Walls::Keep => !is_wall(&out.brep, f, region),
@@ -106,9 +110,6 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
                     out.cuts.push(Cut { face: name, source, at, width: wide, whole });
                     out.brep = brep;
                     lines = Lines::new(&out.brep, width);
-                    if whole {
-                        break;
-                    }
                 }
                 Err(why) => {
                     out.refused.push((name, why));
