@@ -284,6 +284,44 @@ fn pipes_of_equal_radius_cross_in_two_joints() {
     }
 }
 
+/// A channel of this width through everything, along an axis and beside the middle by so much in the two others.
+fn channel(width: f64, axis: usize, aside: [f64; 2]) -> Solid {
+    let mut at = [0.0; 3];
+    at[(axis + 1) % 3] = aside[0];
+    at[(axis + 2) % 3] = aside[1];
+    let side = |sign: f64| std::array::from_fn(|k| if k == axis { sign * 9.0 } else { at[k] + sign * width / 2.0 });
+    cuboid(side(-1.0), side(1.0))
+}
+
+#[test]
+fn three_channels_of_one_width_cross_in_corners_of_six_faces() {
+    // Near such a corner a point is inside where it is inside any two of three planes: each plane bounds twice.
+    let width = 1.0 / 3.0;
+    let crossed = (0..3).fold(cuboid([-0.5; 3], [0.5; 3]), |solid, axis| solid - channel(width, axis, [0.0; 2]));
+    for solid in [crossed.clone(), turned(crossed)] {
+        for size in [0.05, 0.07] {
+            let c = exact(solid.clone(), size);
+            assert_eq!((c.euler, c.features.unwrap().corners_true), (-8, 40));
+            assert!((c.volume - 20.0 / 27.0).abs() < 1e-9, "{}", c.volume);
+            assert!(c.quality.min_angle >= 30.0, "{:?}", c.quality);
+        }
+    }
+}
+
+#[test]
+fn the_menger_sponge_is_exact() {
+    let mut sponge = cuboid([-1.5; 3], [1.5; 3]);
+    for axis in 0..3 {
+        sponge = sponge - channel(1.0, axis, [0.0; 2]);
+        for (u, v) in (0..9).map(|k| (f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0)) {
+            sponge = sponge - channel(1.0 / 3.0, axis, [u, v]);
+        }
+    }
+    let c = exact(sponge, 0.15);
+    assert_eq!(c.euler, 2 - 2 * 81);
+    assert!((c.volume - 27.0 * (20.0f64 / 27.0).powi(2)).abs() < 1e-9, "{}", c.volume);
+}
+
 #[test]
 fn sharp_wedges_are_exact_to_their_tips() {
     // Two half-spaces at an angle make the edge along z; cells see its tip as scattered bits.

@@ -62,8 +62,8 @@ const KEPT: u32 = 1;
 pub(super) struct Cutter<'a> {
     pub(super) mesh: EditMesh,
     pub(super) piece: Vec<u32>,
-    /// Nodes on two pieces that touch there; `piece` has one of the two.
-    pub(super) joints: Vec<(u32, [u32; 2])>,
+    /// Nodes at joints, with the pieces that meet there; `piece` has one of them.
+    pub(super) joints: Vec<(u32, PieceSet)>,
     pub(super) surface: &'a dyn Pieces,
     pub(super) cell: f64,
     report: CutReport,
@@ -113,16 +113,20 @@ fn cut_as_is(raw: &Raw<'_>, surface: &dyn Pieces, run: &Run) -> Result<(Patchwor
 impl Cutter<'_> {
     fn differs(&self, a: u32, b: u32) -> bool {
         let (i, j) = (self.piece[a as usize], self.piece[b as usize]);
-        let joins =
-            |v: u32, k: u32| self.mesh.is_pinned(v) && self.joints.iter().any(|(w, pair)| *w == v && pair.contains(&k));
+        let joins = |v: u32, k: u32| self.mesh.is_pinned(v) && self.joints.iter().any(|(w, set)| *w == v && set.has(k));
         i != j && !joins(a, j) && !joins(b, i)
+    }
+
+    /// Whether a triangle is to be cut, and does not stay as it is.
+    pub(super) fn is_cut(&self, t: u32) -> bool {
+        self.mesh.label(t) == CUT
     }
 
     /// Whether an edge has to get a node where it crosses a border.
     pub(super) fn crosses(&self, h: u32) -> bool {
         let m = &self.mesh;
         let o = m.opposite(h);
-        let cut = m.label(h / 3) == CUT || (o != NONE && m.label(o / 3) == CUT);
+        let cut = self.is_cut(h / 3) || (o != NONE && self.is_cut(o / 3));
         cut && self.differs(m.origin(h), m.target(h))
     }
 
@@ -176,9 +180,9 @@ impl Cutter<'_> {
         (3 * t..3 * t + 3).map(|h| self.mesh.edge_length(h)).fold(SHORTEST * self.cell, f64::max)
     }
 
-    fn has_three(&self, t: u32) -> bool {
+    pub(super) fn has_three(&self, t: u32) -> bool {
         let [a, b, c] = self.mesh.corners(t);
-        self.mesh.label(t) == CUT && self.differs(a, b) && self.differs(b, c) && self.differs(c, a)
+        self.is_cut(t) && self.differs(a, b) && self.differs(b, c) && self.differs(c, a)
     }
 
     /// Splits edges and triangles whose pieces do not meet there.
@@ -280,7 +284,7 @@ impl Cutter<'_> {
             (this.mesh.is_triangle(t) && this.has_three(t)).then(|| (t, this.corner(t)))
         })?;
         let mut sets: Vec<PieceSet> = self.piece.iter().map(|&p| PieceSet::one(p)).collect();
-        self.joints.iter().for_each(|(v, pair)| sets[*v as usize] = PieceSet::of(pair));
+        self.joints.iter().for_each(|(v, set)| sets[*v as usize] = *set);
         for (t, found) in corners.into_iter().flatten() {
             let set = PieceSet::of(&self.mesh.corners(t).map(|v| self.piece[v as usize]));
             let p = match found {
@@ -316,7 +320,7 @@ impl Cutter<'_> {
         }
         // A triangle lies on the piece of those of its nodes that lie on one.
         let mut of_triangle = vec![NONE; self.mesh.triangle_capacity()];
-        for t in 0..of_triangle.len() as u32 {
+        for t in self.mesh.triangles() {
             let own = self.mesh.corners(t).into_iter().map(|v| sets[v as usize]).find(|s| s.len() == 1);
             of_triangle[t as usize] = own.filter(|_| self.mesh.label(t) == CUT).map_or(NONE, |s| s.as_slice()[0]);
         }
@@ -376,7 +380,7 @@ fn patches(mesh: &mut EditMesh, of_triangle: &[u32], surface: &dyn Pieces) -> Ve
     let mut patches = Vec::new();
     let mut stack = Vec::new();
     for first in 0..number.len() as u32 {
-        if number[first as usize] != NONE {
+        if number[first as usize] != NONE || !mesh.is_triangle(first) {
             continue;
         }
         let id = patches.len() as u32;

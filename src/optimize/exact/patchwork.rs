@@ -44,9 +44,14 @@ impl PieceSet {
         set
     }
 
+    /// Whether a piece is one of them.
+    pub fn has(&self, piece: u32) -> bool {
+        self.as_slice().contains(&piece)
+    }
+
     /// Whether `other` has all pieces of this one.
     pub fn within(&self, other: &Self) -> bool {
-        self.as_slice().iter().all(|p| other.as_slice().contains(p))
+        self.as_slice().iter().all(|p| other.has(*p))
     }
 
     /// The pieces.
