@@ -274,6 +274,20 @@ impl Cutter<'_> {
             .count()
     }
 
+    /// The piece a triangle lies on after the cut: that of those of its nodes that lie on one. Beside joints there may be none;
+    /// then it is what all of its nodes share, where they share several the one whose plane it is in.
+    fn piece_of(&self, t: u32, sets: &[PieceSet]) -> u32 {
+        let [a, b, c] = self.mesh.corners(t).map(|v| sets[v as usize]);
+        if let Some(one) = [a, b, c].iter().find(|s| s.len() == 1) {
+            return one.as_slice()[0];
+        }
+        let n = self.mesh.area_vector(t).normalize_or_zero();
+        let p = self.mesh.centroid(t);
+        let along = |k: &u32| self.surface.direction(*k, p).map_or(0.0, |d| d.dot(n).abs());
+        let shared = a.as_slice().iter().copied().filter(|k| b.has(*k) && c.has(*k));
+        shared.max_by(|x, y| along(x).total_cmp(&along(y)).then(y.cmp(x))).unwrap_or(NONE)
+    }
+
     fn cut(mut self, run: &Run) -> Result<(Patchwork, CutReport)> {
         let this = &self;
         let crossings = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
@@ -318,11 +332,9 @@ impl Cutter<'_> {
             sets.push(set);
             self.report.crossings += 1;
         }
-        // A triangle lies on the piece of those of its nodes that lie on one.
         let mut of_triangle = vec![NONE; self.mesh.triangle_capacity()];
-        for t in self.mesh.triangles() {
-            let own = self.mesh.corners(t).into_iter().map(|v| sets[v as usize]).find(|s| s.len() == 1);
-            of_triangle[t as usize] = own.filter(|_| self.mesh.label(t) == CUT).map_or(NONE, |s| s.as_slice()[0]);
+        for t in self.mesh.triangles().filter(|t| self.is_cut(*t)) {
+            of_triangle[t as usize] = self.piece_of(t, &sets);
         }
         let free = |m: &EditMesh, v: u32| m.outgoing(v).all(|h| m.label(h / 3) == CUT);
         put_apexes(&mut self.mesh, &sets, self.surface, self.cell, free);
