@@ -14,6 +14,7 @@ mod patches;
 mod patchwork;
 mod remesh;
 mod scatter;
+mod strips;
 
 pub use cut::{CutReport, Raw, cut_pieces, patch_pieces};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
