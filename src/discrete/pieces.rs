@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
 use super::sheet::{Facet, Line, Sheet};
-use super::simplify::{Limits, Removed, Torn, simplify, torn_nodes};
+use super::simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
 use super::sizes::{curvatures, divide_features};
 use crate::error::Result;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
@@ -30,6 +30,10 @@ const NOISE: f64 = 0.15;
 /// share of it.
 const TORN_AREA: f64 = 0.5;
 const TORN_WIDTH: f64 = 0.3;
+
+/// Torn features nearer to a longer one than this share of the scale leave no room for triangles: 20 degrees beside edges of the
+/// scale.
+const CROWDED: f64 = 0.3;
 
 /// Passes of dropping noise.
 const NOISE_PASSES: usize = 4;
@@ -118,6 +122,9 @@ impl Discrete {
                 }
             }
             drop_islands(&mut mesh, 0.5 * options.scale);
+            if let Some(torn) = &torn {
+                drop_crowded(&mut mesh, torn, CROWDED * options.scale);
+            }
         }
         let removed = simplify(&mut mesh, &options.limits, torn.as_ref(), run)?;
         mesh.compact();

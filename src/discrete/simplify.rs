@@ -9,6 +9,10 @@ use crate::mesh::EditMesh;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh, segment_foot};
+
+/// The way to where two features meet, over their distance there, from which on they are a wedge of less than 20 degrees.
+const WEDGE: f64 = 3.0;
 
 /// What counts as small. Zero keeps everything.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -66,6 +70,64 @@ pub fn torn_nodes(mesh: &EditMesh) -> Vec<bool> {
         }
     }
     torn
+}
+
+/// Unmarks torn features that run beside others: where noise makes one edge show as two, or as the tip of a wedge, no triangle
+/// fits in between. The shorter of two goes, if half of it is nearer to the other than `near`, and than a third of the way to
+/// where they meet. Returns how many went.
+pub fn drop_crowded(mesh: &mut EditMesh, torn: &Torn, near: f64) -> usize {
+    let chains = chains(mesh);
+    let mut segments: Vec<([DVec3; 2], u32, DVec3)> = Vec::new();
+    let up = |mesh: &EditMesh, h: u32| {
+        let o = mesh.opposite(h);
+        let other = if o == NONE { DVec3::ZERO } else { mesh.area_vector(o / 3).normalize_or_zero() };
+        mesh.area_vector(h / 3).normalize_or_zero() + other
+    };
+    for (c, chain) in chains.iter().enumerate() {
+        for &h in &chain.edges {
+            segments.push(([mesh.origin(h), mesh.target(h)].map(|v| mesh.point(v)), c as u32, up(mesh, h)));
+        }
+    }
+    let tree = Bvh::new(segments.iter().map(|s| Aabb::around(s.0)).collect());
+    let mut order: Vec<usize> = (0..chains.len()).collect();
+    order.sort_by(|&a, &b| chains[a].length.total_cmp(&chains[b].length).then(a.cmp(&b)));
+    let mut gone = vec![false; chains.len()];
+    for c in order {
+        let chain = &chains[c];
+        let is_torn = chain.nodes.iter().all(|&v| torn.nodes.get(v as usize).copied().unwrap_or(false));
+        if !is_torn || chain.is_closed() || chain.edges.iter().any(|&h| is_fixed(mesh, h)) {
+            continue;
+        }
+        let (mut along, mut beside) = (0.0, 0.0);
+        for &h in &chain.edges {
+            let [p, q] = [mesh.origin(h), mesh.target(h)].map(|v| mesh.point(v));
+            let (length, middle, up) = (p.distance(q), 0.5 * (p + q), up(mesh, h));
+            along += length;
+            // What remains of the way to the nearer end.
+            let to_end = (along - 0.5 * length).min(chain.length - along + 0.5 * length);
+            let away = |k: u32| {
+                let (segment, other, facing) = segments[k as usize];
+                if other as usize == c || gone[other as usize] || facing.dot(up) <= 0.0 {
+                    return f64::INFINITY;
+                }
+                middle.distance_squared(segment_foot(middle, segment))
+            };
+            if let Some((k, d)) = tree.nearest(middle, near, away).filter(|n| n.1.is_finite()) {
+                let other = &chains[segments[k as usize].1 as usize];
+                let ends = [other.nodes[0], other.nodes[other.nodes.len() - 1]];
+                let meet = [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]].iter().any(|v| ends.contains(v));
+                if !meet || WEDGE * d.sqrt() < to_end {
+                    beside += length;
+                }
+            }
+        }
+        if beside > 0.5 * chain.length {
+            gone[c] = true;
+        }
+    }
+    let lost = (0..chains.len()).filter(|&c| gone[c]);
+    lost.clone().flat_map(|c| &chains[c].edges).for_each(|&h| mesh.set_sharp(h, false));
+    lost.count()
 }
 
 /// Unmarks small features until nothing changes; edges between labels and open ones stay. Faces whose borders are

@@ -44,11 +44,13 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
             });
         }
     }
+    // Over less than that normals differ by what is left of the noise: slivers, as marching cubes make them, would bend a lot.
+    let shortest = mean.min(scale);
     let mut out = vec![0.0f64; normals.len()];
     for h in m.triangles().flat_map(|t| 3 * t..3 * t + 3) {
         let length = m.edge_length(h);
         if length > 0.0 {
-            let k = normals[h as usize].distance(normals[next(h) as usize]) / length;
+            let k = normals[h as usize].distance(normals[next(h) as usize]) / length.max(shortest);
             for end in [h, next(h)] {
                 out[end as usize] = out[end as usize].max(k);
             }

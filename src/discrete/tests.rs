@@ -4,8 +4,8 @@ use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
 use super::{
-    Discrete, DiscreteOptions, Limits, Torn, chains, drop_islands, drop_noise, flood, mark_feature_edges, mend_needles,
-    torn_nodes,
+    Discrete, DiscreteOptions, Limits, Torn, chains, drop_crowded, drop_islands, drop_noise, flood, mark_feature_edges,
+    mend_needles, torn_nodes,
 };
 use crate::geometry::{Pieces, SurfaceOracle};
 use crate::mesh::{EditMesh, Group, TriMesh};
@@ -149,6 +149,18 @@ fn curvature_of_a_cylinder_is_that_of_its_circle() {
 }
 
 #[test]
+fn slivers_do_not_bend_a_sphere() {
+    // As marching cubes do: a node of the finest noise very close to another one.
+    let mut mesh = ball(24, 0.0);
+    let t = mesh.triangles[100];
+    let [a, b] = [t[0], t[1]].map(|v| mesh.nodes[v as usize]);
+    mesh.nodes[t[0] as usize] = a.lerp(b, 0.99) * (1.0 + 1e-4);
+    let found = find(&mesh, DiscreteOptions { scale: 0.5, ..DiscreteOptions::default() });
+    let k = found.curvature(0, b).unwrap();
+    assert!((0.8..2.0).contains(&k), "{k}");
+}
+
+#[test]
 fn islands_go_and_faces_with_walls_stay() {
     let mut mesh = EditMesh::new(&ball(8, 0.0)).unwrap();
     (0..3).for_each(|h| mesh.set_sharp(h, true));
@@ -219,6 +231,28 @@ fn small_faces_go_where_features_are_torn_and_stay_where_they_are_whole() {
     let removed = super::simplify(&mut mesh, &Limits::default(), Some(&broken), &Run::new()).unwrap();
     assert_eq!((removed.len(), removed[0].what, flood(&mesh).1), (1, "face", 1));
     assert_eq!(chains(&mesh).len(), 1);
+}
+
+#[test]
+fn of_two_torn_features_side_by_side_one_stays() {
+    let mut mesh = EditMesh::new(&ball(12, 0.0)).unwrap();
+    // Two rows of a grid that run beside each other, an edge apart, and one across them at an end.
+    let at = |p: DVec3| mesh.nodes().min_by(|a, b| mesh.point(*a).distance(p).total_cmp(&mesh.point(*b).distance(p)));
+    let node = |i: i32, j: i32| at(DVec3::new(f64::from(i), f64::from(j), 6.0).normalize()).unwrap();
+    let mut pairs: Vec<[u32; 2]> = (-3..3).flat_map(|i| [[node(i, 0), node(i + 1, 0)]]).collect();
+    pairs.extend((-3..2).map(|i| [node(i, 1), node(i + 1, 1)]));
+    pairs.push([node(-3, 0), node(-4, 0)]);
+    let edges: Vec<u32> = pairs.iter().map(|[a, b]| mesh.edge_between(*a, *b).unwrap()).collect();
+    edges.iter().for_each(|&h| mesh.set_sharp(h, true));
+    let torn = Torn { nodes: torn_nodes(&mesh), limits: Limits::default() };
+    let apart = mesh.point(pairs[0][0]).distance(mesh.point(pairs[6][0]));
+    assert_eq!((chains(&mesh).len(), drop_crowded(&mut mesh, &torn, 0.5 * apart)), (2, 0));
+    assert_eq!(drop_crowded(&mut mesh, &torn, 1.2 * apart), 1);
+    assert_eq!((chains(&mesh).len(), chains(&mesh)[0].edges.len()), (1, 7));
+    // Whole features stay however near they are.
+    let whole = Torn { nodes: vec![false; mesh.node_capacity()], limits: Limits::default() };
+    edges.iter().for_each(|&h| mesh.set_sharp(h, true));
+    assert_eq!(drop_crowded(&mut mesh, &whole, 1.2 * apart), 0);
 }
 
 #[test]

@@ -3,7 +3,9 @@
 mod features;
 mod oracle;
 mod pieces;
+mod strips;
 
 pub use features::{FeatureSample, Features};
 pub use oracle::{Foot, SurfaceOracle};
 pub use pieces::Pieces;
+pub(crate) use strips::{ALIKE, FIRST, Like, Pair, Strips};

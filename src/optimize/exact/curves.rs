@@ -1,6 +1,9 @@
 //! Nodes along the borders between patches: as many as the sizes ask for, at even steps of length over size.
 
+use glam::DVec3;
+
 use super::remesh::{Rank, Remesher};
+use super::strips::Track;
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 
@@ -14,9 +17,9 @@ const SLIM: f64 = 0.02;
 const PASSES: usize = 3;
 
 /// A border from corner to corner, or round and back to where it began.
-struct Chain {
-    nodes: Vec<u32>,
-    closed: bool,
+pub(super) struct Chain {
+    pub(super) nodes: Vec<u32>,
+    pub(super) closed: bool,
 }
 
 impl Remesher<'_> {
@@ -31,10 +34,23 @@ impl Remesher<'_> {
                 break;
             }
         }
+        let mut chains = self.chains();
+        let tracks: Vec<Track> = chains.iter().map(|c| self.track(c)).collect();
+        let strips = self.strips(&chains, &tracks);
+        let mut made: Vec<Vec<DVec3>> = vec![Vec::new(); chains.len()];
         let mut left = 0;
-        for chain in self.chains() {
+        for (c, lead, between) in strips.order() {
             self.run.check()?;
-            left += self.space(&chain);
+            let (c, track) = (c as usize, &tracks[c as usize]);
+            let places = lead.and_then(|l| track.between(&made[l as usize], !between)).unwrap_or_else(|| track.even());
+            let points = places.iter().map(|s| track.at(*s));
+            made[c] = if track.closed {
+                points.chain(places.first().map(|s| track.at(*s))).collect()
+            } else {
+                let ends = [0, track.points.len() - 1].map(|i| track.points[i]);
+                [ends[0]].into_iter().chain(points).chain([ends[1]]).collect()
+            };
+            left += self.space(&mut chains[c], &places);
         }
         Ok(left)
     }
@@ -91,31 +107,30 @@ impl Remesher<'_> {
         Chain { nodes, closed }
     }
 
-    fn space(&mut self, chain: &Chain) -> usize {
-        let nodes = &chain.nodes;
-        let segments = nodes.len() - 1;
-        if self.work.mesh.edge_between(nodes[0], nodes[1]).is_none_or(|h| self.work.beside_kept(h)) {
+    /// Puts the nodes of a border at places counted in steps.
+    fn space(&mut self, chain: &mut Chain, places: &[f64]) -> usize {
+        let segments = chain.nodes.len() - 1;
+        if self.work.mesh.edge_between(chain.nodes[0], chain.nodes[1]).is_none_or(|h| self.work.beside_kept(h)) {
             return 0;
         }
-        let mut steps = vec![0.0; nodes.len()];
-        for i in 0..segments {
-            let (a, b) = (nodes[i], nodes[i + 1]);
-            let mean = 0.5 * (self.want[a as usize] + self.want[b as usize]);
-            steps[i + 1] = steps[i] + self.point(a).distance(self.point(b)) / mean;
+        let mut places = places.to_vec();
+        let mut start = None;
+        if chain.closed {
+            start = self.turn_to(chain, &mut places);
         }
+        let nodes = &chain.nodes;
+        let Track { steps, .. } = self.track(chain);
         let total = steps[segments];
-        let count = total.round().max(if chain.closed { 3.0 } else { 1.0 }) as usize;
-        if !total.is_finite() || (segments == 1 && count == 1) {
+        if !total.is_finite() || (segments == 1 && places.is_empty()) {
             return 0;
         }
         // What becomes of each node of the chain: ends stay, others are claimed by a place or go.
         let mut claimed = vec![false; nodes.len()];
         (claimed[0], claimed[segments]) = (true, true);
-        let mut moves = Vec::new();
+        let mut moves: Vec<(u32, DVec3)> = start.map(|p| (nodes[0], p)).into_iter().collect();
         let mut inserts = Vec::new();
         let mut i = 0;
-        for k in 1..count {
-            let s = total * k as f64 / count as f64;
+        for s in places {
             while i + 1 < segments && steps[i + 1] < s {
                 i += 1;
             }
@@ -146,6 +161,35 @@ impl Remesher<'_> {
             moves.retain(|&(v, place)| !self.slide(v, place));
         }
         left + moves.len()
+    }
+
+    /// Has a closed border begin at the node nearest to one of the places, which becomes that node's; the others are counted from
+    /// there then. Returns where the node shall be.
+    fn turn_to(&self, chain: &mut Chain, places: &mut Vec<f64>) -> Option<DVec3> {
+        let track = self.track(chain);
+        let (total, last) = (track.total(), chain.nodes.len() - 1);
+        let off = |s: f64, p: f64| {
+            let d = (p - s).rem_euclid(total);
+            if d > 0.5 * total { d - total } else { d }
+        };
+        let mut best: Option<(f64, usize, usize)> = None;
+        for (i, s) in track.steps[..last].iter().enumerate() {
+            for (k, p) in places.iter().enumerate() {
+                let d = off(*s, *p).abs();
+                if best.is_none_or(|b| d < b.0) {
+                    best = Some((d, i, k));
+                }
+            }
+        }
+        let (_, i, k) = best?;
+        let p = track.at(places.remove(k));
+        let from = track.steps[i];
+        places.iter_mut().for_each(|s| *s = (*s - from).rem_euclid(total));
+        places.sort_by(f64::total_cmp);
+        chain.nodes.pop();
+        chain.nodes.rotate_left(i);
+        chain.nodes.push(chain.nodes[0]);
+        Some(p)
     }
 
     fn insert_on(&mut self, h: u32, place: glam::DVec3) -> Option<u32> {

@@ -14,6 +14,7 @@ mod patches;
 mod patchwork;
 mod remesh;
 mod scatter;
+mod strips;
 
 pub use cut::{CutReport, Raw, cut_pieces, patch_pieces};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
@@ -46,6 +47,9 @@ const PLAIN: usize = 3;
 const MEND: f64 = 0.95;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
 const STUCK: f64 = 0.8;
+/// And below this once more: 20 degrees. How often.
+const SLIM: f64 = 0.55;
+const SLIM_ROUNDS: usize = 2;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Edges around such places up to which nodes are looked at.
@@ -219,7 +223,15 @@ fn remesh(
     }
     show("pack", &r);
     if filling == Filling::Mended {
+        // From here on triangles lie as near to the surface as their size lets them.
+        if r.work.raw {
+            r.work.by_angles = true;
+            r.work.mesh.set_all_changed();
+        }
         polish(&mut r, LAST)?;
+        if r.work.raw {
+            mend_slim(mesh, &mut r)?;
+        }
     }
     let mut out = finish(mesh, &r);
     let mut bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
@@ -357,6 +369,23 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
     }
     r.mend_worst(MEND, POLISH)?;
     r.flip_and_move(STUCK)
+}
+
+/// Mends the worst triangles once more; taken back where more of them intersect then, as in a crevice they may.
+fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<()> {
+    if r.worse_than(SLIM, &r.seen()).is_empty() {
+        return Ok(());
+    }
+    let before = r.clone();
+    for _ in 0..SLIM_ROUNDS {
+        r.mend_worst(SLIM, POLISH)?;
+        r.flip_and_move(SLIM)?;
+    }
+    let bad = intersecting(&finish(names, r), r.run)?.len();
+    if bad > 0 && intersecting(&finish(names, &before), r.run)?.len() < bad {
+        *r = before;
+    }
+    Ok(())
 }
 
 /// Triangles that intersect others, ascending.

@@ -229,7 +229,7 @@ impl Remesher<'_> {
     }
 
     /// Triangles whose shape is below `limit`, worst first.
-    fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
+    pub(super) fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
         let mut list: Vec<(f64, u32)> = self.run.install(|| {
             let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !self.is_surely_better(t, limit));
             let shapes = suspects.map(|&t| (self.work.shape(self.surface, t), t));

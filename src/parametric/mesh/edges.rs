@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
 use super::sizes::{EASE, Field};
-use super::strips::Like;
+use crate::geometry::Like;
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
 

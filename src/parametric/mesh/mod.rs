@@ -11,7 +11,6 @@ mod loops;
 pub mod narrow;
 mod sheets;
 mod sizes;
-mod strips;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -22,6 +21,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::brep::Brep;
 use super::chart::Chart;
 use crate::error::Result;
+use crate::geometry::Strips;
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
@@ -31,7 +31,6 @@ use fill::{Filled, Unfilled, fill};
 use loops::{Contour, Unroller};
 use sheets::Sheets;
 use sizes::Field;
-use strips::Strips;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
 use super::edges::{Sampled, WIDE_ENOUGH, place};
-use super::strips::{ALIKE, Pair, Strips};
 use crate::error::Result;
+use crate::geometry::{ALIKE, Pair, Strips};
 use crate::parametric::brep::{Brep, Face};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};

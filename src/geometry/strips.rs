@@ -3,23 +3,23 @@
 use std::collections::VecDeque;
 
 /// Of two edges with nodes that go together one may be so many times longer than the other, or want so many times more parts.
-pub(super) const ALIKE: f64 = 1.3;
+pub(crate) const ALIKE: f64 = 1.3;
 /// The first node of an edge whose nodes lie between those of the other one, in parts: half a part would leave short edges beside
 /// long ones at corners.
-const FIRST: f64 = 0.75;
+pub(crate) const FIRST: f64 = 0.75;
 /// Fewer parts than this have nothing between them.
 const FEWEST: usize = 2;
 
 /// Two edges across from each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pair {
-    pub(super) edges: [u32; 2],
-    pub(super) length: f64,
+pub(crate) struct Pair {
+    pub(crate) edges: [u32; 2],
+    pub(crate) length: f64,
 }
 
 /// What an edge takes over from the one across.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Like {
+pub(crate) struct Like {
     /// The number of its parts.
     parts: Option<usize>,
     /// Whether nodes shall lie between its nodes.
@@ -28,13 +28,13 @@ pub(super) struct Like {
 
 impl Like {
     /// The number of parts of an edge that would like to have `own`.
-    pub(super) fn parts(&self, own: usize, least: usize) -> usize {
+    pub(crate) fn parts(&self, own: usize, least: usize) -> usize {
         let fits = |n: &usize| (*n as f64) < ALIKE * own as f64 + 1.0 && (own as f64) < ALIKE * *n as f64 + 1.0;
         self.parts.filter(fits).unwrap_or(own).max(least)
     }
 
     /// Where the nodes between the ends of an edge lie, in parts.
-    pub(super) fn places(&self, parts: usize) -> Vec<f64> {
+    pub(crate) fn places(&self, parts: usize) -> Vec<f64> {
         if !self.between || parts < FEWEST {
             return (1..parts).map(|k| k as f64).collect();
         }
@@ -46,7 +46,7 @@ impl Like {
 
 /// Which edges go together: a forest in which every other edge has its nodes between those of its neighbors.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Strips {
+pub(crate) struct Strips {
     /// Edges, each after the one it follows.
     order: Vec<u32>,
     follows: Vec<Option<u32>>,
@@ -57,7 +57,7 @@ pub(super) struct Strips {
 
 impl Strips {
     /// Of pairs that cannot all have their nodes between each other's, as three around a prism, the longer ones count.
-    pub(super) fn new(edges: usize, mut pairs: Vec<Pair>) -> Self {
+    pub(crate) fn new(edges: usize, mut pairs: Vec<Pair>) -> Self {
         pairs.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.edges.cmp(&b.edges)));
         let mut sets = crate::numeric::Sets::new(edges);
         let mut beside: Vec<Vec<u32>> = vec![Vec::new(); edges];
@@ -96,13 +96,18 @@ impl Strips {
     }
 
     /// Whether the nodes of two edges lie between each other.
-    pub(super) fn holds(&self, [a, b]: [u32; 2]) -> bool {
+    pub(crate) fn holds(&self, [a, b]: [u32; 2]) -> bool {
         let (a, b) = (a as usize, b as usize);
         a != b && self.tree[a] == self.tree[b] && self.between[a] != self.between[b]
     }
 
+    /// All edges, each after the one it follows, if any, and whether its nodes lie between those of that one where it does.
+    pub(crate) fn order(&self) -> impl Iterator<Item = (u32, Option<u32>, bool)> {
+        self.order.iter().map(|&e| (e, self.follows[e as usize], self.between[e as usize]))
+    }
+
     /// Divides all edges: `divide` gives the parameters of an edge's nodes and, where it may be followed, the number of its parts.
-    pub(super) fn divided(&self, divide: impl Fn(u32, Like) -> (Vec<f64>, Option<usize>)) -> Vec<Vec<f64>> {
+    pub(crate) fn divided(&self, divide: impl Fn(u32, Like) -> (Vec<f64>, Option<usize>)) -> Vec<Vec<f64>> {
         let mut out = vec![Vec::new(); self.order.len()];
         let mut parts: Vec<Option<usize>> = vec![None; self.order.len()];
         for &e in &self.order {
