@@ -222,15 +222,32 @@ impl Chart {
     /// Parameters of the nearest point.
     pub(super) fn project(&self, p: DVec3) -> DVec2 {
         let Some(net) = &self.net else { return self.surface.foot(p).unwrap_or_default() };
-        self.newton(p, net.nearest(p))
+        self.newton(p, net.nearest(p)).0
     }
 
     /// The point nearest to `p`.
     pub(super) fn foot(&self, p: DVec3) -> DVec3 {
-        match self.surface.nearest(p) {
-            Some((q, _)) => q,
-            None => self.at(self.project(p)),
+        match (self.surface.nearest(p), &self.net) {
+            (Some((q, _)), _) => q,
+            (None, Some(net)) => self.newton(p, net.nearest(p)).1[0],
+            (None, None) => self.at(self.project(p)),
         }
+    }
+
+    /// The point nearest to `p`, and the unit normal Su x Sv near it.
+    pub(super) fn foot_and_normal(&self, p: DVec3) -> (DVec3, Option<DVec3>) {
+        if let Some((q, n)) = self.surface.nearest(p) {
+            return (q, Some(n));
+        }
+        let Some(net) = &self.net else {
+            let q = self.foot(p);
+            return (q, self.normal_near(q));
+        };
+        let (uv, [q, su, sv, ..]) = self.newton(p, net.nearest(p));
+        // On a border of the domain there may be a crease, where derivatives are those of the other side.
+        let within = |k: usize| self.periods[k].is_some() || (uv[k] > self.bounds[k][0] && uv[k] < self.bounds[k][1]);
+        let normal = if within(0) && within(1) { super::surface::unit_normal(su, sv) } else { None };
+        (q, normal.or_else(|| self.normal_near(q)))
     }
 
     /// Parameters of the nearest point to about the spacing of the net; exact where there is a closed form.
@@ -261,7 +278,7 @@ impl Chart {
         if self.net.is_none() {
             return self.unrolled(self.project(p), last);
         }
-        let near = self.newton(p, self.wrapped(last));
+        let near = self.newton(p, self.wrapped(last)).0;
         let best = self.project(p);
         let (dn, db) = (self.at(near).distance(p), self.at(best).distance(p));
         let step = self.at(last).distance(p);
@@ -279,7 +296,8 @@ impl Chart {
         uv
     }
 
-    fn newton(&self, p: DVec3, start: DVec2) -> DVec2 {
+    /// Newton's method for the foot of `p`: its parameters, and the [jet](Self::jet) there.
+    fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, [DVec3; 6]) {
         let mut uv = start;
         let mut jet = self.jet(uv);
         for _ in 0..NEWTON_STEPS {
@@ -321,7 +339,7 @@ impl Chart {
                 break;
             }
         }
-        uv
+        (uv, jet)
     }
 
     fn clamped(&self, mut uv: DVec2) -> DVec2 {

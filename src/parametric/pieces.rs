@@ -181,6 +181,11 @@ impl Pieces for Parametric {
         (q.distance(p) <= reach).then_some(q)
     }
 
+    fn foot_facing(&self, piece: u32, p: DVec3, _normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
+        let (q, n) = self.chart(piece)?.foot_and_normal(p);
+        (q.distance(p) <= reach).then_some((q, n))
+    }
+
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {
         self.normal_near(piece, p)
     }

@@ -167,7 +167,7 @@ impl Remesher<'_> {
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
             if let Some((p, normal)) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
-                let after = self.work.worst_with(self.surface, v, p, normal);
+                let after = self.worst_beside(v, p, normal, f64::NEG_INFINITY);
                 let worse = after < CALM
                     && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
                 if !worse {
@@ -185,6 +185,8 @@ impl Remesher<'_> {
     pub(super) fn mend_worst(&mut self, limit: f64, passes: usize) -> Result<usize> {
         let mut all = 0;
         let mut among = self.seen();
+        // Nodes that found no better place, and around which nothing changed since.
+        let mut settled = vec![false; self.work.mesh.node_capacity()];
         for _ in 0..passes {
             let list = self.worse_than(limit, &among);
             let m = &self.work.mesh;
@@ -197,7 +199,7 @@ impl Remesher<'_> {
                 }
                 if self.work.mesh.is_triangle(t) && self.work.shape(self.surface, t) < limit {
                     let corners = self.work.mesh.corners(t);
-                    if self.mend(t, limit) {
+                    if self.mend(t, limit, &mut settled) {
                         mended += 1;
                         touched.extend(corners);
                     }
@@ -257,13 +259,29 @@ impl Remesher<'_> {
         EVEN * plain_shape(m.corner_points(t)) >= limit && (3 * t..3 * t + 3).all(even)
     }
 
-    fn mend(&mut self, t: u32, limit: f64) -> bool {
-        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, None)) {
-            return true;
+    fn mend(&mut self, t: u32, limit: f64, settled: &mut [bool]) -> bool {
+        for h in 3 * t..3 * t + 3 {
+            let m = &self.work.mesh;
+            let o = m.opposite(h);
+            if o != NONE {
+                let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
+                if self.flip_one(h, None) {
+                    nodes.into_iter().for_each(|v| settled[v as usize] = false);
+                    return true;
+                }
+            }
         }
         let mut any = false;
         for v in self.work.mesh.corners(t) {
-            any |= self.climb(v, limit);
+            if settled[v as usize] {
+                continue;
+            }
+            if !self.climb(v, limit) {
+                settled[v as usize] = true;
+                continue;
+            }
+            any = true;
+            self.work.mesh.neighbors(v).for_each(|x| settled[x as usize] = false);
             if self.work.shape(self.surface, t) >= limit {
                 return true;
             }
@@ -271,6 +289,17 @@ impl Remesher<'_> {
         if any {
             return true;
         }
+        let m = &self.work.mesh;
+        let around: Vec<u32> = m.corners(t).into_iter().flat_map(|v| m.neighbors(v)).collect();
+        let merged = self.merge_away(t);
+        if merged {
+            around.into_iter().for_each(|v| settled[v as usize] = false);
+        }
+        merged
+    }
+
+    /// Takes a node or an edge of a triangle away where that helps.
+    fn merge_away(&mut self, t: u32) -> bool {
         if self.work.mesh.corners(t).into_iter().any(|v| self.drop_lonely(v)) {
             return true;
         }
@@ -382,6 +411,11 @@ impl Remesher<'_> {
         self.work.worst_around(self.surface, v, p)
     }
 
+    /// The worst shape around a node, were it at `p` with a normal that may be known; any of those below `floor`.
+    fn worst_beside(&self, v: u32, p: DVec3, normal: Option<DVec3>, floor: f64) -> f64 {
+        self.work.worst_triangle(self.surface, (v, p), normal, floor).0
+    }
+
     /// The worst shape around both ends of an edge once its origin is where its target is, without what dies.
     pub(super) fn worst_after(&self, h: u32, q: DVec3) -> f64 {
         let m = &self.work.mesh;
@@ -432,7 +466,7 @@ impl Remesher<'_> {
         const STEPS: usize = 4;
         let mut p = self.point(v);
         let mut normal = self.normal_within(v, p);
-        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p, normal);
+        let (mut best, mut worst) = self.work.worst_triangle(self.surface, (v, p), normal, f64::NEG_INFINITY);
         for _ in 0..STEPS {
             if best >= limit {
                 break;
@@ -442,12 +476,12 @@ impl Remesher<'_> {
             let mut improved = false;
             for share in [0.6, 0.25, 0.1] {
                 let place = p.lerp(apex, share);
-                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
+                if normal.is_some() && self.worst_beside(v, place, normal, best - BENT) < best - BENT {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
                 let there = there.or_else(|| self.normal_within(v, x));
-                let (shape, h) = self.work.worst_triangle(self.surface, v, x, there);
+                let (shape, h) = self.work.worst_triangle(self.surface, (v, x), there, best);
                 if shape > best + 1e-4 && self.stays_even(v, x) {
                     (best, worst, p, normal, improved) = (shape, h, x, there, true);
                     break;
@@ -519,12 +553,12 @@ impl Remesher<'_> {
             let mut improved = false;
             for d in &directions {
                 let place = p + step * *d;
-                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
+                if normal.is_some() && self.worst_beside(v, place, normal, best - BENT) < best - BENT {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };
                 let there = there.or_else(|| self.normal_within(v, x));
-                let s = self.work.worst_with(self.surface, v, x, there);
+                let s = self.worst_beside(v, x, there, best);
                 if s > best + 1e-4 && self.stays_even(v, x) {
                     (best, p, normal, improved) = (s, x, there, true);
                     if best >= limit {

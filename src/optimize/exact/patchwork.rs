@@ -261,16 +261,19 @@ impl Patchwork {
 
     /// The worst [shape](Self::judged) around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
-        self.worst_with(surface, v, p, None)
+        self.worst_triangle(surface, (v, p), None, f64::NEG_INFINITY).0
     }
 
-    /// [`worst_around`](Self::worst_around) for a node of one patch whose outward normal at `p` is known.
-    pub(super) fn worst_with(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> f64 {
-        self.worst_triangle(surface, v, p, known).0
-    }
-
-    /// The same, and the half-edge that leaves the node in the triangle with that shape.
-    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> (f64, u32) {
+    /// The worst shape around a node, were it at a place where its outward normal may be `known` if it is of one patch, and the
+    /// half-edge that leaves the node in the triangle with that shape. Once a shape is below `floor` the others are not looked
+    /// at.
+    pub(super) fn worst_triangle(
+        &self,
+        surface: &dyn Pieces,
+        (v, p): (u32, DVec3),
+        known: Option<DVec3>,
+        floor: f64,
+    ) -> (f64, u32) {
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         // Both sides of a line within a piece are the piece's, with normals of their own.
@@ -287,6 +290,9 @@ impl Patchwork {
             let shape = if on_line { self.shape_at(surface, label, triangle) } else { self.judged(triangle, normal) };
             if worst.1 == NONE || shape < worst.0 {
                 worst = (shape, h);
+                if shape < floor {
+                    break;
+                }
             }
         }
         worst

@@ -239,7 +239,7 @@ fn narrow_places(
             }
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
-            let found = tree.nearest(at, WIDEST * sizes.size, across);
+            let found = tree.nearest_ahead(at, WIDEST * sizes.size, (p.inward, INTO), across);
             let edges = |i: u32| [p.edge, pieces[i as usize].edge];
             found.map(|(i, d)| Narrow { at, width: d.sqrt(), edges: edges(i), bend: p.bend, deepest })
         };
