@@ -234,6 +234,14 @@ impl Chart {
         }
     }
 
+    /// The distance of `p` to the surface if that is more than `known`, else any number between the two.
+    pub(super) fn distance_beyond(&self, p: DVec3, known: f64) -> f64 {
+        match (self.surface.nearest(p), &self.net) {
+            (None, Some(net)) => self.newton_until(p, net.nearest(p), known).1[0].distance(p),
+            _ => self.foot(p).distance(p),
+        }
+    }
+
     /// The point nearest to `p`, and the unit normal Su x Sv near it.
     pub(super) fn foot_and_normal(&self, p: DVec3) -> (DVec3, Option<DVec3>) {
         if let Some((q, n)) = self.surface.nearest(p) {
@@ -278,11 +286,13 @@ impl Chart {
         if self.net.is_none() {
             return self.unrolled(self.project(p), last);
         }
-        let near = self.newton(p, self.wrapped(last)).0;
+        let (near, [q, ..]) = self.newton(p, self.wrapped(last));
+        let (away, slack) = (q.distance(p), 0.01 * self.at(last).distance(p));
+        if away <= slack {
+            return self.unrolled(near, last);
+        }
         let best = self.project(p);
-        let (dn, db) = (self.at(near).distance(p), self.at(best).distance(p));
-        let step = self.at(last).distance(p);
-        let uv = if dn <= db + 0.01 * step { near } else { best };
+        let uv = if away <= self.at(best).distance(p) + slack { near } else { best };
         self.unrolled(uv, last)
     }
 
@@ -298,11 +308,20 @@ impl Chart {
 
     /// Newton's method for the foot of `p`: its parameters, and the [jet](Self::jet) there.
     fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, [DVec3; 6]) {
+        self.newton_until(p, start, f64::NEG_INFINITY)
+    }
+
+    /// The same, which ends as soon as it is at a point no farther away than `enough`.
+    fn newton_until(&self, p: DVec3, start: DVec2, enough: f64) -> (DVec2, [DVec3; 6]) {
         let mut uv = start;
         let mut jet = self.jet(uv);
+        let mut before = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
             let [s, su, sv, suu, suv, svv] = jet;
             let r = s - p;
+            if r.length() <= enough {
+                break;
+            }
             let (gu, gv) = (r.dot(su), r.dot(sv));
             let (e, f, g) = (su.length_squared(), su.dot(sv), sv.length_squared());
             let (a, b, c) = (e + r.dot(suu), f + r.dot(suv), g + r.dot(svv));
@@ -311,7 +330,8 @@ impl Chart {
                 (a > 0.0 && det > 1e-12 * a * c.abs()).then(|| DVec2::new(b * gv - c * gu, b * gu - a * gv) / det)
             };
             // Where the Hessian is not positive Gauss's step goes downhill, at poles the gradient does.
-            let step = solve(a, b, c).or_else(|| solve(e, f, g));
+            let newton = solve(a, b, c);
+            let step = newton.or_else(|| solve(e, f, g));
             let mut step = step.unwrap_or_else(|| {
                 DVec2::new(if e > 0.0 { -gu / e } else { 0.0 }, if g > 0.0 { -gv / g } else { 0.0 })
             });
@@ -322,6 +342,8 @@ impl Chart {
                 step /= over;
             }
             let mut moved = false;
+            // Whether this is Newton's own step, and the one before was.
+            let own = newton.is_some_and(|n| n == step && self.clamped(uv + n) == uv + n);
             for _ in 0..HALVINGS {
                 let next = self.clamped(uv + step);
                 let there = self.jet(next);
@@ -335,9 +357,12 @@ impl Chart {
                 step *= 0.5;
             }
             let length = (step.x * su + step.y * sv).length();
-            if !moved || length <= 1e-14 * (s.length() + r.length()) {
+            // The error shrinks with its square: the next step would be about so long.
+            let next = if own && before.is_finite() { length * (length / before).powi(2) } else { length };
+            if !moved || length.min(next) <= 1e-14 * (s.length() + r.length()) {
                 break;
             }
+            before = if own { length } else { f64::INFINITY };
         }
         (uv, jet)
     }

@@ -29,14 +29,14 @@ const CROWDED: f64 = 16.0;
 /// The area of a triangle with sides of length one.
 pub(super) const EQUILATERAL: f64 = 0.433;
 
-/// Remeshes every body on its own, and puts them together.
+/// Remeshes every body on its own, and puts them together; with how many triangles cross others, where that is known.
 pub(super) fn remeshed(
     solid: &Parametric,
     made: FaceMeshes,
     options: &ExactOptions,
     report: &mut Report,
     run: &Run,
-) -> Result<TriMesh> {
+) -> Result<(TriMesh, Option<usize>)> {
     let FaceMeshes { mut mesh, pieces, mut places, mut sizes, .. } = made;
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
@@ -61,8 +61,10 @@ pub(super) fn remeshed(
     });
     let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
     let mut kept: Vec<u32> = Vec::new();
+    let mut crossing = None;
     for r in results {
         let part = r?;
+        crossing = (count == 1 && part.sound).then_some(0);
         if let Some(why) = part.shortfall {
             let mut faces = part.mesh.labels.clone();
             faces.sort_unstable();
@@ -102,7 +104,7 @@ pub(super) fn remeshed(
         report.ladder.extend(kept.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
     }
     all.drop_unused_nodes();
-    Ok(all)
+    Ok((all, crossing))
 }
 
 /// Faces that make a mesh far larger than the size asks for, where it is a large one, ascending.

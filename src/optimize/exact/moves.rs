@@ -33,6 +33,10 @@ const UNEVEN: f64 = 1.1;
 /// What shapes may change by where a place in the tangent plane is put onto the surface.
 const BENT: f64 = 0.05;
 
+/// The same by angles where triangles face about the same way, and for a curve's tangent: for a way as long as the wanted length,
+/// growing with the square of it.
+const BOWED: [f64; 2] = [0.3, 1.0];
+
 /// Triangles whose directions differ by less than this (cosine) lie on the surface, or none of them does: 11 degrees.
 const EVEN: f64 = 0.98;
 
@@ -43,6 +47,9 @@ const FLAT: f64 = 0.05;
 fn equilateral(a: DVec3, b: DVec3, up: DVec3) -> DVec3 {
     0.5 * (a + b) + 0.5 * 3f64.sqrt() * up.normalize_or_zero().cross(b - a)
 }
+
+/// Where a node is after some steps, the worst shape there, its normal, and what shapes may change by beside it.
+type Climb = (DVec3, f64, Option<DVec3>, Option<[f64; 2]>);
 
 impl Remesher<'_> {
     /// Moves every free node: inside faces to the mean of the places where its triangles would be equilateral on the edges
@@ -168,8 +175,8 @@ impl Remesher<'_> {
         for _ in 0..=BACKTRACKS {
             if let Some((p, normal)) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
                 let after = self.worst_beside(v, p, normal, f64::NEG_INFINITY);
-                let worse = after < CALM
-                    && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
+                let worse =
+                    after < CALM && after <= *before.get_or_insert_with(|| self.work.worst_now(self.surface, v).0);
                 if !worse {
                     return Some(p);
                 }
@@ -244,19 +251,10 @@ impl Remesher<'_> {
     /// Whether a triangle faces the way of its three neighbors and has a shape to spare: the surface need not be asked then.
     fn is_surely_better(&self, t: u32, limit: f64) -> bool {
         let m = &self.work.mesh;
-        if self.work.patches[m.label(t) as usize].plane.is_some() {
+        if self.work.by_angles || self.work.patches[m.label(t) as usize].plane.is_some() {
             return false;
         }
-        let up = m.area_vector(t);
-        let even = |h: u32| {
-            let o = m.opposite(h);
-            o != NONE && m.label(o / 3) == m.label(t) && {
-                let other = m.area_vector(o / 3);
-                let along = up.dot(other);
-                along > 0.0 && along * along >= EVEN * EVEN * up.length_squared() * other.length_squared()
-            }
-        };
-        EVEN * plain_shape(m.corner_points(t)) >= limit && (3 * t..3 * t + 3).all(even)
+        EVEN * plain_shape(m.corner_points(t)) >= limit && self.work.is_among_alike(t, EVEN)
     }
 
     fn mend(&mut self, t: u32, limit: f64, settled: &mut [bool]) -> bool {
@@ -321,12 +319,13 @@ impl Remesher<'_> {
         }
         for side in [h, o] {
             let (from, to) = (self.work.mesh.origin(side), self.work.mesh.target(side));
-            let (p, q) = (self.point(from), self.point(to));
+            let q = self.point(to);
             let known = self.work.sets[from as usize].within(&self.work.sets[to as usize]);
             if !known || (self.rank[from as usize] == Rank::Corner && !self.same_place(from, to)) {
                 continue;
             }
-            let before = self.worst(from, p).min(self.worst(to, q));
+            let before = [from, to].map(|v| self.work.worst_now(self.surface, v).0);
+            let before = before[0].min(before[1]);
             let worse = self.makes_sliver(side, q) || self.worst_after(side, q) <= before;
             if !self.work.mesh.can_merge(side) || worse {
                 continue;
@@ -364,7 +363,8 @@ impl Remesher<'_> {
         }
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
         let places = nodes.map(|v| self.point(v));
-        let worst = |r: &Self| nodes.map(|v| r.worst(v, r.point(v))).into_iter().fold(f64::INFINITY, f64::min);
+        let worst =
+            |r: &Self| nodes.map(|v| r.work.worst_now(r.surface, v).0).into_iter().fold(f64::INFINITY, f64::min);
         let plain = |r: &Self| [h / 3, o / 3].map(|t| plain_shape(r.work.mesh.corner_points(t)));
         let slimmer = |r: &Self, then: [f64; 2]| {
             let [now, then] = [plain(r), then].map(|s| s[0].min(s[1]));
@@ -402,13 +402,29 @@ impl Remesher<'_> {
         };
         let after = |h: u32| (self.worst_after(h, self.point(m.target(h))), h);
         let best = m.outgoing(v).filter(fits).map(after).max_by(|x, y| x.0.total_cmp(&y.0));
-        let Some((_, h)) = best.filter(|b| b.0 > self.worst(v, self.point(v))) else { return false };
+        let Some((_, h)) = best.filter(|b| b.0 > self.work.worst_now(self.surface, v).0) else { return false };
         let p = self.point(m.target(h));
         self.work.mesh.collapse(h, p)
     }
 
-    fn worst(&self, v: u32, p: DVec3) -> f64 {
-        self.work.worst_around(self.surface, v, p)
+    /// Whether shapes around a node would surely not become better than `best` at a place that is still to be put onto the
+    /// surface: by the normal or, where that is not known, whichever way triangles face.
+    fn is_worse_at(
+        &self,
+        v: u32,
+        (from, to): (DVec3, DVec3),
+        normal: Option<DVec3>,
+        best: f64,
+        bow: Option<[f64; 2]>,
+    ) -> bool {
+        let Some([grows, most]) = bow else { return false };
+        let floor = best - most.min(grows * from.distance_squared(to) / self.want[v as usize].powi(2));
+        if normal.is_some() {
+            return self.worst_beside(v, to, normal, floor) < floor;
+        }
+        let m = &self.work.mesh;
+        let plain = |h: u32| plain_shape([to, self.point(m.target(h)), self.point(m.apex(h))]);
+        m.outgoing(v).filter(|h| !self.work.is_kept(h / 3)).any(|h| plain(h) < floor)
     }
 
     /// The worst shape around a node, were it at `p` with a normal that may be known; any of those below `floor`.
@@ -445,8 +461,7 @@ impl Remesher<'_> {
     fn collapse_if_better(&mut self, h: u32) -> bool {
         let m = &self.work.mesh;
         let ends = [m.origin(h), m.target(h)];
-        let before = ends.map(|v| self.work.worst_around(self.surface, v, self.point(v)));
-        if before[0].min(before[1]) > FAIR {
+        if ends.iter().all(|v| self.work.worst_now(self.surface, *v).0 > FAIR) {
             return false;
         }
         self.collapse(h, 1.2 * LONG)
@@ -460,12 +475,27 @@ impl Remesher<'_> {
         Some(self.work.normal(self.surface, self.work.mesh.label(h / 3), p))
     }
 
+    /// Below which share of the square of a way shapes change by less where a place that far away is put onto the surface, or
+    /// its curve, and what they change by at most; nothing of the kind is known for a curve but by angles.
+    fn bow(&self, v: u32, alike: bool) -> Option<[f64; 2]> {
+        let m = &self.work.mesh;
+        let flat = |h: u32| self.work.patches[m.label(h / 3) as usize].plane.is_some();
+        match (self.rank[v as usize], self.work.by_angles) {
+            (Rank::Face, _) if m.outgoing(v).next().is_some_and(flat) => Some([0.0; 2]),
+            (Rank::Face, true) if alike => Some([BOWED[0], BENT]),
+            (Rank::Face, _) => Some([f64::INFINITY, BENT]),
+            (_, by_angles) => by_angles.then_some([BOWED[1], f64::INFINITY]),
+        }
+    }
+
     /// Moves a node towards the place where the worst triangle around it is equilateral, as far as that helps, again and
-    /// again. Returns where it is then, the worst shape there, and the [normal](Self::normal_within).
-    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> (DVec3, f64, Option<DVec3>) {
+    /// again. Returns where it is then, the worst shape there, the [normal](Self::normal_within), and the [bow](Self::bow).
+    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> Climb {
         const STEPS: usize = 4;
         let mut p = self.point(v);
-        let mut normal = self.normal_within(v, p);
+        let up = if self.rank[v as usize] == Rank::Face { self.work.worst_now(self.surface, v).1 } else { None };
+        let mut normal = up.or_else(|| self.normal_within(v, p));
+        let bow = self.bow(v, up.is_some()).filter(|_| self.work.by_angles || normal.is_some());
         let (mut best, mut worst) = self.work.worst_triangle(self.surface, (v, p), normal, f64::NEG_INFINITY);
         for _ in 0..STEPS {
             if best >= limit {
@@ -476,7 +506,7 @@ impl Remesher<'_> {
             let mut improved = false;
             for share in [0.6, 0.25, 0.1] {
                 let place = p.lerp(apex, share);
-                if normal.is_some() && self.worst_beside(v, place, normal, best - BENT) < best - BENT {
+                if self.is_worse_at(v, (p, place), normal, best, bow) {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
@@ -492,7 +522,7 @@ impl Remesher<'_> {
             }
             self.work.mesh.set_point(v, p);
         }
-        (p, best, normal)
+        (p, best, normal, bow)
     }
 
     /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
@@ -522,7 +552,7 @@ impl Remesher<'_> {
         let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
         let start = self.point(v);
         let reach = self.want[v as usize];
-        let (mut p, mut best, mut normal) = self.climbed_to_apex(v, limit, reach, &set);
+        let (mut p, mut best, mut normal, bow) = self.climbed_to_apex(v, limit, reach, &set);
         if best >= limit.min(CALM) {
             return p != start;
         }
@@ -553,7 +583,7 @@ impl Remesher<'_> {
             let mut improved = false;
             for d in &directions {
                 let place = p + step * *d;
-                if normal.is_some() && self.worst_beside(v, place, normal, best - BENT) < best - BENT {
+                if self.is_worse_at(v, (p, place), normal, best, bow) {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };

@@ -439,7 +439,7 @@ impl Parametric {
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
         let next = first + domain.nodes.len() as u32;
         let lines = sheets.map(|s| &s.0);
-        let mut filled = fill(chart, &domain, lines, &all, next, &size_at, doubled, (count, sizes.most))?;
+        let mut filled = fill(chart, &domain, lines, &all, next, (sizes.size, &size_at), doubled, (count, sizes.most))?;
         // Sheets are numbered beyond the faces.
         let number = |s: &u32| sheets.map_or(f, |d| self.brep.faces.len() as u32 + d.1 + s);
         let pieces = filled.pieces.iter().map(number).collect();

@@ -29,6 +29,10 @@ pub(super) const EASE: f64 = 2.0;
 const APART: f64 = 2.0;
 /// Short edges, and narrow places along them, are followed down to this share of what other narrow places are.
 const DEEPER: f64 = 0.125;
+/// Pieces of a border nearer to one that was looked at than this share of the length that fits there find nothing else,
+const BESIDE: f64 = 0.2;
+/// where the normals of both make an angle whose cosine is above this one: 18 degrees.
+const ALIGNED: f64 = 0.95;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
 const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
@@ -229,6 +233,8 @@ fn narrow_places(
     // What is narrow along a short edge only may be followed deeper, as it costs less; where it is narrower still somewhere there
     // will be needles all the same.
     let mut tapers = false;
+    // The last piece that was looked at, up to which way from there that will do, and what it found.
+    let mut last: Option<(&Piece, f64, Option<[u32; 2]>)> = None;
     for p in &pieces {
         let deepest = (p.length / sizes.size).clamp(DEEPER, 1.0) * sizes.deepest;
         let length = p.ends[0].distance(p.ends[1]);
@@ -243,12 +249,25 @@ fn narrow_places(
             let edges = |i: u32| [p.edge, pieces[i as usize].edge];
             found.map(|(i, d)| Narrow { at, width: d.sqrt(), edges: edges(i), bend: p.bend, deepest })
         };
-        let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
+        if let Some((q, reach, edges)) = last
+            && q.edge == p.edge
+            && (p.way[0] - q.way[0]).abs() < reach
+            && p.inward.dot(q.inward) > ALIGNED
+        {
+            edges.into_iter().for_each(|e| seen.entry(e).or_default()[0] += length);
+            continue;
+        }
+        let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else {
+            last = Some((p, BESIDE * sizes.size, None));
+            continue;
+        };
         let sum = seen.entry(middle.edges).or_default();
         *sum = [sum[0] + length, sum[1].max(middle.width)];
         // The field grows on both sides of a source: there must be one at about every length.
         let fit = [sizes.deepest, deepest].map(|d| fitting(middle.width, ACROSS, p.bend, d, sizes));
-        let points = (length / fit[0].min(fit[1])).ceil().min(MOST_POINTS);
+        let fit = fit[0].min(fit[1]);
+        last = Some((p, BESIDE * fit.min(sizes.size), Some(middle.edges)));
+        let points = (length / fit).ceil().min(MOST_POINTS);
         let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
         for place in [middle].into_iter().chain(more.filter_map(width)) {
             tapers |= EASE * place.width < deepest;
