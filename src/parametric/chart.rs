@@ -51,7 +51,7 @@ struct Net {
     last: Last,
 }
 
-/// The triangle found last: where the next search starts. It bounds the search and does not change what is found, so it
+/// The cell found last: where the next search starts. It bounds the search and does not change what is found, so it
 /// does not matter which thread left it there.
 #[derive(Debug, Default)]
 struct Last(AtomicU32);
@@ -145,8 +145,9 @@ impl Chart {
             })
             .unzip();
         let net = Net { points, normals, bvh: Bvh::new(Vec::new()), values, last: Last::default() };
-        let count = 2 * (net.values[0].len() - 1) * (net.values[1].len() - 1);
-        let boxes = (0..count).map(|t| Aabb::around(net.triangle(t).map(|c| net.points[c]))).collect();
+        let count = (net.values[0].len() - 1) * (net.values[1].len() - 1);
+        let both = |cell: usize| [2 * cell, 2 * cell + 1].into_iter().flat_map(|t| net.triangle(t));
+        let boxes = (0..count).map(|cell| Aabb::around(both(cell).map(|c| net.points[c]))).collect();
         Net { bvh: Bvh::new(boxes), ..net }
     }
 
@@ -435,12 +436,14 @@ impl Net {
     /// Corners of the nearest triangle, and the weights of its nearest point.
     fn found(&self, p: DVec3) -> Option<([usize; 3], [f64; 3])> {
         let corners = |t: u32| self.triangle(t as usize).map(|c| self.points[c]);
-        let away = |t: u32| crate::spatial::triangle_distance_squared(p, corners(t));
-        // The triangle found last is near, so it leaves little to look at.
+        let of = |t: u32| crate::spatial::triangle_distance_squared(p, corners(t));
+        let away = |cell: u32| of(2 * cell).min(of(2 * cell + 1));
+        // The cell found last is near, so it leaves little to look at.
         let bound = away(self.last.0.load(Ordering::Relaxed)).sqrt() * (1.0 + 1e-9);
         let found = self.bvh.nearest(p, bound, away).or_else(|| self.bvh.nearest(p, f64::INFINITY, away));
-        let (t, _) = found?;
-        self.last.0.store(t, Ordering::Relaxed);
+        let (cell, near) = found?;
+        self.last.0.store(cell, Ordering::Relaxed);
+        let t = 2 * cell + u32::from(of(2 * cell) > near);
         let c = self.triangle(t as usize);
         Some((c, weights(p, corners(t))))
     }

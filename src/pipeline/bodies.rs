@@ -44,6 +44,8 @@ pub(super) fn remeshed(
     let crowded = &marks.still;
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
+    let names = mesh.faces;
+    drop((mesh.nodes, mesh.triangles, mesh.labels));
     let done = AtomicUsize::new(0);
     let count = parts.len();
     let results: Vec<Result<Remeshed>> = run.install(|| {
@@ -59,7 +61,7 @@ pub(super) fn remeshed(
             })
             .collect()
     });
-    let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    let mut all = TriMesh { faces: names, ..TriMesh::default() };
     let mut kept: Vec<u32> = Vec::new();
     let mut crossing = None;
     for r in results {
@@ -97,7 +99,7 @@ pub(super) fn remeshed(
         report.ladder.extend(crowded.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
     }
     if !kept.is_empty() {
-        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
+        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| all.faces[*f as usize].as_str()).collect();
         let names = names.join(", ");
         report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
         let why = "remeshed, its triangles intersect others";

@@ -43,8 +43,7 @@ impl Bvh {
             build(&boxes, &mut centers, 0, 0, &mut nodes);
         }
         let items: Vec<u32> = centers.into_iter().map(|c| c.1).collect();
-        let boxes = items.iter().map(|&i| boxes[i as usize]).collect();
-        Self { nodes, items, boxes }
+        Self { nodes, boxes: in_order(boxes, &items), items }
     }
 
     /// Positions, in the lists of items and boxes, of what a leaf holds.
@@ -244,6 +243,21 @@ impl Bvh {
             }
         }
     }
+}
+
+/// The boxes in another order, without room for both.
+fn in_order(mut boxes: Vec<Aabb>, order: &[u32]) -> Vec<Aabb> {
+    let mut placed = vec![false; boxes.len()];
+    for start in 0..boxes.len() {
+        let (mut at, first) = (start, boxes[start]);
+        while !placed[at] {
+            placed[at] = true;
+            let from = order[at] as usize;
+            boxes[at] = if from == start { first } else { boxes[from] };
+            at = from;
+        }
+    }
+    boxes
 }
 
 /// Adds nodes that were built by themselves.

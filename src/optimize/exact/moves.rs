@@ -204,7 +204,7 @@ impl Remesher<'_> {
                 if k % 64 == 0 {
                     self.run.check()?;
                 }
-                if self.work.mesh.is_triangle(t) && self.work.shape(self.surface, t) < limit {
+                if self.work.mesh.is_triangle(t) && self.work.is_below(self.surface, t, limit) {
                     let corners = self.work.mesh.corners(t);
                     if self.mend(t, limit, &mut settled) {
                         mended += 1;
@@ -254,7 +254,7 @@ impl Remesher<'_> {
         if self.work.by_angles || self.work.patches[m.label(t) as usize].plane.is_some() {
             return false;
         }
-        EVEN * plain_shape(m.corner_points(t)) >= limit && self.work.is_among_alike(t, EVEN)
+        EVEN * plain_shape(m.corner_points(t)) >= limit && self.work.neighbors_alike(t, EVEN) == Some(3)
     }
 
     fn mend(&mut self, t: u32, limit: f64, settled: &mut [bool]) -> bool {
@@ -280,7 +280,7 @@ impl Remesher<'_> {
             }
             any = true;
             self.work.mesh.neighbors(v).for_each(|x| settled[x as usize] = false);
-            if self.work.shape(self.surface, t) >= limit {
+            if !self.work.is_below(self.surface, t, limit) {
                 return true;
             }
         }
@@ -303,10 +303,15 @@ impl Remesher<'_> {
         }
         let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
         edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
-        if self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1]) {
+        // At a pole two nodes may have come to one place.
+        if self.merge_double(edges[0]) {
             return true;
         }
-        self.work.shape(self.surface, t) < FLAT && edges.into_iter().take(2).any(|h| self.zip(h))
+        let own = self.work.shape(self.surface, t);
+        if self.collapse_if_better(edges[0], own) || self.collapse_if_better(edges[1], own) {
+            return true;
+        }
+        own < FLAT && edges.into_iter().take(2).any(|h| self.zip(h))
     }
 
     /// Collapses an edge of a triangle without area even where borders fall together by that: what lies between them has
@@ -345,7 +350,7 @@ impl Remesher<'_> {
             self.run.check()?;
             for side in 0..3 {
                 if self.work.mesh.is_triangle(t)
-                    && self.work.shape(self.surface, t) < limit
+                    && self.work.is_below(self.surface, t, limit)
                     && self.try_flip_and_move(3 * t + side, limit)
                 {
                     break;
@@ -458,10 +463,16 @@ impl Remesher<'_> {
         })
     }
 
-    fn collapse_if_better(&mut self, h: u32) -> bool {
+    /// Collapses an edge of a triangle whose shape is `own` where shapes around it are bad.
+    fn collapse_if_better(&mut self, h: u32, own: f64) -> bool {
         let m = &self.work.mesh;
         let ends = [m.origin(h), m.target(h)];
-        if ends.iter().all(|v| self.work.worst_now(self.surface, *v).0 > FAIR) {
+        // By angles, triangles that are turned over get a turn of their own.
+        let plain = |h: u32| plain_shape(m.corner_points(h / 3)) > FAIR;
+        let fair = |v: &u32| {
+            if self.work.by_angles { m.outgoing(*v).all(plain) } else { self.work.worst_now(self.surface, *v).0 > FAIR }
+        };
+        if own > FAIR && ends.iter().all(fair) {
             return false;
         }
         self.collapse(h, 1.2 * LONG)

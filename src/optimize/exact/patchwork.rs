@@ -173,8 +173,8 @@ impl Facet {
     /// The shape as its angles make it, as long as it faces about the way of `normal`; from there on smaller and smaller, with
     /// the sign of [`seen`](Self::seen).
     fn facing(&self, normal: DVec3) -> f64 {
-        let seen = self.seen(normal) / FACING;
-        if seen > 0.0 { seen.min(self.plain()) } else { seen }
+        let seen = self.area.dot(normal) / FACING;
+        self.relative(if seen > 0.0 { seen.min(self.area.length()) } else { seen })
     }
 
     /// The shape whichever way the triangle faces.
@@ -263,27 +263,35 @@ impl Patchwork {
         plain.unwrap_or_else(|| self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t)))
     }
 
+    /// Whether the [shape](Self::shape) of a triangle is below a limit.
+    pub(super) fn is_below(&self, surface: &dyn Pieces, t: u32, limit: f64) -> bool {
+        let known = self.by_angles && self.patches[self.mesh.label(t) as usize].piece != NONE;
+        (known && plain_shape(self.mesh.corner_points(t)) < limit) || self.shape(surface, t) < limit
+    }
+
     /// The shape of a triangle judged [by angles](Self::by_angles) whose neighbors face its way: what is turned over ends at a
-    /// fold or at a border, and there the surface is asked.
+    /// fold, and there the surface is asked.
     fn plain_among_alike(&self, t: u32) -> Option<f64> {
         let patch = &self.patches[self.mesh.label(t) as usize];
         let asked = self.by_angles && patch.piece != NONE && patch.plane.is_none();
-        (asked && self.is_among_alike(t, ALIKE)).then(|| plain_shape(self.mesh.corner_points(t)))
+        (asked && self.neighbors_alike(t, ALIKE)? > 0).then(|| plain_shape(self.mesh.corner_points(t)))
     }
 
-    /// Whether a triangle and each of its three neighbors are of one patch and face ways whose angle has a cosine of at least
+    /// How many neighbors of its patch a triangle has, if each of them and it face ways whose angle has a cosine of at least
     /// `cosine`.
-    pub(super) fn is_among_alike(&self, t: u32, cosine: f64) -> bool {
+    pub(super) fn neighbors_alike(&self, t: u32, cosine: f64) -> Option<usize> {
         let m = &self.mesh;
         let up = m.area_vector(t);
-        (3 * t..3 * t + 3).all(|h| {
-            let o = m.opposite(h);
-            o != NONE && m.label(o / 3) == m.label(t) && {
-                let other = m.area_vector(o / 3);
-                let along = up.dot(other);
-                along > 0.0 && along * along >= cosine * cosine * up.length_squared() * other.length_squared()
+        let mut count = 0;
+        for o in (3 * t..3 * t + 3).map(|h| m.opposite(h)).filter(|o| *o != NONE && m.label(o / 3) == m.label(t)) {
+            let other = m.area_vector(o / 3);
+            let along = up.dot(other);
+            if !(along > 0.0 && along * along >= cosine * cosine * up.length_squared() * other.length_squared()) {
+                return None;
             }
-        })
+            count += 1;
+        }
+        Some(count)
     }
 
     /// The worst [shape](Self::judged) around a node, were it at `p`; the normals are those at the node.

@@ -26,7 +26,7 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Sampled, divide, leads, least_parts, sample};
+use edges::{Chain, Lead, Sampled, divide, leads, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::{Contour, Unroller};
 use sheets::Sheets;
@@ -358,7 +358,7 @@ impl Parametric {
         sampled: &[Sampled],
         field: &Field<'_>,
         factor: &[usize],
-        (least, leads, strips): (&[usize], &[[f64; 2]], &Strips),
+        (least, leads, strips): (&[usize], &[[Lead; 2]], &Strips),
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
-use super::edges::{Sampled, WIDE_ENOUGH, place};
+use super::edges::{Lead, Sampled, place};
 use super::strips::{ALIKE, Pair, Strips};
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Face};
@@ -93,7 +93,7 @@ struct Narrow {
 pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
-    (sampled, leads): (&[Sampled], &[[f64; 2]]),
+    (sampled, leads): (&[Sampled], &[[Lead; 2]]),
     sizes: &MeshSizes<'a>,
     run: &Run,
 ) -> Result<(Field<'a>, Strips)> {
@@ -109,9 +109,12 @@ pub(super) fn field<'a>(
     for (s, lead) in sampled.iter().zip(leads) {
         let ways = s.ways();
         let length = ways[ways.len() - 1];
-        for goal in [lead[0], length - lead[1]].into_iter().filter(|g| *g > 0.0 && *g < length) {
-            let (i, share) = place(&ways, goal);
-            sources.push((s.points[i].lerp(s.points[i + 1], share), WIDE_ENOUGH * sizes.deepest));
+        for (goal, lead) in [(lead[0].way, lead[0]), (length - lead[1].way, lead[1])] {
+            if goal > 0.0 && goal < length {
+                let (i, share) = place(&ways, goal);
+                let h = fitting(lead.width, ACROSS, f64::INFINITY, sizes.deepest, sizes);
+                sources.push((s.points[i].lerp(s.points[i + 1], share), h));
+            }
         }
     }
     let uses = brep.uses();
@@ -184,7 +187,7 @@ fn narrow_places(
     face: &Face,
     number: u32,
     faces_of: &[Vec<u32>],
-    (sampled, leads): (&[Sampled], &[[f64; 2]]),
+    (sampled, leads): (&[Sampled], &[[Lead; 2]]),
     sizes: &MeshSizes<'_>,
 ) -> (Vec<Narrow>, Vec<Pair>) {
     let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
@@ -205,7 +208,7 @@ fn narrow_places(
                 let inward = normal.cross(b - a).normalize_or_zero();
                 if !seam && inward != DVec3::ZERO {
                     // Sharp corners are left to one triangle.
-                    let bare = [lead[0], ways[n] - lead[1]];
+                    let bare = [lead[0].way, ways[n] - lead[1].way];
                     pieces.push(Piece {
                         edge: c.edge,
                         ends: [a, b],
