@@ -2,6 +2,7 @@
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
 mod bridges;
+mod climb;
 mod curves;
 mod cut;
 mod field;
