@@ -100,9 +100,20 @@ impl Knots {
     /// belongs to control point `span - degree`. `t` is clamped to the domain. `N` is the room for them, more than the
     /// degree.
     pub fn basis<const N: usize>(&self, t: f64) -> (usize, [[f64; N]; 3]) {
+        // Loops of a length that is known are unrolled.
+        match self.degree {
+            1 => self.basis_of::<N>(t, 1),
+            2 => self.basis_of::<N>(t, 2),
+            3 => self.basis_of::<N>(t, 3),
+            p => self.basis_of::<N>(t, p),
+        }
+    }
+
+    #[inline(always)]
+    fn basis_of<const N: usize>(&self, t: f64, p: usize) -> (usize, [[f64; N]; 3]) {
         let [lo, hi] = self.domain();
         let t = t.clamp(lo, hi);
-        let (p, span) = (self.degree, self.span(t));
+        let span = self.span(t);
         // The knots around the span: of those more than a degree away none counts.
         let k = &self.values[span + 1 - p..=span + p];
         let mut rows = [[0.0; N]; 3];
@@ -129,6 +140,7 @@ impl Knots {
 }
 
 /// Functions of degree `q - 1` become those of degree `q`.
+#[inline(always)]
 fn raise<const N: usize>(now: &mut [f64; N], k: &[f64], p: usize, q: usize, t: f64) {
     let mut saved = 0.0;
     for r in 0..q {
@@ -142,6 +154,7 @@ fn raise<const N: usize>(now: &mut [f64; N], k: &[f64], p: usize, q: usize, t: f
 
 /// Derivatives of the functions of degree `q` from values (or derivatives) of those of degree `q - 1`, both in the span
 /// that begins at knot `p - 1` of `k`: N'_{i,q} = q (N_{i,q-1} / (t_{i+q} - t_i) - N_{i+1,q-1} / (t_{i+q+1} - t_{i+1})).
+#[inline(always)]
 fn raised<const N: usize>(lower: &[f64; N], k: &[f64], p: usize, q: usize) -> [f64; N] {
     let mut out = [0.0; N];
     let mut before = 0.0;

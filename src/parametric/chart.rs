@@ -51,7 +51,7 @@ struct Net {
     last: Last,
 }
 
-/// The triangle found last: where the next search starts. It bounds the search and does not change what is found, so it
+/// The cell found last: where the next search starts. It bounds the search and does not change what is found, so it
 /// does not matter which thread left it there.
 #[derive(Debug, Default)]
 struct Last(AtomicU32);
@@ -145,8 +145,9 @@ impl Chart {
             })
             .unzip();
         let net = Net { points, normals, bvh: Bvh::new(Vec::new()), values, last: Last::default() };
-        let count = 2 * (net.values[0].len() - 1) * (net.values[1].len() - 1);
-        let boxes = (0..count).map(|t| Aabb::around(net.triangle(t).map(|c| net.points[c]))).collect();
+        let count = (net.values[0].len() - 1) * (net.values[1].len() - 1);
+        let both = |cell: usize| [2 * cell, 2 * cell + 1].into_iter().flat_map(|t| net.triangle(t));
+        let boxes = (0..count).map(|cell| Aabb::around(both(cell).map(|c| net.points[c]))).collect();
         Net { bvh: Bvh::new(boxes), ..net }
     }
 
@@ -222,15 +223,40 @@ impl Chart {
     /// Parameters of the nearest point.
     pub(super) fn project(&self, p: DVec3) -> DVec2 {
         let Some(net) = &self.net else { return self.surface.foot(p).unwrap_or_default() };
-        self.newton(p, net.nearest(p))
+        self.newton(p, net.nearest(p)).0
     }
 
     /// The point nearest to `p`.
     pub(super) fn foot(&self, p: DVec3) -> DVec3 {
-        match self.surface.nearest(p) {
-            Some((q, _)) => q,
-            None => self.at(self.project(p)),
+        match (self.surface.nearest(p), &self.net) {
+            (Some((q, _)), _) => q,
+            (None, Some(net)) => self.newton(p, net.nearest(p)).1[0],
+            (None, None) => self.at(self.project(p)),
         }
+    }
+
+    /// The distance of `p` to the surface if that is more than `known`, else any number between the two.
+    pub(super) fn distance_beyond(&self, p: DVec3, known: f64) -> f64 {
+        match (self.surface.nearest(p), &self.net) {
+            (None, Some(net)) => self.newton_until(p, net.nearest(p), known).1[0].distance(p),
+            _ => self.foot(p).distance(p),
+        }
+    }
+
+    /// The point nearest to `p`, and the unit normal Su x Sv near it.
+    pub(super) fn foot_and_normal(&self, p: DVec3) -> (DVec3, Option<DVec3>) {
+        if let Some((q, n)) = self.surface.nearest(p) {
+            return (q, Some(n));
+        }
+        let Some(net) = &self.net else {
+            let q = self.foot(p);
+            return (q, self.normal_near(q));
+        };
+        let (uv, [q, su, sv, ..]) = self.newton(p, net.nearest(p));
+        // On a border of the domain there may be a crease, where derivatives are those of the other side.
+        let within = |k: usize| self.periods[k].is_some() || (uv[k] > self.bounds[k][0] && uv[k] < self.bounds[k][1]);
+        let normal = if within(0) && within(1) { super::surface::unit_normal(su, sv) } else { None };
+        (q, normal.or_else(|| self.normal_near(q)))
     }
 
     /// Parameters of the nearest point to about the spacing of the net; exact where there is a closed form.
@@ -261,11 +287,13 @@ impl Chart {
         if self.net.is_none() {
             return self.unrolled(self.project(p), last);
         }
-        let near = self.newton(p, self.wrapped(last));
+        let (near, [q, ..]) = self.newton(p, self.wrapped(last));
+        let (away, slack) = (q.distance(p), 0.01 * self.at(last).distance(p));
+        if away <= slack {
+            return self.unrolled(near, last);
+        }
         let best = self.project(p);
-        let (dn, db) = (self.at(near).distance(p), self.at(best).distance(p));
-        let step = self.at(last).distance(p);
-        let uv = if dn <= db + 0.01 * step { near } else { best };
+        let uv = if away <= self.at(best).distance(p) + slack { near } else { best };
         self.unrolled(uv, last)
     }
 
@@ -279,12 +307,22 @@ impl Chart {
         uv
     }
 
-    fn newton(&self, p: DVec3, start: DVec2) -> DVec2 {
+    /// Newton's method for the foot of `p`: its parameters, and the [jet](Self::jet) there.
+    fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, [DVec3; 6]) {
+        self.newton_until(p, start, f64::NEG_INFINITY)
+    }
+
+    /// The same, which ends as soon as it is at a point no farther away than `enough`.
+    fn newton_until(&self, p: DVec3, start: DVec2, enough: f64) -> (DVec2, [DVec3; 6]) {
         let mut uv = start;
         let mut jet = self.jet(uv);
+        let mut before = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
             let [s, su, sv, suu, suv, svv] = jet;
             let r = s - p;
+            if r.length() <= enough {
+                break;
+            }
             let (gu, gv) = (r.dot(su), r.dot(sv));
             let (e, f, g) = (su.length_squared(), su.dot(sv), sv.length_squared());
             let (a, b, c) = (e + r.dot(suu), f + r.dot(suv), g + r.dot(svv));
@@ -293,7 +331,8 @@ impl Chart {
                 (a > 0.0 && det > 1e-12 * a * c.abs()).then(|| DVec2::new(b * gv - c * gu, b * gu - a * gv) / det)
             };
             // Where the Hessian is not positive Gauss's step goes downhill, at poles the gradient does.
-            let step = solve(a, b, c).or_else(|| solve(e, f, g));
+            let newton = solve(a, b, c);
+            let step = newton.or_else(|| solve(e, f, g));
             let mut step = step.unwrap_or_else(|| {
                 DVec2::new(if e > 0.0 { -gu / e } else { 0.0 }, if g > 0.0 { -gv / g } else { 0.0 })
             });
@@ -304,6 +343,8 @@ impl Chart {
                 step /= over;
             }
             let mut moved = false;
+            // Whether this is Newton's own step, and the one before was.
+            let own = newton.is_some_and(|n| n == step && self.clamped(uv + n) == uv + n);
             for _ in 0..HALVINGS {
                 let next = self.clamped(uv + step);
                 let there = self.jet(next);
@@ -317,11 +358,14 @@ impl Chart {
                 step *= 0.5;
             }
             let length = (step.x * su + step.y * sv).length();
-            if !moved || length <= 1e-14 * (s.length() + r.length()) {
+            // The error shrinks with its square: the next step would be about so long.
+            let next = if own && before.is_finite() { length * (length / before).powi(2) } else { length };
+            if !moved || length.min(next) <= 1e-14 * (s.length() + r.length()) {
                 break;
             }
+            before = if own { length } else { f64::INFINITY };
         }
-        uv
+        (uv, jet)
     }
 
     fn clamped(&self, mut uv: DVec2) -> DVec2 {
@@ -392,12 +436,14 @@ impl Net {
     /// Corners of the nearest triangle, and the weights of its nearest point.
     fn found(&self, p: DVec3) -> Option<([usize; 3], [f64; 3])> {
         let corners = |t: u32| self.triangle(t as usize).map(|c| self.points[c]);
-        let away = |t: u32| crate::spatial::triangle_distance_squared(p, corners(t));
-        // The triangle found last is near, so it leaves little to look at.
+        let of = |t: u32| crate::spatial::triangle_distance_squared(p, corners(t));
+        let away = |cell: u32| of(2 * cell).min(of(2 * cell + 1));
+        // The cell found last is near, so it leaves little to look at.
         let bound = away(self.last.0.load(Ordering::Relaxed)).sqrt() * (1.0 + 1e-9);
         let found = self.bvh.nearest(p, bound, away).or_else(|| self.bvh.nearest(p, f64::INFINITY, away));
-        let (t, _) = found?;
-        self.last.0.store(t, Ordering::Relaxed);
+        let (cell, near) = found?;
+        self.last.0.store(cell, Ordering::Relaxed);
+        let t = 2 * cell + u32::from(of(2 * cell) > near);
         let c = self.triangle(t as usize);
         Some((c, weights(p, corners(t))))
     }

@@ -210,17 +210,21 @@ impl Curve {
     fn newton(&self, p: DVec3, [a, b]: [f64; 2], start: f64) -> f64 {
         let mut t = start.clamp(a, b);
         let [mut c, mut d, mut e] = self.jet(t);
+        let mut before = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
             let r = c - p;
             let slope = r.dot(d);
             let full = d.length_squared() + r.dot(e);
             // Far from the foot the second derivative may point the wrong way: then Gauss's step goes downhill.
-            let bend = if full > 0.1 * d.length_squared() { full } else { d.length_squared() };
+            let newton = full > 0.1 * d.length_squared();
+            let bend = if newton { full } else { d.length_squared() };
             if !(bend > 0.0) {
                 break;
             }
             let mut step = -slope / bend;
             let mut moved = false;
+            // Whether this is Newton's own step, and the one before was.
+            let own = newton && (a..=b).contains(&(t + step));
             for _ in 0..8 {
                 let next = (t + step).clamp(a, b);
                 let jet = self.jet(next);
@@ -232,9 +236,13 @@ impl Curve {
                 }
                 step *= 0.5;
             }
-            if !moved || step.abs() * d.length() <= 1e-15 * (c.length() + d.length()) {
+            let length = step.abs() * d.length();
+            // The error shrinks with its square: the next step would be about so long.
+            let next = if own && before.is_finite() { length * (length / before).powi(2) } else { length };
+            if !moved || length.min(next) <= 1e-15 * (c.length() + d.length()) {
                 break;
             }
+            before = if own { length } else { f64::INFINITY };
         }
         t
     }

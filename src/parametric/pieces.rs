@@ -36,6 +36,13 @@ impl Parametric {
         q.is_finite().then_some(q)
     }
 
+    /// The distance of `p` to a piece's surface if that is more than `known`, else a number that is not; 0 where it has no
+    /// foot. The surface is taken as a whole, without its borders.
+    pub fn distance_beyond(&self, face: u32, p: DVec3, known: f64) -> f64 {
+        let away = self.chart(face).map_or(0.0, |c| c.distance_beyond(p, known));
+        if away.is_finite() { away } else { 0.0 }
+    }
+
     /// The point nearest to `p` on an edge.
     fn on_edge(&self, edge: u32, p: DVec3) -> DVec3 {
         let (e, samples) = (&self.brep.edges[edge as usize], &self.samples[edge as usize]);
@@ -179,6 +186,11 @@ impl Pieces for Parametric {
             _ => return None,
         };
         (q.distance(p) <= reach).then_some(q)
+    }
+
+    fn foot_facing(&self, piece: u32, p: DVec3, _normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
+        let (q, n) = self.chart(piece)?.foot_and_normal(p);
+        (q.distance(p) <= reach).then_some((q, n))
     }
 
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {

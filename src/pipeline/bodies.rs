@@ -29,14 +29,14 @@ const CROWDED: f64 = 16.0;
 /// The area of a triangle with sides of length one.
 pub(super) const EQUILATERAL: f64 = 0.433;
 
-/// Remeshes every body on its own, and puts them together.
+/// Remeshes every body on its own, and puts them together; with how many triangles cross others, where that is known.
 pub(super) fn remeshed(
     solid: &Parametric,
     made: FaceMeshes,
     options: &ExactOptions,
     report: &mut Report,
     run: &Run,
-) -> Result<TriMesh> {
+) -> Result<(TriMesh, Option<usize>)> {
     let FaceMeshes { mut mesh, pieces, mut places, mut sizes, .. } = made;
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
@@ -44,6 +44,8 @@ pub(super) fn remeshed(
     let crowded = &marks.still;
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
+    let names = mesh.faces;
+    drop((mesh.nodes, mesh.triangles, mesh.labels));
     let done = AtomicUsize::new(0);
     let count = parts.len();
     let results: Vec<Result<Remeshed>> = run.install(|| {
@@ -59,10 +61,12 @@ pub(super) fn remeshed(
             })
             .collect()
     });
-    let mut all = TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() };
+    let mut all = TriMesh { faces: names, ..TriMesh::default() };
     let mut kept: Vec<u32> = Vec::new();
+    let mut crossing = None;
     for r in results {
         let part = r?;
+        crossing = (count == 1 && part.sound).then_some(0);
         if let Some(why) = part.shortfall {
             let mut faces = part.mesh.labels.clone();
             faces.sort_unstable();
@@ -95,14 +99,14 @@ pub(super) fn remeshed(
         report.ladder.extend(crowded.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
     }
     if !kept.is_empty() {
-        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| mesh.faces[*f as usize].as_str()).collect();
+        let names: Vec<&str> = kept.iter().take(NAMED).map(|f| all.faces[*f as usize].as_str()).collect();
         let names = names.join(", ");
         report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
         let why = "remeshed, its triangles intersect others";
         report.ladder.extend(kept.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
     }
     all.drop_unused_nodes();
-    Ok(all)
+    Ok((all, crossing))
 }
 
 /// Faces that make a mesh far larger than the size asks for, where it is a large one, ascending.

@@ -22,7 +22,7 @@ use crate::parametric::brep::Brep;
 use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
 use crate::parametric::mesh::{FaceMeshes, MeshSizes};
 use crate::parametric::step::{StepModel, interpret};
-use crate::quality::{Check, check};
+use crate::quality::{Check, check, check_tested};
 use crate::run::Run;
 use crate::spatial::Graded;
 
@@ -171,7 +171,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     let measured = options.measure || options.tolerance.is_some();
     // Places that came out too far from the surface, and the lengths that will do there.
     let mut finer: Vec<(DVec3, f64)> = Vec::new();
-    let mut best: Option<(TriMesh, Report)> = None;
+    let mut best: Option<((TriMesh, Option<usize>), Report)> = None;
     // Places where the first triangles crossed each other, and finer lengths.
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
@@ -207,13 +207,13 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
             ((made, followed), told, hits) = (again, again_told, left);
         }
         let exact = ExactOptions::new(followed.sizing, followed.grading);
-        let mesh = remeshed(solid, made, &exact, &mut told, run)?;
+        let (mesh, crossing) = remeshed(solid, made, &exact, &mut told, run)?;
         if !measured {
-            best = Some((mesh, told));
+            best = Some(((mesh, crossing), told));
             break;
         }
         run.progress("distance", 0.0);
-        let away = distances(solid, &mesh, run)?;
+        let away = distances(solid, &mesh, limit, run)?;
         let beyond: Vec<usize> = (0..away.len()).filter(|t| away[*t] > limit).collect();
         let to_surface = away.iter().copied().fold(0.0, f64::max);
         let (from_surface, asked) = (from_edges(solid, &mesh), options.tolerance);
@@ -226,20 +226,20 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         }));
         // A finer mesh that falls short of something else is no better.
         if best.as_ref().is_none_or(|b| told.shortfalls.len() <= b.1.shortfalls.len()) {
-            best = Some((mesh, told));
+            best = Some(((mesh, crossing), told));
         }
         if beyond.is_empty() {
             break;
         }
     }
-    let Some((mut mesh, mut report)) = best else { return Err(Error::Failed("no mesh was made".into())) };
+    let Some(((mut mesh, crossing), mut report)) = best else { return Err(Error::Failed("no mesh was made".into())) };
     if let Some(d) = report.distance.filter(|d| d.beyond > 0 && d.asked.is_some()) {
         let what = format!("{} triangles are farther from the surface than asked for", d.beyond);
         report.shortfalls.push(format!("{what}: the farthest by {:.4e}", d.to_surface));
     }
     mesh.groups = groups;
     run.progress("check", 0.0);
-    let mut found = check(&mesh, None, run)?;
+    let mut found = check_tested(&mesh, crossing, None, run)?;
     if let Some(healed) = heal(solid, &mesh, &found, run)? {
         report.warnings.extend(told_of(&healed.report));
         mesh = healed.mesh;

@@ -43,23 +43,28 @@ impl fmt::Display for Distance {
     }
 }
 
-/// For every triangle the largest distance of its middle and of the middles of its sides to the surface of its face.
+/// For every triangle the largest distance of its middle and of the middles of its sides to the surface of its face. Those that
+/// are neither above `limit` nor the largest of all may come out larger than they are, but not above these two.
 ///
 /// *Errors*: cancellation.
-pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<Vec<f64>> {
-    let away = |face: u32, p: DVec3| solid.foot(face, p).map_or(0.0, |q| q.distance(p));
+pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, limit: f64, run: &Run) -> Result<Vec<f64>> {
     let count = mesh.triangles.len();
     let across = across(mesh);
     // A side within a face is measured from one of its triangles.
     let other = |t: usize, k: usize| Some(across[3 * t + k] as usize).filter(|o| *o < 3 * count);
     let same = |t: usize, o: usize| mesh.labels[o / 3] == mesh.labels[t];
-    let one = |t: usize| -> [f64; 4] {
+    let one = |t: usize, most: &mut f64| -> [f64; 4] {
         let label = mesh.labels[t];
         let p = mesh.corners(t);
-        let mut out = [away(label, (p[0] + p[1] + p[2]) / 3.0), 0.0, 0.0, 0.0];
+        let mut away = |p: DVec3| {
+            let d = solid.distance_beyond(label, p, most.min(limit));
+            *most = most.max(d);
+            d
+        };
+        let mut out = [away((p[0] + p[1] + p[2]) / 3.0), 0.0, 0.0, 0.0];
         for k in 0..3 {
             if other(t, k).is_none_or(|o| 3 * t + k < o || !same(t, o)) {
-                out[k + 1] = away(label, 0.5 * (p[k] + p[(k + 1) % 3]));
+                out[k + 1] = away(0.5 * (p[k] + p[(k + 1) % 3]));
             }
         }
         out
@@ -69,7 +74,8 @@ pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result
             .into_par_iter()
             .map(|c| {
                 run.check()?;
-                Ok((c * CHUNK..((c + 1) * CHUNK).min(count)).map(one).collect())
+                let mut most = 0.0;
+                Ok((c * CHUNK..((c + 1) * CHUNK).min(count)).map(|t| one(t, &mut most)).collect())
             })
             .collect()
     });
@@ -94,10 +100,12 @@ pub(super) fn from_edges(solid: &Parametric, mesh: &TriMesh) -> f64 {
     let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
     let mut used = vec![false; solid.brep.faces.len()];
     mesh.labels.iter().for_each(|l| used[*l as usize] = true);
-    let away = |p: DVec3| {
+    let farther = |p: DVec3, known: f64| {
         let near = |t: u32| triangle_distance_squared(p, mesh.corners(t as usize));
-        tree.nearest(p, f64::INFINITY, near).map_or(0.0, |n| n.1)
+        tree.farther(p, known, near).unwrap_or(known)
     };
     let points: Vec<DVec3> = solid.edge_points(|f| used[f as usize]);
-    points.into_par_iter().map(away).reduce(|| 0.0, f64::max).sqrt()
+    // Of points not as far away as others nothing more is asked.
+    let farthest = |points: &[DVec3]| points.iter().fold(0.0, |known, p| farther(*p, known));
+    points.par_chunks(CHUNK).map(farthest).reduce(|| 0.0, f64::max).sqrt()
 }

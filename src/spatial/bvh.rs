@@ -43,8 +43,7 @@ impl Bvh {
             build(&boxes, &mut centers, 0, 0, &mut nodes);
         }
         let items: Vec<u32> = centers.into_iter().map(|c| c.1).collect();
-        let boxes = items.iter().map(|&i| boxes[i as usize]).collect();
-        Self { nodes, items, boxes }
+        Self { nodes, boxes: in_order(boxes, &items), items }
     }
 
     /// Positions, in the lists of items and boxes, of what a leaf holds.
@@ -147,7 +146,7 @@ impl Bvh {
     /// `known`: who looks for the point that is farthest away need not know how near the others are.
     pub fn farther(&self, p: DVec3, known: f64, distance_squared: impl Fn(u32) -> f64) -> Option<f64> {
         let mut least = f64::INFINITY;
-        self.approach(p, f64::INFINITY, |i, _| {
+        self.approach(p, f64::INFINITY, Aabb::distance_squared, |i, _| {
             least = least.min(distance_squared(i));
             (least > known).then_some(least)
         });
@@ -156,9 +155,37 @@ impl Bvh {
 
     /// The item nearest to `p` by `distance_squared`, which must not be less than the squared distance to the item's box,
     /// among those nearer than `limit`; and that squared distance. Ties go to the smaller number.
-    pub fn nearest(&self, p: DVec3, limit: f64, mut distance_squared: impl FnMut(u32) -> f64) -> Option<(u32, f64)> {
+    pub fn nearest(&self, p: DVec3, limit: f64, distance_squared: impl FnMut(u32) -> f64) -> Option<(u32, f64)> {
+        self.nearest_by(p, limit, Aabb::distance_squared, distance_squared)
+    }
+
+    /// [`nearest`](Self::nearest) of the items that come near `p` within a cone: `distance_squared` must be infinite where the way
+    /// to an item's nearest point makes an angle with the unit vector `axis` whose cosine is not above `cosine`.
+    pub fn nearest_ahead(
+        &self,
+        p: DVec3,
+        limit: f64,
+        (axis, cosine): (DVec3, f64),
+        distance_squared: impl FnMut(u32) -> f64,
+    ) -> Option<(u32, f64)> {
+        let ahead = |b: &Aabb, p: DVec3| {
+            let away = b.distance_squared(p);
+            // How far the box reaches along the axis at most.
+            let reach = (b.center() - p).dot(axis) + 0.5 * b.size().dot(axis.abs());
+            if reach > 0.0 && reach * reach >= cosine * cosine * away { away } else { f64::INFINITY }
+        };
+        self.nearest_by(p, limit, ahead, distance_squared)
+    }
+
+    fn nearest_by(
+        &self,
+        p: DVec3,
+        limit: f64,
+        away: impl Fn(&Aabb, DVec3) -> f64,
+        mut distance_squared: impl FnMut(u32) -> f64,
+    ) -> Option<(u32, f64)> {
         let mut best: Option<(u32, f64)> = None;
-        self.approach(p, limit * limit, |i, bound| {
+        self.approach(p, limit * limit, away, |i, bound| {
             let d = distance_squared(i);
             let better = best.is_none_or(|b| d < b.1 || (d == b.1 && i < b.0));
             if d <= bound && better {
@@ -170,22 +197,28 @@ impl Bvh {
         best
     }
 
-    /// Shows items whose boxes are no farther from `p` than a bound (squared), about the nearest first. Each time the item and
-    /// the bound are given, the new bound is told; with none the search ends.
+    /// Shows items whose boxes are no farther `away` from `p` than a bound (squared), about the nearest first. Each time the item
+    /// and the bound are given, the new bound is told; with none the search ends.
     #[inline(always)]
-    fn approach(&self, p: DVec3, mut bound: f64, mut visit: impl FnMut(u32, f64) -> Option<f64>) {
+    fn approach(
+        &self,
+        p: DVec3,
+        mut bound: f64,
+        away: impl Fn(&Aabb, DVec3) -> f64,
+        mut visit: impl FnMut(u32, f64) -> Option<f64>,
+    ) {
         let mut stack = [(0u32, 0.0f64); 64];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
             top -= 1;
-            let (mut at, away) = stack[top];
-            if away > bound {
+            let (mut at, least) = stack[top];
+            if least > bound {
                 continue;
             }
             // Down to the nearest leaf; what is passed by waits on the stack.
             while self.nodes[at as usize].count == 0 {
                 let (near, far) = (at + 1, self.nodes[at as usize].start);
-                let d = [near, far].map(|n| self.nodes[n as usize].bounds.distance_squared(p));
+                let d = [near, far].map(|n| away(&self.nodes[n as usize].bounds, p));
                 let (near, far) = if d[0] <= d[1] { ((near, d[0]), (far, d[1])) } else { ((far, d[1]), (near, d[0])) };
                 if far.1 <= bound {
                     stack[top] = far;
@@ -201,7 +234,7 @@ impl Bvh {
                 continue;
             }
             for k in Self::held(node) {
-                if self.boxes[k].distance_squared(p) <= bound {
+                if away(&self.boxes[k], p) <= bound {
                     match visit(self.items[k], bound) {
                         Some(next) => bound = next,
                         None => return,
@@ -210,6 +243,21 @@ impl Bvh {
             }
         }
     }
+}
+
+/// The boxes in another order, without room for both.
+fn in_order(mut boxes: Vec<Aabb>, order: &[u32]) -> Vec<Aabb> {
+    let mut placed = vec![false; boxes.len()];
+    for start in 0..boxes.len() {
+        let (mut at, first) = (start, boxes[start]);
+        while !placed[at] {
+            placed[at] = true;
+            let from = order[at] as usize;
+            boxes[at] = if from == start { first } else { boxes[from] };
+            at = from;
+        }
+    }
+    boxes
 }
 
 /// Adds nodes that were built by themselves.

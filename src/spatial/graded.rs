@@ -53,23 +53,22 @@ impl Graded {
     /// The value at a place, `most` where no source makes it smaller.
     pub fn at(&self, p: DVec3, most: f64) -> f64 {
         let mut best = most;
-        let mut stack = [0u32; 64];
+        let mut stack = [(0u32, f64::NEG_INFINITY); 64];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
             top -= 1;
-            let at = stack[top];
-            let node = &self.nodes[at as usize];
-            if self.bound(node, p) >= best {
+            let (at, bound) = stack[top];
+            if bound >= best {
                 continue;
             }
+            let node = &self.nodes[at as usize];
             if node.count > 0 {
                 for (q, h) in &self.sources[node.start as usize..(node.start + node.count) as usize] {
                     best = best.min(h + self.slope * q.distance(p));
                 }
             } else {
-                let (a, b) = (at + 1, node.start);
-                let first = self.bound(&self.nodes[a as usize], p) <= self.bound(&self.nodes[b as usize], p);
-                (stack[top], stack[top + 1]) = if first { (b, a) } else { (a, b) };
+                let [a, b] = [at + 1, node.start].map(|n| (n, self.bound(&self.nodes[n as usize], p)));
+                (stack[top], stack[top + 1]) = if a.1 <= b.1 { (b, a) } else { (a, b) };
                 top += 2;
             }
         }

@@ -19,7 +19,7 @@ impl EditMesh {
         mesh
     }
 
-    /// Squeezes dead nodes and triangles out; ids change, order does not.
+    /// Squeezes dead nodes and triangles out, and gives back the room they took; ids change, order does not.
     pub fn compact(&mut self) {
         let mut triangle = vec![NONE; self.labels.len()];
         let mut node = vec![NONE; self.points.len()];
@@ -65,6 +65,16 @@ impl EditMesh {
         self.pinned.truncate(nv);
         self.changed.truncate(nv);
         self.out.truncate(nv);
+        for list in [&mut self.labels, &mut self.corners, &mut self.opposite, &mut self.out] {
+            list.shrink_to_fit();
+        }
+        for list in [&mut self.normals, &mut self.points] {
+            list.shrink_to_fit();
+        }
+        for list in [&mut self.sharp, &mut self.pinned] {
+            list.shrink_to_fit();
+        }
+        self.changed.shrink_to_fit();
         self.dead_triangles = 0;
     }
 

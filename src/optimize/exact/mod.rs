@@ -2,6 +2,7 @@
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
 mod bridges;
+mod climb;
 mod curves;
 mod cut;
 mod field;
@@ -97,8 +98,6 @@ pub struct ExactReport {
     pub inverted: usize,
     /// The boxes around these triangles.
     pub faults: Vec<Aabb>,
-    /// The same before anything was done.
-    pub inverted_before: usize,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
 }
@@ -206,7 +205,6 @@ fn remesh(
         }
     };
     show("cut", &r);
-    report.inverted_before = if spaced { r.folded().len() } else { 0 };
     if r.work.raw {
         r.even_sizes()?;
         show("even", &r);
@@ -331,11 +329,12 @@ fn topology(out: &TriMesh, r: &Remesher<'_>) -> (Vec<[u32; 2]>, Vec<u32>) {
 /// Packs a patch; where that folds it, as near the tip of a cone, the nodes that are there are evened out instead.
 fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     let before = r.clone();
-    let folded = before.folded().len();
     r.pack()?;
     even_out(r)?;
+    let now = r.folded().len();
+    let folded = if now > 0 { before.folded().len() } else { 0 };
     // A crease that nobody marked folds a few triangles only.
-    if r.folded().len() > folded {
+    if now > folded {
         r.mend_worst(POOR, POLISH)?;
         r.flip_and_move(POOR)?;
     }

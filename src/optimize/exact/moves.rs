@@ -3,8 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::STUCK;
-use super::patchwork::{PieceSet, plain_shape};
+use super::patchwork::plain_shape;
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Reader};
@@ -22,27 +21,16 @@ const BACKTRACKS: usize = 3;
 const LONELY: usize = 4;
 
 /// Relaxation may make shapes worse down to this: 38 degrees.
-const CALM: f64 = 0.85;
+pub(super) const CALM: f64 = 0.85;
 
 /// A flip with moves is kept only where it raises the worst shape by this much.
 const BETTER: f64 = 0.02;
-
-/// Mending makes edges of borders at most this many times longer or shorter than wanted.
-const UNEVEN: f64 = 1.1;
-
-/// What shapes may change by where a place in the tangent plane is put onto the surface.
-const BENT: f64 = 0.05;
 
 /// Triangles whose directions differ by less than this (cosine) lie on the surface, or none of them does: 11 degrees.
 const EVEN: f64 = 0.98;
 
 /// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
 const FLAT: f64 = 0.05;
-
-/// The third corner of the equilateral triangle on an edge, on the left of it seen along `up`.
-fn equilateral(a: DVec3, b: DVec3, up: DVec3) -> DVec3 {
-    0.5 * (a + b) + 0.5 * 3f64.sqrt() * up.normalize_or_zero().cross(b - a)
-}
 
 impl Remesher<'_> {
     /// Moves every free node: inside faces to the mean of the places where its triangles would be equilateral on the edges
@@ -167,9 +155,9 @@ impl Remesher<'_> {
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
             if let Some((p, normal)) = self.work.settle_beside(self.surface, v, &set, old + step, reach) {
-                let after = self.work.worst_with(self.surface, v, p, normal);
-                let worse = after < CALM
-                    && after <= *before.get_or_insert_with(|| self.work.worst_around(self.surface, v, old));
+                let after = self.worst_beside(v, p, normal, f64::NEG_INFINITY);
+                let worse =
+                    after < CALM && after <= *before.get_or_insert_with(|| self.work.worst_now(self.surface, v).0);
                 if !worse {
                     return Some(p);
                 }
@@ -185,6 +173,8 @@ impl Remesher<'_> {
     pub(super) fn mend_worst(&mut self, limit: f64, passes: usize) -> Result<usize> {
         let mut all = 0;
         let mut among = self.seen();
+        // Nodes that found no better place, and around which nothing changed since.
+        let mut settled = vec![false; self.work.mesh.node_capacity()];
         for _ in 0..passes {
             let list = self.worse_than(limit, &among);
             let m = &self.work.mesh;
@@ -195,9 +185,9 @@ impl Remesher<'_> {
                 if k % 64 == 0 {
                     self.run.check()?;
                 }
-                if self.work.mesh.is_triangle(t) && self.work.shape(self.surface, t) < limit {
+                if self.work.mesh.is_triangle(t) && self.work.is_below(self.surface, t, limit) {
                     let corners = self.work.mesh.corners(t);
-                    if self.mend(t, limit) {
+                    if self.mend(t, limit, &mut settled) {
                         mended += 1;
                         touched.extend(corners);
                     }
@@ -242,44 +232,67 @@ impl Remesher<'_> {
     /// Whether a triangle faces the way of its three neighbors and has a shape to spare: the surface need not be asked then.
     fn is_surely_better(&self, t: u32, limit: f64) -> bool {
         let m = &self.work.mesh;
-        if self.work.patches[m.label(t) as usize].plane.is_some() {
+        if self.work.by_angles || self.work.patches[m.label(t) as usize].plane.is_some() {
             return false;
         }
-        let up = m.area_vector(t);
-        let even = |h: u32| {
-            let o = m.opposite(h);
-            o != NONE && m.label(o / 3) == m.label(t) && {
-                let other = m.area_vector(o / 3);
-                let along = up.dot(other);
-                along > 0.0 && along * along >= EVEN * EVEN * up.length_squared() * other.length_squared()
-            }
-        };
-        EVEN * plain_shape(m.corner_points(t)) >= limit && (3 * t..3 * t + 3).all(even)
+        EVEN * plain_shape(m.corner_points(t)) >= limit && self.work.neighbors_alike(t, EVEN) == Some(3)
     }
 
-    fn mend(&mut self, t: u32, limit: f64) -> bool {
-        if (3 * t..3 * t + 3).any(|h| self.flip_one(h, None)) {
-            return true;
+    fn mend(&mut self, t: u32, limit: f64, settled: &mut [bool]) -> bool {
+        for h in 3 * t..3 * t + 3 {
+            let m = &self.work.mesh;
+            let o = m.opposite(h);
+            if o != NONE {
+                let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
+                if self.flip_one(h, None) {
+                    nodes.into_iter().for_each(|v| settled[v as usize] = false);
+                    return true;
+                }
+            }
         }
         let mut any = false;
         for v in self.work.mesh.corners(t) {
-            any |= self.climb(v, limit);
-            if self.work.shape(self.surface, t) >= limit {
+            if settled[v as usize] {
+                continue;
+            }
+            if !self.climb(v, limit) {
+                settled[v as usize] = true;
+                continue;
+            }
+            any = true;
+            self.work.mesh.neighbors(v).for_each(|x| settled[x as usize] = false);
+            if !self.work.is_below(self.surface, t, limit) {
                 return true;
             }
         }
         if any {
             return true;
         }
+        let m = &self.work.mesh;
+        let around: Vec<u32> = m.corners(t).into_iter().flat_map(|v| m.neighbors(v)).collect();
+        let merged = self.merge_away(t);
+        if merged {
+            around.into_iter().for_each(|v| settled[v as usize] = false);
+        }
+        merged
+    }
+
+    /// Takes a node or an edge of a triangle away where that helps.
+    fn merge_away(&mut self, t: u32) -> bool {
         if self.work.mesh.corners(t).into_iter().any(|v| self.drop_lonely(v)) {
             return true;
         }
         let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
         edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
-        if self.collapse_if_better(edges[0]) || self.collapse_if_better(edges[1]) {
+        // At a pole two nodes may have come to one place.
+        if self.merge_double(edges[0]) {
             return true;
         }
-        self.work.shape(self.surface, t) < FLAT && edges.into_iter().take(2).any(|h| self.zip(h))
+        let own = self.work.shape(self.surface, t);
+        if self.collapse_if_better(edges[0], own) || self.collapse_if_better(edges[1], own) {
+            return true;
+        }
+        own < FLAT && edges.into_iter().take(2).any(|h| self.zip(h))
     }
 
     /// Collapses an edge of a triangle without area even where borders fall together by that: what lies between them has
@@ -292,12 +305,13 @@ impl Remesher<'_> {
         }
         for side in [h, o] {
             let (from, to) = (self.work.mesh.origin(side), self.work.mesh.target(side));
-            let (p, q) = (self.point(from), self.point(to));
+            let q = self.point(to);
             let known = self.work.sets[from as usize].within(&self.work.sets[to as usize]);
             if !known || (self.rank[from as usize] == Rank::Corner && !self.same_place(from, to)) {
                 continue;
             }
-            let before = self.worst(from, p).min(self.worst(to, q));
+            let before = [from, to].map(|v| self.work.worst_now(self.surface, v).0);
+            let before = before[0].min(before[1]);
             let worse = self.makes_sliver(side, q) || self.worst_after(side, q) <= before;
             if !self.work.mesh.can_merge(side) || worse {
                 continue;
@@ -317,7 +331,7 @@ impl Remesher<'_> {
             self.run.check()?;
             for side in 0..3 {
                 if self.work.mesh.is_triangle(t)
-                    && self.work.shape(self.surface, t) < limit
+                    && self.work.is_below(self.surface, t, limit)
                     && self.try_flip_and_move(3 * t + side, limit)
                 {
                     break;
@@ -335,7 +349,8 @@ impl Remesher<'_> {
         }
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
         let places = nodes.map(|v| self.point(v));
-        let worst = |r: &Self| nodes.map(|v| r.worst(v, r.point(v))).into_iter().fold(f64::INFINITY, f64::min);
+        let worst =
+            |r: &Self| nodes.map(|v| r.work.worst_now(r.surface, v).0).into_iter().fold(f64::INFINITY, f64::min);
         let plain = |r: &Self| [h / 3, o / 3].map(|t| plain_shape(r.work.mesh.corner_points(t)));
         let slimmer = |r: &Self, then: [f64; 2]| {
             let [now, then] = [plain(r), then].map(|s| s[0].min(s[1]));
@@ -373,13 +388,9 @@ impl Remesher<'_> {
         };
         let after = |h: u32| (self.worst_after(h, self.point(m.target(h))), h);
         let best = m.outgoing(v).filter(fits).map(after).max_by(|x, y| x.0.total_cmp(&y.0));
-        let Some((_, h)) = best.filter(|b| b.0 > self.worst(v, self.point(v))) else { return false };
+        let Some((_, h)) = best.filter(|b| b.0 > self.work.worst_now(self.surface, v).0) else { return false };
         let p = self.point(m.target(h));
         self.work.mesh.collapse(h, p)
-    }
-
-    fn worst(&self, v: u32, p: DVec3) -> f64 {
-        self.work.worst_around(self.surface, v, p)
     }
 
     /// The worst shape around both ends of an edge once its origin is where its target is, without what dies.
@@ -408,137 +419,18 @@ impl Remesher<'_> {
         })
     }
 
-    fn collapse_if_better(&mut self, h: u32) -> bool {
+    /// Collapses an edge of a triangle whose shape is `own` where shapes around it are bad.
+    fn collapse_if_better(&mut self, h: u32, own: f64) -> bool {
         let m = &self.work.mesh;
         let ends = [m.origin(h), m.target(h)];
-        let before = ends.map(|v| self.work.worst_around(self.surface, v, self.point(v)));
-        if before[0].min(before[1]) > FAIR {
+        // By angles, triangles that are turned over get a turn of their own.
+        let plain = |h: u32| plain_shape(m.corner_points(h / 3)) > FAIR;
+        let fair = |v: &u32| {
+            if self.work.by_angles { m.outgoing(*v).all(plain) } else { self.work.worst_now(self.surface, *v).0 > FAIR }
+        };
+        if own > FAIR && ends.iter().all(fair) {
             return false;
         }
         self.collapse(h, 1.2 * LONG)
-    }
-
-    /// The normal at a node inside a face: whether a move may help is then seen without asking the surface, as the surface is
-    /// nearly a plane over the length of a step.
-    fn normal_within(&self, v: u32, p: DVec3) -> Option<DVec3> {
-        let inside = self.rank[v as usize] == Rank::Face && self.work.sets[v as usize].len() == 1;
-        let h = self.work.mesh.outgoing(v).next().filter(|_| inside)?;
-        Some(self.work.normal(self.surface, self.work.mesh.label(h / 3), p))
-    }
-
-    /// Moves a node towards the place where the worst triangle around it is equilateral, as far as that helps, again and
-    /// again. Returns where it is then, the worst shape there, and the [normal](Self::normal_within).
-    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> (DVec3, f64, Option<DVec3>) {
-        const STEPS: usize = 4;
-        let mut p = self.point(v);
-        let mut normal = self.normal_within(v, p);
-        let (mut best, mut worst) = self.work.worst_triangle(self.surface, v, p, normal);
-        for _ in 0..STEPS {
-            if best >= limit {
-                break;
-            }
-            let m = &self.work.mesh;
-            let apex = equilateral(self.point(m.target(worst)), self.point(m.apex(worst)), m.area_vector(worst / 3));
-            let mut improved = false;
-            for share in [0.6, 0.25, 0.1] {
-                let place = p.lerp(apex, share);
-                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
-                    continue;
-                }
-                let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
-                let there = there.or_else(|| self.normal_within(v, x));
-                let (shape, h) = self.work.worst_triangle(self.surface, v, x, there);
-                if shape > best + 1e-4 && self.stays_even(v, x) {
-                    (best, worst, p, normal, improved) = (shape, h, x, there, true);
-                    break;
-                }
-            }
-            if !improved {
-                break;
-            }
-            self.work.mesh.set_point(v, p);
-        }
-        (p, best, normal)
-    }
-
-    /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
-    /// off more of a bend than was asked for.
-    fn stays_even(&self, v: u32, x: DVec3) -> bool {
-        if self.rank[v as usize] != Rank::Curve {
-            return true;
-        }
-        let [a, b] = self.work.along(v)[..] else { return false };
-        let span = |p: DVec3| {
-            let (l, r) = (self.point(a).distance(p), self.point(b).distance(p));
-            (l.min(r), l.max(r))
-        };
-        let (now, then, want) = (span(self.point(v)), span(x), self.want[v as usize]);
-        then.0 >= now.0.min(want / UNEVEN) && then.1 <= now.1.max(UNEVEN * want)
-    }
-
-    /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not
-    /// seen at once, by looking in six directions and halving the step.
-    fn climb(&mut self, v: u32, limit: f64) -> bool {
-        let set = self.work.sets[v as usize];
-        let rank = self.rank[v as usize];
-        if rank == Rank::Corner {
-            return false;
-        }
-        // What borders were spaced for here stays but for bad shapes; those spaced before had no look at what lies beside.
-        let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
-        let start = self.point(v);
-        let reach = self.want[v as usize];
-        let (mut p, mut best, mut normal) = self.climbed_to_apex(v, limit, reach, &set);
-        if best >= limit.min(CALM) {
-            return p != start;
-        }
-        let directions: Vec<DVec3> = if rank == Rank::Curve {
-            match self.work.along(v)[..] {
-                [a, b] => {
-                    let d = (self.point(b) - self.point(a)).normalize_or_zero();
-                    vec![d, -d]
-                }
-                _ => return false,
-            }
-        } else {
-            let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
-            let up = normal.unwrap_or_else(|| self.work.normal(self.surface, patch, p));
-            let Some((u, w)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return p != start };
-            (0..6)
-                .map(|k| {
-                    let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
-                    c * u + s * w
-                })
-                .collect()
-        };
-        let mut step = 0.25 * reach;
-        for _ in 0..5 {
-            if best >= limit {
-                break;
-            }
-            let mut improved = false;
-            for d in &directions {
-                let place = p + step * *d;
-                if normal.is_some() && self.work.worst_with(self.surface, v, place, normal) < best - BENT {
-                    continue;
-                }
-                let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };
-                let there = there.or_else(|| self.normal_within(v, x));
-                let s = self.work.worst_with(self.surface, v, x, there);
-                if s > best + 1e-4 && self.stays_even(v, x) {
-                    (best, p, normal, improved) = (s, x, there, true);
-                    if best >= limit {
-                        break;
-                    }
-                }
-            }
-            if !improved {
-                step *= 0.5;
-            }
-        }
-        if p != start {
-            self.work.mesh.set_point(v, p);
-        }
-        p != start
     }
 }

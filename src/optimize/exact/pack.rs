@@ -348,9 +348,9 @@ impl Remesher<'_> {
             if placed[v as usize] || !m.is_node(v) || self.rank[v as usize] != Rank::Face {
                 continue;
             }
-            let before = self.work.worst_around(self.surface, v, self.point(v));
             let label = m.outgoing(v).next().map_or(0, |h| m.label(h / 3));
             let n = self.work.normal(self.surface, label, self.point(v));
+            let before = self.work.worst_triangle(self.surface, (v, self.point(v)), Some(n), f64::NEG_INFINITY).0;
             let after = |h: u32| {
                 let q = self.point(m.target(h));
                 let dying = [h / 3, m.opposite(h) / 3];

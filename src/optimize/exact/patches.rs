@@ -13,7 +13,7 @@ use crate::spatial::Aabb;
 /// A patch after the work.
 struct Done {
     mesh: EditMesh,
-    /// The node of the whole mesh, for those that were there before.
+    /// The node of the whole mesh, for those of the border.
     nodes: Vec<u32>,
     sets: Vec<PieceSet>,
     own: Vec<f64>,
@@ -43,6 +43,20 @@ struct Chord {
 }
 
 impl Done {
+    /// What is left of a part, without the room it took to work on it.
+    fn new(mut r: Remesher<'_>, nodes: &[u32]) -> Self {
+        let alive: Vec<usize> = r.work.mesh.nodes().map(|v| v as usize).collect();
+        r.work.mesh.compact();
+        Self {
+            nodes: alive.iter().map(|&v| nodes.get(v).copied().unwrap_or(NONE)).collect(),
+            sets: alive.iter().map(|&v| r.work.sets[v]).collect(),
+            own: alive.iter().map(|&v| r.own[v]).collect(),
+            want: alive.iter().map(|&v| r.want[v]).collect(),
+            open: alive.iter().map(|&v| r.open.get(v).copied().unwrap_or(false)).collect(),
+            mesh: r.work.mesh,
+        }
+    }
+
     fn chords(&self, part: usize, found: &mut Vec<Chord>) {
         let m = &self.mesh;
         let mut border: Vec<u32> = m.nodes().filter(|&v| m.is_boundary(v)).map(|v| self.nodes[v as usize]).collect();
@@ -157,13 +171,12 @@ impl Remesher<'_> {
             if label.is_some_and(|label| region >= from && !this.work.stays(label)) {
                 work(&mut alone.0)?;
             }
-            let (r, nodes) = alone;
-            Ok(Done { mesh: r.work.mesh, nodes, sets: r.work.sets, own: r.own, want: r.want, open: r.open })
+            Ok(Done::new(alone.0, &alone.1))
         };
         let done: Vec<Result<Done>> = self.run.install(|| (0..regions.count()).into_par_iter().map(one).collect());
         let mut done: Vec<Done> = done.into_iter().collect::<Result<_>>()?;
         self.part_chords(&mut done);
-        self.join(&done)
+        self.join(done)
     }
 
     fn alone(&self, region: u32, regions: &Regions, open: bool) -> (Remesher<'_>, Vec<u32>) {
@@ -237,7 +250,8 @@ impl Remesher<'_> {
         }
     }
 
-    fn join(&mut self, parts: &[Done]) -> Result<()> {
+    /// Makes one mesh of the parts. Of the mesh before, and of each part once it is read, nothing is kept.
+    fn join(&mut self, parts: Vec<Done>) -> Result<()> {
         let mut whole = TriMesh::default();
         let (mut sets, mut own, mut want, mut pinned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (mut borders, mut open, mut changes) = (Vec::new(), Vec::new(), Vec::new());
@@ -281,7 +295,9 @@ impl Remesher<'_> {
                 whole.labels.push(part.mesh.label(t));
             }
         }
+        self.work.mesh = EditMesh::new(&TriMesh::default())?;
         let mut mesh = EditMesh::new(&whole)?;
+        drop(whole);
         for [a, b] in borders {
             if let Some(h) = mesh.edge_between(a, b) {
                 mesh.set_sharp(h, true);

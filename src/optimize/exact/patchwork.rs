@@ -147,6 +147,9 @@ const TURNED: f64 = 0.05;
 /// within the length of an edge no place of a node would turn it nearer.
 const FACING: f64 = 0.7;
 
+/// Triangles whose directions differ by less than this (cosine), 26 degrees, are far from turned over against each other.
+const ALIKE: f64 = 0.9;
+
 /// A triangle by what its shape is made of.
 #[derive(Clone, Copy)]
 pub(super) struct Facet {
@@ -175,8 +178,8 @@ impl Facet {
     /// The shape as its angles make it, as long as it faces about the way of `normal`; from there on smaller and smaller, with
     /// the sign of [`seen`](Self::seen).
     fn facing(&self, normal: DVec3) -> f64 {
-        let seen = self.seen(normal) / FACING;
-        if seen > 0.0 { seen.min(self.plain()) } else { seen }
+        let seen = self.area.dot(normal) / FACING;
+        self.relative(if seen > 0.0 { seen.min(self.area.length()) } else { seen })
     }
 
     /// The shape whichever way the triangle faces.
@@ -261,25 +264,81 @@ impl Patchwork {
 
     /// [`judged`](Self::judged) of a triangle as it is.
     pub(super) fn shape(&self, surface: &dyn Pieces, t: u32) -> f64 {
-        self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t))
+        let plain = self.plain_among_alike(t);
+        plain.unwrap_or_else(|| self.shape_at(surface, self.mesh.label(t), self.mesh.corner_points(t)))
+    }
+
+    /// Whether the [shape](Self::shape) of a triangle is below a limit.
+    pub(super) fn is_below(&self, surface: &dyn Pieces, t: u32, limit: f64) -> bool {
+        let known = self.by_angles && self.patches[self.mesh.label(t) as usize].piece != NONE;
+        (known && plain_shape(self.mesh.corner_points(t)) < limit) || self.shape(surface, t) < limit
+    }
+
+    /// The shape of a triangle judged [by angles](Self::by_angles) whose neighbors face its way: what is turned over ends at a
+    /// fold, and there the surface is asked.
+    fn plain_among_alike(&self, t: u32) -> Option<f64> {
+        let patch = &self.patches[self.mesh.label(t) as usize];
+        let asked = self.by_angles && patch.piece != NONE && patch.plane.is_none();
+        (asked && self.neighbors_alike(t, ALIKE)? > 0).then(|| plain_shape(self.mesh.corner_points(t)))
+    }
+
+    /// How many neighbors of its patch a triangle has, if each of them and it face ways whose angle has a cosine of at least
+    /// `cosine`.
+    pub(super) fn neighbors_alike(&self, t: u32, cosine: f64) -> Option<usize> {
+        let m = &self.mesh;
+        let up = m.area_vector(t);
+        let mut count = 0;
+        for o in (3 * t..3 * t + 3).map(|h| m.opposite(h)).filter(|o| *o != NONE && m.label(o / 3) == m.label(t)) {
+            let other = m.area_vector(o / 3);
+            let along = up.dot(other);
+            if !(along > 0.0 && along * along >= cosine * cosine * up.length_squared() * other.length_squared()) {
+                return None;
+            }
+            count += 1;
+        }
+        Some(count)
     }
 
     /// The worst [shape](Self::judged) around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
-        self.worst_with(surface, v, p, None)
+        self.worst_triangle(surface, (v, p), None, f64::NEG_INFINITY).0
     }
 
-    /// [`worst_around`](Self::worst_around) for a node of one patch whose outward normal at `p` is known.
-    pub(super) fn worst_with(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> f64 {
-        self.worst_triangle(surface, v, p, known).0
+    /// The worst shape around a node where it is, and the mean direction of its triangles where these know their shapes without
+    /// asking the surface.
+    pub(super) fn worst_now(&self, surface: &dyn Pieces, v: u32) -> (f64, Option<DVec3>) {
+        let (mut worst, mut up) = (f64::INFINITY, DVec3::ZERO);
+        for h in self.mesh.outgoing(v) {
+            let Some(shape) = self.plain_among_alike(h / 3) else {
+                return (self.worst_around(surface, v, self.mesh.point(v)), None);
+            };
+            (worst, up) = (worst.min(shape), up + self.mesh.area_vector(h / 3));
+        }
+        (worst, up.try_normalize())
     }
 
-    /// The same, and the half-edge that leaves the node in the triangle with that shape.
-    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, v: u32, p: DVec3, known: Option<DVec3>) -> (f64, u32) {
+    /// The worst shape around a node, were it at a place where its outward normal may be `known` if it is of one patch, and the
+    /// half-edge that leaves the node in the triangle with that shape. Once a shape is below `floor` the others are not looked
+    /// at.
+    pub(super) fn worst_triangle(
+        &self,
+        surface: &dyn Pieces,
+        (v, p): (u32, DVec3),
+        known: Option<DVec3>,
+        floor: f64,
+    ) -> (f64, u32) {
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         // Both sides of a line within a piece are the piece's, with normals of their own.
         let on_line = self.sets[v as usize].as_slice().last().is_some_and(|piece| *piece >= self.lines_from);
+        // No shape is above what it is whichever way its triangle faces: what is known without normals comes first.
+        if self.by_angles && known.is_none() && floor > 0.0 {
+            let all = m.outgoing(v).filter(|h| self.patches[m.label(h / 3) as usize].piece != NONE);
+            let mut plain = all.map(|h| (plain_shape([p, m.point(m.target(h)), m.point(m.apex(h))]), h));
+            if let Some(low) = plain.find(|x| x.0 < floor) {
+                return low;
+            }
+        }
         for h in m.outgoing(v) {
             let label = m.label(h / 3);
             if self.patches[label as usize].piece == NONE {
@@ -292,6 +351,9 @@ impl Patchwork {
             let shape = if on_line { self.shape_at(surface, label, triangle) } else { self.judged(triangle, normal) };
             if worst.1 == NONE || shape < worst.0 {
                 worst = (shape, h);
+                if shape < floor {
+                    break;
+                }
             }
         }
         worst

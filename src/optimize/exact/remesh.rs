@@ -306,26 +306,32 @@ impl<'a> Remesher<'a> {
             let before = count;
             for h in 0..3 * self.work.mesh.triangle_capacity() as u32 {
                 let m = &self.work.mesh;
-                if !m.is_triangle(h / 3) || !m.is_edge(h) || m.opposite(h) == NONE {
-                    continue;
-                }
-                let (a, b) = (m.origin(h), m.target(h));
-                if !self.same_place(a, b) {
-                    continue;
-                }
-                let side = if self.rank[a as usize] <= self.rank[b as usize] { h } else { m.opposite(h) };
-                let (from, to) = (m.origin(side), m.target(side));
-                let p = self.point(to);
-                if self.work.mesh.merge(side, p) {
-                    self.work.sets[to as usize] = self.work.sets[to as usize].union(&self.work.sets[from as usize]);
-                    self.mark_around(to);
-                    count += 1;
+                if m.is_triangle(h / 3) && m.is_edge(h) {
+                    count += usize::from(self.merge_double(h));
                 }
             }
             if count == before {
                 return count;
             }
         }
+    }
+
+    /// Merges the ends of an edge if they lie at one place.
+    pub(super) fn merge_double(&mut self, h: u32) -> bool {
+        let m = &self.work.mesh;
+        let (a, b) = (m.origin(h), m.target(h));
+        if m.opposite(h) == NONE || !self.same_place(a, b) {
+            return false;
+        }
+        let side = if self.rank[a as usize] <= self.rank[b as usize] { h } else { m.opposite(h) };
+        let (from, to) = (m.origin(side), m.target(side));
+        let p = self.point(to);
+        let merged = self.work.mesh.merge(side, p);
+        if merged {
+            self.work.sets[to as usize] = self.work.sets[to as usize].union(&self.work.sets[from as usize]);
+            self.mark_around(to);
+        }
+        merged
     }
 
     /// Marks borders and ranks anew around a node.

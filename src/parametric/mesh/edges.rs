@@ -18,7 +18,11 @@ const LEAST_SAMPLES: usize = 4;
 /// A corner is sharp where it is at this share of the way looked at: tangents alone do not tell cusps.
 const PROBE: f64 = 0.25;
 /// Where a corner is this many times as wide as edges wanted there ask for, the next one fits.
-pub(super) const WIDE_ENOUGH: f64 = 1.25;
+const WIDE_ENOUGH: f64 = 1.25;
+/// The first triangle at a cusp is to be so wide for its length: 23 degrees,
+const OPEN: f64 = 0.4;
+/// or this share of what it may be at most.
+const REACHED: f64 = 0.9;
 /// How often the way to there is halved.
 const HALVINGS: usize = 24;
 /// The first edge at a sharp corner is at most this share of its curve.
@@ -109,10 +113,17 @@ pub(super) fn place(ways: &[f64], way: f64) -> (usize, f64) {
     (i, if step > 0.0 { ((way - ways[i]) / step).clamp(0.0, 1.0) } else { 0.0 })
 }
 
+/// The first edge at a sharp corner: how long it is, and how wide the corner there; zero where the corner is not sharp.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Lead {
+    pub(super) way: f64,
+    pub(super) width: f64,
+}
+
 /// How far from both ends of each edge the faces it borders are too narrow for the edges wanted there: in corners sharper
-/// than triangles shall be, down to cusps. Zero where they are not.
-pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], sizes: &MeshSizes<'_>) -> Vec<[f64; 2]> {
-    let mut out = vec![[0.0; 2]; brep.edges.len()];
+/// than triangles shall be, down to cusps.
+pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], sizes: &MeshSizes<'_>) -> Vec<[Lead; 2]> {
+    let mut out = vec![[Lead::default(); 2]; brep.edges.len()];
     let ways: Vec<Vec<f64>> = sampled.iter().map(Sampled::ways).collect();
     // The point some way from an end, and how far away from it.
     let at = |(e, end): (u32, usize), way: f64| {
@@ -163,17 +174,29 @@ pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], siz
                     continue;
                 };
                 let goal = WIDE_ENOUGH * sizes.deepest / EASE;
-                let wide = |way: f64| at(leaves, way).distance(at(comes, way)) >= goal;
-                if 2.0 * EASE * (0.5 * angle).sin() >= 1.0 || !wide(reach) {
+                let width = |way: f64| at(leaves, way).distance(at(comes, way));
+                if 2.0 * EASE * (0.5 * angle).sin() >= 1.0 || width(reach) < goal {
                     continue;
                 }
-                let (mut narrow, mut way) = (0.0, reach);
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (narrow + way);
-                    if wide(middle) { way = middle } else { narrow = middle }
+                let first = |mut narrow: f64, wide: &dyn Fn(f64) -> bool| {
+                    let mut way = reach;
+                    for _ in 0..HALVINGS {
+                        let middle = 0.5 * (narrow + way);
+                        if wide(middle) { way = middle } else { narrow = middle }
+                    }
+                    way
+                };
+                let mut way = first(0.0, &|way| width(way) >= goal);
+                // Cusps open on the way: their first triangle is to be no needle, as far as there is room for that.
+                let open = OPEN.min(REACHED * width(reach) / reach);
+                if width(way) < open * way {
+                    way = first(way, &|way| width(way) >= open * way);
                 }
                 for (e, end) in [leaves, comes] {
-                    out[e as usize][end] = f64::max(out[e as usize][end], way);
+                    let lead = &mut out[e as usize][end];
+                    if way > lead.way {
+                        *lead = Lead { way, width: width(way) };
+                    }
                 }
             }
         }
@@ -190,7 +213,7 @@ pub(super) fn divide(
     field: &Field<'_>,
     factor: usize,
     least: usize,
-    leads: [f64; 2],
+    leads: [Lead; 2],
     like: Like,
 ) -> (Vec<f64>, Option<usize>) {
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
@@ -230,7 +253,8 @@ pub(super) fn divide(
     let last = s.points.len() - 1;
     let lead = |end: usize| {
         let k = if end == 0 { 0 } else { last };
-        if factor == 1 && leads[end] > field.at(s.points[k], s.own[k]) { leads[end] } else { 0.0 }
+        let way = leads[end].way;
+        if factor == 1 && way > field.at(s.points[k], s.own[k]) { way } else { 0.0 }
     };
     let leads = [lead(0), lead(1)];
     let (begin, end) = (at(leads[0], &along).1, at(length - leads[1], &along).1);

@@ -66,7 +66,7 @@ struct Filler<'a> {
 }
 
 /// Fills a domain; `points` are all nodes so far, the domain's own included; `size_at` gives the length wanted at
-/// parameters; edges between the pairs of nodes in `doubled` are avoided. Lines between `sheets` get nodes before the rest.
+/// parameters, at most `longest`; edges between the pairs of nodes in `doubled` are avoided. Lines between `sheets` get nodes before the rest.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn fill(
     chart: &Chart,
@@ -74,7 +74,7 @@ pub(super) fn fill(
     sheets: Option<&Sheets>,
     points: &dyn Fn(u32) -> DVec3,
     first: u32,
-    size_at: &dyn Fn(DVec2, DVec3) -> f64,
+    (longest, size_at): (f64, &dyn Fn(DVec2, DVec3) -> f64),
     doubled: &FxHashSet<[u32; 2]>,
     (count, most): (&AtomicUsize, usize),
 ) -> Result<Filled, Unfilled> {
@@ -118,7 +118,7 @@ pub(super) fn fill(
         let near = |i: u32| p.distance_squared(segment_foot(p, chains[i as usize]));
         clear(p, h) && lines.nearest(p, CLEAR * h, near).is_none()
     };
-    f.scatter([lo, hi], &inside, size_at, &clear, (count, most.min(MOST_NODES)), &mut found)?;
+    f.scatter([lo, hi], &inside, (longest, size_at), &clear, (count, most.min(MOST_NODES)), &mut found)?;
     let (mut nodes, mut sizes) = (Vec::with_capacity(found.len()), Vec::with_capacity(found.len()));
     for (uv, p, h) in found {
         let size = h;
@@ -349,7 +349,7 @@ impl Filler<'_> {
         &self,
         [lo, hi]: [DVec2; 2],
         inside: &[bool],
-        size_at: &dyn Fn(DVec2, DVec3) -> f64,
+        (longest, size_at): (f64, &dyn Fn(DVec2, DVec3) -> f64),
         clear: &dyn Fn(DVec3, f64) -> bool,
         (count, most): (&AtomicUsize, usize),
         found: &mut Vec<(DVec2, DVec3, f64)>,
@@ -368,8 +368,11 @@ impl Filler<'_> {
             let along = |k: usize| rim(grid[0][k], grid[1][k], grid[2][k]);
             let across = |k: usize| rim(grid[k][0], grid[k][1], grid[k][2]);
             let wide = [along(1).max(along(0)).max(along(2)), across(1).max(across(0)).max(across(2))];
-            let h = size_at(m, center);
-            if wide[0].max(wide[1]) > WIDE * h && depth < DEEPEST {
+            // Cells wider than any length asked for need not know theirs.
+            let widest = wide[0].max(wide[1]);
+            let surely = widest > WIDE * longest && depth < DEEPEST;
+            let h = if surely { longest } else { size_at(m, center) };
+            if widest > WIDE * h && depth < DEEPEST {
                 if count.load(Ordering::Relaxed) > most {
                     return Err(Unfilled::Other(format!("more than {most} nodes are needed")));
                 }

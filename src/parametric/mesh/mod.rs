@@ -26,7 +26,7 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Sampled, divide, leads, least_parts, sample};
+use edges::{Chain, Lead, Sampled, divide, leads, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::{Contour, Unroller};
 use sheets::Sheets;
@@ -357,7 +357,7 @@ impl Parametric {
         sampled: &[Sampled],
         field: &Field<'_>,
         factor: &[usize],
-        (least, leads, strips): (&[usize], &[[f64; 2]], &Strips),
+        (least, leads, strips): (&[usize], &[[Lead; 2]], &Strips),
     ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
@@ -438,7 +438,7 @@ impl Parametric {
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
         let next = first + domain.nodes.len() as u32;
         let lines = sheets.map(|s| &s.0);
-        let mut filled = fill(chart, &domain, lines, &all, next, &size_at, doubled, (count, sizes.most))?;
+        let mut filled = fill(chart, &domain, lines, &all, next, (sizes.size, &size_at), doubled, (count, sizes.most))?;
         // Sheets are numbered beyond the faces.
         let number = |s: &u32| sheets.map_or(f, |d| self.brep.faces.len() as u32 + d.1 + s);
         let pieces = filled.pieces.iter().map(number).collect();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::MeshSizes;
-use super::edges::{Sampled, WIDE_ENOUGH, place};
+use super::edges::{Lead, Sampled, place};
 use crate::error::Result;
 use crate::geometry::{ALIKE, Pair, Strips};
 use crate::parametric::brep::{Brep, Face};
@@ -29,6 +29,10 @@ pub(super) const EASE: f64 = 2.0;
 const APART: f64 = 2.0;
 /// Short edges, and narrow places along them, are followed down to this share of what other narrow places are.
 const DEEPER: f64 = 0.125;
+/// Pieces of a border nearer to one that was looked at than this share of the length that fits there find nothing else,
+const BESIDE: f64 = 0.2;
+/// where the normals of both make an angle whose cosine is above this one: 18 degrees.
+const ALIGNED: f64 = 0.95;
 /// A narrow place is looked at in this many points of a piece of its border, at most.
 const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
@@ -89,7 +93,7 @@ struct Narrow {
 pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
-    (sampled, leads): (&[Sampled], &[[f64; 2]]),
+    (sampled, leads): (&[Sampled], &[[Lead; 2]]),
     sizes: &MeshSizes<'a>,
     run: &Run,
 ) -> Result<(Field<'a>, Strips)> {
@@ -105,9 +109,12 @@ pub(super) fn field<'a>(
     for (s, lead) in sampled.iter().zip(leads) {
         let ways = s.ways();
         let length = ways[ways.len() - 1];
-        for goal in [lead[0], length - lead[1]].into_iter().filter(|g| *g > 0.0 && *g < length) {
-            let (i, share) = place(&ways, goal);
-            sources.push((s.points[i].lerp(s.points[i + 1], share), WIDE_ENOUGH * sizes.deepest));
+        for (goal, lead) in [(lead[0].way, lead[0]), (length - lead[1].way, lead[1])] {
+            if goal > 0.0 && goal < length {
+                let (i, share) = place(&ways, goal);
+                let h = fitting(lead.width, ACROSS, f64::INFINITY, sizes.deepest, sizes);
+                sources.push((s.points[i].lerp(s.points[i + 1], share), h));
+            }
         }
     }
     let uses = brep.uses();
@@ -180,7 +187,7 @@ fn narrow_places(
     face: &Face,
     number: u32,
     faces_of: &[Vec<u32>],
-    (sampled, leads): (&[Sampled], &[[f64; 2]]),
+    (sampled, leads): (&[Sampled], &[[Lead; 2]]),
     sizes: &MeshSizes<'_>,
 ) -> (Vec<Narrow>, Vec<Pair>) {
     let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
@@ -201,7 +208,7 @@ fn narrow_places(
                 let inward = normal.cross(b - a).normalize_or_zero();
                 if !seam && inward != DVec3::ZERO {
                     // Sharp corners are left to one triangle.
-                    let bare = [lead[0], ways[n] - lead[1]];
+                    let bare = [lead[0].way, ways[n] - lead[1].way];
                     pieces.push(Piece {
                         edge: c.edge,
                         ends: [a, b],
@@ -229,6 +236,8 @@ fn narrow_places(
     // What is narrow along a short edge only may be followed deeper, as it costs less; where it is narrower still somewhere there
     // will be needles all the same.
     let mut tapers = false;
+    // The last piece that was looked at, up to which way from there that will do, and what it found.
+    let mut last: Option<(&Piece, f64, Option<[u32; 2]>)> = None;
     for p in &pieces {
         let deepest = (p.length / sizes.size).clamp(DEEPER, 1.0) * sizes.deepest;
         let length = p.ends[0].distance(p.ends[1]);
@@ -239,16 +248,29 @@ fn narrow_places(
             }
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
-            let found = tree.nearest(at, WIDEST * sizes.size, across);
+            let found = tree.nearest_ahead(at, WIDEST * sizes.size, (p.inward, INTO), across);
             let edges = |i: u32| [p.edge, pieces[i as usize].edge];
             found.map(|(i, d)| Narrow { at, width: d.sqrt(), edges: edges(i), bend: p.bend, deepest })
         };
-        let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else { continue };
+        if let Some((q, reach, edges)) = last
+            && q.edge == p.edge
+            && (p.way[0] - q.way[0]).abs() < reach
+            && p.inward.dot(q.inward) > ALIGNED
+        {
+            edges.into_iter().for_each(|e| seen.entry(e).or_default()[0] += length);
+            continue;
+        }
+        let Some(middle) = [0.5, 0.95, 0.05].into_iter().find_map(width) else {
+            last = Some((p, BESIDE * sizes.size, None));
+            continue;
+        };
         let sum = seen.entry(middle.edges).or_default();
         *sum = [sum[0] + length, sum[1].max(middle.width)];
         // The field grows on both sides of a source: there must be one at about every length.
         let fit = [sizes.deepest, deepest].map(|d| fitting(middle.width, ACROSS, p.bend, d, sizes));
-        let points = (length / fit[0].min(fit[1])).ceil().min(MOST_POINTS);
+        let fit = fit[0].min(fit[1]);
+        last = Some((p, BESIDE * fit.min(sizes.size), Some(middle.edges)));
+        let points = (length / fit).ceil().min(MOST_POINTS);
         let more = (0..points as usize).map(|k| (k as f64 + 0.5) / points).filter(|_| points > 1.0);
         for place in [middle].into_iter().chain(more.filter_map(width)) {
             tapers |= EASE * place.width < deepest;

@@ -1,0 +1,192 @@
+//! Moving one node up to where the worst triangle around it is best.
+
+use glam::DVec3;
+
+use super::STUCK;
+use super::moves::CALM;
+use super::patchwork::{PieceSet, plain_shape};
+use super::remesh::{Rank, Remesher};
+
+/// Mending makes edges of borders at most this many times longer or shorter than wanted.
+const UNEVEN: f64 = 1.1;
+
+/// What shapes may change by where a place in the tangent plane is put onto the surface.
+const BENT: f64 = 0.05;
+
+/// The same by angles where triangles face about the same way, and for a curve's tangent: for a way as long as the wanted length,
+/// growing with the square of it.
+const BOWED: [f64; 2] = [0.3, 1.0];
+
+/// The third corner of the equilateral triangle on an edge, on the left of it seen along `up`.
+fn equilateral(a: DVec3, b: DVec3, up: DVec3) -> DVec3 {
+    0.5 * (a + b) + 0.5 * 3f64.sqrt() * up.normalize_or_zero().cross(b - a)
+}
+
+/// Where a node is after some steps, the worst shape there, its normal, and what shapes may change by beside it.
+type Climb = (DVec3, f64, Option<DVec3>, Option<[f64; 2]>);
+
+impl Remesher<'_> {
+    /// Whether shapes around a node would surely not become better than `best` at a place that is still to be put onto the
+    /// surface: by the normal or, where that is not known, whichever way triangles face.
+    fn is_worse_at(
+        &self,
+        v: u32,
+        (from, to): (DVec3, DVec3),
+        normal: Option<DVec3>,
+        best: f64,
+        bow: Option<[f64; 2]>,
+    ) -> bool {
+        let Some([grows, most]) = bow else { return false };
+        let floor = best - most.min(grows * from.distance_squared(to) / self.want[v as usize].powi(2));
+        if normal.is_some() {
+            return self.worst_beside(v, to, normal, floor) < floor;
+        }
+        let m = &self.work.mesh;
+        let plain = |h: u32| plain_shape([to, self.point(m.target(h)), self.point(m.apex(h))]);
+        m.outgoing(v).filter(|h| !self.work.is_kept(h / 3)).any(|h| plain(h) < floor)
+    }
+
+    /// The worst shape around a node, were it at `p` with a normal that may be known; any of those below `floor`.
+    pub(super) fn worst_beside(&self, v: u32, p: DVec3, normal: Option<DVec3>, floor: f64) -> f64 {
+        self.work.worst_triangle(self.surface, (v, p), normal, floor).0
+    }
+
+    /// The normal at a node inside a face: whether a move may help is then seen without asking the surface, as the surface is
+    /// nearly a plane over the length of a step.
+    fn normal_within(&self, v: u32, p: DVec3) -> Option<DVec3> {
+        let inside = self.rank[v as usize] == Rank::Face && self.work.sets[v as usize].len() == 1;
+        let h = self.work.mesh.outgoing(v).next().filter(|_| inside)?;
+        Some(self.work.normal(self.surface, self.work.mesh.label(h / 3), p))
+    }
+
+    /// Below which share of the square of a way shapes change by less where a place that far away is put onto the surface, or
+    /// its curve, and what they change by at most; nothing of the kind is known for a curve but by angles.
+    fn bow(&self, v: u32, alike: bool) -> Option<[f64; 2]> {
+        let m = &self.work.mesh;
+        let flat = |h: u32| self.work.patches[m.label(h / 3) as usize].plane.is_some();
+        match (self.rank[v as usize], self.work.by_angles) {
+            (Rank::Face, _) if m.outgoing(v).next().is_some_and(flat) => Some([0.0; 2]),
+            (Rank::Face, true) if alike => Some([BOWED[0], BENT]),
+            (Rank::Face, _) => Some([f64::INFINITY, BENT]),
+            (_, by_angles) => by_angles.then_some([BOWED[1], f64::INFINITY]),
+        }
+    }
+
+    /// Moves a node towards the place where the worst triangle around it is equilateral, as far as that helps, again and
+    /// again. Returns where it is then, the worst shape there, the [normal](Self::normal_within), and the [bow](Self::bow).
+    fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> Climb {
+        const STEPS: usize = 4;
+        let mut p = self.point(v);
+        let up = if self.rank[v as usize] == Rank::Face { self.work.worst_now(self.surface, v).1 } else { None };
+        let mut normal = up.or_else(|| self.normal_within(v, p));
+        let bow = self.bow(v, up.is_some()).filter(|_| self.work.by_angles || normal.is_some());
+        let (mut best, mut worst) = self.work.worst_triangle(self.surface, (v, p), normal, f64::NEG_INFINITY);
+        for _ in 0..STEPS {
+            if best >= limit {
+                break;
+            }
+            let m = &self.work.mesh;
+            let apex = equilateral(self.point(m.target(worst)), self.point(m.apex(worst)), m.area_vector(worst / 3));
+            let mut improved = false;
+            for share in [0.6, 0.25, 0.1] {
+                let place = p.lerp(apex, share);
+                if self.is_worse_at(v, (p, place), normal, best, bow) {
+                    continue;
+                }
+                let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
+                let there = there.or_else(|| self.normal_within(v, x));
+                let (shape, h) = self.work.worst_triangle(self.surface, (v, x), there, best);
+                if shape > best + 1e-4 && self.stays_even(v, x) {
+                    (best, worst, p, normal, improved) = (shape, h, x, there, true);
+                    break;
+                }
+            }
+            if !improved {
+                break;
+            }
+            self.work.mesh.set_point(v, p);
+        }
+        (p, best, normal, bow)
+    }
+
+    /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
+    /// off more of a bend than was asked for.
+    fn stays_even(&self, v: u32, x: DVec3) -> bool {
+        if self.rank[v as usize] != Rank::Curve {
+            return true;
+        }
+        let [a, b] = self.work.along(v)[..] else { return false };
+        let span = |p: DVec3| {
+            let (l, r) = (self.point(a).distance(p), self.point(b).distance(p));
+            (l.min(r), l.max(r))
+        };
+        let (now, then, want) = (span(self.point(v)), span(x), self.want[v as usize]);
+        then.0 >= now.0.min(want / UNEVEN) && then.1 <= now.1.max(UNEVEN * want)
+    }
+
+    /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not
+    /// seen at once, by looking in six directions and halving the step.
+    pub(super) fn climb(&mut self, v: u32, limit: f64) -> bool {
+        let set = self.work.sets[v as usize];
+        let rank = self.rank[v as usize];
+        if rank == Rank::Corner {
+            return false;
+        }
+        // What borders were spaced for here stays but for bad shapes; those spaced before had no look at what lies beside.
+        let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
+        let start = self.point(v);
+        let reach = self.want[v as usize];
+        let (mut p, mut best, mut normal, bow) = self.climbed_to_apex(v, limit, reach, &set);
+        if best >= limit.min(CALM) {
+            return p != start;
+        }
+        let directions: Vec<DVec3> = if rank == Rank::Curve {
+            match self.work.along(v)[..] {
+                [a, b] => {
+                    let d = (self.point(b) - self.point(a)).normalize_or_zero();
+                    vec![d, -d]
+                }
+                _ => return false,
+            }
+        } else {
+            let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
+            let up = normal.unwrap_or_else(|| self.work.normal(self.surface, patch, p));
+            let Some((u, w)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return p != start };
+            (0..6)
+                .map(|k| {
+                    let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
+                    c * u + s * w
+                })
+                .collect()
+        };
+        let mut step = 0.25 * reach;
+        for _ in 0..5 {
+            if best >= limit {
+                break;
+            }
+            let mut improved = false;
+            for d in &directions {
+                let place = p + step * *d;
+                if self.is_worse_at(v, (p, place), normal, best, bow) {
+                    continue;
+                }
+                let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };
+                let there = there.or_else(|| self.normal_within(v, x));
+                let s = self.worst_beside(v, x, there, best);
+                if s > best + 1e-4 && self.stays_even(v, x) {
+                    (best, p, normal, improved) = (s, x, there, true);
+                    if best >= limit {
+                        break;
+                    }
+                }
+            }
+            if !improved {
+                step *= 0.5;
+            }
+        }
+        if p != start {
+            self.work.mesh.set_point(v, p);
+        }
+        p != start
+    }
+}
