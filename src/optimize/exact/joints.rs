@@ -223,7 +223,7 @@ fn crossing(surface: &dyn Pieces, three: [u32; 3], start: DVec3, up: DVec3, cell
         let is_surface =
             |mid: DVec3| surface.meet(&[*k], at + RADIUS * cell * mid, cell).is_some_and(|q| surface.bounds(&[*k], q));
         let on: Vec<bool> = (0..rays.len()).map(|i| is_surface(between(&rays, i, i + 1, *n))).collect();
-        // the surface on all sides: not cut by the others at all
+        // a piece that is the surface on all sides, or on none, makes no corner with the others
         let first = (0..on.len()).find(|&i| on[i] && !on[(i + on.len() - 1) % on.len()])?;
         let mut i = first;
         while i < first + on.len() {
