@@ -202,17 +202,6 @@ fn creases_inside_one_formula_are_edges() {
 }
 
 #[test]
-fn what_a_blend_hides_is_told() {
-    // The rims of the cylinder lie within the blend, which is one leaf.
-    let pin = Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, Some(2.0));
-    let made = made(cuboid([-1.0, -1.0, -0.5], [1.0, 1.0, 0.2]).blend(pin, 0.2), 0.08, |_| {});
-    assert!(made.report.warnings.iter().any(|w| w.contains("cut off a crease inside")), "{:?}", made.report.warnings);
-    let ball = |z: f64| Solid::from(Primitive::Sphere { r: 1.0, at: DVec3::Z * z });
-    let smooth = self::made(ball(0.0).blend(ball(1.2), 0.3), 0.08, |_| {});
-    assert_eq!((smooth.report.warnings, smooth.report.shortfalls), (Vec::new(), Vec::new()));
-}
-
-#[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     // A ball is one face, and is worked on in parts.
     let ball = Primitive::Sphere { r: 1.0, at: DVec3::ZERO }.into();

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::blend::Blend;
 use super::field::Field;
+use super::fillet::Fillet;
 use super::formula::Formula;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
@@ -32,6 +33,8 @@ pub(crate) enum Leaf {
     Field(Arc<dyn Field>, Placement),
     /// A smooth union of two subtrees.
     Blend(Arc<Blend>),
+    /// What such a union has between two leaves.
+    Fillet(Arc<Fillet>),
 }
 
 /// A right-handed orthonormal frame; `a` is the axis.
@@ -123,7 +126,10 @@ fn slack(i: Interval, magnitude: f64) -> Interval {
 impl Leaf {
     /// Whether values may be NaN or infinite.
     pub(crate) fn is_user(&self) -> bool {
-        matches!(self, Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_))
+        match self {
+            Leaf::Fillet(f) => f.sides.iter().any(|s| s.leaf.is_user()),
+            _ => matches!(self, Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_)),
+        }
     }
 
     /// Value at one point, exact zeros included.
@@ -134,7 +140,7 @@ impl Leaf {
             Leaf::Cylinder { c, frame, r } => cylinder(c, frame, *r, p),
             Leaf::Cone { c, frame, k, m, d } => cone(c, frame, [*k, *m, *d], p),
             Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
-            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) => {
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => {
                 let mut out = [0.0];
                 self.eval(&[p.x], &[p.y], &[p.z], &mut out);
                 out[0]
@@ -147,11 +153,22 @@ impl Leaf {
         match self {
             Leaf::Formula(f) => f.gradient(p),
             Leaf::Blend(b) => b.gradient(p),
+            Leaf::Fillet(f) => f.gradient(p),
             _ => Dual::new(self.value(p), self.slope(p)),
         }
     }
 
-    /// The gradient alone.
+    /// [`gradient`](Self::gradient) of the whole surface that the leaf may be only a part of.
+    pub(crate) fn smooth(&self, p: DVec3) -> Dual {
+        if let Leaf::Fillet(f) = self { f.smooth(p) } else { self.gradient(p) }
+    }
+
+    /// Whether the leaf, which is only a part of a surface, has come to no end here.
+    pub(crate) fn reaches(&self, p: DVec3) -> bool {
+        if let Leaf::Fillet(f) = self { f.is_between(p) } else { true }
+    }
+
+    /// The gradient of [`smooth`](Self::smooth) alone.
     pub(crate) fn slope(&self, p: DVec3) -> DVec3 {
         match self {
             Leaf::Plane { n, .. } => -*n,
@@ -174,6 +191,7 @@ impl Leaf {
             Leaf::Formula(f) => f.gradient(p).g,
             Leaf::Field(f, place) => place.turn(f.gradient(unplace(place, p))),
             Leaf::Blend(b) => b.gradient(p).g,
+            Leaf::Fillet(f) => f.smooth(p).g,
         }
     }
 
@@ -216,7 +234,7 @@ impl Leaf {
                 }
                 p + (radial * (x / rho) + frame.a * t) * share
             }
-            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) => return None,
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => return None,
         };
         q.is_finite().then_some(q)
     }
@@ -232,7 +250,7 @@ impl Leaf {
             _ => {
                 // the cube root of the rounding unit balances truncation against rounding
                 let h = scale * f64::EPSILON.cbrt();
-                DVec3::AXES.map(|e| (self.gradient(p + e * h).g - self.gradient(p - e * h).g) / (2.0 * h))
+                DVec3::AXES.map(|e| (self.slope(p + e * h) - self.slope(p - e * h)) / (2.0 * h))
             }
         }
     }
@@ -257,6 +275,7 @@ impl Leaf {
                 }
             }
             Leaf::Blend(b) => b.eval(xs, ys, zs, out),
+            Leaf::Fillet(f) => f.eval(xs, ys, zs, out),
         }
     }
 
@@ -304,6 +323,7 @@ impl Leaf {
                 Interval::new(lo, hi).scale(place.scale)
             }
             Leaf::Blend(f) => f.range(b),
+            Leaf::Fillet(f) => f.range(b),
         }
     }
 
@@ -327,6 +347,10 @@ impl Leaf {
                 ),
             ),
             Leaf::Blend(b) => (7, vec![Arc::as_ptr(b) as usize as f64]),
+            Leaf::Fillet(f) => {
+                let side = |k: usize| 2.0 * f64::from(f.sides[k].number) + f64::from(u8::from(f.sides[k].negate));
+                (8, vec![side(0), side(1), f.radius])
+            }
         }
     }
 
@@ -336,6 +360,7 @@ impl Leaf {
             (Leaf::Formula(a), Leaf::Formula(b)) => a == b,
             (Leaf::Field(a, p), Leaf::Field(b, q)) => Arc::ptr_eq(a, b) && p == q,
             (Leaf::Blend(a), Leaf::Blend(b)) => Arc::ptr_eq(a, b),
+            (Leaf::Fillet(_), Leaf::Fillet(_)) => self.key() == other.key(),
             _ => {
                 let ((ka, a), (kb, b)) = (self.key(), other.key());
                 let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

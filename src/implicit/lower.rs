@@ -1,11 +1,12 @@
 //! From the tree of a solid to signed leaves and one tape.
 
+mod blends;
+
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use rustc_hash::FxHashMap;
 
-use super::blend::Blend;
 use super::expr::Expr;
 use super::formula::Formula;
 use super::leaf::{Frame, Leaf};
@@ -20,9 +21,6 @@ use crate::spatial::Aabb;
 
 /// Leaves whose parameters agree to this share of their size are one leaf: the rounding left by a chain of placements.
 const SAME_LEAF: f64 = 1e-13;
-
-/// Blends inside blends deeper than this are refused: each level evaluates the one below twice.
-const BLEND_DEPTH: usize = 32;
 
 /// Nodes visited before a tree is refused: shared subtrees count each time they are met, as each may lie elsewhere.
 const MOST_NODES: usize = 4_000_000;
@@ -155,25 +153,6 @@ impl Lowerer {
             }
         }
         done.pop().ok_or_else(|| Error::Failed("the tree has no root".into()))
-    }
-
-    fn blend(&mut self, solid: &Solid, a: &Solid, b: &Solid, radius: f64, c: &Context) -> Result<Part> {
-        positive("the radius of a blend", radius)?;
-        if self.blend_depth >= BLEND_DEPTH {
-            return Err(Error::input(Place::Unknown, format!("blends are nested more than {BLEND_DEPTH} deep")));
-        }
-        let (blend_depth, visited) = (self.blend_depth + 1, self.visited);
-        let mut inner = Lowerer { blend_depth, visited, ..Lowerer::default() };
-        let (pa, pb) = (inner.tree(a, c.place)?, inner.tree(b, c.place)?);
-        self.visited = inner.visited;
-        let (ta, tb) = (extract_tape(&inner.ops, pa.op), extract_tape(&inner.ops, pb.op));
-        let radius = radius * c.place.scale;
-        // the fillet lies within r of both solids, and the box around both holds it when they meet at any angle
-        let bounds = pa.bounds.union(&pb.bounds).grown(radius);
-        let leaf = Leaf::Blend(Arc::new(Blend { leaves: inner.leaves, a: ta, b: tb, radius }));
-        let face = self.face(solid, "blend", "", c);
-        let op = self.leaf(leaf, face, c.negate);
-        Ok(Part { op, bounds: if c.negate { Aabb::ALL } else { bounds } })
     }
 
     /// Joins parts two by two, so that trees stay shallow.

@@ -11,6 +11,7 @@ pub mod expr;
 mod extract;
 mod features;
 mod field;
+mod fillet;
 mod formula;
 mod leaf;
 mod lost;

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::leaf::Leaf;
 use super::tape::{Op, Tape};
+use crate::numeric::Dual;
 
 /// Steps after which an iteration that has not settled is given up: settled ones take 3 to 8.
 const MOST_STEPS: usize = 30;
@@ -61,9 +62,17 @@ fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, s
     (q.is_finite() && q.distance(p) <= reach).then_some(q)
 }
 
+/// What is to vanish for leaf number `k` of `which` where all of them do.
+fn condition(leaves: &[Leaf], which: &[u32], k: usize, q: DVec3) -> Dual {
+    match &leaves[which[k] as usize] {
+        Leaf::Fillet(f) => f.beside(leaves, &which[..k], &which[k + 1..], q),
+        leaf => leaf.gradient(q),
+    }
+}
+
 /// The projection of `p` onto the intersection of the leaves' tangent planes at `q`.
 fn project_once(leaves: &[Leaf], which: &[u32], p: DVec3, q: DVec3, scale: f64) -> Option<DVec3> {
-    let mut d = which.iter().map(|i| leaves[*i as usize].gradient(q));
+    let mut d = (0..which.len()).map(|k| condition(leaves, which, k, q));
     match which.len() {
         1 => {
             let d = d.next()?;
@@ -139,6 +148,10 @@ const CROWDED: f64 = 1e-6;
 /// Where a point's surroundings are undecided the surface is looked at this far away, as a share of the scale.
 const LOOK: f64 = 1e-4;
 
+/// Directions in which it is looked at: faces that end in a corner may be narrow. From one to the next it is so many on.
+const WAYS: u32 = 40;
+const WAYS_APART: u32 = 11;
+
 /// The surroundings of a point at which leaves meet.
 pub(crate) struct Meeting<'a> {
     /// The tape that holds at the point.
@@ -168,14 +181,17 @@ impl Meeting<'_> {
         }
     }
 
-    /// Whether leaves other than `which` pass the point.
+    /// Whether leaves other than `which` pass the point, or a fillet ends there.
     fn is_crowded(&self, which: &[u32], q: DVec3) -> bool {
-        self.tape.ops.iter().any(|op| match *op {
-            Op::Leaf { leaf, .. } if !which.contains(&leaf) => {
+        let near = CROWDED * self.scale;
+        self.tape.ops.iter().any(|op| {
+            let Op::Leaf { leaf, .. } = *op else { return false };
+            let passes = || {
                 let d = self.leaves[leaf as usize].gradient(q);
-                d.v.abs() <= CROWDED * self.scale * d.g.length()
-            }
-            _ => false,
+                d.v.abs() <= near * d.g.length()
+            };
+            let ends = || matches!(&self.leaves[leaf as usize], Leaf::Fillet(f) if f.ends_near(q, near));
+            (!which.contains(&leaf) && passes()) || ends()
         })
     }
 
@@ -184,9 +200,9 @@ impl Meeting<'_> {
         let n = self.leaves[leaf as usize].slope(q).try_normalize()?;
         let (u, v) = n.any_orthonormal_pair();
         let step = LOOK * self.scale;
-        (0..8).find_map(|k| {
-            // None of the directions lies along an axis of `u` and `v`, which the other leaves often do.
-            let (s, c) = (0.3 + std::f64::consts::FRAC_PI_4 * f64::from(k)).sin_cos();
+        (0..WAYS).find_map(|k| {
+            // Far apart at first, and none of them along an axis of `u` and `v`, which the other leaves often are.
+            let (s, c) = (0.3 + std::f64::consts::TAU * f64::from(k * WAYS_APART % WAYS) / f64::from(WAYS)).sin_cos();
             let p = nearest(self.leaves, &[leaf], q + step * (c * u + s * v), step, self.scale)?;
             bounds_solid(self.whole, self.leaves, leaf, p)
         })

@@ -92,13 +92,13 @@ impl<'a> ImplicitOracle<'a> {
     /// Principal curvatures of a leaf at a point on it, as seen from the side of `outward`.
     pub(super) fn leaf_curvatures(&self, leaf: u32, q: DVec3, outward: DVec3) -> Option<[f64; 2]> {
         let leaf = &self.leaves()[leaf as usize];
-        let d = leaf.gradient(q);
-        let length = d.g.length();
+        let slope = leaf.slope(q);
+        let length = slope.length();
         if !(length > 0.0) {
             return None;
         }
         // curvature of the surface seen from the side the foot's normal points to
-        let side = if d.g.dot(outward) < 0.0 { 1.0 } else { -1.0 };
+        let side = if slope.dot(outward) < 0.0 { 1.0 } else { -1.0 };
         let h = leaf.hessian(q, self.scale);
         let apply = |v: DVec3| h[0] * v.x + h[1] * v.y + h[2] * v.z;
         let (u, v) = outward.any_orthonormal_pair();

@@ -91,6 +91,11 @@ impl Tape {
         }
     }
 
+    /// How many times leaves occur.
+    pub(crate) fn leaf_count(&self) -> usize {
+        self.ops.iter().filter(|op| matches!(op, Op::Leaf { .. })).count()
+    }
+
     /// Signed values at many points; never zero, NaN only where a formula is NaN.
     pub(crate) fn eval(
         &self,
@@ -259,8 +264,9 @@ impl Tape {
     /// the others have their own.
     pub(crate) fn inside_with(&self, leaves: &[Leaf], p: DVec3, forced: &[(u32, u8)]) -> u8 {
         self.inside_cases(|leaf| match forced.iter().find(|f| f.0 == leaf) {
-            Some(f) => f.1,
-            None => all_cases(leaves[leaf as usize].value(p) >= 0.0),
+            // Where it has come to an end its sign is no matter of sides.
+            Some(f) if leaves[leaf as usize].reaches(p) => f.1,
+            _ => all_cases(leaves[leaf as usize].value(p) >= 0.0),
         })
     }
 

@@ -329,8 +329,8 @@ proptest! {
             let e = 1e-6;
             let differences = DVec3::AXES.map(|a| (leaf.value(p + a * e) - leaf.value(p - a * e)) / (2.0 * e));
             let g = DVec3::from_array(differences);
-            // creases of blends excepted
-            if !matches!(leaf, Leaf::Blend(_)) {
+            // creases of blends and ends of fillets excepted
+            if !matches!(leaf, Leaf::Blend(_) | Leaf::Fillet(_)) {
                 prop_assert!(g.distance(d.g) <= 1e-4 * (1.0 + g.length()), "{leaf:?} at {p}: {g} {}", d.g);
             }
         }
@@ -351,6 +351,26 @@ proptest! {
             Pruned::Same => {}
             Pruned::Smaller(t) => prop_assert_eq!(t.value(&low.leaves, p) > 0.0, f > 0.0),
         }
+    }
+
+    #[test]
+    fn a_blend_leaf_by_leaf_has_the_sign_of_the_one_function(
+        c in prop::array::uniform3(-1.4f64..1.4), radius in 0.02f64..0.5, turn in any::<bool>(), negate in any::<bool>(),
+    ) {
+        let plate = cube(0.9) & Solid::half_space(DVec3::Z, v(0.0, 0.0, -0.1));
+        let tools = Solid::cylinder(0.3, DVec3::Z, v(0.3, 0.2, 0.0), Some(1.0)) | cube(0.4) - Solid::sphere(0.45, v(-0.3, 0.0, 0.4));
+        let place = |s: Solid| if turn { s.placed(generic_rotation()) } else { s };
+        let p = DVec3::from_array(c);
+        let value = |s: &Solid| {
+            let low = lower(s).unwrap();
+            low.tape.value(&low.leaves, p)
+        };
+        let blend = plate.clone().blend(tools.clone(), radius);
+        let (a, b) = (value(&place(plate)), value(&place(tools)));
+        let f = (radius + a).max(0.0).hypot((radius + b).max(0.0)) + a.max(b).min(-radius);
+        prop_assume!(f.abs() > 1e-9);
+        let made = if negate { -value(&place(!blend)) } else { value(&place(blend)) };
+        prop_assert_eq!(made > 0.0, f > 0.0, "{} {}", made, f);
     }
 
     #[test]

@@ -29,6 +29,9 @@ const REACH: f64 = 2.0;
 const ON_BORDER: f64 = 1e-6;
 /// The same when splitting has not helped: pieces that run this close to each other are told apart no more.
 const NEAR_BORDER: f64 = 0.02;
+/// Where the pieces of an edge's ends meet lies aside if it is farther from the edge than this share of its length; at a right
+/// angle it never is.
+const ASIDE: f64 = 0.51;
 /// An edge passes a corner that is this share of its length away from where it would cross the border.
 const PASSES: f64 = 0.5;
 
@@ -153,6 +156,20 @@ impl Cutter<'_> {
         }
     }
 
+    /// Whether an edge has another piece than those of its ends at its middle, and where these meet lies aside: they border on
+    /// each other there, but not here.
+    fn passes_another(&self, h: u32, x: DVec3) -> bool {
+        let ends = [self.mesh.origin(h), self.mesh.target(h)];
+        let [p, q] = ends.map(|v| self.mesh.point(v));
+        let (d, length) = (q - p, p.distance(q));
+        let along = (d.dot(x - p) / (length * length)).clamp(0.0, 1.0);
+        if !(x.distance(p + along * d) > ASIDE * length) {
+            return false;
+        }
+        let middle = self.surface.project(0.5 * (p + q), length).and_then(|f| self.surface.piece_at(f.point));
+        middle.is_some_and(|k| ends.iter().all(|v| self.piece[*v as usize] != k))
+    }
+
     /// A corner of the two pieces and a third that the edge passes.
     fn at_corner(&self, h: u32, [i, j]: [u32; 2], x: DVec3) -> Crossing {
         let reach = PASSES * self.mesh.edge_length(h);
@@ -194,7 +211,12 @@ impl Cutter<'_> {
                 if !(this.mesh.is_edge(h) && this.crosses(h)) || this.mesh.edge_length(h) < SHORTEST * this.cell {
                     return None;
                 }
-                matches!(this.crossing(h), Crossing::Nowhere).then_some(h)
+                let found = match this.crossing(h) {
+                    Crossing::At(x) => round >= SPLITS || !this.passes_another(h, x),
+                    Crossing::Corner(..) => true,
+                    Crossing::Nowhere => false,
+                };
+                (!found).then_some(h)
             })?;
             let bad_triangles = ask_all(run, this.mesh.triangle_capacity(), |t| {
                 if !this.mesh.is_triangle(t) || !this.has_three(t) {
@@ -252,7 +274,9 @@ impl Cutter<'_> {
             others.sort_unstable();
             others.dedup();
             others.retain(|&k| {
-                let on = |q: DVec3| q.distance(p) <= near * self.cell;
+                // Where pieces touch they stay near each other far beyond their border.
+                let on =
+                    |q: DVec3| q.distance(p) <= near * self.cell && (near <= ON_BORDER || self.surface.bounds(&[k], q));
                 k != own && k != NONE && self.surface.meet(&[k], p, self.cell).is_some_and(on)
             });
             let mut best = (self.without_crossing(v), own);

@@ -1,0 +1,145 @@
+//! The fillet between two leaves of a blend.
+//!
+//! The function of a blend never falls when one of its operands rises, so it may be taken leaf by leaf: the blend of
+//! minima and maxima is the same minima and maxima of blends of two leaves. Where these are not the leaves themselves
+//! they are fillets. A tree of them has an edge wherever the operands have one, which a blend as one function would hide.
+
+use glam::DVec3;
+
+use super::leaf::Leaf;
+use crate::numeric::{Dual, Interval};
+use crate::spatial::Aabb;
+
+/// A fillet ends this share of the radius before the lines where it touches its two surfaces: it is nearer to them than rounding
+/// there. So it has none of a surface that it touches everywhere, as where walls of a height of one radius end in a plane.
+const ENDS: f64 = 1e-8;
+
+/// One of the two surfaces of a fillet.
+#[derive(Debug, Clone)]
+pub(crate) struct Side {
+    pub(crate) leaf: Leaf,
+    /// Its number among the leaves of the tree.
+    pub(crate) number: u32,
+    /// Whether the operand is the leaf's complement.
+    pub(crate) negate: bool,
+}
+
+impl Side {
+    fn is(&self, other: &Side) -> bool {
+        self.number == other.number && self.negate == other.negate
+    }
+
+    fn value(&self, p: DVec3) -> f64 {
+        let v = self.leaf.value(p);
+        if self.negate { -v } else { v }
+    }
+
+    fn smooth(&self, p: DVec3) -> Dual {
+        let d = self.leaf.smooth(p);
+        if self.negate { -d } else { d }
+    }
+
+    fn range(&self, cell: &Aabb) -> Interval {
+        let r = self.leaf.range(cell);
+        if self.negate { -r } else { r }
+    }
+}
+
+/// `|(r + a, r + b)| - r` where `a` and `b` are above `-r`, and less than both of them elsewhere: never less when `a` or `b`
+/// rises. It is a circle of radius `r` where the two surfaces are planes at a right angle and the leaves are distances.
+#[derive(Debug)]
+pub(crate) struct Fillet {
+    pub(crate) sides: [Side; 2],
+    pub(crate) radius: f64,
+}
+
+impl Fillet {
+    fn join(&self, a: f64, b: f64) -> f64 {
+        let r = self.radius;
+        let (u, v) = (r + a, r + b);
+        // NaN comes through either way.
+        if u.min(v) > ENDS * r { u.hypot(v) - r } else { a.min(b) - r + (a + b) * 0.0 }
+    }
+
+    /// Whether the fillet itself, and not its continuation, passes here.
+    pub(crate) fn is_between(&self, p: DVec3) -> bool {
+        self.sides.iter().all(|s| self.radius + s.value(p) > ENDS * self.radius)
+    }
+
+    /// Whether the fillet ends at a place nearer than `reach`, to first order.
+    pub(crate) fn ends_near(&self, p: DVec3, reach: f64) -> bool {
+        let away = |s: &Side| {
+            let d = s.smooth(p);
+            (self.radius + d.v) / d.g.length()
+        };
+        let [a, b] = [0, 1].map(|k| away(&self.sides[k]));
+        a.min(b).abs() <= reach
+    }
+
+    pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
+        const BLOCK: usize = 64;
+        let mut other = [0.0; BLOCK];
+        let mut start = 0;
+        while start < out.len() {
+            let end = (start + BLOCK).min(out.len());
+            let (x, y, z) = (&xs[start..end], &ys[start..end], &zs[start..end]);
+            let (a, b) = (&mut out[start..end], &mut other[..end - start]);
+            self.sides[0].leaf.eval(x, y, z, a);
+            self.sides[1].leaf.eval(x, y, z, b);
+            let [s, t] = [0, 1].map(|k| if self.sides[k].negate { -1.0 } else { 1.0 });
+            a.iter_mut().zip(b).for_each(|(a, b)| *a = self.join(s * *a, t * *b));
+            start = end;
+        }
+    }
+
+    /// Value and gradient of what [`eval`](Self::eval) gives.
+    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
+        if self.is_between(p) {
+            return self.smooth(p);
+        }
+        let [a, b] = [0, 1].map(|k| self.sides[k].smooth(p));
+        let least = if a.v <= b.v { a } else { b };
+        Dual::new(self.join(a.v, b.v), least.g)
+    }
+
+    /// Value and gradient of `|(r + a, r + b)| - r` everywhere: the surface that the fillet is a part of.
+    pub(crate) fn smooth(&self, p: DVec3) -> Dual {
+        let r = self.radius;
+        let [a, b] = [0, 1].map(|k| self.sides[k].smooth(p));
+        let (u, v) = (r + a.v, r + b.v);
+        let length = u.hypot(v);
+        let g = if length > 0.0 { (a.g * u + b.g * v) / length } else { DVec3::ZERO };
+        Dual::new(length - r, g)
+    }
+
+    pub(crate) fn range(&self, cell: &Aabb) -> Interval {
+        let (a, b) = (self.sides[0].range(cell), self.sides[1].range(cell));
+        let slack = |v: f64| 8.0 * f64::EPSILON * (v.abs() + self.radius);
+        let (lo, hi) = (self.join(a.lo, b.lo), self.join(a.hi, b.hi));
+        Interval::new(lo - slack(lo), hi + slack(hi))
+    }
+
+    /// A function that vanishes with the fillet where the leaves that have the numbers `before` and `after` do, too, and
+    /// whose gradient then is not along theirs: a fillet touches its two surfaces, and those with one side in common touch
+    /// each other where they end. Its gradient need not have length 1.
+    pub(crate) fn beside(&self, leaves: &[Leaf], before: &[u32], after: &[u32], p: DVec3) -> Dual {
+        let r = self.radius;
+        let all = || before.iter().chain(after);
+        for (k, other) in [(0, 1), (1, 0)] {
+            if all().any(|i| *i == self.sides[k].number) {
+                let d = self.sides[other].smooth(p);
+                return Dual::new(d.v + r, d.g);
+            }
+        }
+        for i in before {
+            let Some(Leaf::Fillet(f)) = leaves.get(*i as usize) else { continue };
+            for (k, other) in [(0, 1), (1, 0)] {
+                if f.radius == r && f.sides[k].is(&self.sides[k]) {
+                    let (d, e) = (self.sides[other].smooth(p), f.sides[other].smooth(p));
+                    return Dual::new(d.v - e.v, d.g - e.g);
+                }
+            }
+        }
+        self.smooth(p)
+    }
+}

@@ -1,0 +1,126 @@
+//! Blends of solids with edges: every edge of the two and of the fillet between them is there, at any size.
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+use rvachev::Run;
+use rvachev::implicit::{Placement, Primitive, Solid};
+use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
+use rvachev::quality::Check;
+
+fn made(solid: Solid, size: f64) -> Meshed {
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    mesh_part(&Part::from_solid(solid), &options, &Run::new()).unwrap()
+}
+
+/// A mesh with nothing to report, all edges and corners in it, and triangles to compute on.
+fn exact(solid: Solid, size: f64) -> Check {
+    let made = made(solid, size);
+    let report = made.report;
+    assert_eq!((report.shortfalls, report.warnings), (Vec::<String>::new(), Vec::<String>::new()), "at {size}");
+    let c = report.check.unwrap();
+    assert!(c.certificate.is_sound(), "{:?}", c.certificate);
+    let (f, d) = (c.features.unwrap(), c.deviation.unwrap());
+    // Beside the end of an edge that runs out in a tangent it is a matter of degrees whether it is still sharp.
+    assert!(f.recall >= 0.98 && f.precision >= 0.95, "{f:?} at {size}");
+    assert_eq!(f.corners_found, f.corners_true);
+    assert!(f.node_residual_max <= 1e-12, "{f:?}");
+    assert!(d.inverted == 0 && d.max < 0.05 * size && d.from_surface.unwrap() < 0.05 * size, "{d:?} at {size}");
+    assert!(c.quality.min_angle >= 25.0 && c.quality.p05_angle >= 43.0, "{:?} at {size}", c.quality);
+    c
+}
+
+fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> Solid {
+    Solid::cuboid(lo.into(), hi.into())
+}
+
+fn plate() -> Solid {
+    cuboid([-1.0, -1.0, -0.2], [1.0, 1.0, 0.2])
+}
+
+fn bar(r: f64, axis: DVec3, at: [f64; 3], height: f64) -> Solid {
+    Solid::cylinder(r, axis, at.into(), Some(height))
+}
+
+fn turned(solid: Solid) -> Solid {
+    let rotation = DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), 0.7);
+    solid.placed(Placement { rotation, scale: 1.3, shift: DVec3::new(0.01, 0.02, 0.03) })
+}
+
+#[test]
+fn a_boss_on_a_plate_keeps_its_rims_and_their_names() {
+    let (radius, r) = (0.35, 0.12);
+    let solid = plate().name("plate").blend(bar(radius, DVec3::Z, [0.0, 0.0, 0.35], 0.7).name("boss"), r);
+    // The function of a cylinder is linear in the square of the distance from its axis, and so is the section's area in it.
+    let volume = 1.6 + PI * radius * radius * 0.5 + 2.0 * PI * radius * r * r * (1.0 - 0.25 * PI);
+    for size in [0.2, 0.1, 0.05] {
+        let c = exact(solid.clone(), size);
+        assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8));
+        assert!((c.volume - volume).abs() < 0.5 * size * size, "{} {volume}", c.volume);
+        let c = exact(turned(solid.clone()), 1.3 * size);
+        assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8));
+    }
+    let mesh = made(solid, 0.1).mesh;
+    let area = |name: &str| {
+        let face = mesh.faces.iter().position(|f| f == name).unwrap() as u32;
+        let own = (0..mesh.triangles.len()).filter(|&t| mesh.labels[t] == face);
+        own.map(|t| 0.5 * mesh.area_vector(t).length()).sum::<f64>()
+    };
+    assert!((area("boss.top") - PI * radius * radius).abs() < 2e-3, "{}", area("boss.top"));
+    // The fillet begins where the function of the cylinder is -r: at the square of this radius.
+    let foot = radius * radius + 2.0 * radius * r;
+    assert!((area("plate.zmax") - (4.0 - PI * foot)).abs() < 2e-3, "{}", area("plate.zmax"));
+    assert!((area("boss.side") - 2.0 * PI * radius * (0.5 - r)).abs() < 5e-3, "{}", area("boss.side"));
+    assert!((area("plate.zmin") - 4.0).abs() < 1e-9 && area("blend1") > 0.1);
+}
+
+#[test]
+fn fillets_meet_in_mitres_that_run_out_in_the_plate() {
+    let (w, r) = (0.4, 0.15);
+    let boss = || cuboid([-w, -w, 0.0], [w, w, 0.9]);
+    let tool = bar(0.2, DVec3::Z, [0.0; 3], 4.0);
+    // The section is a square, at height u of half the side w + r - sqrt(r^2 - u^2).
+    let (one, two) = (r * r * (1.0 - 0.25 * PI), r * r * r * (5.0 / 3.0 - 0.5 * PI));
+    let volume = 1.6 + 4.0 * w * w * 0.7 + 4.0 * (2.0 * w * one + two);
+    for size in [0.2, 0.157, 0.13, 0.094, 0.078, 0.06, 0.04] {
+        let c = exact(plate().blend(boss(), r), size);
+        assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 20), "at {size}");
+        assert!((c.volume - volume).abs() < 0.2 * size * size, "{} {volume} at {size}", c.volume);
+        let c = exact(turned(plate().blend(boss(), r) - tool.clone()), 1.3 * size);
+        assert_eq!((c.euler, c.features.unwrap().corners_true), (0, 20), "turned, at {size}");
+    }
+}
+
+#[test]
+fn fillets_of_pockets_and_of_blends_are_exact() {
+    let pocket = cuboid([-0.5, -0.4, 0.0], [0.5, 0.4, 1.0]).blend(bar(0.3, DVec3::Z, [0.5, 0.0, 0.6], 1.2), 0.1);
+    let deep = cuboid([-1.0, -1.0, -0.3], [1.0, 1.0, 0.3]) - pocket;
+    let arm = bar(0.4, DVec3::Z, [0.0; 3], 0.6).blend(cuboid([0.0, -0.15, -0.15], [1.6, 0.15, 0.15]), 0.08);
+    let lever = arm.blend(bar(0.3, DVec3::Z, [1.6, 0.0, 0.0], 0.4), 0.08)
+        - bar(0.2, DVec3::Z, [0.0; 3], 2.0)
+        - bar(0.15, DVec3::Z, [1.6, 0.0, 0.0], 2.0);
+    let tee = bar(0.4, DVec3::X, [0.0; 3], 3.0).blend(bar(0.3, DVec3::Z, [0.0, 0.0, 0.7], 1.4), 0.1)
+        - bar(0.3, DVec3::X, [0.0; 3], 4.0)
+        - bar(0.2, DVec3::Z, [0.0, 0.0, 0.8], 1.6);
+    for (solid, size, euler) in [(deep, 0.06, 2), (lever, 0.05, -2), (tee, 0.06, -2)] {
+        assert_eq!(exact(solid, size).euler, euler);
+    }
+}
+
+#[test]
+fn two_smooth_solids_blend_into_one_smooth_face() {
+    let ball = |z: f64| Solid::from(Primitive::Sphere { r: 1.0, at: DVec3::Z * z });
+    let smooth = made(ball(0.0).blend(ball(1.2), 0.3), 0.08);
+    assert_eq!((smooth.report.warnings, smooth.report.shortfalls), (Vec::new(), Vec::new()));
+    assert_eq!(smooth.mesh.faces, ["blend1"]);
+}
+
+#[test]
+fn walls_that_end_where_a_fillet_begins_are_one_surface() {
+    // The faces of the wall are one radius from those of the plate: a fillet touches the latter everywhere.
+    let wall = cuboid([-0.9, -0.9, 0.0], [0.9, 0.9, 0.7]);
+    let made = made(plate().blend(wall, 0.1), 0.1);
+    let (c, faces) = (made.report.check.unwrap(), made.mesh.faces);
+    assert!(c.certificate.is_sound() && c.euler == 2);
+    assert!(faces.iter().any(|f| f == "box1.ymax"), "{faces:?}");
+}
