@@ -358,7 +358,7 @@ proptest! {
         c in prop::array::uniform3(-1.4f64..1.4), radius in 0.02f64..0.5, turn in any::<bool>(), negate in any::<bool>(),
     ) {
         let plate = cube(0.9) & Solid::half_space(DVec3::Z, v(0.0, 0.0, -0.1));
-        let tools = Solid::cylinder(0.3, DVec3::Z, v(0.3, 0.2, 0.0), Some(1.0)) | cube(0.4) - Solid::sphere(0.45, v(-0.3, 0.0, 0.4));
+        let tools = Solid::cylinder(0.3, DVec3::Z, v(0.3, 0.2, 0.0), Some(1.0)) | (cube(0.4) - Solid::sphere(0.45, v(-0.3, 0.0, 0.4)));
         let place = |s: Solid| if turn { s.placed(generic_rotation()) } else { s };
         let p = DVec3::from_array(c);
         let value = |s: &Solid| {

@@ -21,10 +21,10 @@ pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let bvh = run.install(|| Bvh::new(boxes));
     let apart = spread_fans(mesh);
     let meet = |t: u32, u: u32| {
-        !flat[t as usize]
+        !share(mesh, t as usize, u as usize, &apart)
+            && !flat[t as usize]
             && !flat[u as usize]
             && !run.is_cancelled()
-            && !share(mesh, t as usize, u as usize, &apart)
             && intersect(mesh, t as usize, u as usize)
     };
     let found = run.install(|| bvh.pairs(&meet));

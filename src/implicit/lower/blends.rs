@@ -17,6 +17,17 @@ const BLEND_DEPTH: usize = 32;
 /// A blend of operands with more pairs of leaves than this stays one function, which rounds their edges off.
 const MOST_FILLETS: usize = 1 << 14;
 
+/// A leaf where a tape has it.
+#[derive(Clone, Copy)]
+struct Occurrence {
+    leaf: u32,
+    face: u32,
+    negate: bool,
+}
+
+/// What stands for a leaf in another tape.
+type Substitute<'a> = dyn FnMut(&mut Lowerer, Occurrence) -> u32 + 'a;
+
 impl Lowerer {
     pub(super) fn blend(&mut self, solid: &Solid, a: &Solid, b: &Solid, radius: f64, c: &Context) -> Result<Part> {
         positive("the radius of a blend", radius)?;
@@ -54,9 +65,10 @@ impl Lowerer {
             let face = self.face(solid, "blend", "", c);
             let between = self.over(&ta, false, &mut |l, i| {
                 l.over(&tb, false, &mut |l, j| {
-                    let sides = [i, j].map(|(number, _, negate)| {
-                        let leaf = l.leaves[number as usize].clone();
-                        Side { leaf, number, negate }
+                    let sides = [i, j].map(|o| Side {
+                        leaf: l.leaves[o.leaf as usize].clone(),
+                        number: o.leaf,
+                        negate: o.negate,
                     });
                     l.leaf(Leaf::Fillet(Arc::new(Fillet { sides, radius })), face, false)
                 })
@@ -65,18 +77,18 @@ impl Lowerer {
         }
         if c.negate {
             let tape = extract_tape(&self.ops, all);
-            all = self.over(&tape, true, &mut |l, (leaf, face, negate)| l.op(Op::Leaf { leaf, face, negate: !negate }));
+            all = self.over(&tape, true, &mut |l, o| l.op(Op::Leaf { leaf: o.leaf, face: o.face, negate: !o.negate }));
         }
         all
     }
 
-    /// A tape with something else for each of its leaves (number, face, complement), and, on demand, with minima for maxima.
-    fn over(&mut self, tape: &Tape, dual: bool, each: &mut dyn FnMut(&mut Self, (u32, u32, bool)) -> u32) -> u32 {
+    /// A tape with something else for each of its leaves, and, on demand, with minima for maxima.
+    fn over(&mut self, tape: &Tape, dual: bool, each: &mut Substitute<'_>) -> u32 {
         let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
         for op in &tape.ops {
             let new = match *op {
                 Op::All(inside) => self.op(Op::All(inside != dual)),
-                Op::Leaf { leaf, face, negate } => each(self, (leaf, face, negate)),
+                Op::Leaf { leaf, face, negate } => each(self, Occurrence { leaf, face, negate }),
                 Op::Min(x, y) | Op::Max(x, y) => {
                     let (x, y) = (made[x as usize], made[y as usize]);
                     if matches!(op, Op::Min(..)) != dual { self.min(x, y) } else { self.max(x, y) }

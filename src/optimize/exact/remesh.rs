@@ -225,10 +225,16 @@ impl<'a> Remesher<'a> {
     /// Collapses edges shorter than `short` wanted lengths, shortest first.
     pub(super) fn collapse_short(&mut self, short: f64) -> Result<usize> {
         let mut count = 0;
+        // What was refused is tried again only where something changed since.
+        let mut changed = vec![true; self.work.mesh.node_capacity()];
         loop {
             let m = &self.work.mesh;
             let mut list: Vec<(f64, u32, u32)> = Vec::new();
-            for h in m.edges().filter(|&h| self.sees(m.origin(h)) && self.sees(m.target(h))) {
+            let due = |h: &u32| {
+                let ends = [m.origin(*h), m.target(*h)];
+                ends.iter().any(|v| changed[*v as usize]) && ends.iter().all(|v| self.sees(*v))
+            };
+            for h in m.edges().filter(due) {
                 let share = m.edge_length(h) / (short * self.wanted(h));
                 if share < 1.0 {
                     list.push((share, m.origin(h), m.target(h)));
@@ -236,6 +242,7 @@ impl<'a> Remesher<'a> {
             }
             list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
             let before = count;
+            changed.fill(false);
             for (k, (_, a, b)) in list.into_iter().enumerate() {
                 if k % 256 == 0 {
                     self.run.check()?;
@@ -244,8 +251,12 @@ impl<'a> Remesher<'a> {
                     continue;
                 }
                 let Some(h) = self.work.mesh.edge_between(a, b) else { continue };
-                if self.work.mesh.edge_length(h) < short * self.wanted(h) {
-                    count += usize::from(self.collapse(h, LONG));
+                if self.work.mesh.edge_length(h) < short * self.wanted(h) && self.collapse(h, LONG) {
+                    count += 1;
+                    let m = &self.work.mesh;
+                    let left = if m.is_node(a) { a } else { b };
+                    changed[left as usize] = true;
+                    m.neighbors(left).for_each(|x| changed[x as usize] = true);
                 }
             }
             if count == before {
