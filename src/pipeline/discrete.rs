@@ -19,7 +19,7 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::optimize::{Sizing, size::GRADATION};
-use crate::quality::{Against, Check, check};
+use crate::quality::{Against, Check, check_tested};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
@@ -268,9 +268,9 @@ fn mesh_prepared(
         keep_shells(&mut kept, &solid);
     }
     let (mut attempt, mut left) = (if touching.is_empty() { 0 } else { ATTEMPTS }, false);
-    let (mesh, seams, corners) = loop {
+    let (mesh, seams, corners, intersecting) = loop {
         if kept.iter().all(|k| *k) {
-            break (named, Vec::new(), Vec::new());
+            break (named, Vec::new(), Vec::new(), None);
         }
         let work = patchwork(&solid, sizes.clone(), &kept, LEAST_BESIDE * sizing.least.min(size));
         let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
@@ -279,7 +279,7 @@ fn mesh_prepared(
             _ => touching.others(&made.mesh, run)?,
         };
         if bad.is_empty() {
-            break (made.mesh, made.seams, made.corners);
+            break (made.mesh, made.seams, made.corners, Some(made.report.self_intersections));
         }
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
@@ -302,7 +302,7 @@ fn mesh_prepared(
         }
         report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
         left = true;
-        break (named, Vec::new(), Vec::new());
+        break (named, Vec::new(), Vec::new(), None);
     };
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
@@ -314,7 +314,7 @@ fn mesh_prepared(
     }
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
-    let mut measured = check(&mesh, against, run)?;
+    let mut measured = check_tested(&mesh, intersecting, against, run)?;
     if open {
         report.warnings.push("the surface is open: its border is kept".into());
         excuse_open(&mut measured);

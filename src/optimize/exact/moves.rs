@@ -219,12 +219,19 @@ impl Remesher<'_> {
     }
 
     /// Triangles whose shape is below `limit`, worst first.
-    pub(super) fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
+    pub(super) fn worse_than(&mut self, limit: f64, among: &[u32]) -> Vec<u32> {
+        let this = &*self;
         let mut list: Vec<(f64, u32)> = self.run.install(|| {
-            let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !self.is_surely_better(t, limit));
-            let shapes = suspects.map(|&t| (self.work.shape(self.surface, t), t));
-            shapes.filter(|x| x.0 < limit).collect()
+            let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !this.is_surely_better(t, limit));
+            suspects.map(|&t| (this.shape(t), t)).collect()
         });
+        // Of all triangles of a soup; a few of them are not worth it.
+        if self.work.raw && self.work.by_angles && among.len() == self.work.mesh.triangle_count() {
+            self.shapes.resize(self.work.mesh.triangle_capacity(), 0.0);
+            list.iter().for_each(|(shape, t)| self.shapes[*t as usize] = *shape);
+            (0..self.work.mesh.node_capacity() as u32).for_each(|v| self.work.mesh.set_seen(v, Reader::Facing));
+        }
+        list.retain(|x| x.0 < limit);
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         list.into_iter().map(|x| x.1).collect()
     }
@@ -288,7 +295,7 @@ impl Remesher<'_> {
         if self.merge_double(edges[0]) {
             return true;
         }
-        let own = self.work.shape(self.surface, t);
+        let own = self.shape(t);
         if self.collapse_if_better(edges[0], own) || self.collapse_if_better(edges[1], own) {
             return true;
         }
@@ -327,7 +334,8 @@ impl Remesher<'_> {
     /// Triangles whose shape is below `limit`, worst first, are mended by a flip that by itself may make things worse, with
     /// moves of the four nodes after it; undone where that does not help.
     pub(super) fn flip_and_move(&mut self, limit: f64) -> Result<()> {
-        for t in self.worse_than(limit, &self.seen()) {
+        let seen = self.seen();
+        for t in self.worse_than(limit, &seen) {
             self.run.check()?;
             for side in 0..3 {
                 if self.work.mesh.is_triangle(t)
