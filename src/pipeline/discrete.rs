@@ -28,6 +28,9 @@ const NAMED: usize = 20;
 const LEAST_SHARE: f64 = 4.0;
 /// Without a tolerance edges stay within this share of the size of the surface: a circle of radius 1 gets edges of 0.8.
 const CHORD: f64 = 0.08;
+/// Where that makes more than this many times the triangles that the size alone would, up to so many times that share.
+const CROWDED: f64 = 1.12;
+const RELAXED: [f64; 3] = [1.0, 1.25, 1.5];
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
@@ -247,7 +250,7 @@ fn mesh_prepared(
         touching = Touching::of(&solid.named(), run)?;
     }
     tell_removed(&solid, &mut report);
-    let sizing = sizing(size, options);
+    let sizing = relaxed(sizing(size, options), options, &solid);
     let named = solid.named();
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
@@ -334,6 +337,17 @@ pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
         chord: Some(options.tolerance.unwrap_or(CHORD * size)),
         least: options.least.unwrap_or(size / LEAST_SHARE),
     }
+}
+
+/// Where the part bends nearly everywhere so much that the size would mean little, edges may get farther from it, unless a tolerance
+/// was asked for.
+fn relaxed(sizing: Sizing, options: &MeshOptions, solid: &Discrete) -> Sizing {
+    if options.tolerance.is_some() {
+        return sizing;
+    }
+    let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };
+    let few = |s: &Sizing| solid.crowding(|k| s.at(k)) <= CROWDED;
+    RELAXED.into_iter().map(at).find(few).unwrap_or(at(RELAXED[RELAXED.len() - 1]))
 }
 
 /// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
