@@ -385,9 +385,16 @@ fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Option<(TriMesh, V
         return Ok(None);
     }
     let before = r.clone();
-    for _ in 0..SLIM_ROUNDS {
-        r.mend_worst(SLIM, POLISH)?;
-        r.flip_and_move(SLIM)?;
+    let mend = |r: &mut Remesher<'_>| -> Result<()> {
+        for _ in 0..SLIM_ROUNDS {
+            r.mend_worst(SLIM, POLISH)?;
+            r.flip_and_move(SLIM)?;
+        }
+        Ok(())
+    };
+    mend(r)?;
+    if r.free_beside(SLIM) > 0 {
+        mend(r)?;
     }
     let tested = |r: &Remesher<'_>| {
         let out = finish(names, r);

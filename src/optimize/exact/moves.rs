@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::patchwork::plain_shape;
+use super::patchwork::{PieceSet, plain_shape};
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Reader};
@@ -216,6 +216,29 @@ impl Remesher<'_> {
     pub(super) fn seen(&self) -> Vec<u32> {
         let m = &self.work.mesh;
         m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect()
+    }
+
+    /// Takes the nodes of triangles whose shape is below `limit` off the lines within a piece that they lie on, but for open
+    /// borders: where such a crease bends more than triangles can, it gives way. Returns how many nodes that were.
+    pub(super) fn free_beside(&mut self, limit: f64) -> usize {
+        let seen = self.seen();
+        let slim = self.worse_than(limit, &seen);
+        let mut nodes: Vec<u32> = slim.into_iter().flat_map(|t| self.work.mesh.corners(t)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|&v| {
+            let (m, set) = (&self.work.mesh, self.work.sets[v as usize]);
+            let lines = set.as_slice().iter().filter(|p| **p >= self.work.lines_from).count();
+            let kept = m.is_boundary(v) || m.outgoing(v).any(|h| self.work.is_kept(h / 3));
+            lines > 0 && set.len() - lines == 1 && !kept
+        });
+        for &v in &nodes {
+            let set = PieceSet::one(self.work.sets[v as usize].as_slice()[0]);
+            self.work.sets[v as usize] = set;
+            self.work.mesh.set_pinned(v, false);
+            self.mark_around(v);
+        }
+        nodes.len()
     }
 
     /// Triangles whose shape is below `limit`, worst first.
