@@ -250,7 +250,7 @@ fn mesh_prepared(
         touching = Touching::of(&solid.named(), run)?;
     }
     tell_removed(&solid, &mut report);
-    let sizing = relaxed(sizing(size, options), options, &solid);
+    let sizing = relaxed(sizing(size, options), options, soup, &solid);
     let named = solid.named();
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
@@ -339,10 +339,12 @@ pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
     }
 }
 
-/// Where the part bends nearly everywhere so much that the size would mean little, edges may get farther from it, unless a tolerance
-/// was asked for.
-fn relaxed(sizing: Sizing, options: &MeshOptions, solid: &Discrete) -> Sizing {
-    if options.tolerance.is_some() {
+/// Where a scan, or what marching cubes made, bends nearly everywhere so much that the size would mean little, edges may get farther
+/// from it, unless a tolerance was asked for. Such soups have features that had to be dropped; designed parts have none, and the
+/// size of their holes matters.
+fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Discrete) -> Sizing {
+    let simplified = soup.min_area > 0.0 || soup.min_length.is_some();
+    if options.tolerance.is_some() || simplified || solid.removed.is_empty() {
         return sizing;
     }
     let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };
