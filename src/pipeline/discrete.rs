@@ -225,7 +225,7 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
 }
 
 fn mesh_prepared(
-    Prepared { mesh, healed }: &Prepared,
+    prepared @ Prepared { mesh, healed }: &Prepared,
     size: f64,
     options: &MeshOptions,
     soup: &SoupOptions,
@@ -283,6 +283,12 @@ fn mesh_prepared(
         };
         if bad.is_empty() {
             break (made.mesh, made.seams, made.corners, Some(made.report.self_intersections));
+        }
+        // Nearer to the surface there may be no need for more.
+        let plain = self::sizing(size, options);
+        if sizing.chord != plain.chord {
+            let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+            return mesh_prepared(prepared, size, &options, soup, run);
         }
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
