@@ -122,6 +122,18 @@ impl Sheet {
         Some((f, f.foot(p)))
     }
 
+    /// The area, and that divided by the square of the lengths `wanted` where it bends as it does.
+    pub(super) fn crowding(&self, wanted: impl Fn(f64) -> f64) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for f in &self.facets {
+            let area = 0.5 * (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]).length();
+            let bend = if self.plane.is_some() { 0.0 } else { f.bends.iter().sum::<f64>() / 3.0 };
+            sums[0] += area;
+            sums[1] += area / wanted(bend).powi(2);
+        }
+        sums
+    }
+
     pub(super) fn foot(&self, p: DVec3) -> Option<DVec3> {
         self.nearest(p).map(|(f, w)| f.at(w))
     }

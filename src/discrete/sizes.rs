@@ -66,6 +66,13 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
 }
 
 impl Discrete {
+    /// How many times as many triangles the lengths `wanted` at curvatures make as those wanted on planes would.
+    pub fn crowding(&self, wanted: impl Fn(f64) -> f64) -> f64 {
+        let plain = wanted(0.0).powi(2);
+        let sums = self.sheets.iter().map(|s| s.crowding(&wanted)).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        if sums[0] > 0.0 { plain * sums[1] / sums[0] } else { 1.0 }
+    }
+
     /// For each node the edge length that features nearby ask for, between `least` and `size`; infinite where none does. A
     /// feature asks for twice its distance to others across a common face, and for half as much again as its own length.
     pub fn feature_sizes(&self, size: f64, least: f64) -> Vec<f64> {

@@ -149,6 +149,17 @@ fn curvature_of_a_cylinder_is_that_of_its_circle() {
 }
 
 #[test]
+fn bends_crowd_triangles_by_the_area_that_bends() {
+    // Edges of half the length where it bends: four times the triangles, on the share of the area that is round.
+    let half = |k: f64| if k > 0.1 { 0.5 } else { 1.0 };
+    assert_eq!(find(&cube(), DiscreteOptions::default()).crowding(half), 1.0);
+    assert!((find(&ball(12, 0.0), DiscreteOptions::default()).crowding(half) - 4.0).abs() < 1e-9);
+    let (round, flat) = (4.0, 2.0);
+    let wanted = (4.0 * round + flat) / (round + flat);
+    assert!((find(&cylinder(48), DiscreteOptions::default()).crowding(half) - wanted).abs() < 0.01);
+}
+
+#[test]
 fn slivers_do_not_bend_a_sphere() {
     // As marching cubes do: a node of the finest noise very close to another one.
     let mut mesh = ball(24, 0.0);

@@ -19,7 +19,7 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::optimize::{Sizing, size::GRADATION};
-use crate::quality::{Against, Check, check};
+use crate::quality::{Against, Check, check_tested};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
@@ -28,6 +28,9 @@ const NAMED: usize = 20;
 const LEAST_SHARE: f64 = 4.0;
 /// Without a tolerance edges stay within this share of the size of the surface: a circle of radius 1 gets edges of 0.8.
 const CHORD: f64 = 0.08;
+/// Where that makes more than this many times the triangles that the size alone would, up to so many times that share.
+const CROWDED: f64 = 1.12;
+const RELAXED: [f64; 3] = [1.0, 1.25, 1.5];
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
@@ -222,7 +225,7 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
 }
 
 fn mesh_prepared(
-    Prepared { mesh, healed }: &Prepared,
+    prepared @ Prepared { mesh, healed }: &Prepared,
     size: f64,
     options: &MeshOptions,
     soup: &SoupOptions,
@@ -247,7 +250,7 @@ fn mesh_prepared(
         touching = Touching::of(&solid.named(), run)?;
     }
     tell_removed(&solid, &mut report);
-    let sizing = sizing(size, options);
+    let sizing = relaxed(sizing(size, options), options, soup, &solid);
     let named = solid.named();
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
@@ -268,9 +271,9 @@ fn mesh_prepared(
         keep_shells(&mut kept, &solid);
     }
     let (mut attempt, mut left) = (if touching.is_empty() { 0 } else { ATTEMPTS }, false);
-    let (mesh, seams, corners) = loop {
+    let (mesh, seams, corners, intersecting) = loop {
         if kept.iter().all(|k| *k) {
-            break (named, Vec::new(), Vec::new());
+            break (named, Vec::new(), Vec::new(), None);
         }
         let work = patchwork(&solid, sizes.clone(), &kept, LEAST_BESIDE * sizing.least.min(size));
         let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
@@ -279,7 +282,13 @@ fn mesh_prepared(
             _ => touching.others(&made.mesh, run)?,
         };
         if bad.is_empty() {
-            break (made.mesh, made.seams, made.corners);
+            break (made.mesh, made.seams, made.corners, Some(made.report.self_intersections));
+        }
+        // Nearer to the surface there may be no need for more.
+        let plain = self::sizing(size, options);
+        if sizing.chord != plain.chord {
+            let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+            return mesh_prepared(prepared, size, &options, soup, run);
         }
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
@@ -302,7 +311,7 @@ fn mesh_prepared(
         }
         report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
         left = true;
-        break (named, Vec::new(), Vec::new());
+        break (named, Vec::new(), Vec::new(), None);
     };
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
@@ -314,7 +323,7 @@ fn mesh_prepared(
     }
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
-    let mut measured = check(&mesh, against, run)?;
+    let mut measured = check_tested(&mesh, intersecting, against, run)?;
     if open {
         report.warnings.push("the surface is open: its border is kept".into());
         excuse_open(&mut measured);
@@ -334,6 +343,19 @@ pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
         chord: Some(options.tolerance.unwrap_or(CHORD * size)),
         least: options.least.unwrap_or(size / LEAST_SHARE),
     }
+}
+
+/// Where a scan, or what marching cubes made, bends nearly everywhere so much that the size would mean little, edges may get farther
+/// from it, unless a tolerance was asked for. Such soups have features that had to be dropped; designed parts have none, and the
+/// size of their holes matters.
+fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Discrete) -> Sizing {
+    let simplified = soup.min_area > 0.0 || soup.min_length.is_some();
+    if options.tolerance.is_some() || simplified || solid.removed.is_empty() {
+        return sizing;
+    }
+    let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };
+    let few = |s: &Sizing| solid.crowding(|k| s.at(k)) <= CROWDED;
+    RELAXED.into_iter().map(at).find(few).unwrap_or(at(RELAXED[RELAXED.len() - 1]))
 }
 
 /// What features close to each other ask for; less where they are so many that a mesh would be made of little else.

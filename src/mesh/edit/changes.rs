@@ -11,6 +11,8 @@ pub enum Reader {
     Valences = 2,
     /// Relaxation.
     Places = 4,
+    /// Shapes of triangles as the surface has them.
+    Facing = 8,
 }
 
 impl EditMesh {

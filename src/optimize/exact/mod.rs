@@ -220,6 +220,7 @@ fn remesh(
         Filling::Random => r.each_patch(|r| r.scatter())?,
     }
     show("pack", &r);
+    let mut tested = None;
     if filling == Filling::Mended {
         // From here on triangles lie as near to the surface as their size lets them.
         if r.work.raw {
@@ -228,11 +229,17 @@ fn remesh(
         }
         polish(&mut r, LAST)?;
         if r.work.raw {
-            mend_slim(mesh, &mut r)?;
+            tested = mend_slim(mesh, &mut r)?;
         }
     }
-    let mut out = finish(mesh, &r);
-    let mut bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
+    let (mut out, mut bad) = match tested {
+        Some(known) => known,
+        None => {
+            let out = finish(mesh, &r);
+            let bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
+            (out, bad)
+        }
+    };
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
     // Nor where refinement makes more of them.
     let least = 2 * bad.len();
@@ -370,21 +377,37 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
     r.flip_and_move(STUCK)
 }
 
-/// Mends the worst triangles once more; taken back where more of them intersect then, as in a crevice they may.
-fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<()> {
-    if r.worse_than(SLIM, &r.seen()).is_empty() {
-        return Ok(());
+/// Mends the worst triangles once more; taken back where more of them intersect then, as in a crevice they may. Returns the mesh
+/// then and the triangles of it that intersect others, where that was looked at.
+fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Option<(TriMesh, Vec<u32>)>> {
+    let seen = r.seen();
+    if r.worse_than(SLIM, &seen).is_empty() {
+        return Ok(None);
     }
     let before = r.clone();
-    for _ in 0..SLIM_ROUNDS {
-        r.mend_worst(SLIM, POLISH)?;
-        r.flip_and_move(SLIM)?;
+    let mend = |r: &mut Remesher<'_>| -> Result<()> {
+        for _ in 0..SLIM_ROUNDS {
+            r.mend_worst(SLIM, POLISH)?;
+            r.flip_and_move(SLIM)?;
+        }
+        Ok(())
+    };
+    mend(r)?;
+    if r.free_beside(SLIM) > 0 {
+        mend(r)?;
     }
-    let bad = intersecting(&finish(names, r), r.run)?.len();
-    if bad > 0 && intersecting(&finish(names, &before), r.run)?.len() < bad {
-        *r = before;
+    let tested = |r: &Remesher<'_>| {
+        let out = finish(names, r);
+        intersecting(&out, r.run).map(|bad| (out, bad))
+    };
+    let mut now = tested(r)?;
+    if !now.1.is_empty() {
+        let then = tested(&before)?;
+        if then.1.len() < now.1.len() {
+            (*r, now) = (before, then);
+        }
     }
-    Ok(())
+    Ok(Some(now))
 }
 
 /// Triangles that intersect others, ascending.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::patchwork::plain_shape;
+use super::patchwork::{PieceSet, plain_shape};
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Reader};
@@ -218,13 +218,43 @@ impl Remesher<'_> {
         m.triangles().filter(|&t| m.corners(t).into_iter().any(|v| self.sees(v))).collect()
     }
 
-    /// Triangles whose shape is below `limit`, worst first.
-    pub(super) fn worse_than(&self, limit: f64, among: &[u32]) -> Vec<u32> {
-        let mut list: Vec<(f64, u32)> = self.run.install(|| {
-            let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !self.is_surely_better(t, limit));
-            let shapes = suspects.map(|&t| (self.work.shape(self.surface, t), t));
-            shapes.filter(|x| x.0 < limit).collect()
+    /// Takes the nodes of triangles whose shape is below `limit` off the lines within a piece that they lie on, but for open
+    /// borders: where such a crease bends more than triangles can, it gives way. Returns how many nodes that were.
+    pub(super) fn free_beside(&mut self, limit: f64) -> usize {
+        let seen = self.seen();
+        let slim = self.worse_than(limit, &seen);
+        let mut nodes: Vec<u32> = slim.into_iter().flat_map(|t| self.work.mesh.corners(t)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|&v| {
+            let (m, set) = (&self.work.mesh, self.work.sets[v as usize]);
+            let lines = set.as_slice().iter().filter(|p| **p >= self.work.lines_from).count();
+            let kept = m.is_boundary(v) || m.outgoing(v).any(|h| self.work.is_kept(h / 3));
+            lines > 0 && set.len() - lines == 1 && !kept
         });
+        for &v in &nodes {
+            let set = PieceSet::one(self.work.sets[v as usize].as_slice()[0]);
+            self.work.sets[v as usize] = set;
+            self.work.mesh.set_pinned(v, false);
+            self.mark_around(v);
+        }
+        nodes.len()
+    }
+
+    /// Triangles whose shape is below `limit`, worst first.
+    pub(super) fn worse_than(&mut self, limit: f64, among: &[u32]) -> Vec<u32> {
+        let this = &*self;
+        let mut list: Vec<(f64, u32)> = self.run.install(|| {
+            let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !this.is_surely_better(t, limit));
+            suspects.map(|&t| (this.shape(t), t)).collect()
+        });
+        // Of all triangles of a soup; a few of them are not worth it.
+        if self.work.raw && self.work.by_angles && among.len() == self.work.mesh.triangle_count() {
+            self.shapes.resize(self.work.mesh.triangle_capacity(), 0.0);
+            list.iter().for_each(|(shape, t)| self.shapes[*t as usize] = *shape);
+            (0..self.work.mesh.node_capacity() as u32).for_each(|v| self.work.mesh.set_seen(v, Reader::Facing));
+        }
+        list.retain(|x| x.0 < limit);
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         list.into_iter().map(|x| x.1).collect()
     }
@@ -288,7 +318,7 @@ impl Remesher<'_> {
         if self.merge_double(edges[0]) {
             return true;
         }
-        let own = self.work.shape(self.surface, t);
+        let own = self.shape(t);
         if self.collapse_if_better(edges[0], own) || self.collapse_if_better(edges[1], own) {
             return true;
         }
@@ -327,7 +357,8 @@ impl Remesher<'_> {
     /// Triangles whose shape is below `limit`, worst first, are mended by a flip that by itself may make things worse, with
     /// moves of the four nodes after it; undone where that does not help.
     pub(super) fn flip_and_move(&mut self, limit: f64) -> Result<()> {
-        for t in self.worse_than(limit, &self.seen()) {
+        let seen = self.seen();
+        for t in self.worse_than(limit, &seen) {
             self.run.check()?;
             for side in 0..3 {
                 if self.work.mesh.is_triangle(t)

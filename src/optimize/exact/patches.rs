@@ -196,6 +196,7 @@ impl Remesher<'_> {
             rank,
             open,
             focus: None,
+            shapes: Vec::new(),
             options: self.options,
             run: self.run,
             work: Patchwork {

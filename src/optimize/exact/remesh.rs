@@ -59,6 +59,8 @@ pub(super) struct Remesher<'a> {
     pub(super) open: Vec<bool>,
     /// Nodes around which edges and triangles are looked at; all if there is none.
     pub(super) focus: Option<Vec<bool>>,
+    /// Shapes of triangles at the nodes of which nothing changed since, where they do not depend on neighbors.
+    pub(super) shapes: Vec<f64>,
     pub(super) options: &'a ExactOptions,
     pub(super) run: &'a Run,
 }
@@ -72,7 +74,18 @@ impl<'a> Remesher<'a> {
     ) -> Result<Self> {
         let count = work.mesh.node_capacity();
         let (own, want) = (vec![options.sizing.size; count], vec![options.sizing.size; count]);
-        let mut this = Self { work, surface, own, want, rank: Vec::new(), open: Vec::new(), focus: None, options, run };
+        let mut this = Self {
+            work,
+            surface,
+            own,
+            want,
+            rank: Vec::new(),
+            open: Vec::new(),
+            focus: None,
+            shapes: Vec::new(),
+            options,
+            run,
+        };
         this.rank = (0..count as u32).map(|v| this.rank_of(v)).collect();
         Ok(this)
     }
@@ -135,7 +148,16 @@ impl<'a> Remesher<'a> {
 
     /// The triangles that face the wrong way.
     pub(super) fn folded(&self) -> Vec<u32> {
-        self.work.mesh.triangles().filter(|&t| self.work.shape(self.surface, t) <= 0.0).collect()
+        self.work.mesh.triangles().filter(|&t| self.shape(t) <= 0.0).collect()
+    }
+
+    /// The [shape](Patchwork::shape) of a triangle; the surface is not asked again where nothing changed.
+    pub(super) fn shape(&self, t: u32) -> f64 {
+        let m = &self.work.mesh;
+        match self.shapes.get(t as usize) {
+            Some(known) if !m.corners(t).into_iter().any(|v| m.is_changed(v, Reader::Facing)) => *known,
+            _ => self.work.shape(self.surface, t),
+        }
     }
 
     fn wanted(&self, h: u32) -> f64 {
