@@ -51,11 +51,11 @@ const SAGGING: f64 = 0.125;
 const GENTLE: f64 = 0.2;
 /// With more than so many times the triangles the size alone asks for they grow faster, as most triangles are then where lengths
 /// grow,
-const CROWDED: f64 = 18.0;
+const CROWDED: f64 = 24.0;
 /// and at most so fast.
 const STEEP: f64 = 0.45;
 /// And with more than so many bends may leave their chords by more.
-const BUSY: f64 = 45.0;
+const BUSY: f64 = 70.0;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
@@ -65,10 +65,9 @@ const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 
 /// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
 const DISTANCE: f64 = 1.4e-3;
-/// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away.
-const CHORD: f64 = 0.5;
-/// The same where the distance is asked for: some edges come out a third longer than wanted.
-const CHORD_ASKED: f64 = 0.45;
+/// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away, and some
+/// edges come out a third longer than wanted.
+const CHORD: f64 = 0.45;
 /// Where that does not do it is tried with this share of it.
 const STRICTER: f64 = 0.85;
 /// With a distance asked for curvature makes edges at most this many times shorter than the size.
@@ -184,8 +183,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
         let grading = options.grading.unwrap_or(GENTLE);
-        let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
-        let chord = share * STRICTER.powi(round as i32) * limit;
+        let chord = CHORD * STRICTER.powi(round as i32) * limit;
         let first = |crossed: &[(DVec3, f64)], held: Option<Followed>, told: &mut Report| {
             let field = Graded::new([&finer[..], crossed].concat(), grading);
             let by_place = |p: DVec3| {
@@ -229,7 +227,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         finer.extend(beyond.iter().map(|&t| {
             let [a, b, c] = mesh.corners(t);
             let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
-            let share = (CHORD_ASKED * limit / away[t]).sqrt().max(FINER);
+            let share = (CHORD * limit / away[t]).sqrt().max(FINER);
             (mesh.centroid(t), (share * length).max(options.least.unwrap_or(0.0)))
         }));
         // A finer mesh that falls short of something else is no better.
