@@ -51,11 +51,11 @@ const SAGGING: f64 = 0.125;
 const GENTLE: f64 = 0.2;
 /// With more than so many times the triangles the size alone asks for they grow faster, as most triangles are then where lengths
 /// grow,
-const CROWDED: f64 = 24.0;
+const CROWDED: f64 = 20.0;
 /// and at most so fast.
 const STEEP: f64 = 0.45;
 /// And with more than so many bends may leave their chords by more.
-const BUSY: f64 = 70.0;
+const BUSY: f64 = 60.0;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
