@@ -69,7 +69,7 @@ pub struct How {
     /// No edge farther than this from the surface [default for functions: size / 120, at least diagonal / 12000]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub tol: Option<f64>,
-    /// How fast edge lengths may grow per length [default: 0.2, for STEP and triangles 0.3]
+    /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, for triangles 0.3]
     #[arg(long, value_name = "SLOPE", value_parser = positive)]
     pub grading: Option<f64>,
     /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size, less where an R-function part has smaller features]

@@ -15,8 +15,8 @@ use crate::error::{Error, Result};
 use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
 use crate::mesh::{Group, TriMesh, self_intersections};
+use crate::optimize::Sizing;
 use crate::optimize::exact::ExactOptions;
-use crate::optimize::{Sizing, size::GRADATION};
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
 use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
@@ -43,11 +43,19 @@ const NARROW: f64 = 0.25;
 const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
-/// With more than so many times the triangles the size alone asks for lengths grow faster from place to place, as most triangles are
-/// then where they grow,
-const CROWDED: f64 = 40.0;
+/// What leaves its chord by more than this many times what edges shall is followed further, down to the next share of the least
+/// length: it would be too far away, not only rough.
+const SAGITTA: f64 = 1.6;
+const SAGGING: f64 = 0.125;
+/// Without a wish for it, lengths grow by this share of a length: where they grow triangles are the better the slower.
+const GENTLE: f64 = 0.2;
+/// With more than so many times the triangles the size alone asks for they grow faster, as most triangles are then where lengths
+/// grow,
+const CROWDED: f64 = 20.0;
 /// and at most so fast.
 const STEEP: f64 = 0.45;
+/// And with more than so many bends may leave their chords by more.
+const BUSY: f64 = 60.0;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
@@ -57,10 +65,9 @@ const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 
 /// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
 const DISTANCE: f64 = 1.4e-3;
-/// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away.
-const CHORD: f64 = 0.5;
-/// The same where the distance is asked for: some edges come out a third longer than wanted.
-const CHORD_ASKED: f64 = 0.45;
+/// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away, and some
+/// edges come out a third longer than wanted.
+const CHORD: f64 = 0.45;
 /// Where that does not do it is tried with this share of it.
 const STRICTER: f64 = 0.85;
 /// With a distance asked for curvature makes edges at most this many times shorter than the size.
@@ -175,9 +182,8 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     // Places where the first triangles crossed each other, and finer lengths.
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
-        let grading = options.grading.unwrap_or(GRADATION);
-        let share = if options.tolerance.is_some() { CHORD_ASKED } else { CHORD };
-        let chord = share * STRICTER.powi(round as i32) * limit;
+        let grading = options.grading.unwrap_or(GENTLE);
+        let chord = CHORD * STRICTER.powi(round as i32) * limit;
         let first = |crossed: &[(DVec3, f64)], held: Option<Followed>, told: &mut Report| {
             let field = Graded::new([&finer[..], crossed].concat(), grading);
             let by_place = |p: DVec3| {
@@ -221,7 +227,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         finer.extend(beyond.iter().map(|&t| {
             let [a, b, c] = mesh.corners(t);
             let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
-            let share = (CHORD_ASKED * limit / away[t]).sqrt().max(FINER);
+            let share = (CHORD * limit / away[t]).sqrt().max(FINER);
             (mesh.centroid(t), (share * length).max(options.least.unwrap_or(0.0)))
         }));
         // A finer mesh that falls short of something else is no better.
@@ -273,6 +279,21 @@ fn halved(mesh: &TriMesh, t: usize, options: &MeshOptions) -> (DVec3, f64) {
 struct Followed {
     sizing: Sizing,
     grading: f64,
+    /// How far bends narrower than the least length may leave their chords.
+    sagitta: f64,
+}
+
+impl Followed {
+    /// The length wanted where the larger principal curvature has some magnitude; `share` gives shares of the least length.
+    fn at(&self, curvature: f64, share: &dyn Fn(f64) -> f64) -> f64 {
+        let radius = 1.0 / curvature;
+        // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
+        let bent = radius.max(share(DEEP));
+        // What is narrower than the sagitta is nowhere that far away.
+        let deep = Sizing { nodes_per_radius: None, chord: Some(self.sagitta), least: share(SAGGING), ..self.sizing };
+        let near = if self.sagitta < radius { deep.at(curvature) } else { f64::INFINITY };
+        self.sizing.at(curvature).min(bent).min(near)
+    }
 }
 
 /// How many times as many triangles there are as the size alone asks for.
@@ -300,17 +321,17 @@ fn first_mesh(
             chord: Some(chord),
             least: options.least.unwrap_or(size / small),
         },
-        grading: options.grading.unwrap_or(GRADATION),
+        grading: options.grading.unwrap_or(GENTLE),
+        sagitta: SAGITTA * chord,
     });
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
     // Who asks for a least length gets it.
     let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
+    let of_least = |sizing: &Sizing, s: f64| share(sizing, s) * sizing.least;
     let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
-    let first = |Followed { sizing, grading }: &Followed, most: usize| {
-        let by_curvature = |k: f64| {
-            // No edge is longer than the radius of a bend, down to a share of the least length: else triangles face any way.
-            sizing.at(k).min((1.0 / k).max(share(sizing, DEEP) * sizing.least))
-        };
+    let first = |followed: &Followed, most: usize| {
+        let Followed { sizing, grading, .. } = followed;
+        let by_curvature = |k: f64| followed.at(k, &|s| of_least(sizing, s));
         // A distance asked for is no wish for narrow places.
         let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
         let sizes = MeshSizes {
@@ -330,7 +351,8 @@ fn first_mesh(
     if bounded && !made.too_many && options.grading.is_none() {
         let times = detail(&made, size);
         if times > CROWDED {
-            followed.grading = (GRADATION * (times / CROWDED).sqrt()).min(STEEP);
+            followed.grading = (GENTLE * (times / CROWDED).sqrt()).min(STEEP);
+            followed.sagitta *= (times / BUSY).max(1.0).powi(2);
             made = first(&followed, usize::MAX)?;
         }
     }

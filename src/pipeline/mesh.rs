@@ -82,7 +82,8 @@ pub struct MeshOptions {
     pub angle: Option<f64>,
     /// No edge is farther than this from the surface, in the part's unit.
     pub tolerance: Option<f64>,
-    /// How fast edge lengths may grow per length. Without it a fifth for solids of R-functions, 0.3 for others.
+    /// How fast edge lengths may grow per length. Without it a fifth, for boundary representations up to 0.45 where
+    /// details make most of the triangles, 0.3 for soups.
     pub grading: Option<f64>,
     /// Curvature, narrow gaps and thin walls make no edges shorter than this, in the part's unit.
     pub least: Option<f64>,

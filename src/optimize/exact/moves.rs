@@ -118,27 +118,17 @@ impl Remesher<'_> {
     fn relaxed(&self, v: u32) -> Option<DVec3> {
         let old = self.point(v);
         let target = if self.rank[v as usize] == Rank::Curve {
-            match self.work.along(v)[..] {
-                [a, b] => 0.5 * (self.point(a) + self.point(b)),
-                _ => return None,
+            let [a, b] = self.work.along(v)[..] else { return None };
+            if self.work.spaced {
+                // Spaced without a look at what lies beside; as with nodes inside, no size is favored.
+                let along = (self.point(b) - self.point(a)).normalize_or_zero();
+                old + along.dot(self.towards_equilateral(v)?.0) * along
+            } else {
+                0.5 * (self.point(a) + self.point(b))
             }
         } else {
-            // The mean of the equilateral triangles' corners, of which the middles of the edges are one part.
-            let m = &self.work.mesh;
-            let (mut middles, mut across, mut up, mut count) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, 0.0);
-            for h in m.outgoing(v) {
-                let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
-                let area = (a - old).cross(b - old);
-                middles += 0.5 * (a + b);
-                across += 0.5 * 3f64.sqrt() * area.normalize_or_zero().cross(b - a);
-                up += area;
-                count += 1.0;
-            }
-            if !(count > 0.0) {
-                return None;
-            }
             // Away from the surface nothing is to be won.
-            let step = (middles + across) / count - old;
+            let (step, up) = self.towards_equilateral(v)?;
             let up = up.normalize_or_zero();
             old + step - step.dot(up) * up
         };
@@ -146,6 +136,22 @@ impl Remesher<'_> {
             return None;
         }
         self.moved_towards(v, old, target)
+    }
+
+    /// The way from a node to the mean of the corners that would make its triangles equilateral, and the sum of their area
+    /// vectors.
+    fn towards_equilateral(&self, v: u32) -> Option<(DVec3, DVec3)> {
+        let (m, old) = (&self.work.mesh, self.point(v));
+        let (mut middles, mut across, mut up, mut count) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, 0.0);
+        for h in m.outgoing(v) {
+            let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
+            let area = (a - old).cross(b - old);
+            middles += 0.5 * (a + b);
+            across += 0.5 * 3f64.sqrt() * area.normalize_or_zero().cross(b - a);
+            up += area;
+            count += 1.0;
+        }
+        (count > 0.0).then(|| ((middles + across) / count - old, up))
     }
 
     fn moved_towards(&self, v: u32, old: DVec3, target: DVec3) -> Option<DVec3> {

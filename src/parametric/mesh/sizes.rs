@@ -14,7 +14,7 @@ use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
-const ACROSS: f64 = 1.0;
+const ACROSS: f64 = 1.1;
 /// The same where the nodes of both sides lie between each other: angles of 55 degrees.
 const STAGGERED: f64 = 1.4;
 /// Strips that are this many times as wide as the size are made of one row of triangles too.
