@@ -32,6 +32,8 @@ const NEAR_BORDER: f64 = 0.02;
 /// Where the pieces of an edge's ends meet lies aside if it is farther from the edge than this share of its length; at a right
 /// angle it never is.
 const ASIDE: f64 = 0.51;
+/// And pieces touch if their directions differ by no more than this (cosine), 18 degrees.
+const TOUCHING: f64 = 0.95;
 /// An edge passes a corner that is this share of its length away from where it would cross the border.
 const PASSES: f64 = 0.5;
 
@@ -156,7 +158,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// Whether an edge has another piece than those of its ends at its middle, and where these meet lies aside: they border on
+    /// Whether an edge has another piece than those of its ends at its middle, and where these touch lies aside: they border on
     /// each other there, but not here.
     fn passes_another(&self, h: u32, x: DVec3) -> bool {
         let ends = [self.mesh.origin(h), self.mesh.target(h)];
@@ -164,6 +166,11 @@ impl Cutter<'_> {
         let (d, length) = (q - p, p.distance(q));
         let along = (d.dot(x - p) / (length * length)).clamp(0.0, 1.0);
         if !(x.distance(p + along * d) > ASIDE * length) {
+            return false;
+        }
+        // At a sharp edge chords are far from it.
+        let [m, n] = ends.map(|v| self.surface.direction(self.piece[v as usize], x).unwrap_or_default());
+        if m.dot(n).abs() < TOUCHING {
             return false;
         }
         let middle = self.surface.project(0.5 * (p + q), length).and_then(|f| self.surface.piece_at(f.point));
