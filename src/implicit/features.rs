@@ -28,6 +28,7 @@ const SAME_CORNER: f64 = 1e-3;
 pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
     let bricks = Bricks::build(model, size, u64::MAX, run)?;
     let total = bricks.cells.len().max(1);
+    let ground = Ground { model, bricks: &bricks };
     let per_brick: Result<Vec<Found>> = run.install(|| {
         bricks
             .cells
@@ -42,7 +43,7 @@ pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
                 let lo = bricks.grid.node(cell.at.map(|b| b as usize * BRICK));
                 let hi = bricks.grid.node(cell.at.map(|b| (b as usize + 1) * BRICK));
                 let levels = BRICK.trailing_zeros() as usize;
-                search(model, &cell.tape, &Aabb::new(lo, hi), levels, scratch, &mut found);
+                search(&ground, &cell.tape, &Aabb::new(lo, hi), levels, scratch, &mut found);
                 Ok(found)
             })
             .collect()
@@ -65,13 +66,19 @@ pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
     Ok(all)
 }
 
+/// Where features are looked for.
+struct Ground<'a> {
+    model: &'a Implicit,
+    bricks: &'a Bricks,
+}
+
 #[derive(Default)]
 struct Found {
     samples: Vec<FeatureSample>,
     corners: Vec<DVec3>,
 }
 
-fn search(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+fn search(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
     if tape.only_face().is_some() {
         return;
     }
@@ -80,36 +87,36 @@ fn search(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &m
         return;
     }
     if levels > 0 {
-        halves(model, tape, cell, levels - 1, scratch, found);
+        halves(ground, tape, cell, levels - 1, scratch, found);
     } else if leaves.len() <= MANY_LEAVES {
-        in_cell(model, tape, &leaves, cell, found);
+        in_cell(ground, tape, &leaves, cell, found);
     } else {
-        crowded(model, tape, cell, EXTRA_LEVELS, scratch, found);
+        crowded(ground, tape, cell, EXTRA_LEVELS, scratch, found);
     }
 }
 
-fn crowded(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+fn crowded(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
     let leaves = leaves_of(tape);
     if leaves.len() < 2 {
         return;
     }
     if levels == 0 || leaves.len() <= MANY_LEAVES {
-        in_cell(model, tape, &leaves, cell, found);
+        in_cell(ground, tape, &leaves, cell, found);
         return;
     }
-    for_children(model, tape, cell, scratch, &mut |sub, tape, scratch| {
-        crowded(model, tape, sub, levels - 1, scratch, found)
+    for_children(ground, tape, cell, scratch, &mut |sub, tape, scratch| {
+        crowded(ground, tape, sub, levels - 1, scratch, found)
     });
 }
 
-fn halves(model: &Implicit, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
-    for_children(model, tape, cell, scratch, &mut |sub, tape, scratch| {
-        search(model, tape, sub, levels, scratch, found)
+fn halves(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+    for_children(ground, tape, cell, scratch, &mut |sub, tape, scratch| {
+        search(ground, tape, sub, levels, scratch, found)
     });
 }
 
 fn for_children(
-    model: &Implicit,
+    ground: &Ground<'_>,
     tape: &Tape,
     cell: &Aabb,
     scratch: &mut Scratch,
@@ -120,7 +127,7 @@ fn for_children(
         let pick = |k: usize| if c >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
         let (x, y, z) = (pick(0), pick(1), pick(2));
         let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
-        match tape.prune(&model.leaves, &sub, scratch) {
+        match tape.prune(&ground.model.leaves, &sub, scratch) {
             Pruned::Outside | Pruned::Inside => {}
             Pruned::Same => f(&sub, tape, scratch),
             Pruned::Smaller(t) => f(&sub, &t, scratch),
@@ -150,10 +157,10 @@ fn clip(cell: &Aabb, p: DVec3, d: DVec3) -> Option<(f64, f64)> {
     (a < b).then_some((a, b))
 }
 
-fn in_cell(model: &Implicit, tape: &Tape, which: &[u32], cell: &Aabb, found: &mut Found) {
-    let leaves = &model.leaves;
-    let scale = model.bounds().diagonal();
-    let meeting = Meeting { tape, whole: &model.tape, leaves, scale };
+fn in_cell(ground: &Ground<'_>, tape: &Tape, which: &[u32], cell: &Aabb, found: &mut Found) {
+    let leaves = &ground.model.leaves;
+    let scale = ground.model.bounds().diagonal();
+    let meeting = Meeting { tape, bricks: ground.bricks, whole: &ground.model.tape, leaves, scale };
     let (center, reach) = (cell.center(), cell.diagonal());
     for (n, &i) in which.iter().enumerate() {
         for &j in &which[n + 1..] {

@@ -76,6 +76,10 @@ impl Fillet {
         a.min(b).abs() <= reach
     }
 
+    pub(crate) fn value(&self, p: DVec3) -> f64 {
+        self.join(self.sides[0].value(p), self.sides[1].value(p))
+    }
+
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
         const BLOCK: usize = 64;
         let mut other = [0.0; BLOCK];

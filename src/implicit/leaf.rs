@@ -140,7 +140,8 @@ impl Leaf {
             Leaf::Cylinder { c, frame, r } => cylinder(c, frame, *r, p),
             Leaf::Cone { c, frame, k, m, d } => cone(c, frame, [*k, *m, *d], p),
             Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
-            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => {
+            Leaf::Fillet(f) => f.value(p),
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) => {
                 let mut out = [0.0];
                 self.eval(&[p.x], &[p.y], &[p.z], &mut out);
                 out[0]

@@ -75,6 +75,8 @@ struct Lowerer {
     counts: FxHashMap<&'static str, usize>,
     names: FxHashMap<*const SolidNode, String>,
     blend_depth: usize,
+    /// Whether every blend is one leaf.
+    one_function: bool,
     visited: usize,
 }
 

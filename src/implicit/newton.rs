@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::leaf::Leaf;
+use super::octree::Bricks;
 use super::tape::{Op, Tape};
 use crate::numeric::Dual;
 
@@ -156,7 +157,8 @@ const WAYS_APART: u32 = 11;
 pub(crate) struct Meeting<'a> {
     /// The tape that holds at the point.
     pub(crate) tape: &'a Tape,
-    /// The tape that holds everywhere.
+    /// What holds at other points.
+    pub(crate) bricks: &'a Bricks,
     pub(crate) whole: &'a Tape,
     pub(crate) leaves: &'a [Leaf],
     pub(crate) scale: f64,
@@ -204,7 +206,7 @@ impl Meeting<'_> {
             // Far apart at first, and none of them along an axis of `u` and `v`, which the other leaves often are.
             let (s, c) = (0.3 + std::f64::consts::TAU * f64::from(k * WAYS_APART % WAYS) / f64::from(WAYS)).sin_cos();
             let p = nearest(self.leaves, &[leaf], q + step * (c * u + s * v), step, self.scale)?;
-            bounds_solid(self.whole, self.leaves, leaf, p)
+            bounds_solid(self.bricks.tape_at(self.whole, p), self.leaves, leaf, p)
         })
     }
 }

@@ -69,7 +69,8 @@ impl<'a> ImplicitOracle<'a> {
 
     /// The surroundings of a point.
     pub(super) fn meeting(&self, q: DVec3) -> Meeting<'_> {
-        Meeting { tape: self.tape(q), whole: &self.model.tape, leaves: self.leaves(), scale: self.scale }
+        let (whole, leaves) = (&self.model.tape, self.leaves());
+        Meeting { tape: self.tape(q), bricks: &self.bricks, whole, leaves, scale: self.scale }
     }
 
     pub(super) fn model(&self) -> &Implicit {

@@ -232,7 +232,7 @@ impl Solid {
     /// Union with a fillet: where `a` and `b`, the functions of the two, are both above `-radius`, it reaches out to
     /// `(radius + a)^2 + (radius + b)^2 = radius^2`. That is a circle where two planes meet at a right angle. The edges of both
     /// solids remain, and so do their faces; the fillets are a face named as the blend. Two solids of one smooth face each
-    /// become one smooth face. Nested blends have a fillet for each pair of their faces; beyond 16384 pairs edges are
+    /// become one smooth face. Nested blends have a fillet for each pair of their faces; beyond 2048 pairs edges are
     /// rounded off at the size of the triangles, with a warning.
     pub fn blend(self, other: Solid, radius: f64) -> Self {
         Solid::new(SolidNode::Blend(self, other, radius))

@@ -311,7 +311,7 @@ fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> R
     if method == Method::Leaf {
         let bent = creased(&mesh, &ImplicitOracle::new(&ready.model, &extracted), run);
         report.warnings.extend(bent.first().map(|p| {
-            let what = "a crease inside a formula, or a bend tighter than the least size";
+            let what = "a crease inside a formula or a large blend, or a bend tighter than the least size";
             format!("{} triangles cut off {what}: the first near {}", bent.len(), at(*p))
         }));
     }

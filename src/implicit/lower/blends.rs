@@ -14,8 +14,9 @@ use crate::spatial::Aabb;
 /// Blends inside blends deeper than this are refused: each level evaluates the one below twice.
 const BLEND_DEPTH: usize = 32;
 
-/// A blend of operands with more pairs of leaves than this stays one function, which rounds their edges off.
-const MOST_FILLETS: usize = 1 << 14;
+/// A blend of operands with more pairs of leaves than this stays one function, and so do those within it: edges are rounded off
+/// then. Where more fillets come near a place, too many of their curves and corners are tried.
+const MOST_FILLETS: usize = 1 << 11;
 
 /// A leaf where a tape has it.
 #[derive(Clone, Copy)]
@@ -23,6 +24,13 @@ struct Occurrence {
     leaf: u32,
     face: u32,
     negate: bool,
+}
+
+/// Two lowered solids with their leaves, and a box around both.
+struct Operands {
+    leaves: Vec<Leaf>,
+    tapes: [Tape; 2],
+    bounds: Aabb,
 }
 
 /// What stands for a leaf in another tape.
@@ -34,17 +42,17 @@ impl Lowerer {
         if self.blend_depth >= BLEND_DEPTH {
             return Err(Error::input(Place::Unknown, format!("blends are nested more than {BLEND_DEPTH} deep")));
         }
-        let (blend_depth, visited) = (self.blend_depth + 1, self.visited);
-        let mut inner = Lowerer { blend_depth, visited, ..Lowerer::default() };
-        let (pa, pb) = (inner.tree(a, c.place)?, inner.tree(b, c.place)?);
-        self.visited = inner.visited;
-        let (ta, tb) = (extract_tape(&inner.ops, pa.op), extract_tape(&inner.ops, pb.op));
+        let mut inner = self.operands([a, b], c, self.one_function)?;
+        let pairs = inner.tapes[0].leaf_count().saturating_mul(inner.tapes[1].leaf_count());
+        if pairs > MOST_FILLETS && !self.one_function {
+            inner = self.operands([a, b], c, true)?;
+        }
+        let Operands { leaves, tapes: [ta, tb], bounds } = inner;
         let radius = radius * c.place.scale;
         // the fillet lies within r of both solids, and the box around both holds it when they meet at any angle
-        let bounds = if c.negate { Aabb::ALL } else { pa.bounds.union(&pb.bounds).grown(radius) };
-        let pairs = ta.leaf_count().saturating_mul(tb.leaf_count());
-        let op = if pairs == 1 || pairs > MOST_FILLETS {
-            let leaf = Leaf::Blend(Arc::new(Blend { leaves: inner.leaves, a: ta, b: tb, radius }));
+        let bounds = if c.negate { Aabb::ALL } else { bounds.grown(radius) };
+        let op = if pairs == 1 || pairs > MOST_FILLETS || self.one_function {
+            let leaf = Leaf::Blend(Arc::new(Blend { leaves, a: ta, b: tb, radius }));
             let face = self.face(solid, "blend", "", c);
             self.leaf(leaf, face, c.negate)
         } else {
@@ -55,6 +63,16 @@ impl Lowerer {
             self.fillets(solid, [a, b], radius, c)
         };
         Ok(Part { op, bounds })
+    }
+
+    /// The operands of a blend for themselves; with `one_function` blends within them are one leaf each.
+    fn operands(&mut self, [a, b]: [&Solid; 2], c: &Context, one_function: bool) -> Result<Operands> {
+        let (blend_depth, visited) = (self.blend_depth + 1, self.visited);
+        let mut inner = Lowerer { blend_depth, visited, one_function, ..Lowerer::default() };
+        let (a, b) = (inner.tree(a, c.place)?, inner.tree(b, c.place)?);
+        self.visited = inner.visited;
+        let tapes = [a.op, b.op].map(|op| extract_tape(&inner.ops, op));
+        Ok(Operands { leaves: inner.leaves, tapes, bounds: a.bounds.union(&b.bounds) })
     }
 
     /// The blend of two trees as one tree, with leaves where the two surfaces show and between each two of them.

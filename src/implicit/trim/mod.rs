@@ -16,6 +16,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::extract::Extracted;
+use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::leaves_of;
 use super::octree::Cell;
@@ -37,6 +38,10 @@ pub struct Trimmed {
 /// `None` where the parts do not fit together. The result is closed and oriented; it is not checked for triangles that
 /// intersect.
 pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Option<Trimmed>> {
+    // Fillets touch what they end on.
+    if model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_))) {
+        return Ok(None);
+    }
     run.install(|| {
         let parts = parts(model, extracted, run)?;
         Ok(parts.and_then(|parts| sew::sew(model, &parts, extracted.bricks.grid.h)))
