@@ -124,3 +124,13 @@ fn walls_that_end_where_a_fillet_begins_are_one_surface() {
     assert!(c.certificate.is_sound() && c.euler == 2);
     assert!(faces.iter().any(|f| f == "box1.ymax"), "{faces:?}");
 }
+
+#[test]
+fn solids_without_end_blend_too() {
+    // A wall and a rod that both go on for ever, cut by a box.
+    let wall = Solid::half_space(DVec3::Z, DVec3::ZERO);
+    let rod = Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, None) & Solid::half_space(DVec3::Z, DVec3::Z * 0.6);
+    let c = exact(wall.blend(rod, 0.1) & cuboid([-1.0, -1.0, -0.5], [1.0, 1.0, 1.0]), 0.08);
+    let volume = 2.0 + PI * 0.09 * 0.6 + 2.0 * PI * 0.3 * 0.01 * (1.0 - 0.25 * PI);
+    assert!(c.euler == 2 && (c.volume - volume).abs() < 2e-3, "{} {volume}", c.volume);
+}

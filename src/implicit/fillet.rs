@@ -57,8 +57,13 @@ impl Fillet {
     fn join(&self, a: f64, b: f64) -> f64 {
         let r = self.radius;
         let (u, v) = (r + a, r + b);
-        // NaN comes through either way.
-        if u.min(v) > ENDS * r { u.hypot(v) - r } else { a.min(b) - r + (a + b) * 0.0 }
+        if a.is_nan() || b.is_nan() {
+            f64::NAN
+        } else if u.min(v) > ENDS * r {
+            u.hypot(v) - r
+        } else {
+            a.min(b) - r
+        }
     }
 
     /// Whether the fillet itself, and not its continuation, passes here.
@@ -118,7 +123,7 @@ impl Fillet {
 
     pub(crate) fn range(&self, cell: &Aabb) -> Interval {
         let (a, b) = (self.sides[0].range(cell), self.sides[1].range(cell));
-        let slack = |v: f64| 8.0 * f64::EPSILON * (v.abs() + self.radius);
+        let slack = |v: f64| if v.is_finite() { 8.0 * f64::EPSILON * (v.abs() + self.radius) } else { 0.0 };
         let (lo, hi) = (self.join(a.lo, b.lo), self.join(a.hi, b.hi));
         Interval::new(lo - slack(lo), hi + slack(hi))
     }
