@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::{Placement, Primitive, Solid};
+use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
 use rvachev::quality::Check;
 
@@ -47,6 +48,20 @@ fn turned(solid: Solid) -> Solid {
     solid.placed(Placement { rotation, scale: 1.3, shift: DVec3::new(0.01, 0.02, 0.03) })
 }
 
+/// The area of a face.
+fn area(mesh: &TriMesh, name: &str) -> f64 {
+    let face = mesh.faces.iter().position(|f| f == name).unwrap() as u32;
+    let own = (0..mesh.triangles.len()).filter(|&t| mesh.labels[t] == face);
+    own.map(|t| 0.5 * mesh.area_vector(t).length()).sum()
+}
+
+/// The volume of a square post of half the side `w` and a height, with a fillet around its foot: at height u of it the section is a
+/// square of half the side w + r - sqrt(r^2 - u^2).
+fn on_square(w: f64, r: f64, height: f64) -> f64 {
+    let (one, two) = (r * r * (1.0 - 0.25 * PI), r * r * r * (5.0 / 3.0 - 0.5 * PI));
+    4.0 * w * w * height + 4.0 * (2.0 * w * one + two)
+}
+
 #[test]
 fn a_boss_on_a_plate_keeps_its_rims_and_their_names() {
     let (radius, r) = (0.35, 0.12);
@@ -61,11 +76,7 @@ fn a_boss_on_a_plate_keeps_its_rims_and_their_names() {
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8));
     }
     let mesh = made(solid, 0.1).mesh;
-    let area = |name: &str| {
-        let face = mesh.faces.iter().position(|f| f == name).unwrap() as u32;
-        let own = (0..mesh.triangles.len()).filter(|&t| mesh.labels[t] == face);
-        own.map(|t| 0.5 * mesh.area_vector(t).length()).sum::<f64>()
-    };
+    let area = |name: &str| area(&mesh, name);
     assert!((area("boss.top") - PI * radius * radius).abs() < 2e-3, "{}", area("boss.top"));
     // The fillet begins where the function of the cylinder is -r: at the square of this radius.
     let foot = radius * radius + 2.0 * radius * r;
@@ -79,9 +90,7 @@ fn fillets_meet_in_mitres_that_run_out_in_the_plate() {
     let (w, r) = (0.4, 0.15);
     let boss = || cuboid([-w, -w, 0.0], [w, w, 0.9]);
     let tool = bar(0.2, DVec3::Z, [0.0; 3], 4.0);
-    // The section is a square, at height u of half the side w + r - sqrt(r^2 - u^2).
-    let (one, two) = (r * r * (1.0 - 0.25 * PI), r * r * r * (5.0 / 3.0 - 0.5 * PI));
-    let volume = 1.6 + 4.0 * w * w * 0.7 + 4.0 * (2.0 * w * one + two);
+    let volume = 1.6 + on_square(w, r, 0.7);
     for size in [0.2, 0.157, 0.13, 0.094, 0.078, 0.06, 0.04] {
         let c = exact(plate().blend(boss(), r), size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 20), "at {size}");
@@ -117,12 +126,14 @@ fn two_smooth_solids_blend_into_one_smooth_face() {
 
 #[test]
 fn walls_that_end_where_a_fillet_begins_are_one_surface() {
-    // The faces of the wall are one radius from those of the plate: a fillet touches the latter everywhere.
-    let wall = cuboid([-0.9, -0.9, 0.0], [0.9, 0.9, 0.7]);
-    let made = made(plate().blend(wall, 0.1), 0.1);
-    let (c, faces) = (made.report.check.unwrap(), made.mesh.faces);
-    assert!(c.certificate.is_sound() && c.euler == 2);
-    assert!(faces.iter().any(|f| f == "box1.ymax"), "{faces:?}");
+    // The faces of the wall are one radius from those of the plate: a fillet touches the latter everywhere, and has none of them.
+    let solid = plate().blend(cuboid([-0.9, -0.9, 0.0], [0.9, 0.9, 0.7]), 0.1);
+    let c = exact(solid.clone(), 0.1);
+    assert!(c.euler == 2 && (c.volume - (1.6 + on_square(0.9, 0.1, 0.5))).abs() < 2e-3, "{}", c.volume);
+    let mesh = made(solid, 0.1).mesh;
+    for name in ["box1.xmin", "box1.xmax", "box1.ymin", "box1.ymax"] {
+        assert!((area(&mesh, name) - 0.8).abs() < 1e-9, "{name}: {}", area(&mesh, name));
+    }
 }
 
 #[test]
