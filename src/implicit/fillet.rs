@@ -29,6 +29,10 @@ impl Side {
         self.number == other.number && self.negate == other.negate
     }
 
+    fn signed(&self) -> Signed<'_> {
+        Signed { leaf: &self.leaf, number: self.number, negate: self.negate }
+    }
+
     fn value(&self, p: DVec3) -> f64 {
         let v = self.leaf.value(p);
         if self.negate { -v } else { v }
@@ -37,6 +41,11 @@ impl Side {
     fn smooth(&self, p: DVec3) -> Dual {
         let d = self.leaf.smooth(p);
         if self.negate { -d } else { d }
+    }
+
+    fn continued(&self, p: DVec3) -> f64 {
+        let v = if let Leaf::Fillet(f) = &self.leaf { f.continued(p) } else { self.leaf.value(p) };
+        if self.negate { -v } else { v }
     }
 
     fn range(&self, cell: &Aabb) -> Interval {
@@ -128,27 +137,119 @@ impl Fillet {
         Interval::new(lo - slack(lo), hi + slack(hi))
     }
 
+    /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
+    pub(crate) fn continued(&self, p: DVec3) -> f64 {
+        let [a, b] = [0, 1].map(|k| self.sides[k].continued(p));
+        let (u, v) = (self.radius + a, self.radius + b);
+        if u > 0.0 && v > 0.0 { u.hypot(v) - self.radius } else { a.max(b) }
+    }
+
+    /// At most zero where the fillet has ended and goes on along the side other than number `k`.
+    pub(crate) fn reach(&self, k: usize, p: DVec3) -> f64 {
+        self.radius + self.sides[k].continued(p)
+    }
+
+    /// Of a side: the other one.
+    fn opposite(&self, k: usize) -> &Side {
+        &self.sides[1 - k]
+    }
+
     /// A function that vanishes with the fillet where the leaves that have the numbers `before` and `after` do, too, and
     /// whose gradient then is not along theirs: a fillet touches its two surfaces, and those with one side in common touch
     /// each other where they end. Its gradient need not have length 1.
     pub(crate) fn beside(&self, leaves: &[Leaf], before: &[u32], after: &[u32], p: DVec3) -> Dual {
-        let r = self.radius;
-        let all = || before.iter().chain(after);
-        for (k, other) in [(0, 1), (1, 0)] {
-            if all().any(|i| *i == self.sides[k].number) {
-                let d = self.sides[other].smooth(p);
-                return Dual::new(d.v + r, d.g);
+        let earlier = || {
+            before.iter().filter_map(|i| match leaves.get(*i as usize) {
+                Some(Leaf::Fillet(f)) => self.apart_from(f),
+                _ => None,
+            })
+        };
+        // Fillets that end in one surface, of two that touch.
+        if let Some(apart) = earlier().find(|x| x.radius > 0.0) {
+            return apart.smooth(p);
+        }
+        for (k, side) in self.sides.iter().enumerate() {
+            if before.iter().chain(after).any(|i| *i == side.number) {
+                return Apart { sign: 1.0, radius: self.radius, more: self.opposite(k), less: None }.smooth(p);
             }
         }
-        for i in before {
-            let Some(Leaf::Fillet(f)) = leaves.get(*i as usize) else { continue };
-            for (k, other) in [(0, 1), (1, 0)] {
-                if f.radius == r && f.sides[k].is(&self.sides[k]) {
-                    let (d, e) = (self.sides[other].smooth(p), f.sides[other].smooth(p));
-                    return Dual::new(d.v - e.v, d.g - e.g);
-                }
-            }
+        if let Some(apart) = earlier().next() {
+            return apart.smooth(p);
         }
         self.smooth(p)
     }
+
+    /// How this fillet and another one with the same radius, which have a side in common, are told apart.
+    fn apart_from<'a>(&'a self, other: &'a Fillet) -> Option<Apart<'a>> {
+        if self.radius != other.radius {
+            return None;
+        }
+        let pairs = [(0, 0), (1, 1), (0, 1), (1, 0)];
+        let (k, l) = pairs.into_iter().find(|&(k, l)| self.sides[k].is(&other.sides[l]))?;
+        let (more, less) = (self.opposite(k), other.opposite(l));
+        Some(apart(more.signed(), less.signed()).unwrap_or(Apart { sign: 1.0, radius: 0.0, more, less: Some(less) }))
+    }
+}
+
+/// What has the sign of the difference of two functions whose zeros touch: `sign * (radius + more - less)`.
+pub(crate) struct Apart<'a> {
+    sign: f64,
+    radius: f64,
+    more: &'a Side,
+    less: Option<&'a Side>,
+}
+
+impl Apart<'_> {
+    /// With its gradient; the surfaces are those that fillets are a part of.
+    fn smooth(&self, p: DVec3) -> Dual {
+        let (a, b) = (self.more.smooth(p), self.less.map_or(Dual::new(0.0, DVec3::ZERO), |s| s.smooth(p)));
+        Dual::new(self.sign * (self.radius + a.v - b.v), self.sign * (a.g - b.g))
+    }
+
+    /// The value, where fillets end in what they end in.
+    fn value(&self, p: DVec3) -> f64 {
+        self.sign * (self.radius + self.more.continued(p) - self.less.map_or(0.0, |s| s.continued(p)))
+    }
+
+    fn reversed(self) -> Self {
+        Self { sign: -self.sign, ..self }
+    }
+}
+
+/// A leaf or its complement.
+#[derive(Clone, Copy)]
+struct Signed<'a> {
+    leaf: &'a Leaf,
+    number: u32,
+    negate: bool,
+}
+
+/// What has the sign of `a - b`, if one is a fillet that ends in the other or both end in a third.
+fn apart<'a>(a: Signed<'a>, b: Signed<'a>) -> Option<Apart<'a>> {
+    let turned = |a: Apart<'a>, turn: bool| if turn { a.reversed() } else { a };
+    // A fillet touches its sides, its complement touches theirs.
+    let one_way = |a: Signed<'a>, b: Signed<'a>| {
+        let Leaf::Fillet(f) = a.leaf else { return None };
+        let k = f.sides.iter().position(|s| s.number == b.number && s.negate == (b.negate != a.negate))?;
+        Some(turned(Apart { sign: 1.0, radius: f.radius, more: f.opposite(k), less: None }, a.negate))
+    };
+    one_way(a, b).or_else(|| one_way(b, a).map(Apart::reversed)).or_else(|| match (a.leaf, b.leaf) {
+        (Leaf::Fillet(f), Leaf::Fillet(g)) if a.negate == b.negate => f.apart_from(g).map(|x| turned(x, a.negate)),
+        _ => None,
+    })
+}
+
+/// The value of leaf `j`, or what has its sign, on the surface of leaf `on`: also where the two touch.
+pub(crate) fn value_on(leaves: &[Leaf], on: u32, j: u32, p: DVec3) -> f64 {
+    touching(leaves, on, j).map_or_else(|| leaves[j as usize].value(p), |a| a.value(p))
+}
+
+/// Whether one leaf ends in the other or both end in a third.
+pub(crate) fn touch(leaves: &[Leaf], on: u32, j: u32) -> bool {
+    touching(leaves, on, j).is_some()
+}
+
+fn touching(leaves: &[Leaf], on: u32, j: u32) -> Option<Apart<'_>> {
+    let leaf = |number: u32, negate: bool| Signed { leaf: &leaves[number as usize], number, negate };
+    [false, true].into_iter().find_map(|negate| apart(leaf(j, false), leaf(on, negate)))
 }

@@ -64,7 +64,7 @@ fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, s
 }
 
 /// What is to vanish for leaf number `k` of `which` where all of them do.
-fn condition(leaves: &[Leaf], which: &[u32], k: usize, q: DVec3) -> Dual {
+pub(super) fn condition(leaves: &[Leaf], which: &[u32], k: usize, q: DVec3) -> Dual {
     match &leaves[which[k] as usize] {
         Leaf::Fillet(f) => f.beside(leaves, &which[..k], &which[k + 1..], q),
         leaf => leaf.gradient(q),

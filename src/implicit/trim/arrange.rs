@@ -6,9 +6,12 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::super::fillet::{touch, value_on};
+use super::super::leaf::Leaf;
 use super::super::model::Implicit;
-use super::super::newton::{leaves_of, nearest};
+use super::super::newton::{condition, leaves_of, nearest};
 use super::super::octree::Cell;
+use super::ends::{End, Ends};
 use super::sheet::Sheet;
 use super::{place, positive, share};
 
@@ -51,8 +54,16 @@ pub(super) struct Part {
     pub(super) on: Vec<Vec<u32>>,
 }
 
+impl Polygon {
+    /// Whether a line's positive side has the polygon; `same` are the signs of lines that do not cut the triangle.
+    fn has(&self, line: u32, same: &[(u32, bool)]) -> bool {
+        self.signs.iter().chain(same).any(|x| *x == (line, true))
+    }
+}
+
 struct Arranger<'a> {
     model: &'a Implicit,
+    ends: &'a Ends,
     leaf: u32,
     sheet: &'a Sheet,
     points: Vec<DVec3>,
@@ -62,11 +73,27 @@ struct Arranger<'a> {
 }
 
 /// Cuts a sheet. `None` where what bounds the solid ends otherwise than at another leaf, or touches itself.
-pub(super) fn arrange(model: &Implicit, leaf: u32, sheet: &Sheet, bricks: &[&Cell], cell: f64) -> Option<Part> {
-    let others: Vec<Vec<u32>> =
-        bricks.iter().map(|b| leaves_of(&b.tape).into_iter().filter(|l| *l != leaf).collect()).collect();
+pub(super) fn arrange(
+    (model, ends): (&Implicit, &Ends),
+    leaf: u32,
+    sheet: &Sheet,
+    bricks: &[&Cell],
+    cell: f64,
+) -> Option<Part> {
+    // A fillet's sheet goes on beyond its ends, along its sides.
+    let sides = if let Leaf::Fillet(f) = &model.leaves[leaf as usize] { &f.sides[..] } else { &[] };
+    let others = |b: &&Cell| {
+        let mut own = leaves_of(&b.tape);
+        own.extend(sides.iter().map(|s| s.number));
+        own.sort_unstable();
+        own.dedup();
+        own.retain(|l| *l != leaf);
+        own
+    };
+    let others: Vec<Vec<u32>> = bricks.iter().map(others).collect();
     let mut this = Arranger {
         model,
+        ends,
         leaf,
         sheet,
         points: sheet.nodes.clone(),
@@ -75,13 +102,16 @@ pub(super) fn arrange(model: &Implicit, leaf: u32, sheet: &Sheet, bricks: &[&Cel
     };
     // Polygons that bound the solid: with their sides as cut from the triangle, and whether the leaf's positive side is inside.
     let mut kept: Vec<(Vec<Corner>, Vec<Line>, u32)> = Vec::new();
-    let mut side = vec![false; model.leaves.len()];
+    let mut side = vec![false; ends.count];
     for t in 0..sheet.triangles.len() {
         let brick = sheet.brick[t] as usize;
         let (corners, polygons, signs) = this.cut(t, &others[brick])?;
         for polygon in polygons {
-            // The brick's tape has no other leaves than those.
+            // The brick's tape has no other leaves than those. Between its ends a fillet is below both its sides.
             polygon.signs.iter().chain(&signs).for_each(|(l, s)| side[*l as usize] = *s);
+            if sides.iter().any(|s| side[s.number as usize] != s.negate) {
+                continue;
+            }
             let tape = &bricks[brick].tape;
             let plus = tape.inside_by(|l| l == leaf || side[l as usize]);
             if plus == tape.inside_by(|l| l != leaf && side[l as usize]) {
@@ -106,25 +136,90 @@ impl Arranger<'_> {
     #[allow(clippy::type_complexity)]
     fn cut(&mut self, t: usize, others: &[u32]) -> Option<(Vec<Corner>, Vec<Polygon>, Vec<(u32, bool)>)> {
         let nodes = self.sheet.triangles[t];
+        let leaves = &self.model.leaves;
+        let at = nodes.map(|v| self.sheet.nodes[v as usize]);
+        let end = |j: &u32| End::new(&leaves[*j as usize], *j, at).filter(|_| !touch(leaves, self.leaf, *j));
+        let ends: Vec<End> = others.iter().filter_map(end).collect();
+        // What cuts the triangle, and sides whose zeros are, near where they touch a fillet's, taken for those of the fillet.
+        let (mut lines, mut same, mut beside) = (Vec::new(), Vec::new(), Vec::new());
+        let alike = |values: [f64; 3]| {
+            let first = positive(values[0]);
+            values.iter().all(|v| positive(*v) == first).then_some(first)
+        };
+        for &j in others {
+            if let Some(e) = ends.iter().find(|e| e.number == j) {
+                if e.gone(&[0, 1, 2]).is_some() {
+                    same.push((j, false));
+                    continue;
+                }
+                lines.push((j, e.values));
+                lines.extend([0, 1].map(|k| (self.ends.line(j, k), e.reach[1 - k])));
+                continue;
+            }
+            if let Some((f, number, k)) = Ends::fillet_and_side(leaves, self.leaf, j) {
+                lines.push((self.ends.line(number, k), at.map(|p| f.reach(1 - k, p))));
+                continue;
+            }
+            let values = at.map(|p| value_on(leaves, self.leaf, j, p));
+            let touched = |e: &&End| alike(e.values).is_none() && e.gone(&[0, 1, 2]).is_none();
+            match ends.iter().filter(touched).find_map(|e| Some((e, e.goes_on_along(j)?))) {
+                Some((e, k)) => beside.push((j, e, k, values)),
+                None => lines.push((j, values)),
+            }
+        }
+        lines.sort_by_key(|x| x.0);
+        lines.dedup_by_key(|x| x.0);
         let unit = |k: usize| std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
         let mut corners: Vec<Corner> = (0..3).map(|k| Corner { id: nodes[k], weights: unit(k), along: None }).collect();
         let whole = vec![(0, Line::Side(0)), (1, Line::Side(1)), (2, Line::Side(2))];
         let mut polygons = vec![Polygon { ring: whole, signs: Vec::new() }];
-        let mut same = Vec::new();
-        for &j in others {
-            let leaf = &self.model.leaves[j as usize];
-            let values = nodes.map(|v| leaf.value(self.sheet.nodes[v as usize]));
-            let first = positive(values[0]);
-            if values.iter().all(|v| positive(*v) == first) {
-                same.push((j, first));
+        for (j, values) in lines {
+            if let Some(sign) = alike(values) {
+                same.push((j, sign));
                 continue;
             }
             let mut made: Vec<(u32, usize)> = Vec::new();
             let mut next = Vec::with_capacity(2 * polygons.len());
             for p in polygons {
-                self.split(t, j, values, p, &mut corners, &mut made, &mut next)?;
+                self.split(t, (j, values), &ends, p, &mut corners, &mut made, &mut next)?;
             }
             polygons = next;
+        }
+        for p in &mut polygons {
+            let n = p.ring.len() as f64;
+            let middle: [f64; 3] = std::array::from_fn(|i| p.ring.iter().map(|x| corners[x.0].weights[i]).sum::<f64>() / n);
+            for &j in others {
+                let Some((f, number, k)) = Ends::fillet_and_side(leaves, self.leaf, j) else { continue };
+                let reaches = p.has(self.ends.line(number, k), &same);
+                // A fillet is above a side that it reaches.
+                let sign = if number == j { reaches } else { reaches == f.sides[k].negate };
+                p.signs.push((j, sign));
+            }
+            for (j, e, k, values) in &beside {
+                let side = &e.fillet.sides[*k];
+                let own: f64 = (0..3).map(|i| middle[i] * values[i]).sum();
+                let above = positive(own) != side.negate || !p.has(self.ends.line(e.number, *k), &same);
+                p.signs.push((*j, (p.has(e.number, &same) && above) != side.negate));
+            }
+            // A fillet's continuation belongs to the side that it goes on along.
+            let mut labels: Vec<Line> = p.ring.iter().map(|x| x.1).collect();
+            for line in &mut labels {
+                let Line::Leaf(mut j) = *line else { continue };
+                while let Some(e) = ends.iter().find(|e| e.number == j)
+                    && let Some(k) = e
+                        .gone(&[0, 1, 2])
+                        .or_else(|| (0..2).find(|k| !p.has(self.ends.line(e.number, *k), &same)))
+                {
+                    j = e.fillet.sides[k].number;
+                }
+                // A line at which a fillet ends on one of its sides.
+                let ending = |o: &&u32| {
+                    let found = Ends::fillet_and_side(leaves, self.leaf, **o);
+                    found.is_some_and(|(_, number, k)| self.ends.line(number, k) == j)
+                };
+                *line = Line::Leaf(others.iter().find(ending).map_or(j, |o| *o));
+            }
+            p.ring.iter_mut().zip(labels).for_each(|(x, label)| x.1 = label);
         }
         Some((corners, polygons, same))
     }
@@ -134,8 +229,8 @@ impl Arranger<'_> {
     fn split(
         &mut self,
         t: usize,
-        j: u32,
-        values: [f64; 3],
+        (j, values): (u32, [f64; 3]),
+        ended: &[End<'_>],
         polygon: Polygon,
         corners: &mut Vec<Corner>,
         made: &mut Vec<(u32, usize)>,
@@ -172,7 +267,7 @@ impl Arranger<'_> {
                 continue;
             }
             let x = match line {
-                Line::Side(side) => self.on_side(nodes, side, j, values, corners),
+                Line::Side(side) => self.on_side(nodes, side, (j, values), ended, corners),
                 Line::Leaf(l) => match made.iter().find(|m| m.0 == l && same_segment(corners, v, w, m.1)) {
                     Some(m) => m.1,
                     None => {
@@ -200,8 +295,20 @@ impl Arranger<'_> {
     }
 
     /// The point where leaf `j` crosses a side of the triangle: one for both triangles at it.
-    fn on_side(&mut self, nodes: [u32; 3], side: u8, j: u32, values: [f64; 3], corners: &mut Vec<Corner>) -> usize {
+    fn on_side(
+        &mut self,
+        nodes: [u32; 3],
+        side: u8,
+        (mut j, values): (u32, [f64; 3]),
+        ended: &[End<'_>],
+        corners: &mut Vec<Corner>,
+    ) -> usize {
         let (a, b) = ends(nodes, side);
+        while let Some(e) = ended.iter().find(|e| e.number == j)
+            && let Some(k) = e.gone(&[a, b])
+        {
+            j = e.fillet.sides[k].number;
+        }
         let s = share(values[a], values[b]);
         let edge = (nodes[a], nodes[b]);
         let id = *self.crossings.entry((edge.0, edge.1, j)).or_insert_with(|| {
@@ -264,6 +371,9 @@ impl Arranger<'_> {
                 continue;
             }
             let Line::Leaf(j) = line else { return None };
+            if j as usize >= self.model.leaves.len() {
+                return None;
+            }
             border.push((a, b, j));
         }
         let mut on: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
@@ -309,7 +419,7 @@ fn walk(model: &Implicit, on: u32, to: u32, from: DVec3, cell: f64) -> Option<DV
     let (leaves, scale) = (&model.leaves, model.bounds().diagonal());
     let mut p = nearest(leaves, &[on], from, REACH * cell, scale)?;
     for _ in 0..STEPS {
-        let (m, d) = (leaves[on as usize].slope(p).try_normalize()?, leaves[to as usize].gradient(p));
+        let (m, d) = (leaves[on as usize].slope(p).try_normalize()?, condition(leaves, &[on, to], 1, p));
         let slope = d.g - m * m.dot(d.g);
         let step = slope * (-d.v / slope.length_squared());
         if step.length() < STRIDE * cell {

@@ -7,6 +7,7 @@
 //! fit together and there is no mesh.
 
 mod arrange;
+mod ends;
 mod sew;
 mod sheet;
 #[cfg(test)]
@@ -16,7 +17,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::extract::Extracted;
-use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::leaves_of;
 use super::octree::Cell;
@@ -38,10 +38,6 @@ pub struct Trimmed {
 /// `None` where the parts do not fit together. The result is closed and oriented; it is not checked for triangles that
 /// intersect.
 pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Option<Trimmed>> {
-    // Fillets touch what they end on.
-    if model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_))) {
-        return Ok(None);
-    }
     run.install(|| {
         let parts = parts(model, extracted, run)?;
         Ok(parts.and_then(|parts| sew::sew(model, &parts, extracted.bricks.grid.h)))
@@ -57,6 +53,7 @@ fn parts(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Option<Ve
         leaves_of(&cell.tape).into_iter().for_each(|l| of_leaf[l as usize].push(i as u32));
     }
     let scale = model.bounds().diagonal();
+    let ends = ends::Ends::new(&model.leaves);
     let parts: Result<Vec<Option<arrange::Part>>> = of_leaf
         .par_iter()
         .enumerate()
@@ -65,7 +62,7 @@ fn parts(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Option<Ve
             run.check()?;
             let own: Vec<&Cell> = own.iter().map(|i| cells[*i as usize]).collect();
             let sheet = sheet::sheet(&model.leaves[leaf], grid, &own, scale);
-            Ok(arrange::arrange(model, leaf as u32, &sheet, &own, grid.h))
+            Ok(arrange::arrange((model, &ends), leaf as u32, &sheet, &own, grid.h))
         })
         .collect();
     Ok(parts?.into_iter().collect())

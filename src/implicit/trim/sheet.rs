@@ -29,7 +29,13 @@ pub(super) fn sheet(leaf: &Leaf, grid: &Grid, bricks: &[&Cell], scale: f64) -> S
     for (b, cell) in bricks.iter().enumerate() {
         batch.corners(grid, cell.at);
         batch.values.resize(batch.x.len(), 0.0);
-        leaf.eval(&batch.x, &batch.y, &batch.z, &mut batch.values);
+        match leaf {
+            Leaf::Fillet(f) => {
+                let at = |k: usize| DVec3::new(batch.x[k], batch.y[k], batch.z[k]);
+                batch.values = (0..batch.x.len()).map(|k| f.continued(at(k))).collect();
+            }
+            _ => leaf.eval(&batch.x, &batch.y, &batch.z, &mut batch.values),
+        }
         let first = positive(batch.values[0]);
         if batch.values.iter().all(|v| positive(*v) == first) {
             continue;
@@ -78,6 +84,10 @@ pub(super) fn sheet(leaf: &Leaf, grid: &Grid, bricks: &[&Cell], scale: f64) -> S
     out
 }
 
+fn value(leaf: &Leaf, p: DVec3) -> f64 {
+    if let Leaf::Fillet(f) = leaf { f.continued(p) } else { leaf.value(p) }
+}
+
 /// The zero of a leaf between two points.
 fn root(leaf: &Leaf, [p, q]: [DVec3; 2], values: [f64; 2], tolerance: f64) -> DVec3 {
     // The bracket asks for values that are not zero.
@@ -85,7 +95,7 @@ fn root(leaf: &Leaf, [p, q]: [DVec3; 2], values: [f64; 2], tolerance: f64) -> DV
     let mut bracket = Bracket::new(signed(values[0]), signed(values[1]), tolerance);
     while !bracket.done() {
         let t = bracket.probe();
-        bracket.update(t, signed(leaf.value(p.lerp(q, t))));
+        bracket.update(t, signed(value(leaf, p.lerp(q, t))));
     }
     p.lerp(q, bracket.root())
 }
