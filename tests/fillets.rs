@@ -145,3 +145,27 @@ fn solids_without_end_blend_too() {
     let volume = 2.0 + PI * 0.09 * 0.6 + 2.0 * PI * 0.3 * 0.01 * (1.0 - 0.25 * PI);
     assert!(c.euler == 2 && (c.volume - volume).abs() < 2e-3, "{} {volume}", c.volume);
 }
+
+#[test]
+fn sharp_rims_elsewhere_are_as_sharp_beside_fillets() {
+    let (radius, r, h) = (0.35, 0.12, 0.02);
+    let boss = plate().blend(bar(radius, DVec3::Z, [0.0, 0.0, 0.35], 0.7), r);
+    // Two caps of height h, which meet at 23 degrees; near the tip nothing is as thick as the cells.
+    let ball = |z: f64| Solid::sphere(1.0, DVec3::new(0.1, 0.2, z));
+    let lens = ball(2.0 - h) & ball(h);
+    let volume = 1.6
+        + PI * radius * radius * 0.5
+        + 2.0 * PI * radius * r * r * (1.0 - 0.25 * PI)
+        + 2.0 * PI * h * h * (1.0 - h / 3.0);
+    for size in [0.15, 0.1] {
+        let made = made(boss.clone() | lens.clone(), size);
+        assert_eq!(made.report.shortfalls, Vec::<String>::new(), "at {size}");
+        let c = made.report.check.unwrap();
+        assert!(c.certificate.is_sound(), "{:?}", c.certificate);
+        let (f, d) = (c.features.unwrap(), c.deviation.unwrap());
+        assert!(f.recall >= 0.95 && f.node_residual_max <= 1e-12, "{f:?} at {size}");
+        assert!(d.inverted == 0 && d.from_surface.unwrap() < 0.05 * size, "{d:?} at {size}");
+        assert!((c.volume - volume).abs() < 0.5 * size * size, "{} {volume}", c.volume);
+        assert_eq!(c.euler, 4);
+    }
+}

@@ -43,7 +43,7 @@ impl Side {
         if self.negate { -d } else { d }
     }
 
-    fn continued(&self, p: DVec3) -> f64 {
+    pub(crate) fn continued(&self, p: DVec3) -> f64 {
         let v = if let Leaf::Fillet(f) = &self.leaf { f.continued(p) } else { self.leaf.value(p) };
         if self.negate { -v } else { v }
     }
@@ -139,7 +139,11 @@ impl Fillet {
 
     /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
     pub(crate) fn continued(&self, p: DVec3) -> f64 {
-        let [a, b] = [0, 1].map(|k| self.sides[k].continued(p));
+        self.between(self.sides[0].continued(p), self.sides[1].continued(p))
+    }
+
+    /// The same by the values of the sides.
+    pub(crate) fn between(&self, a: f64, b: f64) -> f64 {
         let (u, v) = (self.radius + a, self.radius + b);
         if u > 0.0 && v > 0.0 { u.hypot(v) - self.radius } else { a.max(b) }
     }

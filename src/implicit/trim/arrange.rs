@@ -6,12 +6,12 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::super::fillet::{touch, value_on};
+use super::super::fillet::{Fillet, touch, value_on};
 use super::super::leaf::Leaf;
 use super::super::model::Implicit;
 use super::super::newton::{condition, leaves_of, nearest};
 use super::super::octree::Cell;
-use super::ends::{End, Ends};
+use super::ends::{Ends, fillet_and_side};
 use super::sheet::Sheet;
 use super::{place, positive, share};
 
@@ -20,6 +20,8 @@ const REACH: f64 = 2.0;
 /// Steps on one leaf towards another, and how long they are at most, in cells.
 const STEPS: usize = 40;
 const STRIDE: f64 = 0.2;
+/// How often an interval is halved that holds a zero: then nothing is left of it.
+const HALVED: usize = 54;
 
 /// What a side of a polygon lies on: a side of the triangle, by its number, or the zeros of another leaf.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +36,8 @@ struct Corner {
     id: u32,
     weights: [f64; 3],
     along: Option<(u8, f64)>,
+    /// Lines of leaves that it was made on.
+    on: [u32; 2],
 }
 
 struct Polygon {
@@ -59,6 +63,73 @@ impl Polygon {
     fn has(&self, line: u32, same: &[(u32, bool)]) -> bool {
         self.signs.iter().chain(same).any(|x| *x == (line, true))
     }
+
+    fn with(mut self, line: u32, sign: bool) -> Self {
+        self.signs.push((line, sign));
+        self
+    }
+}
+
+impl Corner {
+    /// What is linear in the triangle, by its values at the nodes.
+    fn linear(&self, nodes: [u32; 3], values: [f64; 3]) -> f64 {
+        match self.along {
+            Some((side, s)) => {
+                let (a, b) = ends(nodes, side);
+                values[a] * (1.0 - s) + values[b] * s
+            }
+            None => (0..3).map(|k| values[k] * self.weights[k]).sum(),
+        }
+    }
+}
+
+/// What cuts a triangle: a leaf, or a line where fillets end.
+struct Cut<'a> {
+    line: u32,
+    form: Form<'a>,
+    /// Pairs of other lines where which cross it does, too.
+    through: [[u32; 2]; 2],
+}
+
+enum Form<'a> {
+    /// By the values at the nodes.
+    Linear([f64; 3]),
+    /// A fillet of linear sides, by their values at the nodes, and the lines where it ends in them.
+    Fillet { fillet: &'a Fillet, sides: [[f64; 3]; 2], lines: [u32; 2] },
+}
+
+impl Cut<'_> {
+    fn linear(line: u32, values: [f64; 3]) -> Self {
+        Self { line, form: Form::Linear(values), through: [[u32::MAX; 2]; 2] }
+    }
+
+    fn value(&self, nodes: [u32; 3], c: &Corner) -> f64 {
+        match self.form {
+            Form::Linear(values) => c.linear(nodes, values),
+            Form::Fillet { fillet, sides, .. } => fillet.between(c.linear(nodes, sides[0]), c.linear(nodes, sides[1])),
+        }
+    }
+
+    /// Where between two corners, at which its values have different signs, it is zero.
+    fn crossing(&self, nodes: [u32; 3], [v, w]: [&Corner; 2]) -> f64 {
+        let Form::Fillet { fillet, sides, .. } = self.form else {
+            return share(self.value(nodes, v), self.value(nodes, w));
+        };
+        let [a, b] = sides.map(|s| [v.linear(nodes, s), w.linear(nodes, s)]);
+        let at = |t: f64| fillet.between(a[0] * (1.0 - t) + a[1] * t, b[0] * (1.0 - t) + b[1] * t);
+        let (mut low, mut high) = (0.0, 1.0);
+        let first = positive(at(low));
+        for _ in 0..HALVED {
+            let middle = 0.5 * (low + high);
+            *(if positive(at(middle)) == first { &mut low } else { &mut high }) = middle;
+        }
+        0.5 * (low + high)
+    }
+
+    /// Whether a corner is on the line by the way it was made.
+    fn passes(&self, c: &Corner) -> bool {
+        c.on[1] != u32::MAX && self.through.iter().any(|l| l.iter().all(|l| c.on.contains(l)))
+    }
 }
 
 struct Arranger<'a> {
@@ -67,7 +138,8 @@ struct Arranger<'a> {
     leaf: u32,
     sheet: &'a Sheet,
     points: Vec<DVec3>,
-    crossings: FxHashMap<(u32, u32, u32), u32>,
+    /// With their place on the edge.
+    crossings: FxHashMap<(u32, u32, u32), (u32, f64)>,
     /// Points on each edge of the mesh, with their place from its lower node, in order.
     on_edge: FxHashMap<(u32, u32), Vec<(f64, u32)>>,
 }
@@ -138,193 +210,178 @@ impl Arranger<'_> {
         let nodes = self.sheet.triangles[t];
         let leaves = &self.model.leaves;
         let at = nodes.map(|v| self.sheet.nodes[v as usize]);
-        let end = |j: &u32| End::new(&leaves[*j as usize], *j, at).filter(|_| !touch(leaves, self.leaf, *j));
-        let ends: Vec<End> = others.iter().filter_map(end).collect();
-        // What cuts the triangle, and sides whose zeros are, near where they touch a fillet's, taken for those of the fillet.
-        let (mut lines, mut same, mut beside) = (Vec::new(), Vec::new(), Vec::new());
-        let alike = |values: [f64; 3]| {
-            let first = positive(values[0]);
-            values.iter().all(|v| positive(*v) == first).then_some(first)
-        };
+        let mut cuts: Vec<Cut> = Vec::new();
         for &j in others {
-            if let Some(e) = ends.iter().find(|e| e.number == j) {
-                if e.gone(&[0, 1, 2]).is_some() {
-                    same.push((j, false));
-                    continue;
+            if let Some((f, number, k)) = fillet_and_side(leaves, self.leaf, j) {
+                cuts.push(Cut::linear(self.ends.line(number, k), at.map(|p| f.reach(1 - k, p))));
+                continue;
+            }
+            match &leaves[j as usize] {
+                Leaf::Fillet(f) if !touch(leaves, self.leaf, j) => {
+                    let sides = [0, 1].map(|k| at.map(|p| f.sides[k].continued(p)));
+                    let lines = [0, 1].map(|k| self.ends.line(j, k));
+                    cuts.extend([0, 1].map(|k| Cut::linear(lines[k], sides[1 - k].map(|v| f.radius + v))));
+                    // Where it ends in a side it is what the side is.
+                    let through = [0, 1].map(|k| [lines[k], f.sides[k].number]);
+                    cuts.push(Cut { line: j, form: Form::Fillet { fillet: f, sides, lines }, through });
                 }
-                lines.push((j, e.values));
-                lines.extend([0, 1].map(|k| (self.ends.line(j, k), e.reach[1 - k])));
-                continue;
-            }
-            if let Some((f, number, k)) = Ends::fillet_and_side(leaves, self.leaf, j) {
-                lines.push((self.ends.line(number, k), at.map(|p| f.reach(1 - k, p))));
-                continue;
-            }
-            let values = at.map(|p| value_on(leaves, self.leaf, j, p));
-            let touched = |e: &&End| alike(e.values).is_none() && e.gone(&[0, 1, 2]).is_none();
-            match ends.iter().filter(touched).find_map(|e| Some((e, e.goes_on_along(j)?))) {
-                Some((e, k)) => beside.push((j, e, k, values)),
-                None => lines.push((j, values)),
+                Leaf::Fillet(_) => {
+                    let mut cut = Cut::linear(j, at.map(|p| value_on(leaves, self.leaf, j, p)));
+                    if let Leaf::Fillet(_) = leaves[self.leaf as usize] {
+                        // Two that end in one surface cross where both do.
+                        cut.through = [0, 1].map(|k| [self.leaf, j].map(|f| self.ends.line(f, k)));
+                    }
+                    cuts.push(cut);
+                }
+                _ => cuts.push(Cut::linear(j, at.map(|p| value_on(leaves, self.leaf, j, p)))),
             }
         }
-        lines.sort_by_key(|x| x.0);
-        lines.dedup_by_key(|x| x.0);
+        // The ends of fillets first: what is beyond them they do not cut.
+        cuts.sort_by_key(|c| ((c.line as usize) < leaves.len(), c.line));
+        cuts.dedup_by_key(|c| c.line);
         let unit = |k: usize| std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
-        let mut corners: Vec<Corner> = (0..3).map(|k| Corner { id: nodes[k], weights: unit(k), along: None }).collect();
+        let corner = |k: usize| Corner { id: nodes[k], weights: unit(k), along: None, on: [u32::MAX; 2] };
+        let mut corners: Vec<Corner> = (0..3).map(corner).collect();
         let whole = vec![(0, Line::Side(0)), (1, Line::Side(1)), (2, Line::Side(2))];
         let mut polygons = vec![Polygon { ring: whole, signs: Vec::new() }];
-        for (j, values) in lines {
-            if let Some(sign) = alike(values) {
-                same.push((j, sign));
-                continue;
+        let mut same = Vec::new();
+        for cut in &cuts {
+            if let Form::Linear(values) = cut.form {
+                let first = positive(values[0]);
+                if values.iter().all(|v| positive(*v) == first) {
+                    same.push((cut.line, first));
+                    continue;
+                }
             }
             let mut made: Vec<(u32, usize)> = Vec::new();
             let mut next = Vec::with_capacity(2 * polygons.len());
             for p in polygons {
-                self.split(t, (j, values), &ends, p, &mut corners, &mut made, &mut next)?;
+                if let Form::Fillet { lines, .. } = cut.form
+                    && lines.iter().any(|l| !p.has(*l, &same))
+                {
+                    next.push(p.with(cut.line, false));
+                } else {
+                    self.split(t, cut, p, &mut corners, &mut made, &mut next)?;
+                }
             }
             polygons = next;
         }
-        for p in &mut polygons {
-            let n = p.ring.len() as f64;
-            let middle: [f64; 3] = std::array::from_fn(|i| p.ring.iter().map(|x| corners[x.0].weights[i]).sum::<f64>() / n);
-            for &j in others {
-                let Some((f, number, k)) = Ends::fillet_and_side(leaves, self.leaf, j) else { continue };
-                let reaches = p.has(self.ends.line(number, k), &same);
+        for &j in others {
+            let Some((f, number, k)) = fillet_and_side(leaves, self.leaf, j) else { continue };
+            let line = self.ends.line(number, k);
+            for p in &mut polygons {
+                let reaches = p.has(line, &same);
                 // A fillet is above a side that it reaches.
-                let sign = if number == j { reaches } else { reaches == f.sides[k].negate };
-                p.signs.push((j, sign));
+                p.signs.push((j, if number == j { reaches } else { reaches == f.sides[k].negate }));
+                p.ring.iter_mut().filter(|x| x.1 == Line::Leaf(line)).for_each(|x| x.1 = Line::Leaf(j));
             }
-            for (j, e, k, values) in &beside {
-                let side = &e.fillet.sides[*k];
-                let own: f64 = (0..3).map(|i| middle[i] * values[i]).sum();
-                let above = positive(own) != side.negate || !p.has(self.ends.line(e.number, *k), &same);
-                p.signs.push((*j, (p.has(e.number, &same) && above) != side.negate));
-            }
-            // A fillet's continuation belongs to the side that it goes on along.
-            let mut labels: Vec<Line> = p.ring.iter().map(|x| x.1).collect();
-            for line in &mut labels {
-                let Line::Leaf(mut j) = *line else { continue };
-                while let Some(e) = ends.iter().find(|e| e.number == j)
-                    && let Some(k) = e
-                        .gone(&[0, 1, 2])
-                        .or_else(|| (0..2).find(|k| !p.has(self.ends.line(e.number, *k), &same)))
-                {
-                    j = e.fillet.sides[k].number;
-                }
-                // A line at which a fillet ends on one of its sides.
-                let ending = |o: &&u32| {
-                    let found = Ends::fillet_and_side(leaves, self.leaf, **o);
-                    found.is_some_and(|(_, number, k)| self.ends.line(number, k) == j)
-                };
-                *line = Line::Leaf(others.iter().find(ending).map_or(j, |o| *o));
-            }
-            p.ring.iter_mut().zip(labels).for_each(|(x, label)| x.1 = label);
         }
         Some((corners, polygons, same))
     }
 
-    /// Parts a polygon by the sign of leaf `j`; `made` remembers points made inside the triangle, by the leaf they lie on.
-    #[allow(clippy::too_many_arguments)]
+    /// Parts a polygon by the sign of a leaf; `made` remembers points made inside the triangle, by the leaf they lie on.
     fn split(
         &mut self,
         t: usize,
-        (j, values): (u32, [f64; 3]),
-        ended: &[End<'_>],
+        cut: &Cut<'_>,
         polygon: Polygon,
         corners: &mut Vec<Corner>,
         made: &mut Vec<(u32, usize)>,
         out: &mut Vec<Polygon>,
     ) -> Option<()> {
         let nodes = self.sheet.triangles[t];
-        let value = |c: &Corner| match c.along {
-            Some((side, s)) => {
-                let (a, b) = ends(nodes, side);
-                values[a] * (1.0 - s) + values[b] * s
-            }
-            None => (0..3).map(|k| values[k] * c.weights[k]).sum(),
-        };
-        let at: Vec<f64> = polygon.ring.iter().map(|(v, _)| value(&corners[*v])).collect();
+        let at: Vec<f64> = polygon.ring.iter().map(|(v, _)| cut.value(nodes, &corners[*v])).collect();
         let n = at.len();
-        let changes = (0..n).filter(|&k| positive(at[k]) != positive(at[(k + 1) % n])).count();
+        // 0 and 1 by sign; of corners on the line nothing.
+        let half: Vec<Option<usize>> =
+            (0..n).map(|k| (!cut.passes(&corners[polygon.ring[k].0])).then(|| usize::from(positive(at[k])))).collect();
+        let sides: Vec<usize> = half.iter().filter_map(|h| *h).collect();
+        let changes = (0..sides.len()).filter(|&k| sides[k] != sides[(k + 1) % sides.len()]).count();
         if changes == 0 {
-            let mut signs = polygon.signs;
-            signs.push((j, positive(at[0])));
-            out.push(Polygon { ring: polygon.ring, signs });
+            out.push(polygon.with(cut.line, sides.first() == Some(&1)));
             return Some(());
         }
         if changes != 2 {
             return None;
         }
         let mut halves = [Vec::new(), Vec::new()];
+        let mut last = (0..n).rev().find_map(|k| half[k])?;
         for k in 0..n {
             let (v, line) = polygon.ring[k];
-            let w = polygon.ring[(k + 1) % n].0;
-            let (a, b) = (at[k], at[(k + 1) % n]);
-            let own = usize::from(positive(a));
+            let (w, next) = (polygon.ring[(k + 1) % n].0, (k + 1) % n);
+            let Some(own) = half[k] else {
+                let to = (1..n).find_map(|d| half[(k + d) % n])?;
+                if to != last {
+                    halves[last].push((v, Line::Leaf(cut.line)));
+                }
+                halves[to].push((v, line));
+                last = to;
+                continue;
+            };
             halves[own].push((v, line));
-            if positive(a) == positive(b) {
+            last = own;
+            if half[next].is_none_or(|h| h == own) {
                 continue;
             }
+            let s = cut.crossing(nodes, [&corners[v], &corners[w]]);
             let x = match line {
-                Line::Side(side) => self.on_side(nodes, side, (j, values), ended, corners),
+                Line::Side(side) => self.on_side(nodes, side, cut, (v, w, s), corners),
                 Line::Leaf(l) => match made.iter().find(|m| m.0 == l && same_segment(corners, v, w, m.1)) {
                     Some(m) => m.1,
                     None => {
-                        let s = share(a, b);
                         let (p, q) = (corners[v].weights, corners[w].weights);
                         let weights = std::array::from_fn(|i| p[i] * (1.0 - s) + q[i] * s);
                         let id = self.points.len() as u32;
                         self.points.push(place(&self.sheet.nodes, nodes, weights));
-                        corners.push(Corner { id, weights, along: None });
+                        corners.push(Corner { id, weights, along: None, on: [cut.line, l] });
                         made.push((l, corners.len() - 1));
                         corners.len() - 1
                     }
                 },
             };
             // The side that is left closes along the other leaf; the one that is entered goes on along the old line.
-            halves[own].push((x, Line::Leaf(j)));
+            halves[own].push((x, Line::Leaf(cut.line)));
             halves[1 - own].push((x, line));
         }
         for (k, ring) in halves.into_iter().enumerate() {
-            let mut signs = polygon.signs.clone();
-            signs.push((j, k == 1));
-            out.push(Polygon { ring, signs });
+            out.push(Polygon { ring, signs: polygon.signs.clone() }.with(cut.line, k == 1));
         }
         Some(())
     }
 
-    /// The point where leaf `j` crosses a side of the triangle: one for both triangles at it.
+    /// The point where a line crosses a side of the triangle, between corners `v` and `w` by their values: one for both
+    /// triangles at it.
     fn on_side(
         &mut self,
         nodes: [u32; 3],
         side: u8,
-        (mut j, values): (u32, [f64; 3]),
-        ended: &[End<'_>],
+        cut: &Cut<'_>,
+        (v, w, s): (usize, usize, f64),
         corners: &mut Vec<Corner>,
     ) -> usize {
         let (a, b) = ends(nodes, side);
-        while let Some(e) = ended.iter().find(|e| e.number == j)
-            && let Some(k) = e.gone(&[a, b])
-        {
-            j = e.fillet.sides[k].number;
-        }
-        let s = share(values[a], values[b]);
         let edge = (nodes[a], nodes[b]);
-        let id = *self.crossings.entry((edge.0, edge.1, j)).or_insert_with(|| {
+        let (id, s) = *self.crossings.entry((edge.0, edge.1, cut.line)).or_insert_with(|| {
+            let s = match cut.form {
+                Form::Linear(values) => share(values[a], values[b]),
+                Form::Fillet { .. } => {
+                    let along = |c: &Corner| c.along.map_or(c.weights[b], |x| x.1);
+                    along(&corners[v]) * (1.0 - s) + along(&corners[w]) * s
+                }
+            };
             let id = self.points.len() as u32;
             let (p, q) = (self.sheet.nodes[edge.0 as usize], self.sheet.nodes[edge.1 as usize]);
             self.points.push(p.lerp(q, s));
             let on = self.on_edge.entry(edge).or_default();
             on.insert(on.partition_point(|x| x.0 <= s), (s, id));
-            id
+            (id, s)
         });
         if let Some(k) = corners.iter().position(|c| c.id == id) {
             return k;
         }
         let mut weights = [0.0; 3];
         (weights[a], weights[b]) = (1.0 - s, s);
-        corners.push(Corner { id, weights, along: Some((side, s)) });
+        corners.push(Corner { id, weights, along: Some((side, s)), on: [cut.line, u32::MAX] });
         corners.len() - 1
     }
 

@@ -62,10 +62,17 @@ pub(super) fn sew(model: &Implicit, parts: &[Part], cell: f64) -> Option<Trimmed
         between: vec![FxHashMap::default(); parts.len()],
     };
     sewer.join_corners();
+    let scale = model.bounds().diagonal();
     let mut edges: BTreeMap<[u32; 4], [Vec<Chain>; 2]> = BTreeMap::new();
     for (p, part) in parts.iter().enumerate() {
         for (chain, other) in sewer.chains(p, part)? {
             let [a, b] = chain.ends;
+            // Corners at one place, where more than three leaves meet, have nothing between them.
+            let first = sewer.point(p, chain.points[0]);
+            if a == b && a != NONE && chain.points.iter().all(|v| sewer.point(p, *v).distance(first) <= CROWDED * scale)
+            {
+                continue;
+            }
             let key = [part.leaf.min(other), part.leaf.max(other), a.min(b), a.max(b)];
             edges.entry(key).or_default()[usize::from(part.leaf > other)].push(chain);
         }

@@ -4,7 +4,8 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::implicit::{ExtractOptions, RSystem, Solid, extract};
+use crate::implicit::leaf::Leaf;
+use crate::implicit::{ExtractOptions, Placement, RSystem, Solid, extract};
 
 fn trim(solid: &Solid, cell: f64) -> (Implicit, Extracted, Option<Trimmed>) {
     let run = Run::new();
@@ -20,7 +21,7 @@ fn check(model: &Implicit, made: &Trimmed) {
     assert!(defects.is_closed() && defects.is_manifold() && defects.is_oriented());
     for (p, on) in made.mesh.nodes.iter().zip(&made.leaves) {
         for leaf in on {
-            let d = model.leaves[*leaf as usize].gradient(*p);
+            let d = model.leaves[*leaf as usize].smooth(*p);
             assert!(d.v.abs() <= 1e-12 * d.g.length(), "{p} is {} from leaf {leaf}", d.v / d.g.length());
         }
     }
@@ -106,5 +107,32 @@ proptest! {
         check(&model, &made);
         let (a, b) = (made.mesh.volume(), fine.volume());
         prop_assert!((a - b).abs() < 0.005 + 0.01 * b, "{a} {b}");
+    }
+}
+
+#[test]
+fn fillets_end_in_the_faces_they_touch() {
+    let plate = Solid::cuboid(DVec3::new(-1.0, -1.0, -0.2), DVec3::new(1.0, 1.0, 0.2));
+    let post = Solid::cuboid(DVec3::new(-0.31, -0.32, 0.0), DVec3::new(0.33, 0.34, 0.7));
+    let (w, d, r) = (0.64, 0.66, 0.12);
+    // In planes across the edges a fillet fills r * r * (1 - PI / 4); its ends run on into the mitre at the corners.
+    let along = r * r * (1.0 - 0.25 * std::f64::consts::PI);
+    let corners = 4.0 * 2.0 * r * r * r * (5.0 / 6.0 - 0.25 * std::f64::consts::PI);
+    let volume = 1.6 + 0.5 * w * d + 2.0 * (w + d) * along + corners;
+    for turn in [0.0, 0.4] {
+        let rotation = glam::DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), turn);
+        let placement = Placement { rotation, scale: 1.0, shift: DVec3::new(0.01, 0.02, 0.03) };
+        let solid = plate.clone().blend(post.clone(), r).placed(placement);
+        for cell in [0.15, 0.04] {
+            let (model, _, made) = trim(&solid, cell);
+            let made = made.unwrap();
+            check(&model, &made);
+            assert!((made.mesh.volume() - volume).abs() < 0.5 * cell * cell, "{} {volume}", made.mesh.volume());
+            // Four mitres, each from an edge of the post to the plate.
+            let fillets =
+                |on: &Vec<u32>| on.iter().filter(|l| matches!(model.leaves[**l as usize], Leaf::Fillet(_))).count();
+            let ends = made.leaves.iter().filter(|on| on.len() > 2 && fillets(on) == 2).count();
+            assert_eq!(ends, 8);
+        }
     }
 }
