@@ -5,6 +5,7 @@ mod bridges;
 mod climb;
 mod curves;
 mod cut;
+mod fans;
 mod field;
 mod gaps;
 mod grid;
@@ -358,6 +359,13 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
 
 fn even_out(r: &mut Remesher<'_>) -> Result<()> {
     for _ in 0..ROUNDS {
+        r.flip_evenly()?;
+        r.relax()?;
+    }
+    for _ in 0..ROUNDS {
+        if r.even_fans()? == 0 {
+            break;
+        }
         r.flip_evenly()?;
         r.relax()?;
     }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::ExactOptions;
 use super::MEND;
+use super::fans::Fan;
 use super::patchwork::{Facet, Patchwork, PieceSet};
 use crate::error::Result;
 use crate::geometry::Pieces;
@@ -30,6 +31,9 @@ pub(super) const SLIVER: f64 = 0.004;
 
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
+
+/// Flips that even out angles by less than this do not: others would take them back for the shapes' sake.
+const EVENER: f64 = 0.02;
 
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
@@ -427,15 +431,12 @@ impl<'a> Remesher<'a> {
     /// [`flip`](Self::flip) of a patch that is the only one of its mesh, also where that evens out valences and shapes stay
     /// good.
     pub(super) fn flip_evenly(&mut self) -> Result<usize> {
-        let m = &self.work.mesh;
-        let mut excess = vec![0; m.node_capacity()];
-        m.nodes().for_each(|v| excess[v as usize] = self.excess(v));
-        self.flip_edges(Some(excess))
+        self.flip_edges(Some(self.fans()))
     }
 
-    fn flip_edges(&mut self, mut excess: Option<Vec<i64>>) -> Result<usize> {
+    fn flip_edges(&mut self, mut fans: Option<Vec<Fan>>) -> Result<usize> {
         let mut count = 0;
-        let reader = if excess.is_some() { Reader::Valences } else { Reader::Shapes };
+        let reader = if fans.is_some() { Reader::Valences } else { Reader::Shapes };
         // Only edges of triangles that changed are looked at again.
         let mut list = self.unseen(reader);
         self.set_seen(reader);
@@ -448,7 +449,7 @@ impl<'a> Remesher<'a> {
             let wanted = |h: &u32| {
                 let o = this.work.mesh.opposite(*h);
                 let other_way = o == NONE || (o < *h && listed[(o / 3) as usize]);
-                !other_way && this.should_flip(*h, excess.as_deref())
+                !other_way && this.should_flip(*h, fans.as_deref())
             };
             let edges: Vec<u32> = self.run.install(|| {
                 let sides = list.par_iter().with_min_len(SHARE).flat_map_iter(|t| 3 * t..3 * t + 3);
@@ -460,11 +461,11 @@ impl<'a> Remesher<'a> {
                 let m = &self.work.mesh;
                 let o = m.opposite(h);
                 let [a, b, c, d] = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
-                if self.flip_one(h, excess.as_deref()) {
+                if self.flip_one(h, fans.as_deref()) {
                     changed.extend([h / 3, o / 3]);
-                    if let Some(excess) = &mut excess {
-                        [a, b].into_iter().for_each(|v| excess[v as usize] -= 1);
-                        [c, d].into_iter().for_each(|v| excess[v as usize] += 1);
+                    if let Some(fans) = &mut fans {
+                        [a, b].into_iter().for_each(|v| fans[v as usize].count -= 1.0);
+                        [c, d].into_iter().for_each(|v| fans[v as usize].count += 1.0);
                     }
                 }
             }
@@ -474,7 +475,7 @@ impl<'a> Remesher<'a> {
             list = changed;
             if list.is_empty() {
                 // Valences count for edges beyond the triangles that change, too.
-                if excess.is_none() {
+                if fans.is_none() {
                     self.set_seen(reader);
                 }
                 break;
@@ -503,32 +504,15 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// How many triangles a node has beyond what suits it: six around a node within, three beside a border, as many as fit
-    /// at a corner.
-    fn excess(&self, v: u32) -> i64 {
-        let m = &self.work.mesh;
-        let count = m.outgoing(v).count() as i64;
-        match self.rank[v as usize] {
-            Rank::Face => count - 6,
-            Rank::Curve => count - 3,
-            Rank::Corner => {
-                let p = self.point(v);
-                let angle = |h: u32| (self.point(m.target(h)) - p).angle_between(self.point(m.apex(h)) - p);
-                let angle: f64 = m.outgoing(v).map(angle).sum();
-                count - (angle / std::f64::consts::FRAC_PI_3).round().max(1.0) as i64
-            }
-        }
-    }
-
     /// Flips an edge where that [helps](Self::should_flip).
-    pub(super) fn flip_one(&mut self, h: u32, excess: Option<&[i64]>) -> bool {
+    pub(super) fn flip_one(&mut self, h: u32, fans: Option<&[Fan]>) -> bool {
         // A node of a border keeps at least one edge into each of its patches by the link condition alone.
-        self.should_flip(h, excess) && self.work.mesh.flip(h)
+        self.should_flip(h, fans) && self.work.mesh.flip(h)
     }
 
-    /// Whether the flip of an edge raises the smaller shape; with the `excess` of triangles at each node also whether that
-    /// becomes more even and shapes stay good.
-    fn should_flip(&self, h: u32, excess: Option<&[i64]>) -> bool {
+    /// Whether the flip of an edge raises the smaller shape; with the `fans` of all nodes also whether angles
+    /// there become more even and shapes stay good.
+    fn should_flip(&self, h: u32, fans: Option<&[Fan]>) -> bool {
         let m = &self.work.mesh;
         let o = m.opposite(h);
         if o == NONE || m.is_sharp(h) || self.work.is_kept(h / 3) {
@@ -539,10 +523,9 @@ impl<'a> Remesher<'a> {
         let [left, right] = [Facet::new([p, q, r]), Facet::new([q, p, s])];
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
         let smooth = left.area.dot(right.area) > 0.0;
-        let excess = excess.map(|e| [a, b, c, d].map(|v| e[v as usize]));
-        // By how much the sum of squares changes, halved.
-        let change = excess.map(|[a, b, c, d]| c + d - a - b + 2);
-        if smooth && change.is_none_or(|c| c >= 0) && left.is_above(MEND) && right.is_above(MEND) {
+        let fans = fans.map(|f| [a, b, c, d].map(|v| f[v as usize]));
+        let change = fans.map(|[a, b, c, d]| a.change(-1.0) + b.change(-1.0) + c.change(1.0) + d.change(1.0));
+        if smooth && change.is_none_or(|c| c >= -EVENER) && left.is_above(MEND) && right.is_above(MEND) {
             return false;
         }
         // Around thin places, where normals of both sides are near, flips must not carry edges away.
@@ -566,10 +549,10 @@ impl<'a> Remesher<'a> {
         let label = m.label(h / 3);
         let mut evener = false;
         if let Some(change) = change.filter(|_| then > GOOD) {
-            if change > 0 {
+            if change > EVENER {
                 return false;
             }
-            evener = change < 0;
+            evener = change < -EVENER;
         }
         if smooth && !evener && now > FAIR && then <= now + 1e-9 {
             return false;
