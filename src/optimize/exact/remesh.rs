@@ -28,6 +28,11 @@ pub(super) const GOOD: f64 = 0.6;
 /// may mislead.
 pub(super) const SLIVER: f64 = 0.004;
 
+/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length; what turns by less than
+/// this share of that is not worth a look.
+const OFF: f64 = 0.05;
+const FOLD: f64 = 0.02;
+
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
 
@@ -55,6 +60,8 @@ pub(super) struct Remesher<'a> {
     /// The same after gradation: what counts.
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
+    /// Whether this is a part of a mesh, whose boundary stays.
+    pub(super) alone: bool,
     /// Nodes on cuts within a patch, which stay for now but shall go; none at all if this is empty.
     pub(super) open: Vec<bool>,
     /// Nodes around which edges and triangles are looked at; all if there is none.
@@ -80,6 +87,7 @@ impl<'a> Remesher<'a> {
             own,
             want,
             rank: Vec::new(),
+            alone: false,
             open: Vec::new(),
             focus: None,
             shapes: Vec::new(),
@@ -135,11 +143,16 @@ impl<'a> Remesher<'a> {
             return Rank::Corner;
         }
         match self.work.mesh.sharp_neighbors(v).count() {
-            _ if self.work.mesh.is_pinned(v) => Rank::Corner,
+            _ if self.work.mesh.is_pinned(v) || self.stays(v) => Rank::Corner,
             0 => Rank::Face,
             2 if self.work.sets[v as usize].len() == 2 => Rank::Curve,
             _ => Rank::Corner,
         }
+    }
+
+    /// Whether a node is known to other parts of the mesh.
+    pub(super) fn stays(&self, v: u32) -> bool {
+        self.alone && self.work.mesh.is_boundary(v)
     }
 
     pub(super) fn point(&self, v: u32) -> DVec3 {
@@ -358,6 +371,9 @@ impl<'a> Remesher<'a> {
         }
         let side = if self.rank[a as usize] <= self.rank[b as usize] { h } else { m.opposite(h) };
         let (from, to) = (m.origin(side), m.target(side));
+        if self.stays(from) {
+            return false;
+        }
         let p = self.point(to);
         let merged = self.work.mesh.merge(side, p);
         if merged {
@@ -581,6 +597,29 @@ impl<'a> Remesher<'a> {
         }
         let now = left.seen(normal).min(right.seen(normal));
         let then = above.seen(normal).min(below.seen(normal));
-        if evener { then > GOOD } else { then > now + 1e-9 }
+        let better = if evener { then > GOOD } else { then > now + 1e-9 };
+        better && !self.leaves_surface(h, [p, q, r, s], up)
+    }
+
+    /// Whether the flip of an edge of triangles of any size takes them away from a bent surface: facets of a wall may be far longer
+    /// than it is thick.
+    fn leaves_surface(&self, h: u32, [p, q, r, s]: [DVec3; 4], up: DVec3) -> bool {
+        let patch = &self.work.patches[self.work.mesh.label(h / 3) as usize];
+        // Around borders alone, flips untangle.
+        let long = self.focus.is_none() && r.distance(s) > LONG * self.wanted(h);
+        if !long || !self.work.raw || self.work.by_angles || patch.plane.is_some() || patch.piece == NONE {
+            return false;
+        }
+        let off = OFF * self.wanted(h);
+        let across = (q - p).cross(s - r);
+        if across.dot(r - p).abs() <= FOLD * off * across.length() {
+            return false;
+        }
+        let away = |x: DVec3| {
+            let foot = self.surface.foot_facing(patch.piece, x, up * patch.outward, f64::INFINITY);
+            foot.map_or(f64::INFINITY, |f| f.0.distance(x))
+        };
+        let then = away(0.5 * (r + s));
+        then > off && then > away(0.5 * (p + q))
     }
 }
