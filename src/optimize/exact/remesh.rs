@@ -28,11 +28,6 @@ pub(super) const GOOD: f64 = 0.6;
 /// may mislead.
 pub(super) const SLIVER: f64 = 0.004;
 
-/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length; what turns by less than
-/// this share of that is not worth a look.
-const OFF: f64 = 0.05;
-const FOLD: f64 = 0.02;
-
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
 
@@ -173,7 +168,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    fn wanted(&self, h: u32) -> f64 {
+    pub(super) fn wanted(&self, h: u32) -> f64 {
         let m = &self.work.mesh;
         self.want[m.origin(h) as usize].min(self.want[m.target(h) as usize])
     }
@@ -599,27 +594,5 @@ impl<'a> Remesher<'a> {
         let then = above.seen(normal).min(below.seen(normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
         better && !self.leaves_surface(h, [p, q, r, s], up)
-    }
-
-    /// Whether the flip of an edge of triangles of any size takes them away from a bent surface: facets of a wall may be far longer
-    /// than it is thick.
-    fn leaves_surface(&self, h: u32, [p, q, r, s]: [DVec3; 4], up: DVec3) -> bool {
-        let patch = &self.work.patches[self.work.mesh.label(h / 3) as usize];
-        // Around borders alone, flips untangle.
-        let long = self.focus.is_none() && r.distance(s) > LONG * self.wanted(h);
-        if !long || !self.work.raw || self.work.by_angles || patch.plane.is_some() || patch.piece == NONE {
-            return false;
-        }
-        let off = OFF * self.wanted(h);
-        let across = (q - p).cross(s - r);
-        if across.dot(r - p).abs() <= FOLD * off * across.length() {
-            return false;
-        }
-        let away = |x: DVec3| {
-            let foot = self.surface.foot_facing(patch.piece, x, up * patch.outward, f64::INFINITY);
-            foot.map_or(f64::INFINITY, |f| f.0.distance(x))
-        };
-        let then = away(0.5 * (r + s));
-        then > off && then > away(0.5 * (p + q))
     }
 }

@@ -112,7 +112,7 @@ fn arc(points: &[DVec3], i: usize) -> f64 {
     let along = |k: usize| (points[k] - points[k - 1]).normalize_or_zero();
     let (before, own, after) =
         (along(if i > 1 { i - 1 } else { last }), along(i), along(if i < last { i + 1 } else { 1 }));
-    if (own - before).dot(after - own) <= 0.0 {
+    if before.cross(own).dot(own.cross(after)) <= 0.0 {
         return 1.0;
     }
     // Half the angle between the directions at both ends, as a sine.
