@@ -62,6 +62,36 @@ fn nodes_on_a_rim_lie_on_its_polygon() {
     assert!(d.max < 0.05 * 0.2 * 1.5, "{d:?}");
 }
 
+/// A flat square with a round hole of so many sides, open: nothing but the rim itself is round.
+fn sheet_with_hole(radius: f64, sides: u32) -> TriMesh {
+    let corner = |i: u32| {
+        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(sides)).sin_cos();
+        DVec3::new(c, s, 0.0)
+    };
+    let outer = |p: DVec3| p / p.abs().max_element();
+    let nodes = (0..sides).map(|i| radius * corner(i)).chain((0..sides).map(|i| outer(corner(i)))).collect();
+    let quad = |i: u32| {
+        let j = (i + 1) % sides;
+        [[i, sides + i, sides + j], [i, sides + j, j]]
+    };
+    TriMesh::new(nodes, (0..sides).flat_map(quad).collect())
+}
+
+#[test]
+fn holes_stay_round_however_few_edges_they_get() {
+    for (radius, size) in [(0.3, 0.5), (0.3, 0.35), (0.2, 0.3), (0.12, 0.3), (0.12, 0.2)] {
+        let made = meshed(&sheet_with_hole(radius, 72), size, &SoupOptions::default(), 0);
+        assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+        let open = made.mesh.defects().open_edges;
+        let at = |v: u32| made.mesh.nodes[v as usize];
+        let rim: Vec<[u32; 2]> = open.into_iter().filter(|e| at(e[0]).length() < radius + 1e-9).collect();
+        // Chords within 8 % of the size, as on walls, but no edges shorter than a quarter of it.
+        let allowed = (0.08f64 * size).max(0.125 * (0.25 * size).powi(2) / radius);
+        let off = rim.iter().map(|e| radius - (0.5 * (at(e[0]) + at(e[1]))).length()).fold(0.0, f64::max);
+        assert!(off < 1.5 * allowed && rim.len() > 3, "{radius} {size}: {} {off}", rim.len());
+    }
+}
+
 #[test]
 fn the_same_bytes_for_any_number_of_threads() {
     let soup = SoupOptions::default();

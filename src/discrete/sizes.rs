@@ -17,6 +17,12 @@ const OWN: f64 = 1.5;
 /// Parts per size into which feature edges close to others are divided, and how many at most.
 const SPACING: f64 = 2.0;
 const MOST_PARTS: f64 = 1e5;
+/// Places at which the distance of an edge to its line is measured, and by how much edges get shorter until it is small enough.
+const BOW_PLACES: usize = 8;
+const SHORTER: f64 = 0.9;
+/// Beyond edges shorter than this share of what curvature is measured over, it is looked for among so many triangles at most.
+const FINE: f64 = 0.5;
+const MOST_FINE: usize = 64;
 /// Rounds of averaging normals: enough for noise of the input's own triangles.
 const MOST_ROUNDS: usize = 30;
 
@@ -56,13 +62,44 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
             }
         }
     }
+    let mut list = Vec::new();
     for v in m.nodes() {
         each_sector(m, v, |sector| {
-            let most = sector.iter().map(|&h| out[h as usize]).fold(0.0, f64::max);
+            let mut most = sector.iter().map(|&h| out[h as usize]).fold(0.0, f64::max);
+            // Where there are no rounds facets may be far shorter than others are on average; noise is not told from them otherwise.
+            if rounds == 0 && sector.iter().any(|&h| m.edge_length(h) < FINE * shortest) {
+                most = most.max(bend_beyond(m, &normals, sector, shortest, &mut list));
+            }
             sector.iter().for_each(|&h| out[h as usize] = most);
         });
     }
     out
+}
+
+/// How much normals differ between a sector and what lies `shortest` and more from its node: facets far shorter than that, as
+/// of a finely divided wall, differ by little from one to the next. Normals are known to about half of that.
+fn bend_beyond(m: &EditMesh, normals: &[DVec3], sector: &[u32], shortest: f64, list: &mut Vec<u32>) -> f64 {
+    let (p, normal) = (m.point(m.origin(sector[0])), normals[sector[0] as usize]);
+    list.clear();
+    list.extend(sector.iter().map(|&h| h / 3));
+    let turn = |h: u32| normals[next(h) as usize].distance(normal).max(normals[prev(h) as usize].distance(normal));
+    let known = 0.5 * sector.iter().map(|&h| turn(h)).fold(0.0, f64::max);
+    let (mut most, mut at) = (0.0f64, 0);
+    while at < list.len().min(MOST_FINE) {
+        let t = list[at];
+        at += 1;
+        let away = [3 * t, 3 * t + 1, 3 * t + 2].map(|h| m.point(m.origin(h)).distance(p));
+        for k in 0..3 {
+            let h = 3 * t + k as u32;
+            most = most.max((normals[h as usize].distance(normal) - known) / away[k].max(shortest));
+            let o = m.opposite(h);
+            let near = away[k].min(away[(k + 1) % 3]) < shortest;
+            if near && o != NONE && !m.is_sharp(h) && !list.contains(&(o / 3)) {
+                list.push(o / 3);
+            }
+        }
+    }
+    most
 }
 
 impl Discrete {
@@ -71,6 +108,28 @@ impl Discrete {
         let plain = wanted(0.0).powi(2);
         let sums = self.sheets.iter().map(|s| s.crowding(&wanted)).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
         if sums[0] > 0.0 { plain * sums[1] / sums[0] } else { 1.0 }
+    }
+
+    /// For each node of a feature the edge length between `least` and `size` whose chord stays within `chord` of it: the face beside a
+    /// hole may be a plane, or a cone, and bend less than its border. Infinite where that is `size`.
+    pub fn bow_sizes(&self, size: f64, least: f64, chord: f64) -> Vec<f64> {
+        let m = &self.mesh;
+        let mut out = vec![f64::INFINITY; m.node_capacity()];
+        for chain in chains(m) {
+            // Creases that end within a face do so where noise, or a scan, blurs them.
+            let (h, o) = (chain.edges[0], m.opposite(chain.edges[0]));
+            if o != NONE && m.label(h / 3) == m.label(o / 3) {
+                continue;
+            }
+            let bow = Bow::new(m, &chain);
+            for (k, &v) in chain.nodes.iter().enumerate() {
+                let wanted = bow.longest(k, size, least, chord);
+                if wanted < size {
+                    out[v as usize] = out[v as usize].min(wanted);
+                }
+            }
+        }
+        out
     }
 
     /// For each node the edge length that features nearby ask for, between `least` and `size`; infinite where none does. A
@@ -87,6 +146,59 @@ impl Discrete {
             }
         }
         out
+    }
+}
+
+/// A geometric edge as a line by its length.
+struct Bow {
+    points: Vec<DVec3>,
+    lengths: Vec<f64>,
+    closed: bool,
+}
+
+impl Bow {
+    fn new(m: &EditMesh, chain: &Chain) -> Self {
+        let points: Vec<DVec3> = chain.nodes.iter().map(|&v| m.point(v)).collect();
+        let mut lengths = vec![0.0; points.len()];
+        for i in 1..points.len() {
+            lengths[i] = lengths[i - 1] + points[i - 1].distance(points[i]);
+        }
+        Self { points, lengths, closed: chain.is_closed() }
+    }
+
+    fn total(&self) -> f64 {
+        self.lengths[self.lengths.len() - 1]
+    }
+
+    /// The point after a length.
+    fn at(&self, s: f64) -> DVec3 {
+        let s = if self.closed && self.total() > 0.0 { s.rem_euclid(self.total()) } else { s };
+        let i = self.lengths.partition_point(|x| *x < s).clamp(1, self.lengths.len() - 1);
+        let step = (self.lengths[i] - self.lengths[i - 1]).max(f64::MIN_POSITIVE);
+        self.points[i - 1].lerp(self.points[i], ((s - self.lengths[i - 1]) / step).clamp(0.0, 1.0))
+    }
+
+    /// The longest edge around a node that stays within `chord` of the line. It is the line's mean distance to one side that
+    /// counts, which for an arc is two thirds of the largest: to and fro, as noise goes, it is none.
+    fn longest(&self, node: usize, size: f64, least: f64, chord: f64) -> f64 {
+        let total = self.total();
+        let mut length = if self.closed { size.min(total / 3.0) } else { size.min(total) };
+        while length > least {
+            let from = self.lengths[node] - 0.5 * length;
+            let from = if self.closed { from } else { from.clamp(0.0, total - length) };
+            let ends = [self.at(from), self.at(from + length)];
+            let off = |k: usize| {
+                let share = (k as f64 + 0.5) / BOW_PLACES as f64;
+                self.at(from + share * length) - ends[0].lerp(ends[1], share)
+            };
+            let mean = (0..BOW_PLACES).map(off).sum::<DVec3>() / BOW_PLACES as f64;
+            if 1.5 * mean.length() <= chord {
+                break;
+            }
+            length *= SHORTER;
+        }
+        // A line that is shorter than that is not to blame.
+        if length < size.min(total) || self.closed { length.max(least) } else { size }
     }
 }
 

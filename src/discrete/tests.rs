@@ -149,6 +149,29 @@ fn curvature_of_a_cylinder_is_that_of_its_circle() {
 }
 
 #[test]
+fn curvature_does_not_depend_on_how_finely_a_wall_is_divided() {
+    for sides in [12, 48, 200] {
+        let found = find(&cylinder(sides), DiscreteOptions { scale: 1.0, ..DiscreteOptions::default() });
+        let p = DVec3::new(1.0, 0.001, 0.001);
+        let wall = found.piece_at(p).unwrap();
+        let k = found.curvature(wall, p).unwrap();
+        assert!((0.75..1.1).contains(&k), "{sides} {k}");
+    }
+}
+
+#[test]
+fn rims_ask_for_edges_that_follow_them() {
+    // As far from a circle of radius 1 as a chord of length 0.4.
+    let found = find(&cylinder(90), DiscreteOptions::default());
+    let sizes = found.bow_sizes(1.0, 0.1, 0.02);
+    let rim: Vec<f64> = sizes.into_iter().filter(|s| s.is_finite()).collect();
+    assert!(rim.len() == 180 && rim.iter().all(|s| (0.34..0.44).contains(s)), "{rim:?}");
+    // Straight edges ask for nothing.
+    let straight = find(&l_block(0.5), DiscreteOptions::default()).bow_sizes(0.5, 0.1, 0.02);
+    assert!(straight.iter().all(|s| s.is_infinite()), "{straight:?}");
+}
+
+#[test]
 fn bends_crowd_triangles_by_the_area_that_bends() {
     // Edges of half the length where it bends: four times the triangles, on the share of the area that is round.
     let half = |k: f64| if k > 0.1 { 0.5 } else { 1.0 };

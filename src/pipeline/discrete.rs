@@ -361,7 +361,15 @@ fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Di
 /// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
 pub(super) fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Report) -> Vec<f64> {
     let (m, size) = (&solid.mesh, sizing.size);
-    let sizes = solid.feature_sizes(size, sizing.least.min(size / LEAST_FEATURE));
+    // Not where features had to be dropped: what is left of them is blurred, too.
+    let designed = sizing.chord.filter(|_| solid.removed.is_empty());
+    let bows = designed.map(|chord| solid.bow_sizes(size, sizing.least.min(size), chord));
+    let all = |least: f64| {
+        let mut sizes = solid.feature_sizes(size, least);
+        sizes.iter_mut().zip(bows.iter().flatten()).for_each(|(s, bow)| *s = s.min(*bow));
+        sizes
+    };
+    let sizes = all(sizing.least.min(size / LEAST_FEATURE));
     let steps = |h: u32| {
         let want = sizes[m.origin(h) as usize].min(sizes[m.target(h) as usize]).min(size);
         m.edge_length(h) / want
@@ -375,7 +383,7 @@ pub(super) fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Repo
     report
         .warnings
         .push("too many features close to each other to be resolved: triangles there are longer than wide".into());
-    solid.feature_sizes(size, sizing.least.max(size / LEAST_SHARE))
+    all(sizing.least.max(size / LEAST_SHARE))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {

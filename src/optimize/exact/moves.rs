@@ -228,7 +228,9 @@ impl Remesher<'_> {
     /// borders: where such a crease bends more than triangles can, it gives way. Returns how many nodes that were.
     pub(super) fn free_beside(&mut self, limit: f64) -> usize {
         let seen = self.seen();
-        let slim = self.worse_than(limit, &seen);
+        let mut slim = self.worse_than(limit, &seen);
+        // Between two lines that meet the angle is the part's own.
+        slim.retain(|t| (3 * t..3 * t + 3).filter(|&h| self.work.mesh.is_sharp(h)).count() < 2);
         let mut nodes: Vec<u32> = slim.into_iter().flat_map(|t| self.work.mesh.corners(t)).collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -343,7 +345,7 @@ impl Remesher<'_> {
             let (from, to) = (self.work.mesh.origin(side), self.work.mesh.target(side));
             let q = self.point(to);
             let known = self.work.sets[from as usize].within(&self.work.sets[to as usize]);
-            if !known || (self.rank[from as usize] == Rank::Corner && !self.same_place(from, to)) {
+            if !known || self.stays(from) || (self.rank[from as usize] == Rank::Corner && !self.same_place(from, to)) {
                 continue;
             }
             let before = [from, to].map(|v| self.work.worst_now(self.surface, v).0);

@@ -194,6 +194,7 @@ impl Remesher<'_> {
             own: pick(&self.own),
             want: pick(&self.want),
             rank,
+            alone: true,
             open,
             focus: None,
             shapes: Vec::new(),

@@ -59,6 +59,8 @@ pub(super) struct Remesher<'a> {
     /// The same after gradation: what counts.
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
+    /// Whether this is a part of a mesh, whose boundary stays.
+    pub(super) alone: bool,
     /// Nodes on cuts within a patch, which stay for now but shall go; none at all if this is empty.
     pub(super) open: Vec<bool>,
     /// Nodes around which edges and triangles are looked at; all if there is none.
@@ -84,6 +86,7 @@ impl<'a> Remesher<'a> {
             own,
             want,
             rank: Vec::new(),
+            alone: false,
             open: Vec::new(),
             focus: None,
             shapes: Vec::new(),
@@ -139,11 +142,16 @@ impl<'a> Remesher<'a> {
             return Rank::Corner;
         }
         match self.work.mesh.sharp_neighbors(v).count() {
-            _ if self.work.mesh.is_pinned(v) => Rank::Corner,
+            _ if self.work.mesh.is_pinned(v) || self.stays(v) => Rank::Corner,
             0 => Rank::Face,
             2 if self.work.sets[v as usize].len() == 2 => Rank::Curve,
             _ => Rank::Corner,
         }
+    }
+
+    /// Whether a node is known to other parts of the mesh.
+    pub(super) fn stays(&self, v: u32) -> bool {
+        self.alone && self.work.mesh.is_boundary(v)
     }
 
     pub(super) fn point(&self, v: u32) -> DVec3 {
@@ -164,7 +172,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    fn wanted(&self, h: u32) -> f64 {
+    pub(super) fn wanted(&self, h: u32) -> f64 {
         let m = &self.work.mesh;
         self.want[m.origin(h) as usize].min(self.want[m.target(h) as usize])
     }
@@ -362,6 +370,9 @@ impl<'a> Remesher<'a> {
         }
         let side = if self.rank[a as usize] <= self.rank[b as usize] { h } else { m.opposite(h) };
         let (from, to) = (m.origin(side), m.target(side));
+        if self.stays(from) {
+            return false;
+        }
         let p = self.point(to);
         let merged = self.work.mesh.merge(side, p);
         if merged {
@@ -564,6 +575,7 @@ impl<'a> Remesher<'a> {
         }
         let now = left.seen(normal).min(right.seen(normal));
         let then = above.seen(normal).min(below.seen(normal));
-        if evener { then > GOOD } else { then > now + 1e-9 }
+        let better = if evener { then > GOOD } else { then > now + 1e-9 };
+        better && !self.leaves_surface(h, [p, q, r, s], up)
     }
 }

@@ -17,6 +17,10 @@ const ALONG: f64 = 0.7;
 const BESIDE: f64 = 0.1;
 /// The way across leaves a border at more than 60 degrees (cosine).
 const LEVEL: f64 = 0.5;
+/// A segment that turns by more from end to end than this (sine of half of it), 120 degrees, is no arc.
+const MOST_BENT: f64 = 0.87;
+/// Segments of more than so many steps are what spacing left.
+const SPACED: f64 = 0.5;
 /// Places looked at along a border: per step, and at least and at most.
 const PER_STEP: f64 = 2.0;
 const FEWEST_PLACES: f64 = 6.0;
@@ -101,6 +105,21 @@ impl Track {
     }
 }
 
+/// The arc over the chord of segment `i - 1` to `i` of a ring, for a circle that turns as the ring does from one end to the other:
+/// without that a hole would get fewer nodes each time it is spaced. What turns to and fro is no arc.
+fn arc(points: &[DVec3], i: usize) -> f64 {
+    let last = points.len() - 1;
+    let along = |k: usize| (points[k] - points[k - 1]).normalize_or_zero();
+    let (before, own, after) =
+        (along(if i > 1 { i - 1 } else { last }), along(i), along(if i < last { i + 1 } else { 1 }));
+    if before.cross(own).dot(own.cross(after)) <= 0.0 {
+        return 1.0;
+    }
+    // Half the angle between the directions at both ends, as a sine.
+    let sine = 0.5 * (before + own).normalize_or_zero().distance((own + after).normalize_or_zero());
+    if sine > 0.0 && sine < MOST_BENT { sine.asin() / sine } else { 1.0 }
+}
+
 impl Remesher<'_> {
     /// A border with the steps along it.
     pub(super) fn track(&self, chain: &Chain) -> Track {
@@ -108,7 +127,10 @@ impl Remesher<'_> {
         let mut steps = vec![0.0; points.len()];
         for i in 1..points.len() {
             let mean = 0.5 * (self.want[chain.nodes[i - 1] as usize] + self.want[chain.nodes[i] as usize]);
-            steps[i] = steps[i - 1] + points[i - 1].distance(points[i]) / mean;
+            let step = points[i - 1].distance(points[i]) / mean;
+            // A line that is not spaced yet is as long as it is.
+            let ring = chain.closed && step > SPACED;
+            steps[i] = steps[i - 1] + if ring { step * arc(&points, i) } else { step };
         }
         Track { points, steps, closed: chain.closed }
     }
@@ -203,6 +225,26 @@ mod tests {
         assert!(third.iter().zip(1..).all(|(s, k)| (s - f64::from(k)).abs() < 0.13), "{third:?}");
         // What is far longer goes its own way.
         assert!(line(DVec3::ZERO, DVec3::X, 20).between(&lead, false).is_none());
+    }
+
+    #[test]
+    fn a_coarse_ring_is_as_long_as_its_circle() {
+        for n in [3, 4, 6, 24] {
+            let at = |k: usize| {
+                DVec3::new(
+                    (std::f64::consts::TAU * k as f64 / n as f64).cos(),
+                    (std::f64::consts::TAU * k as f64 / n as f64).sin(),
+                    0.0,
+                )
+            };
+            let points: Vec<DVec3> = (0..=n).map(|k| at(k % n)).collect();
+            let length = |i: usize| points[i - 1].distance(points[i]) * arc(&points, i);
+            let sum: f64 = (1..=n).map(length).sum();
+            assert!((sum - std::f64::consts::TAU).abs() < 1e-9, "{n}: {sum}");
+        }
+        // Nor do turns to and fro make a line longer.
+        let zigzag: Vec<DVec3> = (0..9).map(|k| DVec3::new(f64::from(k), f64::from(k % 2), 0.0)).collect();
+        assert!((2..8).all(|i| arc(&zigzag, i) == 1.0));
     }
 
     #[test]
