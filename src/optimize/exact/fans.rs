@@ -57,6 +57,13 @@ fn fits(corners: [DVec3; 3], up: DVec3) -> bool {
 }
 
 impl Remesher<'_> {
+    /// The share of triangles with a shape below `limit`.
+    pub(super) fn share_below(&self, limit: f64) -> f64 {
+        let m = &self.work.mesh;
+        let below = m.triangles().filter(|t| !Facet::new(m.corner_points(*t)).is_above(limit)).count();
+        below as f64 / m.triangles().count().max(1) as f64
+    }
+
     /// The triangles of every node, and the angles they fill.
     pub(super) fn fans(&self) -> Vec<Fan> {
         let m = &self.work.mesh;

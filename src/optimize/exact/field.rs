@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::remesh::{LONG, Rank, Remesher};
+use super::remesh::{Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::ask_all;
@@ -111,7 +111,7 @@ impl Remesher<'_> {
     pub(super) fn leaves_surface(&self, h: u32, [p, q, r, s]: [DVec3; 4], up: DVec3) -> bool {
         let patch = &self.work.patches[self.work.mesh.label(h / 3) as usize];
         // Around borders alone, flips untangle.
-        let long = self.focus.is_none() && r.distance(s) > LONG * self.wanted(h);
+        let long = self.focus.is_none() && r.distance(s) > COARSE * self.wanted(h);
         if !long || !self.work.raw || self.work.by_angles || patch.plane.is_some() || patch.piece == NONE {
             return false;
         }

@@ -37,6 +37,10 @@ const TINY: f64 = 0.3;
 const SPACINGS: usize = 3;
 /// Rounds of flips and relaxation after packing.
 const ROUNDS: usize = 2;
+/// Nodes are taken out and put in for the sake of even angles where more than a share of a patch's triangles have a shape below this,
+/// that of 45 degrees between equal sides: packing leaves fewer where there is room.
+const EVEN: f64 = 0.93;
+const UNEVEN: f64 = 0.025;
 /// Rounds of flips and relaxation across borders after that.
 const LAST: usize = 2;
 /// The same where places were refined; also the passes of mending triangles one by one.
@@ -363,7 +367,7 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
         r.relax()?;
     }
     for _ in 0..ROUNDS {
-        if r.even_fans()? == 0 {
+        if r.share_below(EVEN) < UNEVEN || r.even_fans()? == 0 {
             break;
         }
         r.flip_evenly()?;
