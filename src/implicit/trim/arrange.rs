@@ -64,6 +64,21 @@ impl Polygon {
         self.signs.iter().chain(same).any(|x| *x == (line, true))
     }
 
+    /// Adds a corner to the side on a leaf's line that passes it.
+    fn take_in(&mut self, line: u32, x: usize, corners: &[Corner]) {
+        let n = self.ring.len();
+        if self.ring.iter().any(|c| c.0 == x) {
+            return;
+        }
+        let passes = |k: &usize| {
+            let ((v, own), (w, _)) = (self.ring[*k], self.ring[(k + 1) % n]);
+            own == Line::Leaf(line) && same_segment(corners, v, w, x)
+        };
+        if let Some(k) = (0..n).find(passes) {
+            self.ring.insert(k + 1, (x, Line::Leaf(line)));
+        }
+    }
+
     fn with(mut self, line: u32, sign: bool) -> Self {
         self.signs.push((line, sign));
         self
@@ -265,6 +280,12 @@ impl Arranger<'_> {
                 }
             }
             polygons = next;
+            // What it did not cut has the points on its sides, too.
+            if let Form::Fillet { .. } = cut.form {
+                for p in &mut polygons {
+                    made.iter().for_each(|&(line, x)| p.take_in(line, x, &corners));
+                }
+            }
         }
         for &j in others {
             let Some((f, number, k)) = fillet_and_side(leaves, self.leaf, j) else { continue };
