@@ -330,3 +330,19 @@ fn open_bodies_that_cross_stay_as_they_are() {
         assert!(nodes.iter().all(|p| away(p).abs() < 1e-12), "{nodes:?}");
     }
 }
+
+#[test]
+fn cones_mesh_at_any_size() {
+    for size in [0.2, 0.3, 0.45, 0.5, 0.6, 0.65, 0.8, 1.0, 1.2] {
+        let text = format!(
+            "part(revolve_edges(polyline([(0, 0, 0), (3, 0, 0), (0, 0, 6)]), \"z\").name(\"tip\"))\nmesh(size={size})\n"
+        );
+        let part = parse(&text, &[]).unwrap();
+        let made = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap();
+        assert_eq!(made.report.shortfalls, Vec::<String>::new(), "{size}");
+        let check = made.report.check.unwrap();
+        assert!(check.certificate.is_sound() && check.quality.min_angle > 15.0, "{size}: {:?}", check.quality);
+        let exact = std::f64::consts::PI * 18.0;
+        assert!((check.volume / exact - 1.0).abs() < 0.1 * size, "{size}: {}", check.volume);
+    }
+}

@@ -259,19 +259,6 @@ impl Chart {
         (q, normal.or_else(|| self.normal_near(q)))
     }
 
-    /// The same on a part of the surface that faces about some way, where the nearest faces the other and there is one: the other
-    /// side of a thin wall.
-    pub(super) fn foot_facing(&self, p: DVec3, way: DVec3) -> (DVec3, Option<DVec3>) {
-        let found = self.foot_and_normal(p);
-        let (Some(net), Some(_)) = (&self.net, found.1.filter(|n| n.dot(way) < 0.0)) else { return found };
-        let Some(start) = net.nearest_facing(p, way) else { return found };
-        let (_, [q, su, sv, ..]) = self.newton(p, start);
-        match super::surface::unit_normal(su, sv).filter(|n| n.dot(way) > 0.0) {
-            Some(n) => (q, Some(n)),
-            None => found,
-        }
-    }
-
     /// Parameters of the nearest point to about the spacing of the net; exact where there is a closed form.
     pub(super) fn project_roughly(&self, p: DVec3) -> DVec2 {
         match &self.net {
@@ -446,21 +433,6 @@ impl Net {
         (0..3).map(|k| w[k] * self.uv(c[k])).sum()
     }
 
-    /// The same of cells that face about some way.
-    fn nearest_facing(&self, p: DVec3, way: DVec3) -> Option<DVec2> {
-        let corners = |t: u32| self.triangle(t as usize);
-        let of = |t: u32| crate::spatial::triangle_distance_squared(p, corners(t).map(|c| self.points[c]));
-        let facing = |t: u32| corners(t).map(|c| self.normals[c]).into_iter().sum::<DVec3>().dot(way) > 0.0;
-        let away = |cell: u32| {
-            let both = [2 * cell, 2 * cell + 1].into_iter().filter(|t| facing(*t));
-            both.map(of).fold(f64::INFINITY, f64::min)
-        };
-        let (cell, _) = self.bvh.nearest(p, f64::INFINITY, away)?;
-        let t = [2 * cell, 2 * cell + 1].into_iter().filter(|t| facing(*t)).min_by(|a, b| of(*a).total_cmp(&of(*b)))?;
-        let w = weights(p, corners(t).map(|c| self.points[c]));
-        Some((0..3).map(|k| w[k] * self.uv(corners(t)[k])).sum())
-    }
-
     /// Corners of the nearest triangle, and the weights of its nearest point.
     fn found(&self, p: DVec3) -> Option<([usize; 3], [f64; 3])> {
         let corners = |t: u32| self.triangle(t as usize).map(|c| self.points[c]);
@@ -546,23 +518,5 @@ mod tests {
             prop_assert!(chart.normal_near(p).unwrap().dot(chart.normal(uv).unwrap()) > 0.98);
             prop_assert!(chart.foot(p).distance(chart.at(uv)) < 1e-9);
         }
-    }
-
-    #[test]
-    fn thin_walls_keep_their_sides() {
-        let p = [[0.0, 0.05], [1.0, 0.05], [1.05, 0.0], [1.0, -0.05], [0.0, -0.05]].map(|[x, y]| DVec3::new(x, y, 0.0));
-        let curve = Curve::Nurbs(NurbsCurve::cubic(&p, SplineEnds::Natural).unwrap());
-        let around = Aabb::new(DVec3::new(0.0, -0.1, 0.0), DVec3::new(1.1, 0.1, 1.0));
-        let chart = Chart::new(Surface::Extrusion { curve, direction: DVec3::Z }, &around);
-        let (above, up) = chart.foot_and_normal(DVec3::new(0.5, 0.2, 0.5));
-        let (below, down) = chart.foot_and_normal(DVec3::new(0.5, -0.2, 0.5));
-        let (up, down) = (up.unwrap(), down.unwrap());
-        assert!(above.y > 0.0 && below.y < 0.0 && up.dot(down) < -0.9);
-        // Nearer to the lower side.
-        let p = DVec3::new(0.5, -0.02, 0.5);
-        let (q, n) = chart.foot_facing(p, up);
-        assert!(q.y > 0.0 && n.unwrap().dot(up) > 0.9, "{q}");
-        assert!(q.distance(p) <= above.distance(p) + 1e-9);
-        assert!(chart.foot_facing(p, down).0.y < 0.0);
     }
 }

@@ -188,8 +188,8 @@ impl Pieces for Parametric {
         (q.distance(p) <= reach).then_some(q)
     }
 
-    fn foot_facing(&self, piece: u32, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
-        let (q, n) = self.chart(piece)?.foot_facing(p, normal);
+    fn foot_facing(&self, piece: u32, p: DVec3, _normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
+        let (q, n) = self.chart(piece)?.foot_and_normal(p);
         (q.distance(p) <= reach).then_some((q, n))
     }
 

@@ -4,9 +4,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
-use super::faults::Places;
 use super::report::{FaceStep, Report, Rung};
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
@@ -16,18 +15,11 @@ use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::run::Run;
-use crate::spatial::Aabb;
 
 /// How many things of one kind a report names.
 pub(super) const NAMED: usize = 20;
 /// A node this near to a point without a normal, as a share of the model, is on it.
 const AT_TIP: f64 = 1e-9;
-
-/// Where triangles intersect, those of the first triangulation stay up to this many times their lengths around; where that does
-/// not do, all of their faces.
-const AROUND: f64 = 1.0;
-/// How often a body is remeshed.
-const TRIES: usize = 5;
 
 /// With more triangles than this the time of remeshing counts: faces that have got [`CROWDED`] times as many as their size
 /// asks for then stay as they are.
@@ -109,7 +101,7 @@ pub(super) fn remeshed(
     if !kept.is_empty() {
         let names: Vec<&str> = kept.iter().take(NAMED).map(|f| all.faces[*f as usize].as_str()).collect();
         let names = names.join(", ");
-        report.warnings.push(format!("{} faces are left as first triangulated, at least in part: {names}", kept.len()));
+        report.warnings.push(format!("{} faces are left as first triangulated: {names}", kept.len()));
         let why = "remeshed, its triangles intersect others";
         report.ladder.extend(kept.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
     }
@@ -211,8 +203,8 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
     Ok(out)
 }
 
-/// Remeshes one body. Where triangles intersect others after that, those of the first triangulation stay, first around, then
-/// all of these faces, and where this does not help the whole body is left as it was.
+/// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
+/// where this does not help the whole body is.
 fn remeshed_body(
     solid: &Parametric,
     marks: &Marks,
@@ -220,6 +212,7 @@ fn remeshed_body(
     options: &ExactOptions,
     run: &Run,
 ) -> Result<Remeshed> {
+    const TRIES: usize = 4;
     let Body { part, places, sizes } = body;
     let as_it_was = |why: String| {
         let mut part = part.clone();
@@ -228,10 +221,9 @@ fn remeshed_body(
         Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
     };
     let sizes = as_spaced(part, sizes);
-    let face = |t: usize| solid.face_of(part.labels[t]);
-    let mut kept: Vec<bool> = (0..part.triangles.len()).map(|t| marks.still.binary_search(&face(t)).is_ok()).collect();
+    let mut kept: Vec<u32> = marks.still.clone();
     let mut best: Option<(usize, TriMesh)> = None;
-    for k in 0..TRIES {
+    for _ in 0..TRIES {
         let edit = match EditMesh::new(part) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -246,29 +238,20 @@ fn remeshed_body(
             };
         // The labels are faces from here on.
         if found.self_intersections == 0 {
-            let mut kept: Vec<u32> = (0..kept.len()).filter(|&t| kept[t]).map(face).collect();
-            kept.dedup();
             return Ok(Remeshed { mesh: out, kept, dropped: Vec::new(), shortfall: None, sound: true });
         }
-        let mut bad: Vec<u32> = self_intersections(&out, run)?.into_iter().flatten().collect();
-        bad.sort_unstable();
-        bad.dedup();
-        let places = (k == 0).then(|| Places::new(&bad, &out, AROUND));
-        let folded: FxHashSet<u32> = bad.iter().map(|t| out.labels[*t as usize]).collect();
-        let stays = |t: usize| {
-            let near = |p: &Places| p.touch(&Aabb::around(part.corners(t)));
-            folded.contains(&face(t)) && places.as_ref().is_none_or(near)
-        };
-        let mut more = false;
-        for t in 0..kept.len() {
-            if !kept[t] && stays(t) {
-                (kept[t], more) = (true, true);
-            }
-        }
+        let mut folded: Vec<u32> =
+            self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
+        folded.sort_unstable();
+        folded.dedup();
+        let before = kept.len();
+        kept.extend(folded);
+        kept.sort_unstable();
+        kept.dedup();
         if best.as_ref().is_none_or(|b| found.self_intersections < b.0) {
             best = Some((found.self_intersections, out));
         }
-        if !more && places.is_none() {
+        if kept.len() == before {
             break;
         }
     }
@@ -375,31 +358,13 @@ fn patchwork(
     from: &TriMesh,
     places: &[Place],
     sizes: Vec<f64>,
-    kept: &[bool],
+    kept: &[u32],
 ) -> Patchwork {
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
         for v in t {
             sets[*v as usize] = sets[*v as usize].union(&PieceSet::one(*l));
         }
-    }
-    let mut patches: Vec<Patch> = (0..solid.piece_count())
-        .map(|f| Patch {
-            piece: f,
-            outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
-            plane: solid.plane(f),
-        })
-        .collect();
-    // What stays are patches of their own.
-    let mut frozen_as = vec![u32::MAX; patches.len()];
-    for (t, nodes) in from.triangles.iter().enumerate().filter(|x| kept[x.0]) {
-        let piece = from.labels[t] as usize;
-        if frozen_as[piece] == u32::MAX {
-            frozen_as[piece] = patches.len() as u32;
-            patches.push(patches[piece]);
-        }
-        mesh.set_surface(t as u32, frozen_as[piece], from.area_vector(t).normalize_or_zero());
-        nodes.iter().for_each(|v| mesh.set_pinned(*v, true));
     }
     for h in 0..3 * mesh.triangle_capacity() as u32 {
         let o = mesh.opposite(h);
@@ -437,8 +402,21 @@ fn patchwork(
             mesh.set_pinned(v as u32, true);
         }
     }
-    let frozen = (solid.piece_count()..patches.len() as u32).collect();
-    Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches.into()) }
+    let patches = (0..solid.piece_count())
+        .map(|f| Patch {
+            piece: f,
+            outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
+            plane: solid.plane(f),
+        })
+        .collect();
+    let is_kept = |piece: u32| kept.binary_search(&solid.face_of(piece)).is_ok();
+    for (t, l) in from.triangles.iter().zip(&from.labels) {
+        if is_kept(*l) {
+            t.iter().for_each(|v| mesh.set_pinned(*v, true));
+        }
+    }
+    let frozen = (0..solid.piece_count()).filter(|p| is_kept(*p)).collect();
+    Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.

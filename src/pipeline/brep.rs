@@ -51,11 +51,11 @@ const SAGGING: f64 = 0.125;
 const GENTLE: f64 = 0.2;
 /// With more than so many times the triangles the size alone asks for they grow faster, as most triangles are then where lengths
 /// grow,
-const CROWDED: f64 = 22.0;
+const CROWDED: f64 = 20.0;
 /// and at most so fast.
-const STEEP: f64 = 0.5;
+const STEEP: f64 = 0.45;
 /// And with more than so many bends may leave their chords by more.
-const BUSY: f64 = 55.0;
+const BUSY: f64 = 60.0;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
@@ -67,7 +67,7 @@ const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 const DISTANCE: f64 = 1.4e-3;
 /// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away, and some
 /// edges come out a third longer than wanted.
-const CHORD: f64 = 0.42;
+const CHORD: f64 = 0.45;
 /// Where that does not do it is tried with this share of it.
 const STRICTER: f64 = 0.85;
 /// With a distance asked for curvature makes edges at most this many times shorter than the size.

@@ -70,13 +70,6 @@ impl Places {
         Self { tree: Bvh::new(bad.iter().zip(&lengths).map(around).collect()), lengths }
     }
 
-    /// Whether a box comes near.
-    pub(super) fn touch(&self, around: &Aabb) -> bool {
-        let mut any = false;
-        self.tree.overlapping(around, |_| any = true);
-        any
-    }
-
     /// Has edges be half as long there, but not shorter than `least`. Returns whether that changes anything.
     pub(super) fn halve(&self, sizes: &mut [f64], solid: &Discrete, least: f64) -> bool {
         let before = sizes.to_vec();

@@ -30,18 +30,20 @@ pub(super) struct Fan {
     /// What they fill, in angles of an equilateral triangle: all around, or what lies between borders.
     angle: f64,
     weight: f64,
+    /// Never fewer than so many.
+    least: f64,
 }
 
 impl Fan {
     /// A fan of a node inside a face.
     fn inside(count: f64) -> Self {
-        Self { count, angle: 6.0, weight: 1.0 }
+        Self { count, angle: 6.0, weight: 1.0, least: 3.0 }
     }
 
     /// The sum of the squares, over so many triangles, of what their mean angle differs from that of an equilateral one. Borders
     /// leave less room than there is around nodes inside, so one triangle too many counts more there.
     fn strain(&self, count: f64) -> f64 {
-        if count < 1.0 { f64::INFINITY } else { self.weight * (self.angle - count).powi(2) / count }
+        if count < self.least { f64::INFINITY } else { self.weight * (self.angle - count).powi(2) / count }
     }
 
     /// By how much that changes with so many triangles more.
@@ -75,7 +77,9 @@ impl Remesher<'_> {
                 let p = self.point(v);
                 let angle = |h: u32| (self.point(m.target(h)) - p).angle_between(self.point(m.apex(h)) - p);
                 let angle = m.outgoing(v).map(angle).sum::<f64>() / FRAC_PI_3;
-                fans[v as usize] = Fan { count, angle, weight: FIXED };
+                // Around an apex there is little to fill, but needles are no better.
+                let apex = !m.is_boundary(v) && m.sharp_neighbors(v).next().is_none();
+                fans[v as usize] = Fan { count, angle, weight: FIXED, least: if apex { count } else { 1.0 } };
             }
         }
         fans
@@ -241,7 +245,7 @@ mod tests {
 
     #[test]
     fn fans_are_at_ease_at_sixty_degrees() {
-        let border = |count| Fan { count, angle: 3.0, weight: FIXED };
+        let border = |count| Fan { count, angle: 3.0, weight: FIXED, least: 1.0 };
         assert_eq!(Fan::inside(6.0).strain(6.0), 0.0);
         assert_eq!(border(3.0).strain(3.0), 0.0);
         for fan in [Fan::inside(6.0), border(3.0)] {

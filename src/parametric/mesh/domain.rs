@@ -14,7 +14,7 @@ const MOST_CUTS: usize = 400;
 /// Places that are tried for a cut of a surface that is closed by itself.
 const PLACES: usize = 32;
 /// Copies of the node of a pole along a whole period.
-const POLE_COPIES: usize = 12;
+const POLE_COPIES: usize = 6;
 
 /// A cut's end where it is not at a corner.
 const NO_EDGE: u32 = u32::MAX;

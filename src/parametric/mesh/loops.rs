@@ -13,7 +13,7 @@ const STRIDE: f64 = 0.3;
 /// How often the part between two nodes is halved for that.
 const HALVINGS: usize = 6;
 /// Copies of the node of a pole along a whole period.
-const POLE_COPIES: f64 = 12.0;
+const POLE_COPIES: f64 = 6.0;
 
 /// A corner of a contour in the parameter domain.
 #[derive(Debug, Clone, Copy, PartialEq)]

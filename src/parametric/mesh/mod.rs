@@ -421,7 +421,9 @@ impl Parametric {
         let own = (sizes.face_size)(f);
         // Also where there is no seam around which the field could be fine.
         let tube = self.is_tube(f, &contours);
-        let bent = |k: f64| (sizes.size_at)(k).min(if tube { sizes.around(1.0 / k) } else { f64::INFINITY });
+        let floor = if chart.poles.is_empty() { 0.0 } else { sizes.least };
+        let around = |k: f64| if tube { sizes.around(1.0 / k).max(floor) } else { f64::INFINITY };
+        let bent = |k: f64| (sizes.size_at)(k).min(around(k));
         let size_at = |uv: DVec2, p: DVec3| {
             let h = bent(chart.curvature(uv).unwrap_or(0.0));
             field.at(p, own.map_or(h, |s| s.min(h)))

@@ -25,6 +25,8 @@ const ALONG: f64 = 0.7;
 const ENDS: f64 = 1.5;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
 pub(super) const EASE: f64 = 2.0;
+/// A tube that is thinner somewhere than this share of itself elsewhere ends in a tip.
+const TIP: f64 = 0.02;
 /// A chord of this many times the root of width and radius leaves its arc by half the width.
 const APART: f64 = 2.0;
 /// Short edges, and narrow places along them, are followed down to this share of what other narrow places are.
@@ -129,7 +131,10 @@ pub(super) fn field<'a>(
                     fitting(std::f64::consts::TAU / 3.0 * r, 1.0, 0.0, sizes.deepest, sizes)
                 }
             };
-            let around = s.bend.iter().map(fit);
+            // Where it runs into a tip a few triangles close that, however near.
+            let (thin, thick) = s.bend.iter().fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
+            let floor = if thin < TIP * thick { sizes.least } else { 0.0 };
+            let around = s.bend.iter().map(|r| fit(r).max(floor));
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;
         }
