@@ -44,7 +44,7 @@ impl Side {
     }
 
     pub(crate) fn continued(&self, p: DVec3) -> f64 {
-        let v = if let Leaf::Fillet(f) = &self.leaf { f.continued(p) } else { self.leaf.value(p) };
+        let v = self.leaf.continued(p);
         if self.negate { -v } else { v }
     }
 

@@ -164,6 +164,11 @@ impl Leaf {
         if let Leaf::Fillet(f) = self { f.smooth(p) } else { self.gradient(p) }
     }
 
+    /// [`value`](Self::value), but where the leaf ends, of the surface that it ends in.
+    pub(crate) fn continued(&self, p: DVec3) -> f64 {
+        if let Leaf::Fillet(f) = self { f.continued(p) } else { self.value(p) }
+    }
+
     /// Whether the leaf, which is only a part of a surface, has come to no end here.
     pub(crate) fn reaches(&self, p: DVec3) -> bool {
         if let Leaf::Fillet(f) = self { f.is_between(p) } else { true }

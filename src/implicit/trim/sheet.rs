@@ -30,9 +30,9 @@ pub(super) fn sheet(leaf: &Leaf, grid: &Grid, bricks: &[&Cell], scale: f64) -> S
         batch.corners(grid, cell.at);
         batch.values.resize(batch.x.len(), 0.0);
         match leaf {
-            Leaf::Fillet(f) => {
+            Leaf::Fillet(_) => {
                 let at = |k: usize| DVec3::new(batch.x[k], batch.y[k], batch.z[k]);
-                batch.values = (0..batch.x.len()).map(|k| f.continued(at(k))).collect();
+                batch.values = (0..batch.x.len()).map(|k| leaf.continued(at(k))).collect();
             }
             _ => leaf.eval(&batch.x, &batch.y, &batch.z, &mut batch.values),
         }
@@ -84,10 +84,6 @@ pub(super) fn sheet(leaf: &Leaf, grid: &Grid, bricks: &[&Cell], scale: f64) -> S
     out
 }
 
-fn value(leaf: &Leaf, p: DVec3) -> f64 {
-    if let Leaf::Fillet(f) = leaf { f.continued(p) } else { leaf.value(p) }
-}
-
 /// The zero of a leaf between two points.
 fn root(leaf: &Leaf, [p, q]: [DVec3; 2], values: [f64; 2], tolerance: f64) -> DVec3 {
     // The bracket asks for values that are not zero.
@@ -95,7 +91,7 @@ fn root(leaf: &Leaf, [p, q]: [DVec3; 2], values: [f64; 2], tolerance: f64) -> DV
     let mut bracket = Bracket::new(signed(values[0]), signed(values[1]), tolerance);
     while !bracket.done() {
         let t = bracket.probe();
-        bracket.update(t, signed(value(leaf, p.lerp(q, t))));
+        bracket.update(t, signed(leaf.continued(p.lerp(q, t))));
     }
     p.lerp(q, bracket.root())
 }

@@ -1,20 +1,14 @@
 //! The size field: what edge length each node wants.
 
-use glam::DVec3;
-
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::ask_all;
 
 /// Edges longer than this many wanted lengths are halved at first.
-const COARSE: f64 = 3.0;
+pub(super) const COARSE: f64 = 3.0;
 /// How often.
 const HALVINGS: usize = 20;
-/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length; what turns by less than
-/// this share of that is not worth a look.
-const OFF: f64 = 0.05;
-const FOLD: f64 = 0.02;
 /// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
 const STEEP: f64 = 0.5;
 
@@ -104,28 +98,6 @@ impl Remesher<'_> {
             front = next;
         }
         Ok(())
-    }
-
-    /// Whether the flip of an edge of triangles of any size takes them away from a bent surface: facets of a wall may be far longer
-    /// than it is thick.
-    pub(super) fn leaves_surface(&self, h: u32, [p, q, r, s]: [DVec3; 4], up: DVec3) -> bool {
-        let patch = &self.work.patches[self.work.mesh.label(h / 3) as usize];
-        // Around borders alone, flips untangle.
-        let long = self.focus.is_none() && r.distance(s) > COARSE * self.wanted(h);
-        if !long || !self.work.raw || self.work.by_angles || patch.plane.is_some() || patch.piece == NONE {
-            return false;
-        }
-        let off = OFF * self.wanted(h);
-        let across = (q - p).cross(s - r);
-        if across.dot(r - p).abs() <= FOLD * off * across.length() {
-            return false;
-        }
-        let away = |x: DVec3| {
-            let foot = self.surface.foot_facing(patch.piece, x, up * patch.outward, f64::INFINITY);
-            foot.map_or(f64::INFINITY, |f| f.0.distance(x))
-        };
-        let then = away(0.5 * (r + s));
-        then > off && then > away(0.5 * (p + q))
     }
 
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may

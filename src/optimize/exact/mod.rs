@@ -7,6 +7,7 @@ mod curves;
 mod cut;
 mod fans;
 mod field;
+mod flips;
 mod gaps;
 mod grid;
 mod joints;

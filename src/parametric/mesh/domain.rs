@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::loops::{Contour, Corner};
+use super::loops::{Contour, Corner, POLE_COPIES};
 use crate::numeric::predicates::orient2d;
 use crate::parametric::chart::Chart;
 
@@ -13,8 +13,6 @@ use crate::parametric::chart::Chart;
 const MOST_CUTS: usize = 400;
 /// Places that are tried for a cut of a surface that is closed by itself.
 const PLACES: usize = 32;
-/// Copies of the node of a pole along a whole period.
-const POLE_COPIES: usize = 6;
 
 /// A cut's end where it is not at a corner.
 const NO_EDGE: u32 = u32::MAX;

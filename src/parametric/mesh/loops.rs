@@ -12,8 +12,8 @@ use crate::parametric::surface::Pole;
 const STRIDE: f64 = 0.3;
 /// How often the part between two nodes is halved for that.
 const HALVINGS: usize = 6;
-/// Copies of the node of a pole along a whole period.
-const POLE_COPIES: f64 = 6.0;
+/// Copies of the node of a pole along a whole period. With many of them edges to the pole run past nodes that are nearer to it.
+pub(super) const POLE_COPIES: usize = 6;
 
 /// A corner of a contour in the parameter domain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -172,8 +172,8 @@ impl Unroller<'_> {
             }
             let mut line = Vec::new();
             let copies = match self.chart.periods[along] {
-                Some(p) => ((POLE_COPIES * jump.abs() / p).ceil() as usize).max(1),
-                None => POLE_COPIES as usize / 2,
+                Some(p) => ((POLE_COPIES as f64 * jump.abs() / p).ceil() as usize).max(1),
+                None => POLE_COPIES / 2,
             };
             for c in 0..=copies {
                 let mut uv = DVec2::ZERO;
