@@ -331,6 +331,33 @@ fn sharp_wedges_are_exact_to_their_tips() {
 }
 
 #[test]
+fn tips_thinner_than_the_cells_come_to_their_points() {
+    // Half angles of 13 and of 5 degrees: at these sizes cells see the tips end two to six cells below their points.
+    for (radius, sizes) in [(0.7, [0.65, 0.4, 0.26, 0.13]), (0.26, [0.3, 0.2, 0.15, 0.1])] {
+        let points = [[-1.0, -1.0], [1.0, -1.0], [0.13, 1.21]].map(|[x, y]| DVec3::new(x, y, 3.0));
+        let spike = |tip: &DVec3| {
+            let cone = Primitive::Cone { r0: radius, r1: 0.0, height: 3.0, axis: DVec3::Z, at: *tip - 1.5 * DVec3::Z };
+            Solid::from(cone)
+        };
+        let plate = cuboid([-2.0, -2.0, -0.5], [2.0, 2.0, 0.0]);
+        let solid = points.iter().fold(plate, |s, tip| s | spike(tip));
+        for size in sizes {
+            let made = made(solid.clone(), size, |_| {});
+            assert!(made.report.shortfalls.is_empty(), "{size}: {:?}", made.report.shortfalls);
+            let c = made.report.check.unwrap();
+            assert!(c.certificate.is_sound() && c.euler == 2);
+            assert!(points.iter().all(|tip| made.mesh.nodes.contains(tip)), "{radius} {size}");
+            let f = c.features.unwrap();
+            assert_eq!((f.corners_found, f.corners_true), (11, 11));
+            let d = c.deviation.unwrap();
+            assert!(d.inverted == 0 && d.max < 0.1 * size && d.from_surface.unwrap() < 0.1 * size, "{size}: {d:?}");
+            let volume = 8.0 + points.len() as f64 * PI * radius * radius;
+            assert!((c.volume / volume - 1.0).abs() < 0.01, "{size}: {} of {volume}", c.volume);
+        }
+    }
+}
+
+#[test]
 fn walls_far_thinner_than_the_size_are_meshed_whole() {
     // A block with a fin on top: sheets of 1/3 to 1/10 000 of the size, which no cells see.
     for (thickness, turn) in [(0.03, true), (0.012, true), (0.008, false), (1e-3, true), (1e-5, false)] {

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::apex::apexes;
 use super::extract::Extracted;
 use super::model::Implicit;
 use super::newton::nearest;
@@ -39,7 +40,7 @@ pub(crate) struct SurfacePoint {
 
 /// Looks for the surface where marching cubes may not have seen it: in bricks whose corners all have one sign, and on
 /// faces that, by intervals, may come through a brick and have no triangle there or next to it. One point for each face
-/// in each cell that holds one near its middle. Also the nodes of faces of few triangles.
+/// in each cell that holds one near its middle. Also the nodes of faces of few triangles, and apexes.
 ///
 /// Not found: what is smaller than the cells on a face that has triangles within a brick, and formulas on whose zeros
 /// Newton's method does not settle.
@@ -57,6 +58,12 @@ pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run)
         let mesh = &extracted.mesh;
         let nodes = |t: usize| mesh.corners(t).map(|at| SurfacePoint { at, face: mesh.labels[t] });
         found.extend((0..small.len()).filter(|t| small[*t]).flat_map(nodes));
+        // Tips get narrower than any cell.
+        found.extend(apexes(model).into_iter().filter_map(|(i, at)| {
+            let face =
+                |op: &Op| if let Op::Leaf { leaf, face, .. } = op { (*leaf == i).then_some(*face) } else { None };
+            model.tape.ops.iter().find_map(face).map(|face| SurfacePoint { at, face })
+        }));
         Ok(found)
     })
 }

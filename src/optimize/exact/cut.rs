@@ -8,6 +8,7 @@
 
 use glam::DVec3;
 
+use super::apexes::put_apexes;
 use super::bridges::{Parted, part_bridges};
 use super::patchwork::{Patch, Patchwork, PieceSet};
 use crate::error::{Error, Result};
@@ -367,8 +368,7 @@ impl Cutter<'_> {
         for t in self.mesh.triangles().filter(|t| self.is_cut(*t)) {
             of_triangle[t as usize] = self.piece_of(t, &sets);
         }
-        let free = |m: &EditMesh, v: u32| m.outgoing(v).all(|h| m.label(h / 3) == CUT);
-        put_apexes(&mut self.mesh, &sets, self.surface, self.cell, free);
+        put_apexes(&mut self.mesh, &mut sets, &mut of_triangle, self.surface, self.cell);
         let patches = patches(&mut self.mesh, &of_triangle, self.surface);
         Ok((Patchwork::new(self.mesh, sets, patches.into()), self.report))
     }
@@ -384,29 +384,11 @@ pub fn patch_pieces(
     cell: f64,
 ) -> Result<(Patchwork, CutReport)> {
     let mut edit = EditMesh::new(mesh)?;
-    let sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
-    put_apexes(&mut edit, &sets, surface, cell, |_, _| true);
-    let patches = patches(&mut edit, &mesh.labels, surface);
+    let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
+    let mut of_triangle = mesh.labels.clone();
+    put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
+    let patches = patches(&mut edit, &of_triangle, surface);
     Ok((Patchwork::new(edit, sets, patches.into()), CutReport::default()))
-}
-
-/// Moves to every apex the node of its piece that is nearest, and pins it there.
-fn put_apexes(
-    mesh: &mut EditMesh,
-    sets: &[PieceSet],
-    surface: &dyn Pieces,
-    cell: f64,
-    free: impl Fn(&EditMesh, u32) -> bool,
-) {
-    for (piece, apex) in surface.apexes() {
-        let own = |v: &u32| sets[*v as usize] == PieceSet::one(piece) && !mesh.is_pinned(*v) && free(mesh, *v);
-        let away = |v: &u32| mesh.point(*v).distance_squared(apex);
-        let nearest = mesh.nodes().filter(own).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
-        if let Some(v) = nearest.filter(|v| away(v) <= REACH * REACH * cell * cell) {
-            mesh.set_point(v, apex);
-            mesh.set_pinned(v, true);
-        }
-    }
 }
 
 /// Connected regions of triangles on one piece; labels of the triangles become their numbers, and edges between regions

@@ -21,6 +21,8 @@ const FLIP_PASSES: usize = 6;
 /// this share of that is not worth a look.
 const OFF: f64 = 0.05;
 const FOLD: f64 = 0.02;
+/// Cosine from which on two triangles bend an edge so much that it must not leave the surface, either: 60 degrees.
+const BENT: f64 = 0.5;
 
 impl Remesher<'_> {
     /// Flips edges where that raises the smaller shape, until nothing changes.
@@ -145,16 +147,18 @@ impl Remesher<'_> {
         let now = left.seen(normal).min(right.seen(normal));
         let then = above.seen(normal).min(below.seen(normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
-        better && !self.leaves_surface(h, [p, q, r, s], up)
+        let bent = left.area.dot(right.area) < BENT * left.area.length() * right.area.length();
+        better && !self.leaves_surface(h, [p, q, r, s], up, bent)
     }
 
-    /// Whether the flip of an edge of triangles of any size takes them away from a bent surface: facets of a wall may be far longer
-    /// than it is thick.
-    fn leaves_surface(&self, h: u32, [p, q, r, s]: [DVec3; 4], up: DVec3) -> bool {
+    /// Whether the flip of an edge takes triangles away from a bent surface: those of raw triangles may be far longer than a wall is
+    /// thick, and an edge along a narrow tip is `bent` so much that normals do not tell its other diagonal, through the tip.
+    fn leaves_surface(&self, h: u32, [p, q, r, s]: [DVec3; 4], up: DVec3, bent: bool) -> bool {
         let patch = &self.work.patches[self.work.mesh.label(h / 3) as usize];
         // Around borders alone, flips untangle.
-        let long = self.focus.is_none() && r.distance(s) > COARSE * self.wanted(h);
-        if !long || !self.work.raw || self.work.by_angles || patch.plane.is_some() || patch.piece == NONE {
+        let long = || self.focus.is_none() && r.distance(s) > COARSE * self.wanted(h);
+        let far = bent || (self.work.raw && !self.work.by_angles && long());
+        if !far || patch.plane.is_some() || patch.piece == NONE {
             return false;
         }
         let off = OFF * self.wanted(h);

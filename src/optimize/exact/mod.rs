@@ -1,6 +1,7 @@
 //! Meshes with exact edges and corners, for surfaces known as [pieces](Pieces): cut the extracted mesh along the borders
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
+mod apexes;
 mod bridges;
 mod climb;
 mod curves;
