@@ -9,6 +9,7 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::domain::Domain;
+use super::rings::Ring;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
 use crate::planar::{Meeting, crossings};
@@ -63,6 +64,8 @@ struct Filler<'a> {
     node: Vec<u32>,
     /// Size of the face in space.
     size: f64,
+    /// Rings around tips of the face.
+    fanned: Vec<Ring>,
 }
 
 /// Fills a domain; `points` are all nodes so far, the domain's own included; `size_at` gives the length wanted at
@@ -71,7 +74,7 @@ struct Filler<'a> {
 pub(super) fn fill(
     chart: &Chart,
     domain: &Domain,
-    sheets: Option<&Sheets>,
+    (sheets, rings): (Option<&Sheets>, &[Ring]),
     points: &dyn Fn(u32) -> DVec3,
     first: u32,
     (longest, size_at): (f64, &dyn Fn(DVec2, DVec3) -> f64),
@@ -96,8 +99,11 @@ pub(super) fn fill(
         origin: lo,
         scale: scale / extent,
         node: Vec::with_capacity(corners.len()),
+        fanned: Vec::new(),
     };
     let odd = f.contours(domain)?;
+    let (mut nodes, mut sizes) = (Vec::new(), Vec::new());
+    let mut chains = f.fans(domain, rings, points, first, size_at, (&mut nodes, &mut sizes));
     let inside = f.inside(&odd);
     let segments: Vec<[DVec3; 2]> = domain
         .polygons
@@ -109,7 +115,6 @@ pub(super) fn fill(
         border.nearest(p, CLEAR * h, |i| p.distance_squared(segment_foot(p, segments[i as usize]))).is_none()
     };
     let mut found = Vec::new();
-    let mut chains: Vec<[DVec3; 2]> = Vec::new();
     if let Some(s) = sheets {
         f.along_lines(s, [lo, hi], &inside, size_at, &clear, &mut found, &mut chains);
     }
@@ -119,7 +124,10 @@ pub(super) fn fill(
         clear(p, h) && lines.nearest(p, CLEAR * h, near).is_none()
     };
     f.scatter([lo, hi], &inside, (longest, size_at), &clear, (count, most.min(MOST_NODES)), &mut found)?;
-    let (mut nodes, mut sizes) = (Vec::with_capacity(found.len()), Vec::with_capacity(found.len()));
+    // Between a ring and its tip there is but the fan.
+    found.retain(|x| !f.fanned.iter().any(|r| r.holds(x.0)));
+    nodes.reserve(found.len());
+    sizes.reserve(found.len());
     for (uv, p, h) in found {
         let size = h;
         let q = f.place(uv);
@@ -247,6 +255,58 @@ impl Filler<'_> {
         bad.sort_unstable();
         bad.dedup();
         Err(if bad.is_empty() { Unfilled::Other("cuts cross".into()) } else { Unfilled::Crossing(bad) })
+    }
+
+    /// Puts in rings around tips of the domain, joined to the nodes of contours on either side. Returns their edges in space.
+    fn fans(
+        &mut self,
+        domain: &Domain,
+        rings: &[Ring],
+        points: &dyn Fn(u32) -> DVec3,
+        first: u32,
+        size_at: &dyn Fn(DVec2, DVec3) -> f64,
+        (nodes, sizes): (&mut Vec<DVec3>, &mut Vec<f64>),
+    ) -> Vec<[DVec3; 2]> {
+        let mut segments = Vec::new();
+        for ring in rings {
+            let (axis, other) = (ring.pole.axis, 1 - ring.pole.axis);
+            for p in &domain.polygons {
+                let n = p.len();
+                let on = |i: usize| p[i % n].uv[axis] == ring.pole.value;
+                for start in (0..n).filter(|&i| on(i) && !on(i + n - 1)) {
+                    let count = (0..n).take_while(|k| on(start + k)).count();
+                    let (before, after) = (p[(start + n - 1) % n], p[(start + count) % n]);
+                    let [a, b] = [p[start].uv[other], p[(start + count - 1) % n].uv[other]];
+                    let parts = (ring.density * (b - a).abs()).round().max(1.0);
+                    let mut last = (self.cdt.insert(self.place(before.uv)).ok(), points(before.node));
+                    for k in 1..=parts as usize {
+                        let mut uv = DVec2::ZERO;
+                        (uv[axis], uv[other]) = (ring.at, a + (b - a) * k as f64 / parts);
+                        let mut next = (None, points(after.node));
+                        if k as f64 == parts {
+                            next.0 = self.cdt.insert(self.place(after.uv)).ok();
+                        } else if let Ok(h) = self.cdt.insert(self.place(uv)) {
+                            if h.index() == self.node.len() {
+                                self.node.push(first + nodes.len() as u32);
+                                nodes.push(self.chart.at(uv));
+                                sizes.push(size_at(uv, self.chart.at(uv)));
+                            }
+                            next = (Some(h), self.chart.at(uv));
+                        }
+                        if let (Some(x), Some(y)) = (last.0, next.0)
+                            && x != y
+                            && self.cdt.can_add_constraint(x, y)
+                        {
+                            self.cdt.add_constraint(x, y);
+                            segments.push([last.1, next.1]);
+                        }
+                        last = next;
+                    }
+                    self.fanned.push(*ring);
+                }
+            }
+        }
+        segments
     }
 
     /// Edges whose contours cross others, or themselves, or run through nodes of others.
