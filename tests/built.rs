@@ -398,3 +398,20 @@ fn profiles_may_meet_their_axis_between_their_ends() {
         assert!(check.quality.min_angle > 20.0, "{c}: {:?}", check.quality);
     }
 }
+
+/// A ring whose hole is a thousandth as wide as the ring: around it lengths per parameter are a thousandth of those elsewhere.
+#[test]
+fn rings_that_nearly_close_their_hole_mesh() {
+    for (tube, size) in [(4.99, 0.5), (4.999, 0.4), (4.999, 0.8)] {
+        let made = meshed(&format!(
+            "part(revolve_edges(circle({tube}, (5, 0, 0), \"y\"), \"z\").name(\"ring\"))\nmesh(size={size})\n"
+        ));
+        let case = format!("{tube} {size}");
+        assert!(made.report.shortfalls.is_empty() && made.report.ladder.is_empty(), "{case}: {:?}", made.report.ladder);
+        let check = made.report.check.as_ref().unwrap();
+        assert!(check.certificate.is_sound(), "{case}: {:?}", check.certificate.faults);
+        let exact = 2.0 * std::f64::consts::PI.powi(2) * 5.0 * tube * tube;
+        assert!((check.volume / exact - 1.0).abs() < 0.02, "{case}: {}", check.volume);
+        assert!(check.quality.below_20 < 1e-3, "{case}: {:?}", check.quality);
+    }
+}

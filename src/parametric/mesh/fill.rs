@@ -9,6 +9,7 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::domain::Domain;
+use super::flips;
 use super::rings::Ring;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
@@ -26,6 +27,8 @@ const MOST_NODES: usize = 40_000_000;
 const BEND: f64 = 0.3;
 /// How often that is done.
 const BENDS: usize = 8;
+/// Where lengths per parameter differ this much over a face Delaunay's triangles of its domain are none in space.
+const DISTORTED: f64 = 10.0;
 /// Cells are not halved more often than this.
 const DEEPEST: u32 = 48;
 
@@ -146,16 +149,19 @@ pub(super) fn fill(
         sizes.extend(more.into_iter().zip(&nodes[sizes.len()..]).map(|(uv, p)| size_at(uv, *p)).collect::<Vec<_>>());
     }
     let inside = f.inside(&odd);
+    let all = f.cdt.inner_faces().filter(|t| inside[t.fix().index()]);
+    let mut all: Vec<[usize; 3]> = all.map(|t| t.vertices().map(|v| v.fix().index())).collect();
+    if distortion(chart, [lo, hi]) > DISTORTED {
+        f.flip(&mut all, points, first, &nodes);
+    }
     let (mut triangles, mut pieces) = (Vec::new(), Vec::new());
-    for t in f.cdt.inner_faces() {
-        if inside[t.fix().index()] {
-            let corners = t.vertices().map(|v| f.node[v.fix().index()]);
-            let [a, b, c] = corners;
-            if a != b && b != c && c != a {
-                triangles.push(corners);
-                let middle = t.vertices().iter().map(|v| f.parameters(v.fix().index())).sum::<DVec2>() / 3.0;
-                pieces.push(sheets.map_or(0, |s| s.sheet(chart, middle) as u32));
-            }
+    for t in all {
+        let corners = t.map(|v| f.node[v]);
+        let [a, b, c] = corners;
+        if a != b && b != c && c != a {
+            triangles.push(corners);
+            let middle = t.into_iter().map(|v| f.parameters(v)).sum::<DVec2>() / 3.0;
+            pieces.push(sheets.map_or(0, |s| s.sheet(chart, middle) as u32));
         }
     }
     cancel_flaps(&mut triangles, &mut pieces);
@@ -203,7 +209,34 @@ pub(super) fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
     if good(mean.x) && good(mean.y) { mean } else { 1.0 / (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE)) }
 }
 
+/// How many times as long as elsewhere a unit of u may be, in units of v; borders count where the face goes on beyond them.
+fn distortion(chart: &Chart, [lo, hi]: [DVec2; 2]) -> f64 {
+    const BESIDE: f64 = 1e-3;
+    let shares = [0, 1].map(|k| {
+        let ends = chart.periods[k].map(|_| [BESIDE, 1.0 - BESIDE]).into_iter().flatten();
+        (1..6).map(|i| f64::from(i) / 6.0).chain(ends).collect::<Vec<f64>>()
+    });
+    let ratio = |s: DVec2| {
+        let [_, su, sv, ..] = chart.jet(lo + s * (hi - lo));
+        su.length() / sv.length()
+    };
+    let all = shares[0].iter().flat_map(|u| shares[1].iter().map(move |v| ratio(DVec2::new(*u, *v))));
+    let good = all.filter(|r| r.is_finite() && *r > 0.0);
+    let (least, most) = good.fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
+    most / least
+}
+
 impl Filler<'_> {
+    /// Turns edges to make triangles Delaunay's in space.
+    fn flip(&self, triangles: &mut [[usize; 3]], points: &dyn Fn(u32) -> DVec3, first: u32, nodes: &[DVec3]) {
+        let at = |v: u32| if v < first { points(v) } else { nodes[(v - first) as usize] };
+        let corner = |v: usize| flips::Corner { uv: self.parameters(v), node: self.node[v], at: at(self.node[v]) };
+        let corners: Vec<flips::Corner> = (0..self.node.len()).map(corner).collect();
+        let handle = FixedVertexHandle::from_index;
+        let fixed = |a: usize, b: usize| self.cdt.exists_constraint(handle(a), handle(b));
+        flips::flip(triangles, &corners, &fixed);
+    }
+
     fn place(&self, uv: DVec2) -> Point2<f64> {
         let q = (uv - self.origin) * self.scale;
         // The triangulation takes no numbers that are tiny but not zero.

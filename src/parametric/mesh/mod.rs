@@ -6,6 +6,7 @@
 mod domain;
 mod edges;
 mod fill;
+mod flips;
 mod ladder;
 mod loops;
 pub mod narrow;
