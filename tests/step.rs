@@ -169,7 +169,7 @@ fn two_vertices_at_one_place_close_an_edge() {
     let record = text.lines().find(|l| l.starts_with(&format!("{vertex}="))).expect("its vertex");
     let double = record.replacen(&vertex, "#900001", 1);
     std::fs::write(&path, text.replacen(&line, &format!("{changed}\n{double}"), 1)).unwrap();
-    let made = mesh_step(&load_step(&path).unwrap(), &MeshOptions::default(), &Run::new()).unwrap();
+    let made = mesh_step(load_step(&path, &Run::new()).unwrap(), &MeshOptions::default(), &Run::new()).unwrap();
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     let check = made.report.check.unwrap();
     assert!(check.certificate.is_sound() && (check.volume / (12.0 * std::f64::consts::PI) - 1.0).abs() < 0.02);
