@@ -346,3 +346,72 @@ fn cones_mesh_at_any_size() {
         assert!((check.volume / exact - 1.0).abs() < 0.1 * size, "{size}: {}", check.volume);
     }
 }
+
+#[test]
+fn acute_tips_end_in_one_fan() {
+    let tip = DVec3::new(0.0, 0.0, 6.0);
+    for (radius, size) in [(0.6, 0.06), (0.6, 0.12), (0.6, 0.3), (1.2, 0.2), (2.2, 0.15), (2.2, 0.4), (5.0, 0.3)] {
+        let profile = format!("polyline([(0, 0, 0), ({radius}, 0, 0), (0, 0, 6)])");
+        let made = meshed(&format!("part(revolve_edges({profile}, \"z\").name(\"tip\"))\nmesh(size={size})\n"));
+        let case = format!("{radius} {size}");
+        assert!(made.report.shortfalls.is_empty() && made.report.ladder.is_empty(), "{case}: {:?}", made.report.ladder);
+        let at_tip = |t: usize| made.mesh.corners(t).contains(&tip);
+        let fan = (0..made.mesh.triangles.len()).filter(|t| at_tip(*t)).count();
+        assert!((4..=6).contains(&fan), "{case}: {fan}");
+        let slim = angles(&made.mesh).into_iter().enumerate().filter(|a| a.1 < 20.0 && !at_tip(a.0)).count();
+        assert_eq!(slim, 0, "{case}");
+    }
+}
+
+#[test]
+fn profiles_may_meet_their_axis_between_their_ends() {
+    // Radius of the arc, how far its center is from the axis, and the heights between which it runs.
+    for (r, c, [low, high]) in [(5.0, -4.0, [-3.0, 3.0]), (5.0, 4.0, [-3.0, 3.0]), (17.0, -15.0, [0.0, 8.0])] {
+        let rho = |z: f64| c + f64::sqrt(r * r - z * z);
+        let middle = 0.5 * (low + high);
+        let points =
+            if c < 0.0 { [low, middle, high].map(|z| (rho(z), z)) } else { [(0.0, low), (c + r, 0.0), (0.0, high)] };
+        let [a, b, d] = points.map(|(x, z)| format!("({x}, 0, {z})"));
+        let arc = format!("arc({a}, {b}, {d})");
+        let profile = if low == 0.0 { format!("chain([polyline([(0, 0, 0), {a}]), {arc}])") } else { arc };
+        // Under the equator of the fat one there is nothing, its poles lie in dents.
+        let exact = match c < 0.0 {
+            true => {
+                let n = 20_000;
+                let step = (high - low) / f64::from(n);
+                (0..n).map(|k| rho(low + (f64::from(k) + 0.5) * step).max(0.0).powi(2)).sum::<f64>() * step
+            }
+            false => {
+                let n = 20_000;
+                let step = 2.0 * r / f64::from(n);
+                let ring = |z: f64| {
+                    let half = f64::sqrt(r * r - z * z);
+                    (c + half).powi(2) - if z.abs() > 3.0 { (c - half).powi(2) } else { 0.0 }
+                };
+                (0..n).map(|k| ring(-r + (f64::from(k) + 0.5) * step)).sum::<f64>() * step
+            }
+        } * std::f64::consts::PI;
+        let made = meshed(&format!("part(revolve_edges({profile}, \"z\").name(\"body\"))\nmesh(size=0.3)\n"));
+        let check = made.report.check.as_ref().unwrap();
+        assert!(made.report.shortfalls.is_empty() && check.certificate.is_sound(), "{c}: {:?}", made.report.shortfalls);
+        assert!((check.volume / exact - 1.0).abs() < 0.01, "{c}: {} {exact}", check.volume);
+        assert!(check.quality.min_angle > 20.0, "{c}: {:?}", check.quality);
+    }
+}
+
+/// A ring whose hole is a thousandth as wide as the ring: around it lengths per parameter are a thousandth of those elsewhere.
+#[test]
+fn rings_that_nearly_close_their_hole_mesh() {
+    for (tube, size) in [(4.99, 0.5), (4.999, 0.4), (4.999, 0.8)] {
+        let made = meshed(&format!(
+            "part(revolve_edges(circle({tube}, (5, 0, 0), \"y\"), \"z\").name(\"ring\"))\nmesh(size={size})\n"
+        ));
+        let case = format!("{tube} {size}");
+        assert!(made.report.shortfalls.is_empty() && made.report.ladder.is_empty(), "{case}: {:?}", made.report.ladder);
+        let check = made.report.check.as_ref().unwrap();
+        assert!(check.certificate.is_sound(), "{case}: {:?}", check.certificate.faults);
+        let exact = 2.0 * std::f64::consts::PI.powi(2) * 5.0 * tube * tube;
+        assert!((check.volume / exact - 1.0).abs() < 0.02, "{case}: {}", check.volume);
+        assert!(check.quality.below_20 < 1e-3, "{case}: {:?}", check.quality);
+    }
+}

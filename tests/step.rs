@@ -150,3 +150,27 @@ fn places_of_step_files_are_refined() {
     let told = mesh(&["--refine", "face=nothing:0.2"]).1["warnings"].to_string();
     assert!(told.contains("nothing"), "{told}");
 }
+
+/// After Boolean operations files may give a closed edge two vertices, both at one place.
+#[test]
+fn two_vertices_at_one_place_close_an_edge() {
+    let part = parse("part(extrude_edges(circle(2), \"z\", 3).name(\"rod\"))\nmesh(size=0.5)\n", &[]).unwrap();
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("rod.step");
+    save_step(&path, &build(&part, &Run::new()).unwrap().unwrap(), None).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let closed = text.lines().find_map(|l| {
+        let (head, rest) = l.split_once("EDGE_CURVE('',")?;
+        let mut parts = rest.splitn(3, ',');
+        let (a, b, rest) = (parts.next()?, parts.next()?, parts.next()?);
+        (a == b).then(|| (l.to_string(), a.to_string(), format!("{head}EDGE_CURVE('',{a},#900001,{rest}")))
+    });
+    let (line, vertex, changed) = closed.expect("a closed edge");
+    let record = text.lines().find(|l| l.starts_with(&format!("{vertex}="))).expect("its vertex");
+    let double = record.replacen(&vertex, "#900001", 1);
+    std::fs::write(&path, text.replacen(&line, &format!("{changed}\n{double}"), 1)).unwrap();
+    let made = mesh_step(load_step(&path, &Run::new()).unwrap(), &MeshOptions::default(), &Run::new()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    let check = made.report.check.unwrap();
+    assert!(check.certificate.is_sound() && (check.volume / (12.0 * std::f64::consts::PI) - 1.0).abs() < 0.02);
+}

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::{DVec2, DVec3};
 
 use super::curve::Curve;
+use super::meridian;
 use super::surface::{Pole, Surface};
 use crate::spatial::{Aabb, Bvh};
 
@@ -91,6 +92,16 @@ impl Chart {
             this.net = Some(this.sampled());
         }
         this
+    }
+
+    /// The chart of what lies around the points, where a profile of revolution that meets its axis makes several surfaces of one.
+    pub(super) fn around_points(mut self, points: &[DVec3]) -> Self {
+        let Surface::Revolution { curve, frame } = &self.surface else { return self };
+        if let Some(part) = meridian::part(curve, frame, self.bounds[1], points) {
+            (self.bounds[1], self.periods[1], self.poles) = (part.range, None, part.poles);
+            self.net = Some(self.sampled());
+        }
+        self
     }
 
     /// Whether points are looked for in a net of samples.

@@ -8,6 +8,7 @@ mod curve;
 pub mod family;
 mod frame;
 pub mod measure;
+mod meridian;
 pub mod mesh;
 pub mod nurbs;
 mod pieces;

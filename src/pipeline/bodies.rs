@@ -37,10 +37,10 @@ pub(super) fn remeshed(
     report: &mut Report,
     run: &Run,
 ) -> Result<(TriMesh, Option<usize>)> {
-    let FaceMeshes { mut mesh, pieces, mut places, mut sizes, .. } = made;
+    let FaceMeshes { mut mesh, pieces, mut places, mut sizes, fans, .. } = made;
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
-    let marks = Marks::new(solid, crowded(solid, &mesh, options.sizing.size));
+    let marks = Marks::new(solid, fans, crowded(solid, &mesh, options.sizing.size));
     let crowded = &marks.still;
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.
     let parts = components(&mesh);
@@ -334,19 +334,23 @@ struct Marks {
     corners: Vec<bool>,
     seams: Vec<bool>,
     tips: FxHashMap<u32, Vec<glam::DVec3>>,
+    /// Tips whose triangles stay.
+    fans: FxHashMap<u32, Vec<glam::DVec3>>,
     near: f64,
     /// Faces that are not remeshed at all, ascending.
     still: Vec<u32>,
 }
 
 impl Marks {
-    fn new(solid: &Parametric, still: Vec<u32>) -> Self {
-        let mut tips: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
-        for (f, p) in solid.tips() {
-            tips.entry(f).or_default().push(p);
-        }
+    fn new(solid: &Parametric, fans: Vec<(u32, glam::DVec3)>, still: Vec<u32>) -> Self {
+        let by_face = |list: Vec<(u32, glam::DVec3)>| {
+            let mut out: FxHashMap<u32, Vec<glam::DVec3>> = FxHashMap::default();
+            list.into_iter().for_each(|(f, p)| out.entry(f).or_default().push(p));
+            out
+        };
+        let (tips, fans) = (by_face(solid.tips()), by_face(fans));
         let near = AT_TIP * solid.bounds().diagonal();
-        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, near, still }
+        Self { corners: solid.corners(), seams: solid.creased_seams(), tips, fans, near, still }
     }
 }
 
@@ -364,6 +368,19 @@ fn patchwork(
     for (t, l) in from.triangles.iter().zip(&from.labels) {
         for v in t {
             sets[*v as usize] = sets[*v as usize].union(&PieceSet::one(*l));
+        }
+    }
+    let is_at = |tips: &FxHashMap<u32, Vec<glam::DVec3>>, piece: u32, v: usize| {
+        let of_face = tips.get(&solid.face_of(piece));
+        of_face.is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
+    };
+    // Patches beyond the pieces are fans of triangles of theirs that stay.
+    let count = solid.piece_count();
+    if !marks.fans.is_empty() {
+        for (t, (nodes, l)) in from.triangles.iter().zip(&from.labels).enumerate() {
+            if nodes.iter().any(|v| is_at(&marks.fans, *l, *v as usize)) {
+                mesh.set_surface(t as u32, count + l, glam::DVec3::ZERO);
+            }
         }
     }
     for h in 0..3 * mesh.triangle_capacity() as u32 {
@@ -389,20 +406,20 @@ fn patchwork(
             mesh.set_pinned(b, true);
         }
     }
-    let at_tip = |f: u32, v: usize| {
-        marks.tips.get(&solid.face_of(f)).is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
-    };
     for (v, place) in places.iter().enumerate() {
         let pinned = match *place {
-            Place::Vertex(x) => marks.corners[x as usize] || sets[v].as_slice().iter().any(|f| at_tip(*f, v)),
-            Place::Face(f) => at_tip(f, v),
+            Place::Vertex(x) => {
+                marks.corners[x as usize] || sets[v].as_slice().iter().any(|f| is_at(&marks.tips, *f, v))
+            }
+            Place::Face(f) => is_at(&marks.tips, f, v),
             Place::Edge(_) => false,
         };
         if pinned {
             mesh.set_pinned(v as u32, true);
         }
     }
-    let patches = (0..solid.piece_count())
+    let patches = (0..count * if marks.fans.is_empty() { 1 } else { 2 })
+        .map(|f| f % count)
         .map(|f| Patch {
             piece: f,
             outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
@@ -415,7 +432,10 @@ fn patchwork(
             t.iter().for_each(|v| mesh.set_pinned(*v, true));
         }
     }
-    let frozen = (0..solid.piece_count()).filter(|p| is_kept(*p)).collect();
+    let mut frozen: Vec<u32> = (0..count).filter(|p| is_kept(*p)).collect();
+    if !marks.fans.is_empty() {
+        frozen.extend(count..2 * count);
+    }
     Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches) }
 }
 

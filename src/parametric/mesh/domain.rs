@@ -6,6 +6,7 @@
 use glam::{DVec2, DVec3};
 
 use super::loops::{Contour, Corner, POLE_COPIES};
+use super::rings::Ring;
 use crate::numeric::predicates::orient2d;
 use crate::parametric::chart::Chart;
 
@@ -31,6 +32,8 @@ pub(super) struct Cutter<'a> {
     pub(super) size: f64,
     /// How many nodes there are already.
     pub(super) first: u32,
+    /// Cuts have no nodes between these and their tips.
+    pub(super) rings: &'a [Ring],
     pub(super) made: Vec<DVec3>,
     /// Gives the node of a pole, which may be a vertex.
     pub(super) pole_node: &'a dyn Fn(DVec3) -> Option<u32>,
@@ -174,6 +177,25 @@ impl Cutter<'_> {
             .collect()
     }
 
+    /// A [cut](Self::cut) that ends at poles: from its start, its end, or both.
+    fn cut_to_poles(&mut self, a: DVec2, b: DVec2, back: &dyn Fn(DVec2) -> DVec2) -> Vec<(DVec2, u32)> {
+        // Where the cut passes a ring whose tip it ends in.
+        let pass = |tip: DVec2, from: DVec2| {
+            let (p, q) = (back(tip), back(from));
+            let ring = self.rings.iter().find(|r| r.pole.value == p[r.pole.axis])?;
+            let k = ring.pole.axis;
+            let share = (ring.at - p[k]) / (q[k] - p[k]);
+            (share > 0.0 && share < 1.0).then(|| tip.lerp(from, share))
+        };
+        let (first, last) = (pass(a, b), pass(b, a));
+        let (from, to) = (first.unwrap_or(a), last.unwrap_or(b));
+        let one = |this: &mut Self, at: Option<DVec2>| at.map(|uv| (uv, this.node(this.chart.at(back(uv)))));
+        let mut out: Vec<(DVec2, u32)> = one(self, first).into_iter().collect();
+        out.extend(self.cut(from, to, back));
+        out.extend(one(self, last));
+        out
+    }
+
     fn bridge(
         &mut self,
         a: &[Corner],
@@ -279,7 +301,7 @@ impl Cutter<'_> {
             if self.hits(p, q, all, period, [a[i].node, a[i].node]) {
                 continue;
             }
-            let up = self.cut(p, q, back);
+            let up = self.cut_to_poles(p, q, back);
             let node = self.pole(point);
             let by = DVec2::new(side * period, 0.0);
             let mut out = wound(a, i, period, side, DVec2::ZERO);
@@ -335,7 +357,7 @@ impl Cutter<'_> {
         let x = self.free_place(holes, axis, period)?;
         let back = |v: DVec2| if axis == 0 { v } else { DVec2::new(v.y, v.x) };
         let (a, b) = (DVec2::new(x, low.value), DVec2::new(x, high.value));
-        let up = self.cut(a, b, &back);
+        let up = self.cut_to_poles(a, b, &back);
         let (s, n) = (self.pole(low.point), self.pole(high.point));
         let right = DVec2::new(period, 0.0);
         let line = |from: DVec2, by: DVec2, node: u32| {

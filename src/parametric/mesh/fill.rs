@@ -9,6 +9,8 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::domain::Domain;
+use super::flips;
+use super::rings::Ring;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
 use crate::planar::{Meeting, crossings};
@@ -25,6 +27,8 @@ const MOST_NODES: usize = 40_000_000;
 const BEND: f64 = 0.3;
 /// How often that is done.
 const BENDS: usize = 8;
+/// Where lengths per parameter differ this much over a face Delaunay's triangles of its domain are none in space.
+const DISTORTED: f64 = 10.0;
 /// Cells are not halved more often than this.
 const DEEPEST: u32 = 48;
 
@@ -63,6 +67,8 @@ struct Filler<'a> {
     node: Vec<u32>,
     /// Size of the face in space.
     size: f64,
+    /// Rings around tips of the face.
+    fanned: Vec<Ring>,
 }
 
 /// Fills a domain; `points` are all nodes so far, the domain's own included; `size_at` gives the length wanted at
@@ -71,7 +77,7 @@ struct Filler<'a> {
 pub(super) fn fill(
     chart: &Chart,
     domain: &Domain,
-    sheets: Option<&Sheets>,
+    (sheets, rings): (Option<&Sheets>, &[Ring]),
     points: &dyn Fn(u32) -> DVec3,
     first: u32,
     (longest, size_at): (f64, &dyn Fn(DVec2, DVec3) -> f64),
@@ -96,8 +102,11 @@ pub(super) fn fill(
         origin: lo,
         scale: scale / extent,
         node: Vec::with_capacity(corners.len()),
+        fanned: Vec::new(),
     };
     let odd = f.contours(domain)?;
+    let (mut nodes, mut sizes) = (Vec::new(), Vec::new());
+    let mut chains = f.fans(domain, rings, points, first, size_at, (&mut nodes, &mut sizes));
     let inside = f.inside(&odd);
     let segments: Vec<[DVec3; 2]> = domain
         .polygons
@@ -109,7 +118,6 @@ pub(super) fn fill(
         border.nearest(p, CLEAR * h, |i| p.distance_squared(segment_foot(p, segments[i as usize]))).is_none()
     };
     let mut found = Vec::new();
-    let mut chains: Vec<[DVec3; 2]> = Vec::new();
     if let Some(s) = sheets {
         f.along_lines(s, [lo, hi], &inside, size_at, &clear, &mut found, &mut chains);
     }
@@ -119,7 +127,10 @@ pub(super) fn fill(
         clear(p, h) && lines.nearest(p, CLEAR * h, near).is_none()
     };
     f.scatter([lo, hi], &inside, (longest, size_at), &clear, (count, most.min(MOST_NODES)), &mut found)?;
-    let (mut nodes, mut sizes) = (Vec::with_capacity(found.len()), Vec::with_capacity(found.len()));
+    // Between a ring and its tip there is but the fan.
+    found.retain(|x| !f.fanned.iter().any(|r| r.holds(x.0)));
+    nodes.reserve(found.len());
+    sizes.reserve(found.len());
     for (uv, p, h) in found {
         let size = h;
         let q = f.place(uv);
@@ -138,16 +149,19 @@ pub(super) fn fill(
         sizes.extend(more.into_iter().zip(&nodes[sizes.len()..]).map(|(uv, p)| size_at(uv, *p)).collect::<Vec<_>>());
     }
     let inside = f.inside(&odd);
+    let all = f.cdt.inner_faces().filter(|t| inside[t.fix().index()]);
+    let mut all: Vec<[usize; 3]> = all.map(|t| t.vertices().map(|v| v.fix().index())).collect();
+    if distortion(chart, [lo, hi]) > DISTORTED {
+        f.flip(&mut all, points, first, &nodes);
+    }
     let (mut triangles, mut pieces) = (Vec::new(), Vec::new());
-    for t in f.cdt.inner_faces() {
-        if inside[t.fix().index()] {
-            let corners = t.vertices().map(|v| f.node[v.fix().index()]);
-            let [a, b, c] = corners;
-            if a != b && b != c && c != a {
-                triangles.push(corners);
-                let middle = t.vertices().iter().map(|v| f.parameters(v.fix().index())).sum::<DVec2>() / 3.0;
-                pieces.push(sheets.map_or(0, |s| s.sheet(chart, middle) as u32));
-            }
+    for t in all {
+        let corners = t.map(|v| f.node[v]);
+        let [a, b, c] = corners;
+        if a != b && b != c && c != a {
+            triangles.push(corners);
+            let middle = t.into_iter().map(|v| f.parameters(v)).sum::<DVec2>() / 3.0;
+            pieces.push(sheets.map_or(0, |s| s.sheet(chart, middle) as u32));
         }
     }
     cancel_flaps(&mut triangles, &mut pieces);
@@ -195,7 +209,34 @@ pub(super) fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
     if good(mean.x) && good(mean.y) { mean } else { 1.0 / (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE)) }
 }
 
+/// How many times as long as elsewhere a unit of u may be, in units of v; borders count where the face goes on beyond them.
+fn distortion(chart: &Chart, [lo, hi]: [DVec2; 2]) -> f64 {
+    const BESIDE: f64 = 1e-3;
+    let shares = [0, 1].map(|k| {
+        let ends = chart.periods[k].map(|_| [BESIDE, 1.0 - BESIDE]).into_iter().flatten();
+        (1..6).map(|i| f64::from(i) / 6.0).chain(ends).collect::<Vec<f64>>()
+    });
+    let ratio = |s: DVec2| {
+        let [_, su, sv, ..] = chart.jet(lo + s * (hi - lo));
+        su.length() / sv.length()
+    };
+    let all = shares[0].iter().flat_map(|u| shares[1].iter().map(move |v| ratio(DVec2::new(*u, *v))));
+    let good = all.filter(|r| r.is_finite() && *r > 0.0);
+    let (least, most) = good.fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
+    most / least
+}
+
 impl Filler<'_> {
+    /// Turns edges to make triangles Delaunay's in space.
+    fn flip(&self, triangles: &mut [[usize; 3]], points: &dyn Fn(u32) -> DVec3, first: u32, nodes: &[DVec3]) {
+        let at = |v: u32| if v < first { points(v) } else { nodes[(v - first) as usize] };
+        let corner = |v: usize| flips::Corner { uv: self.parameters(v), node: self.node[v], at: at(self.node[v]) };
+        let corners: Vec<flips::Corner> = (0..self.node.len()).map(corner).collect();
+        let handle = FixedVertexHandle::from_index;
+        let fixed = |a: usize, b: usize| self.cdt.exists_constraint(handle(a), handle(b));
+        flips::flip(triangles, &corners, &fixed);
+    }
+
     fn place(&self, uv: DVec2) -> Point2<f64> {
         let q = (uv - self.origin) * self.scale;
         // The triangulation takes no numbers that are tiny but not zero.
@@ -247,6 +288,58 @@ impl Filler<'_> {
         bad.sort_unstable();
         bad.dedup();
         Err(if bad.is_empty() { Unfilled::Other("cuts cross".into()) } else { Unfilled::Crossing(bad) })
+    }
+
+    /// Puts in rings around tips of the domain, joined to the nodes of contours on either side. Returns their edges in space.
+    fn fans(
+        &mut self,
+        domain: &Domain,
+        rings: &[Ring],
+        points: &dyn Fn(u32) -> DVec3,
+        first: u32,
+        size_at: &dyn Fn(DVec2, DVec3) -> f64,
+        (nodes, sizes): (&mut Vec<DVec3>, &mut Vec<f64>),
+    ) -> Vec<[DVec3; 2]> {
+        let mut segments = Vec::new();
+        for ring in rings {
+            let (axis, other) = (ring.pole.axis, 1 - ring.pole.axis);
+            for p in &domain.polygons {
+                let n = p.len();
+                let on = |i: usize| p[i % n].uv[axis] == ring.pole.value;
+                for start in (0..n).filter(|&i| on(i) && !on(i + n - 1)) {
+                    let count = (0..n).take_while(|k| on(start + k)).count();
+                    let (before, after) = (p[(start + n - 1) % n], p[(start + count) % n]);
+                    let [a, b] = [p[start].uv[other], p[(start + count - 1) % n].uv[other]];
+                    let parts = (ring.density * (b - a).abs()).round().max(1.0);
+                    let mut last = (self.cdt.insert(self.place(before.uv)).ok(), points(before.node));
+                    for k in 1..=parts as usize {
+                        let mut uv = DVec2::ZERO;
+                        (uv[axis], uv[other]) = (ring.at, a + (b - a) * k as f64 / parts);
+                        let mut next = (None, points(after.node));
+                        if k as f64 == parts {
+                            next.0 = self.cdt.insert(self.place(after.uv)).ok();
+                        } else if let Ok(h) = self.cdt.insert(self.place(uv)) {
+                            if h.index() == self.node.len() {
+                                self.node.push(first + nodes.len() as u32);
+                                nodes.push(self.chart.at(uv));
+                                sizes.push(size_at(uv, self.chart.at(uv)));
+                            }
+                            next = (Some(h), self.chart.at(uv));
+                        }
+                        if let (Some(x), Some(y)) = (last.0, next.0)
+                            && x != y
+                            && self.cdt.can_add_constraint(x, y)
+                        {
+                            self.cdt.add_constraint(x, y);
+                            segments.push([last.1, next.1]);
+                        }
+                        last = next;
+                    }
+                    self.fanned.push(*ring);
+                }
+            }
+        }
+        segments
     }
 
     /// Edges whose contours cross others, or themselves, or run through nodes of others.

@@ -6,9 +6,11 @@
 mod domain;
 mod edges;
 mod fill;
+mod flips;
 mod ladder;
 mod loops;
 pub mod narrow;
+mod rings;
 mod sheets;
 mod sizes;
 
@@ -29,6 +31,7 @@ use domain::Cutter;
 use edges::{Chain, Lead, Sampled, divide, leads, least_parts, sample};
 use fill::{Filled, Unfilled, fill};
 use loops::{Contour, Unroller};
+use rings::Ring;
 use sheets::Sheets;
 use sizes::Field;
 
@@ -42,7 +45,7 @@ const THINNEST: f64 = 1.0 / 400.0;
 const AT_POLE: f64 = 1e-6;
 
 /// Vertices of a face nearer to each other than this share of its size are one.
-const SAME_PLACE: f64 = 1e-9;
+pub(super) const SAME_PLACE: f64 = 1e-9;
 
 /// What edge lengths are wanted.
 pub struct MeshSizes<'a> {
@@ -68,6 +71,8 @@ pub struct MeshSizes<'a> {
 struct Plan<'a> {
     sizes: &'a MeshSizes<'a>,
     field: &'a Field<'a>,
+    /// The rings of every face.
+    rings: &'a [Vec<Ring>],
     count: AtomicUsize,
 }
 
@@ -140,6 +145,8 @@ pub struct FaceMeshes {
     pub too_many: bool,
     /// Edges that were divided more finely than asked because contours crossed.
     pub halved: usize,
+    /// Tips of faces whose triangles are a fan that had better stay.
+    pub fans: Vec<(u32, DVec3)>,
 }
 
 /// A boundary representation ready to be asked and meshed.
@@ -195,7 +202,12 @@ impl Parametric {
         let charts: Vec<Chart> = run.install(|| {
             (0..brep.faces.len())
                 .into_par_iter()
-                .map(|i| Chart::new(brep.faces[i].surface.clone(), &boxes[i]))
+                .map(|i| {
+                    let edges = brep.faces[i].loops.iter().flatten().map(|c| &brep.edges[c.edge as usize]);
+                    let points: Vec<DVec3> =
+                        edges.flat_map(|e| e.curve.pieces(e.range).into_iter().map(|t| e.curve.at(t))).collect();
+                    Chart::new(brep.faces[i].surface.clone(), &boxes[i]).around_points(&points)
+                })
                 .collect()
         });
         run.check()?;
@@ -240,14 +252,16 @@ impl Parametric {
                 .collect()
         });
         run.check()?;
-        let leads = leads(&self.brep, &self.faces_of, &sampled, sizes);
+        let mut leads = leads(&self.brep, &self.faces_of, &sampled, sizes);
         let (field, strips) = sizes::field(&self.brep, &self.faces_of, (&sampled, &leads), sizes, run)?;
+        let rings = self.rings(&sampled, &field, sizes, run);
+        self.reach_rings(&rings, &sampled, &mut leads);
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
-            let plan = Plan { sizes, field: &field, count: AtomicUsize::new(0) };
+            let plan = Plan { sizes, field: &field, rings: &rings, count: AtomicUsize::new(0) };
             let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads, &strips));
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
@@ -288,7 +302,9 @@ impl Parametric {
             let mut filled = self.undoubled(filled, &points, &chains, &plan, run)?;
             let mut steps = self.finer(&factor);
             self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
-            return Ok(FaceMeshes { steps, ..self.joined(points, places, wants, filled, halved) });
+            let fans = rings.iter().enumerate().flat_map(|(f, l)| l.iter().map(move |r| (f as u32, r.pole.point)));
+            let fans = fans.collect();
+            return Ok(FaceMeshes { steps, fans, ..self.joined(points, places, wants, filled, halved) });
         }
     }
 
@@ -413,7 +429,7 @@ impl Parametric {
         plan: &Plan<'_>,
         doubled: &FxHashSet<[u32; 2]>,
     ) -> Result<Filled, Unfilled> {
-        let Plan { sizes, field, count } = plan;
+        let Plan { sizes, field, rings, count } = plan;
         let face = &self.brep.faces[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
@@ -435,12 +451,14 @@ impl Parametric {
         // Cuts are spaced for the curvature in the middle of the contours.
         let cut = bent(self.middle_curvature(f));
         let cut = own.map_or(cut, |s| s.min(cut));
-        let cutter = Cutter { chart, size: cut, first, made: Vec::new(), pole_node: &pole_node };
+        let rings = if std::ptr::eq(chart, &self.charts[f as usize]) { &rings[f as usize][..] } else { &[] };
+        let cutter = Cutter { chart, size: cut, first, rings, made: Vec::new(), pole_node: &pole_node };
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
         let next = first + domain.nodes.len() as u32;
         let lines = sheets.map(|s| &s.0);
-        let mut filled = fill(chart, &domain, lines, &all, next, (sizes.size, &size_at), doubled, (count, sizes.most))?;
+        let mut filled =
+            fill(chart, &domain, (lines, rings), &all, next, (sizes.size, &size_at), doubled, (count, sizes.most))?;
         // Sheets are numbered beyond the faces.
         let number = |s: &u32| sheets.map_or(f, |d| self.brep.faces.len() as u32 + d.1 + s);
         let pieces = filled.pieces.iter().map(number).collect();
@@ -512,7 +530,9 @@ fn join_vertices(brep: &mut Brep) {
         own.sort_unstable();
         own.dedup();
         let at = |v: u32| brep.vertices[v as usize];
-        let near = SAME_PLACE * Aabb::around(own.iter().map(|v| at(*v))).diagonal();
+        let middle = |e: &super::brep::Edge| e.curve.at(0.5 * (e.range[0] + e.range[1]));
+        let middles = f.loops.iter().flatten().map(|c| middle(&brep.edges[c.edge as usize]));
+        let near = SAME_PLACE * Aabb::around(own.iter().map(|v| at(*v)).chain(middles)).diagonal();
         own.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
         for (i, &a) in own.iter().enumerate() {
             for &b in own[i + 1..].iter().take_while(|b| at(**b).x - at(a).x <= near) {

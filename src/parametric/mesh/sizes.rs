@@ -25,8 +25,6 @@ const ALONG: f64 = 0.7;
 const ENDS: f64 = 1.5;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
 pub(super) const EASE: f64 = 2.0;
-/// A tube that is thinner somewhere than this share of itself elsewhere ends in a tip.
-const TIP: f64 = 0.02;
 /// A chord of this many times the root of width and radius leaves its arc by half the width.
 const APART: f64 = 2.0;
 /// Short edges, and narrow places along them, are followed down to this share of what other narrow places are.
@@ -123,7 +121,8 @@ pub(super) fn field<'a>(
     for (i, (s, e)) in sampled.iter().zip(&brep.edges).enumerate() {
         if uses[i] == 2 && faces_of[i].len() == 1 {
             // A seam: nothing in space, but it runs along a tube, around which there shall be enough edges.
-            let round = brep.faces[faces_of[i][0] as usize].surface.is_round();
+            let surface = &brep.faces[faces_of[i][0] as usize].surface;
+            let round = surface.is_round();
             let fit = |r: &f64| {
                 if round {
                     sizes.around(*r)
@@ -132,8 +131,7 @@ pub(super) fn field<'a>(
                 }
             };
             // Where it runs into a tip a few triangles close that, however near.
-            let (thin, thick) = s.bend.iter().fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
-            let floor = if thin < TIP * thick { sizes.least } else { 0.0 };
+            let floor = if surface.poles().is_empty() { 0.0 } else { sizes.least };
             let around = s.bend.iter().map(|r| fit(r).max(floor));
             sources.extend(s.points.iter().copied().zip(around).filter(|x| x.1 < sizes.size));
             continue;

@@ -7,6 +7,8 @@ use super::values::{Args, Lookup, Read, note};
 use crate::parametric::brep::{Body, Brep, Coedge, Edge, Face, Note};
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::Similarity;
+use crate::parametric::mesh::SAME_PLACE;
+use crate::spatial::Aabb;
 
 /// An edge whose curve is shorter than this share of the body is a point: files write degenerate edges this way.
 const POINT: f64 = 1e-7;
@@ -210,7 +212,15 @@ impl Builder<'_> {
             let [a, b] = self.brep.edges[c.edge as usize].ends;
             if c.forward { [a, b] } else { [b, a] }
         };
-        let gaps = |l: &[Coedge]| (0..n).filter(|&i| ends(&l[i])[1] != ends(&l[(i + 1) % n])[0]).count();
+        // Where Boolean operations end a file may have two vertices at one place.
+        let at = |v: u32| self.brep.vertices[v as usize];
+        let middle = |c: &Coedge| {
+            let e = &self.brep.edges[c.edge as usize];
+            e.curve.at(0.5 * (e.range[0] + e.range[1]))
+        };
+        let near = SAME_PLACE * Aabb::around(list.iter().flat_map(|c| [at(ends(c)[0]), middle(c)])).diagonal();
+        let same = |a: u32, b: u32| a == b || at(a).distance(at(b)) <= near;
+        let gaps = |l: &[Coedge]| (0..n).filter(|&i| !same(ends(&l[i])[1], ends(&l[(i + 1) % n])[0])).count();
         if n == 0 || gaps(&list) == 0 {
             return Ok(list);
         }
@@ -227,8 +237,8 @@ impl Builder<'_> {
             let mut chain = vec![rest.remove(0)];
             while !rest.is_empty() {
                 let end = ends(&chain[chain.len() - 1])[1];
-                let next = (0..rest.len()).find(|&i| ends(&rest[i])[0] == end);
-                let turned = (0..rest.len()).find(|&i| ends(&rest[i])[1] == end);
+                let next = (0..rest.len()).find(|&i| same(ends(&rest[i])[0], end));
+                let turned = (0..rest.len()).find(|&i| same(ends(&rest[i])[1], end));
                 let Some(i) = next.or(turned) else { break };
                 let mut c = rest.remove(i);
                 c.forward ^= next.is_none();

@@ -131,7 +131,8 @@ pub(super) fn find(
     let unroller = Unroller { brep, chains: &lines.chains, points: &lines.points, chart: &chart, near };
     let contours: Vec<Contour> = f.loops.iter().map(|l| unroller.contour(l, f.outward)).collect();
     let first = lines.points.len() as u32;
-    let cutter = Cutter { chart: &chart, size: around.diagonal(), first, made: Vec::new(), pole_node: &|_| None };
+    let cutter =
+        Cutter { chart: &chart, size: around.diagonal(), first, rings: &[], made: Vec::new(), pole_node: &|_| None };
     // What is wrong with the domain is told where the face is meshed.
     let Ok(domain) = cutter.domain(contours) else { return Ok(None) };
     let corners: Vec<DVec2> = domain.polygons.iter().flatten().map(|c| c.uv).collect();
