@@ -2,7 +2,9 @@
 //! model, sizes and nodes on borders, other nodes within the faces.
 
 use super::compare::{Comparison, Row};
-use super::discrete::{SoupOptions, discrete_options, feature_sizes, length, mesh_soup, patchwork, prepare, sizing};
+use super::discrete::{
+    SoupOptions, discrete_options, feature_sizes, length, mesh_soup, patchwork, prepare, relaxed, sizing,
+};
 use super::mesh::MeshOptions;
 use super::report::Report;
 use crate::discrete::Discrete;
@@ -24,8 +26,8 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let prepared = prepare(input, soup.close, run)?;
     let size = length(options.size, &prepared.mesh);
     let solid = Discrete::new(&prepared.mesh, &discrete_options(soup, size), run)?;
-    let (named, sizing) = (solid.named(), sizing(size, options));
-    let sizes = feature_sizes(&solid, &sizing, &mut Report::of("triangles", size, None));
+    let (named, sizing) = (solid.named(), relaxed(sizing(size, options), options, soup, &solid));
+    let sizes = feature_sizes(&solid, &sizing, options.tolerance, &mut Report::of("triangles", size, None));
     let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
     let mut rows = Vec::new();
     let mut row = |method, stage: &str, mesh: TriMesh| -> Result<()> {

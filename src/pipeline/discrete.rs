@@ -26,11 +26,13 @@ use crate::run::Run;
 const NAMED: usize = 20;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 const LEAST_SHARE: f64 = 4.0;
-/// Without a tolerance edges stay within this share of the size of the surface: a circle of radius 1 gets edges of 0.8.
+/// Without a tolerance edges stay within this share of the size of the surface.
 const CHORD: f64 = 0.08;
 /// Where that makes more than this many times the triangles that the size alone would, up to so many times that share.
 const CROWDED: f64 = 1.12;
-const RELAXED: [f64; 3] = [1.0, 1.25, 1.5];
+const RELAXED: [f64; 6] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0];
+/// Edges stay within this share of the size of the features they are on, however crowded: a circle of radius 1 gets edges of 0.75.
+const LINE: f64 = 0.07;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
@@ -44,8 +46,9 @@ const TOUCHED: usize = 200;
 const MUCH: usize = 4;
 /// Around such places edges may get as short as this share of what curvature may make them.
 const LEAST_BESIDE: f64 = 0.25;
-/// Where more than one triangle in this many intersects others it is no matter of sizes.
-const FEW: usize = 10;
+/// Where more than one triangle in this many intersects others it is no matter of sizes. Thin parts of coarse meshes may well be a
+/// tenth of all.
+const FEW: usize = 3;
 /// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
 /// be resolved.
 const MOST_FEATURES: f64 = 2.0;
@@ -258,7 +261,7 @@ fn mesh_prepared(
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
     let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
     let exact = ExactOptions { face_sizes, regions, ..plain };
-    let mut sizes = feature_sizes(&solid, &sizing, &mut report);
+    let mut sizes = feature_sizes(&solid, &sizing, options.tolerance, &mut report);
     let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
     sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
     let mut kept = walls.tight;
@@ -345,12 +348,11 @@ pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
     }
 }
 
-/// Where a scan, or what marching cubes made, bends nearly everywhere so much that the size would mean little, edges may get farther
-/// from it, unless a tolerance was asked for. Such soups have features that had to be dropped; designed parts have none, and the
-/// size of their holes matters.
-fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Discrete) -> Sizing {
+/// Where the surface bends nearly everywhere so much that the size would mean little, edges may get farther from it, unless a
+/// tolerance was asked for.
+pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Discrete) -> Sizing {
     let simplified = soup.min_area > 0.0 || soup.min_length.is_some();
-    if options.tolerance.is_some() || simplified || solid.removed.is_empty() {
+    if options.tolerance.is_some() || simplified {
         return sizing;
     }
     let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };
@@ -359,11 +361,17 @@ fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Di
 }
 
 /// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
-pub(super) fn feature_sizes(solid: &Discrete, sizing: &Sizing, report: &mut Report) -> Vec<f64> {
+pub(super) fn feature_sizes(
+    solid: &Discrete,
+    sizing: &Sizing,
+    tolerance: Option<f64>,
+    report: &mut Report,
+) -> Vec<f64> {
     let (m, size) = (&solid.mesh, sizing.size);
     // Not where features had to be dropped: what is left of them is blurred, too.
-    let designed = sizing.chord.filter(|_| solid.removed.is_empty());
-    let bows = designed.map(|chord| solid.bow_sizes(size, sizing.least.min(size), chord));
+    let designed = solid.removed.is_empty();
+    let line = tolerance.unwrap_or(LINE * size);
+    let bows = designed.then(|| solid.bow_sizes(size, sizing.least.min(size), line));
     let all = |least: f64| {
         let mut sizes = solid.feature_sizes(size, least);
         sizes.iter_mut().zip(bows.iter().flatten()).for_each(|(s, bow)| *s = s.min(*bow));
