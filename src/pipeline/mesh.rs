@@ -263,12 +263,20 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
                     break;
                 }
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
-                // What there is stands.
+                // Walls are not what it lacks: what there is stands.
+                Ok((other, _)) if wanting(&other) >= wanting(&made) => break,
                 Ok(_) | Err(_) => {}
             }
         }
     }
     Ok(made)
+}
+
+/// How much a mesh lacks.
+fn wanting(made: &Meshed) -> usize {
+    let check = made.report.check.as_ref();
+    let away = check.and_then(|c| c.deviation).map_or(0, |d| d.inverted);
+    made.report.shortfalls.len() + away + check.map_or(0, |c| c.self_intersections)
 }
 
 /// A mesh, and whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high.

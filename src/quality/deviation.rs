@@ -16,6 +16,9 @@ const SAMPLES: usize = 40_000;
 /// The surface is looked for within this many mean edge lengths.
 const REACH: f64 = 4.0;
 
+/// A triangle that has no side of the surface this share of its longest edge away is turned over.
+const SIDE: f64 = 0.1;
+
 /// Points worked on between two looks at the cancel flag.
 const CHUNK: usize = 512;
 
@@ -33,7 +36,9 @@ pub struct Deviation {
     pub from_surface: Option<f64>,
     /// Samples without surface within four mean edge lengths.
     pub unprojected: usize,
-    /// Triangles whose normal opposes the surface's (`n . m <= 0`), which eq. 5 cannot see.
+    /// Triangles whose normal opposes the surface's (`n . m <= 0`), which eq. 5 cannot see. Where a wall or a gap is thinner than
+    /// chords are high, the surface nearest to a triangle may be the other side's: what faces the way of a side within a tenth of
+    /// its longest edge is not turned over.
     pub inverted: usize,
 }
 
@@ -105,7 +110,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
                         far = far.max(foot.point.distance(p));
                         let dot = mesh.normal(t).dot(foot.normal);
                         sum += areas[t] * (1.0 - dot * dot).max(0.0);
-                        inverted += usize::from(dot <= 0.0);
+                        inverted += usize::from(dot <= 0.0 && !faces_a_side(mesh, t, oracle, reach));
                     }
                 }
                 Ok((sum, inverted, far))
@@ -121,6 +126,16 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         normal: normals.iter().map(|n| n.0).sum::<f64>() / total,
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
         inverted: normals.iter().map(|n| n.1).sum(),
+    })
+}
+
+/// Whether, as seen from a bit before or behind a triangle, the surface faces its way.
+fn faces_a_side(mesh: &TriMesh, t: usize, oracle: &dyn SurfaceOracle, reach: f64) -> bool {
+    let ([a, b, c], p) = (mesh.corners(t), mesh.centroid(t));
+    let (n, side) = (mesh.normal(t), SIDE * a.distance(b).max(b.distance(c)).max(c.distance(a)));
+    [side, -side].into_iter().any(|s| {
+        let foot = oracle.project(p + s * n, reach);
+        foot.is_some_and(|f| f.normal.dot(n) > 0.0 && f.point.distance(p) <= side)
     })
 }
 
