@@ -361,6 +361,23 @@ fn tips_thinner_than_the_cells_come_to_their_points() {
 }
 
 #[test]
+fn necks_that_cells_tear_are_found_by_their_distance() {
+    // Goursat's surface of genus 5; with cells of the size one of its twelve necks is seen as two bodies.
+    let text = "f = x**4 - 5*x**2 + y**4 - 5*y**2 + z**4 - 5*z**2 + 11.8\n\
+                part(solid(f <= 0), domain=((-3, -3, -3), (3, 3, 3)))";
+    let part = rvachev::implicit::part::parse(text, &[]).unwrap();
+    for size in [0.6, 0.52, 0.45, 0.4] {
+        let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+        let report = mesh_part(&part, &options, &Run::new()).unwrap().report;
+        assert!(report.shortfalls.is_empty() && report.warnings.is_empty(), "{report:?}");
+        let c = report.check.unwrap();
+        assert_eq!((c.components, c.euler), (1, -8), "{size}");
+        let d = c.deviation.unwrap();
+        assert!(d.max < 0.05 * size && d.from_surface.unwrap() < 0.05 * size, "{size}: {d:?}");
+    }
+}
+
+#[test]
 fn walls_far_thinner_than_the_size_are_meshed_whole() {
     // A block with a fin on top: sheets of 1/3 to 1/10 000 of the size, which no cells see.
     for (thickness, turn) in [(0.03, true), (0.012, true), (0.008, false), (1e-3, true), (1e-5, false)] {

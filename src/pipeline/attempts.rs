@@ -14,7 +14,7 @@ use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
-const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
@@ -158,6 +158,7 @@ pub(super) fn at(p: DVec3) -> String {
 pub(super) fn search(
     ready: &Ready,
     options: &MeshOptions,
+    cells: &[f64],
     run: &Run,
     observer: &mut Option<&mut Observer<'_>>,
 ) -> Result<(Attempt, bool)> {
@@ -166,7 +167,7 @@ pub(super) fn search(
     // What did not come out well, the best first.
     let mut others: Vec<(Scout, (Patchwork, CutReport))> = Vec::new();
     let mut first_error = None;
-    for share in CELLS {
+    for share in cells {
         let cell = share * ready.size;
         let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
         let triangles = |s: &Scout| s.extracted.mesh.triangles.len() as f64 * (s.cell / cell).powi(2);

@@ -5,6 +5,7 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
+use super::attempts::CELLS;
 use super::leaf::by_leaf;
 use super::mesh::{MeshOptions, Ready, finish_names};
 use super::report::Report;
@@ -62,7 +63,13 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
             stages.push((method, stage.to_string(), mesh.clone()));
         })?;
     }
-    by_leaf(&ready, options, run, Some(&mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone()))))?;
+    by_leaf(
+        &ready,
+        options,
+        &CELLS,
+        run,
+        Some(&mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone()))),
+    )?;
     let mut rows = Vec::with_capacity(stages.len());
     for (method, stage, mut mesh) in stages {
         let mut unused = Report::new(options.method, ready.size, None);

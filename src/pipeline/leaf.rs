@@ -93,16 +93,17 @@ fn near(mesh: &TriMesh, boxes: &[Aabb], reach: f64) -> Vec<bool> {
     found
 }
 
-/// Runs the leaf method on ever smaller cells until it comes out clean. Where no attempt does, the best one is made anew
+/// Runs the leaf method on ever smaller `cells`, shares of the size, until it comes out clean. Where no attempt does, the best one is made anew
 /// with the surroundings of its faults as they were extracted; falls back to the operators, at last to marching cubes,
 /// where that does not help.
 pub(super) fn by_leaf(
     ready: &Ready,
     options: &MeshOptions,
+    cells: &[f64],
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let (mut best, crossed) = search(ready, options, run, &mut observer)?;
+    let (mut best, crossed) = search(ready, options, cells, run, &mut observer)?;
     let found = best.exact.report.clone();
     let left = if best.faults() > 0 { leave(ready, options, &mut best, run, observer)? } else { Vec::new() };
     let mut shortfalls = best.shortfalls(ready);

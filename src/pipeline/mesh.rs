@@ -5,8 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use super::attempts::MOST_TRIANGLES;
-use super::attempts::at;
+use super::attempts::{CELLS, MOST_TRIANGLES, at};
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
 use super::leaf::{ByLeaf, by_leaf, finer};
@@ -232,6 +231,8 @@ impl Ready {
 
 /// Curved walls thinner than chords are high get this many times as many edges to a length, unless that would give more than [`MOST_TRIANGLES`].
 const FINER: [f64; 2] = [2.0, 4.0];
+/// A mesh this share of the size away from the surface may lack more than a chord does.
+const APART: f64 = 0.2;
 
 /// Meshes a part.
 ///
@@ -254,18 +255,24 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
             if triangles > MOST_TRIANGLES {
                 break;
             }
-            match mesh_ready(part, &ready, &finer(&ready, options, times), run) {
-                Ok((other, _)) if other.report.shortfalls.is_empty() => {
-                    made = other;
-                    made.report
-                        .warnings
-                        .push(format!("curved walls are thin: made with {times} times as many edges to a length"));
-                    break;
-                }
+            let other = match mesh_ready(part, &ready, &finer(&ready, options, times), run) {
+                Ok((other, _)) => other,
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
-                // Walls are not what it lacks: what there is stands.
-                Ok((other, _)) if wanting(&other) >= wanting(&made) => break,
-                Ok(_) | Err(_) => {}
+                // What there is stands.
+                Err(_) => continue,
+            };
+            let (now, then) = (wanting(&made), wanting(&other));
+            // Walls are not what it lacks.
+            if made.report.shortfalls.is_empty() && then >= now {
+                break;
+            }
+            if other.report.shortfalls.is_empty() && (then == 0 || !made.report.shortfalls.is_empty()) {
+                made = other;
+                let what = format!("curved walls are thin: made with {times} times as many edges to a length");
+                made.report.warnings.push(what);
+            }
+            if then == 0 {
+                break;
             }
         }
     }
@@ -275,14 +282,48 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
 /// How much a mesh lacks.
 fn wanting(made: &Meshed) -> usize {
     let check = made.report.check.as_ref();
-    let away = check.and_then(|c| c.deviation).map_or(0, |d| d.inverted);
+    let away = check.and_then(|c| c.deviation).map_or(0, |d| d.inverted + d.across);
     made.report.shortfalls.len() + away + check.map_or(0, |c| c.self_intersections)
 }
 
+/// How far a mesh and the surface are from each other somewhere.
+fn apart(made: &Meshed) -> f64 {
+    let deviation = made.report.check.as_ref().and_then(|c| c.deviation);
+    deviation.map_or(0.0, |d| d.max.max(d.from_surface.unwrap_or(0.0)))
+}
+
 /// A mesh, and whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high.
+/// Where it is far from the surface, as where cells saw two bodies in a neck, smaller cells are tried.
 fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, bool)> {
+    let (mut made, mut crowded, mut cell) = mesh_by_cells(part, ready, options, &CELLS, run)?;
+    while options.method == Method::Leaf && apart(&made) > APART * ready.size {
+        let left = CELLS.iter().position(|share| share * ready.size < 0.75 * cell).unwrap_or(CELLS.len());
+        let cells = &CELLS[left..];
+        if cells.len() < 2 {
+            break;
+        }
+        match mesh_by_cells(part, ready, options, cells, run) {
+            Ok(other) if 2.0 * apart(&other.0) < apart(&made) && wanting(&other.0) <= wanting(&made) => {
+                (made, crowded, cell) = other;
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // A crease that no cells see: what there is stands.
+            Ok(_) | Err(_) => break,
+        }
+    }
+    Ok((made, crowded))
+}
+
+/// A mesh by the cells of some shares of the size; see [`mesh_ready`]. Comes with the cells' size.
+fn mesh_by_cells(
+    part: &Part,
+    ready: &Ready,
+    options: &MeshOptions,
+    cells: &[f64],
+    run: &Run,
+) -> Result<(Meshed, bool, f64)> {
     let made = if options.method == Method::Leaf {
-        by_leaf(ready, options, run, None)?
+        by_leaf(ready, options, cells, run, None)?
     } else {
         let extracted = ready.extract(ready.size, options, run)?;
         let mut mesh = extracted.mesh.clone();
@@ -331,10 +372,10 @@ fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> R
     } else {
         check_tested(&mesh, intersecting, None, run)?
     };
-    let away = method == Method::Leaf && measured.deviation.as_ref().is_some_and(|d| d.inverted > 0);
+    let away = method == Method::Leaf && measured.deviation.as_ref().is_some_and(|d| d.inverted + d.across > 0);
     report.judge(measured);
-    let crowded = (crossed || away) && !report.shortfalls.is_empty();
-    Ok((Meshed { mesh, seams, corners, report }, crowded))
+    let crowded = away || (crossed && !report.shortfalls.is_empty());
+    Ok((Meshed { mesh, seams, corners, report }, crowded, cell))
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

@@ -40,6 +40,8 @@ pub struct Deviation {
     /// chords are high, the surface nearest to a triangle may be the other side's: what faces the way of a side within a tenth of
     /// its longest edge is not turned over.
     pub inverted: usize,
+    /// Those others whose normal opposes that of the surface nearest to them: chords there are higher than a wall is thick.
+    pub across: usize,
 }
 
 /// Van der Corput's sequence in base `b`: the `i`-th of evenly spread numbers in 0..1.
@@ -64,7 +66,15 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         sums.push(total);
     }
     if !(total > 0.0) {
-        return Ok(Deviation { max: 0.0, rms: 0.0, normal: 0.0, from_surface: None, unprojected: 0, inverted: 0 });
+        return Ok(Deviation {
+            max: 0.0,
+            rms: 0.0,
+            normal: 0.0,
+            from_surface: None,
+            unprojected: 0,
+            inverted: 0,
+            across: 0,
+        });
     }
     let sample = |i: usize| -> DVec3 {
         let at = (i as f64 + 0.5) / SAMPLES as f64 * total;
@@ -96,12 +106,12 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     let hits: Vec<f64> = sampled.iter().flatten().copied().collect();
     let square: f64 = hits.iter().map(|d| d * d).sum();
     run.progress("normals", 0.0);
-    let normals: Result<Vec<(f64, usize, f64)>> = run.install(|| {
+    let normals: Result<Vec<(f64, [usize; 2], f64)>> = run.install(|| {
         (0..areas.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
-                let (mut sum, mut inverted, mut far) = (0.0, 0, 0.0f64);
+                let (mut sum, mut turned, mut far) = (0.0, [0; 2], 0.0f64);
                 for t in c * CHUNK..((c + 1) * CHUNK).min(areas.len()) {
                     let p = mesh.centroid(t);
                     if areas[t] > 0.0
@@ -110,10 +120,12 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
                         far = far.max(foot.point.distance(p));
                         let dot = mesh.normal(t).dot(foot.normal);
                         sum += areas[t] * (1.0 - dot * dot).max(0.0);
-                        inverted += usize::from(dot <= 0.0 && !faces_a_side(mesh, t, oracle, reach));
+                        if dot <= 0.0 {
+                            turned[usize::from(faces_a_side(mesh, t, oracle, reach))] += 1;
+                        }
                     }
                 }
-                Ok((sum, inverted, far))
+                Ok((sum, turned, far))
             })
             .collect()
     });
@@ -125,7 +137,8 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         rms: if hits.is_empty() { 0.0 } else { (square / hits.len() as f64).sqrt() },
         normal: normals.iter().map(|n| n.0).sum::<f64>() / total,
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
-        inverted: normals.iter().map(|n| n.1).sum(),
+        inverted: normals.iter().map(|n| n.1[0]).sum(),
+        across: normals.iter().map(|n| n.1[1]).sum(),
     })
 }
 
