@@ -55,7 +55,8 @@ pub fn recovery(
     let mesh_edges = Bvh::new(ends.iter().map(|e| Aabb::around(*e)).collect());
     let near = WITHIN * h;
     let must: Vec<_> = truth.samples.iter().filter(|s| s.angle > SHARP_TRUE).collect();
-    let length_true: f64 = must.iter().map(|s| s.length).sum();
+    // The sum of nothing is -0 otherwise.
+    let length_true = must.iter().fold(0.0, |sum, s| sum + s.length);
     run.check()?;
     let mut recovered = 0.0;
     for s in &must {
