@@ -25,7 +25,7 @@ const LOST: f64 = 3.0;
 /// The surface is missed if the finished mesh does not come nearer to one of its points than this share of the size,
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
-const LOOSE: f64 = 2.0;
+pub(super) const LOOSE: f64 = 2.0;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use super::attempts::{CELLS, MOST_TRIANGLES, at};
+use super::attempts::{CELLS, LOOSE, MOST_TRIANGLES, at};
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
 use super::leaf::{ByLeaf, by_leaf, finer};
@@ -93,7 +93,8 @@ pub struct MeshOptions {
     pub thickness: Option<f64>,
     /// Where edges shall be shorter; the methods without exact edges do not heed this.
     pub refinements: Vec<Refinement>,
-    /// Whether to measure distances and features too, not only what makes a mesh sound.
+    /// Whether to measure distances and features too, not only what makes a mesh sound. Without, a neck torn by the cells is not
+    /// found.
     pub measure: bool,
 }
 
@@ -231,7 +232,8 @@ impl Ready {
 
 /// Curved walls thinner than chords are high get this many times as many edges to a length, unless that would give more than [`MOST_TRIANGLES`].
 const FINER: [f64; 2] = [2.0, 4.0];
-/// A mesh this share of the size away from the surface may lack more than a chord does.
+/// A mesh this share of the size away from the surface, or [`LOOSE`] tolerances where that is more, may lack more than a chord
+/// does.
 const APART: f64 = 0.2;
 
 /// Meshes a part.
@@ -296,7 +298,8 @@ fn apart(made: &Meshed) -> f64 {
 /// Where it is far from the surface, as where cells saw two bodies in a neck, smaller cells are tried.
 fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, bool)> {
     let (mut made, mut crowded, mut cell) = mesh_by_cells(part, ready, options, &CELLS, run)?;
-    while options.method == Method::Leaf && apart(&made) > APART * ready.size {
+    let near = (APART * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
+    while options.method == Method::Leaf && apart(&made) > near {
         let left = CELLS.iter().position(|share| share * ready.size < 0.75 * cell).unwrap_or(CELLS.len());
         let cells = &CELLS[left..];
         if cells.len() < 2 {

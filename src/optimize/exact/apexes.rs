@@ -15,7 +15,6 @@ const FAR: f64 = 30.0;
 const CLOSES: f64 = 0.5;
 /// A tip is closed by no more triangles than this.
 const MOST: usize = 64;
-
 /// Where the triangles around an apex have smaller angles there than this, radians, they get rings of nodes: the remesher splits
 /// no needle.
 const NARROW: f64 = 0.5;
@@ -98,18 +97,13 @@ impl Tip<'_> {
 
     /// Takes a neighbor of the apex into it, all of whose triangles would close the tip.
     fn swallow(&self, mesh: &mut EditMesh, of: &[u32], v: u32, closes: &impl Fn(&EditMesh, u32) -> bool) -> bool {
-        let inner = mesh.outgoing(v).find(|h| {
-            let w = mesh.target(*h);
-            let o = mesh.opposite(*h);
-            self.is_free(mesh, of, w)
-                && o != NONE
-                && mesh.outgoing(w).all(|x| closes(mesh, x / 3))
-                && mesh.can_collapse(o)
+        // Half-edges to the apex.
+        let mut inward = mesh.outgoing(v).map(|h| mesh.opposite(h)).filter(|o| *o != NONE);
+        let inner = inward.find(|o| {
+            let w = mesh.origin(*o);
+            self.is_free(mesh, of, w) && mesh.outgoing(w).all(|x| closes(mesh, x / 3)) && mesh.can_collapse(*o)
         });
-        inner.is_some_and(|h| {
-            let o = mesh.opposite(h);
-            mesh.collapse(o, self.apex)
-        })
+        inner.is_some_and(|o| mesh.collapse(o, self.apex))
     }
 
     /// Rings of nodes around the apex of a narrow cone, as far from each other as their nodes are.
