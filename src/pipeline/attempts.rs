@@ -29,17 +29,22 @@ pub(super) const LOOSE: f64 = 2.0;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
-/// Those of some things at some place that a mesh does not come near to.
+/// Those of some things at some place that a mesh does not come near to. They are few beside the triangles: the tree is theirs.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
     if things.is_empty() {
         return Vec::new();
     }
-    let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
-    let away = |thing: &&T| {
-        let p = place(thing);
-        tree.nearest(p, reach, |t| triangle_distance_squared(p, mesh.corners(t as usize))).is_none()
-    };
-    things.iter().filter(away).copied().collect()
+    let places: Vec<DVec3> = things.iter().map(place).collect();
+    let tree = Bvh::new(places.iter().map(|p| Aabb::new(*p, *p).grown(reach)).collect());
+    let mut away = vec![true; things.len()];
+    for t in 0..mesh.triangles.len() {
+        let corners = mesh.corners(t);
+        tree.overlapping(&Aabb::around(corners), |k| {
+            let k = k as usize;
+            away[k] = away[k] && triangle_distance_squared(places[k], corners) > reach * reach;
+        });
+    }
+    things.iter().zip(away).filter(|x| x.1).map(|x| *x.0).collect()
 }
 
 /// What one size of cells gave before remeshing.
