@@ -129,7 +129,7 @@ impl Remesher<'_> {
     pub(super) fn climb(&mut self, v: u32, limit: f64) -> bool {
         let set = self.work.sets[v as usize];
         let rank = self.rank[v as usize];
-        if rank == Rank::Corner {
+        if rank == Rank::Corner || (rank == Rank::Curve && self.is_beside_tip(v)) {
             return false;
         }
         // What borders were spaced for here stays but for bad shapes; those spaced before had no look at what lies beside.

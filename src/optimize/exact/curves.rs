@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::remesh::{Rank, Remesher};
-use super::strips::Track;
+use super::strips::{Track, Zone};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 
@@ -35,13 +35,15 @@ impl Remesher<'_> {
             }
         }
         let mut chains = self.chains();
-        let tracks: Vec<Track> = chains.iter().map(|c| self.track(c)).collect();
+        let zones = self.zones(&chains);
+        let tracks: Vec<Track> = chains.iter().zip(&zones).map(|(c, z)| self.track(c, z)).collect();
         let strips = self.strips(&chains, &tracks);
         let mut made: Vec<Vec<DVec3>> = vec![Vec::new(); chains.len()];
         let mut left = 0;
         for (c, lead, between) in strips.order() {
             self.run.check()?;
             let (c, track) = (c as usize, &tracks[c as usize]);
+            let lead = lead.filter(|_| zones[c].is_empty());
             let places = lead.and_then(|l| track.between(&made[l as usize], !between)).unwrap_or_else(|| track.even());
             let points = places.iter().map(|s| track.at(*s));
             made[c] = if track.closed {
@@ -50,7 +52,7 @@ impl Remesher<'_> {
                 let ends = [0, track.points.len() - 1].map(|i| track.points[i]);
                 [ends[0]].into_iter().chain(points).chain([ends[1]]).collect()
             };
-            left += self.space(&mut chains[c], &places);
+            left += self.space(&mut chains[c], &places, &zones[c]);
         }
         Ok(left)
     }
@@ -65,7 +67,7 @@ impl Remesher<'_> {
         back && self.remove_along(w[1])
     }
 
-    fn chains(&self) -> Vec<Chain> {
+    pub(super) fn chains(&self) -> Vec<Chain> {
         let m = &self.work.mesh;
         let mut seen = vec![false; 3 * m.triangle_capacity()];
         let mut chains = Vec::new();
@@ -108,7 +110,7 @@ impl Remesher<'_> {
     }
 
     /// Puts the nodes of a border at places counted in steps.
-    fn space(&mut self, chain: &mut Chain, places: &[f64]) -> usize {
+    fn space(&mut self, chain: &mut Chain, places: &[f64], zones: &[Zone]) -> usize {
         let segments = chain.nodes.len() - 1;
         if self.work.mesh.edge_between(chain.nodes[0], chain.nodes[1]).is_none_or(|h| self.work.beside_kept(h)) {
             return 0;
@@ -119,8 +121,8 @@ impl Remesher<'_> {
             start = self.turn_to(chain, &mut places);
         }
         let nodes = &chain.nodes;
-        let Track { steps, .. } = self.track(chain);
-        let total = steps[segments];
+        let track = self.track(chain, zones);
+        let total = track.total();
         if !total.is_finite() || (segments == 1 && places.is_empty()) {
             return 0;
         }
@@ -131,13 +133,12 @@ impl Remesher<'_> {
         let mut inserts = Vec::new();
         let mut i = 0;
         for s in places {
-            while i + 1 < segments && steps[i + 1] < s {
+            while i + 1 < segments && track.up_to(i + 1) < s {
                 i += 1;
             }
-            let t = (s - steps[i]) / (steps[i + 1] - steps[i]).max(f64::MIN_POSITIVE);
-            let place = self.point(nodes[i]).lerp(self.point(nodes[i + 1]), t.clamp(0.0, 1.0));
-            let near = if s - steps[i] <= steps[i + 1] - s { [i, i + 1] } else { [i + 1, i] };
-            match near.into_iter().find(|&j| !claimed[j] && (steps[j] - s).abs() < CLAIM) {
+            let place = track.at(s);
+            let near = if s - track.up_to(i) <= track.up_to(i + 1) - s { [i, i + 1] } else { [i + 1, i] };
+            match near.into_iter().find(|&j| !claimed[j] && (track.up_to(j) - s).abs() < CLAIM) {
                 Some(j) => {
                     claimed[j] = true;
                     moves.push((nodes[j], place));
@@ -166,7 +167,7 @@ impl Remesher<'_> {
     /// Has a closed border begin at the node nearest to one of the places, which becomes that node's; the others are counted from
     /// there then. Returns where the node shall be.
     fn turn_to(&self, chain: &mut Chain, places: &mut Vec<f64>) -> Option<DVec3> {
-        let track = self.track(chain);
+        let track = self.track(chain, &[]);
         let (total, last) = (track.total(), chain.nodes.len() - 1);
         let off = |s: f64, p: f64| {
             let d = (p - s).rem_euclid(total);

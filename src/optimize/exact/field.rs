@@ -13,8 +13,9 @@ const HALVINGS: usize = 20;
 const STEEP: f64 = 0.5;
 
 impl Remesher<'_> {
-    /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for.
-    pub(super) fn ask_sizes(&mut self) -> Result<()> {
+    /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature and `gaps` between borders,
+    /// if there are any, ask for.
+    pub(super) fn ask_sizes(&mut self, gaps: &[f64]) -> Result<()> {
         if self.work.spaced {
             self.own = std::mem::take(&mut self.work.sizes);
             return self.grade();
@@ -23,6 +24,11 @@ impl Remesher<'_> {
         let own =
             ask_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;
         self.own = own.into_iter().map(|s| s.unwrap_or(self.options.sizing.size)).collect();
+        if !gaps.is_empty() {
+            // How long edges at tips would be.
+            self.grade()?;
+            self.bound_by(gaps);
+        }
         self.grade()
     }
 

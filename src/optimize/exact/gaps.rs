@@ -9,7 +9,7 @@ use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// One row of equilateral triangles across a strip has edges of this many times its width.
-const ROW: f64 = 1.15;
+pub(super) const ROW: f64 = 1.15;
 /// Borders lie across from each other where the way between them leaves both within about 25 degrees of straight.
 const ACROSS: f64 = 0.9;
 /// Strips narrower than this share of the least size have bad triangles whatever is done, and so are left alone.

@@ -19,6 +19,7 @@ mod patchwork;
 mod remesh;
 mod scatter;
 mod strips;
+mod tips;
 
 pub use cut::{CutReport, Raw, cut_pieces, patch_pieces};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
@@ -159,15 +160,13 @@ pub fn remesh_cut(
     check_options(options)?;
     let Sizing { size, least, .. } = options.sizing;
     let least = least.min(size);
-    let mut sizes = gaps::across_gaps(&work, size, least, run)?;
+    let gaps = gaps::across_gaps(&work, size, least, run)?;
     if let Some(share) = options.thickness {
-        let walls = gaps::through_solid(&work, share, size, least, run)?;
-        sizes.iter_mut().zip(walls).for_each(|(s, wall)| *s = s.min(wall));
+        work.sizes = gaps::through_solid(&work, share, size, least, run)?;
     }
-    work.sizes = sizes;
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    run.install(|| remesh(names, r, report, observer))
+    run.install(|| remesh(names, r, &gaps, report, observer))
 }
 
 /// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
@@ -184,7 +183,7 @@ pub fn remesh_patchwork(
 ) -> Result<ExactMesh> {
     check_options(options)?;
     let r = Remesher::new(work, surface, options, run)?;
-    run.install(|| remesh(names, r, ExactReport::default(), observer))
+    run.install(|| remesh(names, r, &[], ExactReport::default(), observer))
 }
 
 fn check_options(options: &ExactOptions) -> Result<()> {
@@ -198,13 +197,14 @@ fn check_options(options: &ExactOptions) -> Result<()> {
 fn remesh(
     mesh: &TriMesh,
     mut r: Remesher<'_>,
+    gaps: &[f64],
     mut report: ExactReport,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     let (options, run) = (r.options, r.run);
     let spaced = r.work.spaced;
     r.merge_doubles();
-    r.ask_sizes()?;
+    r.ask_sizes(gaps)?;
     let mut observer = observer;
     let mut show = |name: &str, r: &Remesher<'_>| {
         if let Some(o) = &mut observer {
@@ -314,6 +314,7 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
             break;
         }
     }
+    r.heed_tips()?;
     show("curves", r);
     Ok(())
 }

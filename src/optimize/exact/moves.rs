@@ -124,6 +124,9 @@ impl Remesher<'_> {
                 let along = (self.point(b) - self.point(a)).normalize_or_zero();
                 old + along.dot(self.towards_equilateral(v)?.0) * along
             } else {
+                if self.is_beside_tip(v) {
+                    return None;
+                }
                 0.5 * (self.point(a) + self.point(b))
             }
         } else {

@@ -194,6 +194,8 @@ impl Remesher<'_> {
             own: pick(&self.own),
             want: pick(&self.want),
             rank,
+            tips: Vec::new(),
+            tips_spaced: false,
             alone: true,
             open,
             focus: None,

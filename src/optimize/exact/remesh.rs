@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::ExactOptions;
 use super::patchwork::{Patchwork, PieceSet};
+use super::tips::Tip;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::edit::{NONE, Reader};
@@ -47,6 +48,10 @@ pub(super) struct Remesher<'a> {
     /// The same after gradation: what counts.
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
+    /// Where two borders meet in a narrow angle, as far as that counts for sizes.
+    pub(super) tips: Vec<Tip>,
+    /// Whether the nodes next to them are where they shall stay.
+    pub(super) tips_spaced: bool,
     /// Whether this is a part of a mesh, whose boundary stays.
     pub(super) alone: bool,
     /// Nodes on cuts within a patch, which stay for now but shall go; none at all if this is empty.
@@ -74,6 +79,8 @@ impl<'a> Remesher<'a> {
             own,
             want,
             rank: Vec::new(),
+            tips: Vec::new(),
+            tips_spaced: false,
             alone: false,
             open: Vec::new(),
             focus: None,

@@ -33,7 +33,19 @@ pub(super) struct Track {
     pub(super) points: Vec<DVec3>,
     /// Steps up to each point: lengths over wanted lengths.
     pub(super) steps: Vec<f64>,
+    /// Which of the points are nodes.
+    pub(super) nodes: Vec<usize>,
     pub(super) closed: bool,
+}
+
+/// A part of a border where steps are others than its nodes want.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Zone {
+    /// Length along the border where it begins.
+    pub(super) from: f64,
+    /// Length along the border where it ends.
+    pub(super) to: f64,
+    pub(super) want: f64,
 }
 
 impl Track {
@@ -44,6 +56,16 @@ impl Track {
     /// How many edges it asks for.
     pub(super) fn count(&self) -> usize {
         self.total().round().max(if self.closed { 3.0 } else { 1.0 }) as usize
+    }
+
+    /// Steps up to a node.
+    pub(super) fn up_to(&self, node: usize) -> f64 {
+        self.steps[self.nodes[node]]
+    }
+
+    /// The node, other than the first, that some steps come to last.
+    fn before(&self, s: f64) -> usize {
+        self.nodes.partition_point(|i| self.steps[*i] < s).clamp(1, self.nodes.len() - 1)
     }
 
     /// The point after some steps.
@@ -122,17 +144,35 @@ fn arc(points: &[DVec3], i: usize) -> f64 {
 
 impl Remesher<'_> {
     /// A border with the steps along it.
-    pub(super) fn track(&self, chain: &Chain) -> Track {
-        let points: Vec<DVec3> = chain.nodes.iter().map(|&v| self.point(v)).collect();
-        let mut steps = vec![0.0; points.len()];
-        for i in 1..points.len() {
-            let mean = 0.5 * (self.want[chain.nodes[i - 1] as usize] + self.want[chain.nodes[i] as usize]);
-            let step = points[i - 1].distance(points[i]) / mean;
-            // A line that is not spaced yet is as long as it is.
-            let ring = chain.closed && step > SPACED;
-            steps[i] = steps[i - 1] + if ring { step * arc(&points, i) } else { step };
+    pub(super) fn track(&self, chain: &Chain, zones: &[Zone]) -> Track {
+        let places: Vec<DVec3> = chain.nodes.iter().map(|&v| self.point(v)).collect();
+        let mut track = Track { points: vec![places[0]], steps: vec![0.0], nodes: vec![0], closed: chain.closed };
+        let (mut length, mut sum) = (0.0, 0.0);
+        for i in 1..places.len() {
+            let (own, wants) =
+                (places[i - 1].distance(places[i]), [i - 1, i].map(|i| self.want[chain.nodes[i] as usize]));
+            let bounds = zones.iter().flat_map(|z| [z.from, z.to]).map(|s| (s - length) / own);
+            let mut from = 0.0;
+            for to in bounds.filter(|t| *t > 0.0 && *t < 1.0).chain([1.0]) {
+                if !(to > from) {
+                    continue;
+                }
+                let middle = 0.5 * (from + to);
+                let at = length + middle * own;
+                let zone = zones.iter().find(|z| z.from <= at && at <= z.to);
+                let want = zone.map_or(wants[0] * (1.0 - middle) + wants[1] * middle, |z| z.want);
+                let step = (to - from) * own / want;
+                // A line that is not spaced yet is as long as it is.
+                let ring = chain.closed && step > SPACED;
+                sum += if ring { step * arc(&places, i) } else { step };
+                track.points.push(if to == 1.0 { places[i] } else { places[i - 1].lerp(places[i], to) });
+                track.steps.push(sum);
+                from = to;
+            }
+            track.nodes.push(track.points.len() - 1);
+            length += own;
         }
-        Track { points, steps, closed: chain.closed }
+        track
     }
 
     /// Which borders go together.
@@ -171,7 +211,7 @@ impl Remesher<'_> {
             for k in 0..count as usize {
                 let s = total * (k as f64 + 0.5) / count;
                 let (p, ahead) = (track.at(s), (track.at(s + BESIDE) - track.at(s - BESIDE)).normalize_or_zero());
-                let i = track.steps.partition_point(|x| *x < s).clamp(1, track.steps.len() - 1);
+                let i = track.before(s);
                 let want = [i - 1, i].map(|i| self.want[chains[c].nodes[i] as usize]).into_iter().fold(0.0, f64::max);
                 let away = |k: u32| {
                     let (segment, other) = segments[k as usize];
@@ -207,7 +247,7 @@ mod tests {
 
     fn line(from: DVec3, to: DVec3, steps: usize) -> Track {
         let points = (0..=steps).map(|k| from.lerp(to, k as f64 / steps as f64)).collect();
-        Track { points, steps: (0..=steps).map(|k| k as f64).collect(), closed: false }
+        Track { points, steps: (0..=steps).map(|k| k as f64).collect(), nodes: (0..=steps).collect(), closed: false }
     }
 
     #[test]
@@ -255,7 +295,7 @@ mod tests {
                 r * DVec3::new(c, s, 0.0)
             };
             let steps = (0..=n).map(|k| 12.0 * k as f64 / n as f64).collect();
-            Track { points: (0..=n).map(at).collect(), steps, closed: true }
+            Track { points: (0..=n).map(at).collect(), steps, nodes: (0..=n).collect(), closed: true }
         };
         let lead: Vec<DVec3> = circle(1.0, 12).points;
         let outer = circle(1.1, 96);
