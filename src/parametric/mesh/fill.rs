@@ -246,26 +246,21 @@ impl Filler<'_> {
 
     /// Puts in the contours. Returns for every constraint how often contours run along it, modulo 2.
     fn contours(&mut self, domain: &Domain) -> Result<FxHashMap<[usize; 2], bool>, Unfilled> {
-        // Put in one after the other points of a straight border would each be joined to all before.
-        let mut known: FxHashMap<[u64; 2], usize> = FxHashMap::default();
-        let mut places = Vec::new();
         let mut handles: Vec<Vec<FixedVertexHandle>> = Vec::new();
         for p in &domain.polygons {
             let mut row = Vec::with_capacity(p.len());
             for c in p {
                 let q = self.place(c.uv);
-                let v = *known.entry([q.x, q.y].map(|x| (x + 0.0).to_bits())).or_insert(places.len());
-                if v == places.len() {
-                    places.push(q);
+                let h = self.cdt.insert(q).map_err(|e| Unfilled::Other(format!("{e:?}")))?;
+                if h.index() == self.node.len() {
                     self.node.push(c.node);
-                } else if self.node[v] != c.node {
+                } else if self.node[h.index()] != c.node {
                     return Err(Unfilled::Other("two nodes have the same parameters".into()));
                 }
-                row.push(FixedVertexHandle::from_index(v));
+                row.push(h);
             }
             handles.push(row);
         }
-        self.cdt = Cdt::bulk_load_cdt(places, Vec::new()).map_err(|e| Unfilled::Other(format!("{e:?}")))?;
         let mut odd: FxHashMap<[usize; 2], bool> = FxHashMap::default();
         let mut fit = true;
         for row in &handles {
