@@ -415,3 +415,21 @@ fn rings_that_nearly_close_their_hole_mesh() {
         assert!(check.quality.below_20 < 1e-3, "{case}: {:?}", check.quality);
     }
 }
+
+/// An outline that crosses itself does so however finely it is divided: its caps are refused, the walls meshed as if nothing
+/// were wrong, and nothing is put over the holes.
+#[test]
+fn outlines_that_cross_themselves_are_named_and_not_refined() {
+    let made = meshed(
+        "part(extrude_edges(spline([(0, 0), (10, 4), (10, -4)], closed=True), \"z\", 5).name(\"fine\"))\nmesh(size=1)\n",
+    );
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    let most = 3 * made.mesh.triangles.len();
+    let made = meshed(
+        "part(extrude_edges(spline([(0, 0), (10, 4), (10, -4), (0, 1)], closed=True), \"z\", 5).name(\"it\"))\nmesh(size=1)\n",
+    );
+    let short = &made.report.shortfalls;
+    assert_eq!(short.iter().filter(|s| s.contains("plane") && s.contains("cross")).count(), 2, "{short:?}");
+    assert!(made.mesh.triangles.len() < most, "{}", made.mesh.triangles.len());
+    assert!(made.mesh.nodes.iter().all(|p| (-1e-9..5.0 + 1e-9).contains(&p.z)));
+}

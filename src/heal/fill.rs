@@ -14,6 +14,9 @@ const LONGEST_OPTIMAL: usize = 240;
 /// Rounds of refinement; each about halves the edges.
 const ROUNDS: usize = 12;
 
+/// A filling of more triangles than this, and than the mesh has, is refined no further: its contour is very fine for its width.
+const LARGEST: usize = 20_000;
+
 /// How to triangulate a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Way {
@@ -217,7 +220,7 @@ fn finish(
     let free = |c: u32, d: u32| c >= r || d >= r || !around.edges.contains(&key(ring[c as usize], ring[d as usize]));
     shrink(&mut edit, free);
     if refine {
-        densify(&mut edit, ring, around.size, free);
+        densify(&mut edit, ring, around, free);
     }
     let patch = edit.to_mesh();
     // the ring's nodes are all in use, so they keep their places
@@ -259,8 +262,9 @@ fn shrink(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
 }
 
 /// Puts nodes into triangles that are large for their surroundings and flips edges toward Delaunay's rule, as P. Liepa.
-fn densify(edit: &mut EditMesh, ring: &[u32], around: &[f64], free: impl Fn(u32, u32) -> bool + Copy) {
-    let mut size: Vec<f64> = ring.iter().map(|v| around[*v as usize]).collect();
+fn densify(edit: &mut EditMesh, ring: &[u32], around: &Around<'_>, free: impl Fn(u32, u32) -> bool + Copy) {
+    let most = LARGEST.max(around.mesh.triangles.len());
+    let mut size: Vec<f64> = ring.iter().map(|v| around.size[*v as usize]).collect();
     let mean = size.iter().sum::<f64>() / size.len() as f64;
     size.resize(edit.node_capacity(), mean);
     for _ in 0..ROUNDS {
@@ -279,7 +283,7 @@ fn densify(edit: &mut EditMesh, ring: &[u32], around: &[f64], free: impl Fn(u32,
                 changed = true;
             }
         }
-        if !changed {
+        if !changed || edit.triangle_capacity() > most {
             return;
         }
         relax(edit, free);

@@ -9,7 +9,7 @@ use super::fill::{Around, Filling, Way, fill};
 use super::report::{Action, Defect, HealReport};
 use super::sides::{Sides, directed, key, pieces};
 use crate::error::Result;
-use crate::mesh::{TriMesh, intersections_among};
+use crate::mesh::{TriMesh, intersecting_groups};
 use crate::run::Run;
 
 /// What is tried on a contour, in this order; the second says whether the filling is refined.
@@ -137,7 +137,6 @@ pub(super) fn close_holes(
     }
     let size = sizes(mesh);
     let mut tried = vec![0usize; todo.len()];
-    let first = mesh.triangles.len();
     let face = filled_face(mesh);
     let trial = loop {
         run.check()?;
@@ -166,13 +165,11 @@ pub(super) fn close_holes(
                 owner.push(i as u32);
             }
         }
-        let new: Vec<u32> = (first as u32..trial.triangles.len() as u32).collect();
-        let mut bad = vec![false; todo.len()];
-        for pair in intersections_among(&trial, &new, run)? {
-            // of two fillings the later one gives way first, if it has a way left
-            let owners: Vec<usize> =
-                pair.iter().filter(|t| **t as usize >= first).map(|t| owner[*t as usize - first] as usize).collect();
-            if let Some(i) = owners.into_iter().max_by_key(|i| (std::cmp::Reverse(tried[*i]), *i)) {
+        let (mut bad, pairs) = intersecting_groups(&trial, &owner, run)?;
+        bad.resize(todo.len(), false);
+        for pair in pairs {
+            // Of two fillings the later one gives way first, if it has a way left.
+            if let Some(i) = pair.map(|i| i as usize).into_iter().max_by_key(|i| (std::cmp::Reverse(tried[*i]), *i)) {
                 bad[i] = true;
             }
         }

@@ -155,6 +155,27 @@ fn intersections_of_pairs() {
     assert!(shared([[2.0, 0.0, 0.0], [3.0, 0.0, 3.0]], [0, 3, 4]), "along an edge from a shared node");
 }
 
+/// Groups that meet themselves or what is in none are told once, the rest in pairs.
+#[test]
+fn groups_that_intersect_something() {
+    let all = |moves: &[DVec3]| {
+        let parts = moves.iter().map(|by| tetra().nodes.into_iter().map(move |p| p + *by));
+        let nodes: Vec<DVec3> = parts.flatten().collect();
+        let triangles =
+            (0..moves.len() as u32).flat_map(|k| tetra().triangles.into_iter().map(move |t| t.map(|v| v + 4 * k)));
+        TriMesh::new(nodes, triangles.collect())
+    };
+    let far = v(9.0, 0.0, 0.0);
+    let near = v(0.1, 0.1, 0.1);
+    let groups: Vec<u32> = [0, 1, 2, 3, 3].iter().flat_map(|g| [*g; 4]).collect();
+    // Of no group; into it; two into each other; one that is two into each other.
+    let mesh = all(&[DVec3::ZERO, near, far, far + near, 2.0 * far, 2.0 * far + near]);
+    let (bad, pairs) = intersecting_groups(&mesh, &groups, &Run::new()).unwrap();
+    assert_eq!((bad, pairs), (vec![true, false, false, true], vec![[1, 2]]));
+    let apart = all(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0].map(|k| k * far));
+    assert_eq!(intersecting_groups(&apart, &groups, &Run::new()).unwrap(), (vec![false; 4], vec![]));
+}
+
 proptest! {
     /// Any renumbering of nodes and triangles finds the same pairs; a shift apart finds none.
     #[test]

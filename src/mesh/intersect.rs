@@ -1,5 +1,7 @@
 //! Self-intersections, by exact predicates.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -16,7 +18,7 @@ use crate::spatial::{Aabb, Bvh};
 /// place, where a surface touches itself in a point, count as a shared one. Triangles without area are passed over. Exact: no
 /// tolerance is involved. The mesh must be [valid](TriMesh::validate).
 pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
-    let (boxes, flat) = boxes_and_flat(mesh);
+    let (boxes, flat) = boxes_and_flat(mesh, 0);
     run.check()?;
     let bvh = run.install(|| Bvh::new(boxes));
     let apart = spread_fans(mesh);
@@ -32,9 +34,9 @@ pub fn self_intersections(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     Ok(found)
 }
 
-/// Boxes of all triangles, and which have no area.
-fn boxes_and_flat(mesh: &TriMesh) -> (Vec<Aabb>, Vec<bool>) {
-    (0..mesh.triangles.len()).map(|t| (Aabb::around(mesh.corners(t)), is_flat(mesh.corners(t)))).unzip()
+/// Boxes of triangles from some number on, and which have no area.
+fn boxes_and_flat(mesh: &TriMesh, first: usize) -> (Vec<Aabb>, Vec<bool>) {
+    (first..mesh.triangles.len()).map(|t| (Aabb::around(mesh.corners(t)), is_flat(mesh.corners(t)))).unzip()
 }
 
 /// Those [self-intersections](self_intersections) that concern at least one of the given triangles, which ascend.
@@ -75,6 +77,52 @@ pub fn intersections_among(mesh: &TriMesh, some: &[u32], run: &Run) -> Result<Ve
     run.check()?;
     pairs.sort_unstable();
     Ok(pairs)
+}
+
+/// Which groups of triangles intersect something: the numbers of groups are those of the mesh's last triangles. A group that meets
+/// itself or a triangle without a group is told as such, without a look at more of its triangles; of the others all pairs that
+/// meet are told.
+pub fn intersecting_groups(mesh: &TriMesh, groups: &[u32], run: &Run) -> Result<(Vec<bool>, Vec<[u32; 2]>)> {
+    let first = mesh.triangles.len() - groups.len();
+    let count = groups.iter().max().map_or(0, |g| *g as usize + 1);
+    let (boxes, flat) = boxes_and_flat(mesh, first);
+    run.check()?;
+    let bvh = run.install(|| Bvh::new(boxes));
+    // Whether a flag is raised does not depend on which pair raises it.
+    let bad: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
+    let is_bad = |g: u32| bad[g as usize].load(Ordering::Relaxed);
+    let alone = |u: u32| {
+        if run.is_cancelled() {
+            return;
+        }
+        let corners = mesh.corners(u as usize);
+        let own = groups.get((u as usize).wrapping_sub(first)).copied();
+        if own.is_some_and(is_bad) {
+            return;
+        }
+        let mut degenerate = None;
+        bvh.overlapping(&Aabb::around(corners), |k| {
+            let (t, g) = (first + k as usize, groups[k as usize]);
+            let asked = own.is_none_or(|o| o == g && t < u as usize) && !is_bad(g) && !flat[k as usize];
+            if asked && !*degenerate.get_or_insert_with(|| is_flat(corners)) && intersect(mesh, t, u as usize) {
+                bad[g as usize].store(true, Ordering::Relaxed);
+            }
+        });
+    };
+    run.install(|| (0..mesh.triangles.len() as u32).into_par_iter().for_each(alone));
+    run.check()?;
+    let apart = |i: u32, j: u32| {
+        let (g, h) = (groups[i as usize], groups[j as usize]);
+        let fine = |k: u32| !is_bad(groups[k as usize]) && !flat[k as usize];
+        g != h && fine(i) && fine(j) && !run.is_cancelled() && intersect(mesh, first + i as usize, first + j as usize)
+    };
+    let mut between: Vec<[u32; 2]> =
+        run.install(|| bvh.pairs(&apart)).into_iter().map(|p| p.map(|k| groups[k as usize])).collect();
+    run.check()?;
+    between.iter_mut().for_each(|p| p.sort_unstable());
+    between.sort_unstable();
+    between.dedup();
+    Ok((bad.into_iter().map(AtomicBool::into_inner).collect(), between))
 }
 
 /// Whether two triangles share a node of which it is known that its triangles meet only in what they share.

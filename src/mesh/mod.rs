@@ -12,6 +12,6 @@ pub mod view;
 
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
-pub use intersect::{intersections_among, self_intersections};
+pub use intersect::{intersecting_groups, intersections_among, self_intersections};
 pub use trimesh::{Group, TriMesh};
 pub use view::{CellRun, MeshView};

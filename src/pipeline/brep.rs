@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::bodies::{EQUILATERAL, NAMED, body_of, remeshed};
 use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
-use super::heal::{Healed, heal_made, told as told_of};
+use super::heal::{Action, Healed, heal_made, told as told_of};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
@@ -399,7 +399,9 @@ fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<
     if solid.brep.uses().contains(&1) {
         return heal_made(mesh, None, None, run);
     }
-    heal_made(mesh, None, Some(&brep_oracle::Trimmed::new(solid, run)?), run)
+    // Walls around nothing are not what the model's faces bound.
+    let bounds = |h: &Healed| h.report.repairs.iter().all(|r| r.action != Action::Thickened);
+    Ok(heal_made(mesh, None, Some(&brep_oracle::Trimmed::new(solid, run)?), run)?.filter(bounds))
 }
 
 /// A model with open edges, or one without the mesh of a face, has no closed mesh: that is told, but not a fault of the

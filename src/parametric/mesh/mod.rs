@@ -63,7 +63,7 @@ pub struct MeshSizes<'a> {
     pub face_size: &'a (dyn Fn(u32) -> Option<f64> + Sync),
     /// How fast lengths may grow per length.
     pub grading: f64,
-    /// With more nodes inside faces than this meshing ends at once, see [`FaceMeshes::too_many`].
+    /// With more nodes on edges, or inside faces, than this meshing ends at once, see [`FaceMeshes::too_many`].
     pub most: usize,
 }
 
@@ -257,12 +257,14 @@ impl Parametric {
         let rings = self.rings(&sampled, &field, sizes, run);
         self.reach_rings(&rings, &sampled, &mut leads);
         let mut factor = vec![1usize; self.brep.edges.len()];
-        let mut halved = 0;
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
             let plan = Plan { sizes, field: &field, rings: &rings, count: AtomicUsize::new(0) };
             let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads, &strips));
+            if points.len() - self.brep.vertices.len() > sizes.most {
+                return Ok(FaceMeshes { too_many: true, ..FaceMeshes::default() });
+            }
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
                 (0..self.brep.faces.len())
                     .into_par_iter()
@@ -292,10 +294,14 @@ impl Parametric {
                 crossing.retain(|e| !straight(e));
             }
             if !crossing.is_empty() && round < HALVINGS {
-                for e in &crossing {
-                    halved += usize::from(factor[*e as usize] == 1);
-                    factor[*e as usize] *= 2;
-                }
+                crossing.iter().for_each(|e| factor[*e as usize] *= 2);
+                round += 1;
+                continue;
+            }
+            // What crosses at any length does so in the model.
+            let crossing: Vec<u32> = crossing.into_iter().filter(|e| factor[*e as usize] > 1).collect();
+            if !crossing.is_empty() && round == HALVINGS {
+                crossing.iter().for_each(|e| factor[*e as usize] = 1);
                 round += 1;
                 continue;
             }
@@ -304,6 +310,7 @@ impl Parametric {
             self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
             let fans = rings.iter().enumerate().flat_map(|(f, l)| l.iter().map(move |r| (f as u32, r.pole.point)));
             let fans = fans.collect();
+            let halved = factor.iter().filter(|f| **f > 1).count();
             return Ok(FaceMeshes { steps, fans, ..self.joined(points, places, wants, filled, halved) });
         }
     }

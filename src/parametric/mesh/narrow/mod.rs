@@ -211,7 +211,8 @@ fn parameters(e: &Edge, width: f64) -> Vec<f64> {
         let [a, m, b] = [w[0], middle, w[1]].map(|t| e.curve.at(t));
         let length = a.distance(m) + m.distance(b);
         let bend = [w[0], middle, w[1]].map(|t| e.curve.curvature(t)).into_iter().fold(0.0, f64::max);
-        let step = (8.0 * CHORD * width / bend.max(f64::MIN_POSITIVE)).sqrt();
+        // No arc leaves a chord by more than its own length.
+        let step = (8.0 * CHORD * width / bend.max(f64::MIN_POSITIVE)).sqrt().max(CHORD * width);
         let parts = ((length / step).ceil().max(1.0) as usize).min(PARTS[1]);
         let parts = if pieces.len() < PARTS[0] + 1 { parts.max(PARTS[0]) } else { parts };
         out.extend((1..=parts).map(|k| w[0] + (w[1] - w[0]) * k as f64 / parts as f64));
