@@ -78,7 +78,7 @@ pub struct Discrete {
     creases: Vec<u32>,
     crease_at: FxHashMap<u32, Vec<u32>>,
     /// Made when it is asked for.
-    everything: OnceLock<Bvh>,
+    pub(super) everything: OnceLock<Bvh>,
     pub(super) order: Vec<u32>,
     /// The larger magnitude of the principal curvatures at each node, on whichever face.
     pub(super) bends: Vec<f64>,

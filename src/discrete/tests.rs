@@ -443,3 +443,55 @@ fn thin_curved_walls_ask_for_short_edges_and_thinner_ones_stay() {
     let (_, tight) = walls(0.0005);
     assert!(tight.iter().all(|t| *t));
 }
+
+/// A pipe of facets as long as it is, with a wall of thickness `wall`, closed at its ends by rings.
+fn pipe(facets: u32, wall: f64, length: f64) -> TriMesh {
+    let mut mesh = TriMesh { faces: vec!["pipe".into()], ..TriMesh::default() };
+    for (radius, z) in [(1.0, 0.0), (1.0, length), (1.0 - wall, 0.0), (1.0 - wall, length)] {
+        for k in 0..facets {
+            let (y, x) = (std::f64::consts::TAU * f64::from(k) / f64::from(facets)).sin_cos();
+            mesh.nodes.push(DVec3::new(radius * x, radius * y, z));
+        }
+    }
+    for i in 0..facets {
+        let j = (i + 1) % facets;
+        let at = |ring: u32, k: u32| ring * facets + k;
+        for [a, b] in [[0, 1], [3, 2], [1, 3], [2, 0]] {
+            mesh.triangles.push([at(a, i), at(a, j), at(b, j)]);
+            mesh.triangles.push([at(a, i), at(b, j), at(b, i)]);
+        }
+    }
+    mesh.labels = vec![0; mesh.triangles.len()];
+    mesh
+}
+
+#[test]
+fn walls_of_long_facets_are_seen_between_their_ends() {
+    let (run, wanted) = (Run::new(), |k: f64| if k > 0.0 { 0.5 } else { 2.0 });
+    let made = |wall: f64| {
+        let options = DiscreteOptions { scale: 2.0, ..DiscreteOptions::default() };
+        let mut found = Discrete::new(&pipe(32, wall, 20.0), &options, &run).unwrap();
+        let before = (found.mesh.nodes().count(), found.named().volume());
+        found.divide_walls(wanted, 0.05, &run).unwrap();
+        (before, found)
+    };
+    // Chords of 0.5 are 1/32 off on either side.
+    let (before, thick) = made(0.4);
+    assert_eq!(thick.mesh.nodes().count(), before.0);
+    let (before, thin) = made(0.03);
+    let named = thin.named();
+    assert!(named.defects().is_closed() && named.defects().is_manifold());
+    assert!((named.volume() - before.1).abs() < 1e-12 * before.1.abs());
+    let walls = thin.walls(wanted, 0.05, &run).unwrap();
+    let asked: Vec<f64> =
+        thin.mesh.nodes().filter(|&v| walls.sizes[v as usize] < 0.5).map(|v| thin.mesh.point(v).z).collect();
+    // Everywhere along the pipe, and not more of them than a mesh of that size has.
+    for k in 0..40 {
+        let z = 0.5 * f64::from(k) + 0.25;
+        assert!(asked.iter().any(|x| (x - z).abs() < 0.25), "nothing at {z}");
+    }
+    // Two long edges to a facet on either side, none with more than twice the nodes it needs.
+    let size = thin.mesh.nodes().map(|v| walls.sizes[v as usize]).fold(f64::INFINITY, f64::min);
+    let most = before.0 as f64 + 4.0 * 32.0 * 2.0 * 20.0 / size;
+    assert!((thin.mesh.nodes().count() as f64) < most, "{} nodes, {size}", thin.mesh.nodes().count());
+}
