@@ -151,7 +151,7 @@ impl Discrete {
             if made > MOST_NODES {
                 break;
             }
-            if made % 1024 == 0 {
+            if made.is_multiple_of(1024) {
                 run.check()?;
             }
             let Some(h) = self.mesh.edge_between(a, b) else { continue };
