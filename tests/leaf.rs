@@ -250,6 +250,25 @@ fn a_part_is_a_model_with_a_fragment_for_every_face() {
     let of = |name: &str| borders.iter().find(|b| b.0.ends_with(name)).unwrap().1.clone();
     assert_eq!([of("xmin"), of("xmax"), of("ymax")], [vec![4], vec![5], vec![5]]);
     assert_eq!(["zmax", "zmin"].map(|name| of(name).into_iter().sum::<usize>()), [6, 5]);
+    // Nodes of a face lie on its surface, those of an edge on the surfaces of both its faces.
+    let off = |face: u32, p: &DVec3| {
+        let name = &cut.model.names[cut.model.faces[face as usize].label as usize];
+        let side = ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"].iter().position(|s| name.ends_with(s));
+        let away = match side {
+            Some(k) => p[k / 2].abs() - 1.0,
+            None if name.starts_with("cylinder") => p.truncate().length() - 0.4,
+            None => p.distance(DVec3::ONE) - 0.5,
+        };
+        away.abs()
+    };
+    for (face, f) in (0..).zip(cut.fragments.faces()) {
+        assert!(f.nodes().all(|p| off(face, p) < 1e-12));
+    }
+    for (edge, faces) in cut.model.faces_of_edges().into_iter().enumerate() {
+        assert_eq!(faces.len(), 2);
+        let nodes = cut.fragments.edge_inner(edge).iter().copied().chain(cut.fragments.edge_ends(edge));
+        assert!(nodes.into_iter().all(|p| faces.iter().all(|f| off(*f, &p) < 1e-12)));
+    }
     let merged = Merged::new(cut.model, cut.fragments).unwrap();
     assert_eq!((merged.node_count(), merged.cell_count()), (made.mesh.nodes.len(), made.mesh.triangles.len()));
     assert_eq!(merged.node(0), made.mesh.nodes[cut.nodes[0] as usize]);
