@@ -254,11 +254,12 @@ fn mesh_prepared(
     }
     tell_removed(&solid, &mut report);
     let sizing = relaxed(sizing(size, options), options, soup, &solid);
+    // What is left as it was is not divided.
+    let named = solid.named();
     // What touches is known by its triangles.
     if touching.is_empty() {
         solid.divide_walls(|k| sizing.at(k), sizing.least.min(size), run)?;
     }
-    let named = solid.named();
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
     report.warnings.extend(wishes.warnings);
