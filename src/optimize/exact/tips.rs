@@ -173,7 +173,7 @@ impl Remesher<'_> {
     pub(super) fn is_beside_tip(&self, v: u32) -> bool {
         let m = &self.work.mesh;
         let is_tip = |[a, b]: [u32; 2]| {
-            // Both leave the tip, the one into the triangle and the other out of it.
+            // The one leaves the tip, the other comes to it.
             let (tip, ends) = (m.origin(a), [m.target(a), m.origin(b)]);
             let [x, y] = ends.map(|e| m.point(e) - m.point(tip));
             self.rank[tip as usize] == Rank::Corner && m.is_sharp(a) && m.is_sharp(b) && x.angle_between(y) < NARROW
