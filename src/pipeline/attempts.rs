@@ -1,6 +1,8 @@
 //! Which cells the leaf method is tried with: each size is scouted first, by extraction and cut alone, and only what comes
 //! out of that well is remeshed.
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 
 use super::leaf::exact_options;
@@ -26,6 +28,8 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
+/// Of what did not come out well that is left aside which lacks more than this many times the exact edges of what was remeshed.
+const FAR_WORSE: usize = 4;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
@@ -47,6 +51,9 @@ fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach
     things.iter().zip(away).filter(|x| x.1).map(|x| *x.0).collect()
 }
 
+/// What cutting an extraction gave.
+type Cutting = (Patchwork, CutReport);
+
 /// What one size of cells gave before remeshing.
 pub(super) struct Scout {
     /// What was extracted, or made of the leaves' own surfaces.
@@ -58,22 +65,28 @@ pub(super) struct Scout {
     gone: bool,
     /// Points that the mesh must come near to: see [`drop_splinters`].
     splinters: Vec<DVec3>,
+    /// Places without an exact edge, once it is cut, and whether [cutting was given up](CutReport::bridged).
     unresolved: Vec<DVec3>,
+    bridged: bool,
 }
 
 impl Scout {
-    fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<(Self, (Patchwork, CutReport))> {
+    fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<Self> {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
-        let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let cut = cut_pieces(&Raw { mesh: &extracted.mesh, cell, kept: &[] }, &oracle, run)?;
-        let unresolved = cut.1.unresolved.clone();
-        Ok((Self { extracted, cell, points, gone, splinters, unresolved }, cut))
+        Ok(Self { extracted, cell, points, gone, splinters, unresolved: Vec::new(), bridged: false })
+    }
+
+    fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
+        let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
+        let cut = cut_pieces(&Raw { mesh: &self.extracted.mesh, cell: self.cell, kept: &[] }, &oracle, run)?;
+        (self.unresolved, self.bridged) = (cut.1.unresolved.clone(), cut.1.bridged);
+        Ok(cut)
     }
 
     /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
-    fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, (Patchwork, CutReport))>> {
+    fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, Cutting)>> {
         let Some(made) = trimmed(&ready.model, &self.extracted, run)? else { return Ok(None) };
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
@@ -83,17 +96,20 @@ impl Scout {
         extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
         let (cell, points, splinters) = (self.cell, self.points.clone(), self.splinters.clone());
-        Ok(Some((Self { extracted, cell, points, gone: false, splinters, unresolved: Vec::new() }, cut)))
+        let made = Self { extracted, cell, points, gone: false, splinters, unresolved: Vec::new(), bridged: false };
+        Ok(Some((made, cut)))
     }
 
-    /// What makes one worse than another: parts of the surface that are not there, then places without an exact edge.
-    fn badness(&self) -> (bool, usize) {
-        (self.gone, self.unresolved.len())
+    /// What makes one worse than another: parts of the surface that are not there, then places without an exact edge; with
+    /// nothing between them, larger cells.
+    fn compare(&self, other: &Self) -> Ordering {
+        let badness = |s: &Self| (s.gone, s.bridged, s.unresolved.len());
+        badness(self).cmp(&badness(other)).then(self.cell.total_cmp(&other.cell))
     }
 
     fn remesh(
         self,
-        cut: (Patchwork, CutReport),
+        cut: Cutting,
         ready: &Ready,
         options: &MeshOptions,
         run: &Run,
@@ -169,8 +185,8 @@ pub(super) fn search(
 ) -> Result<(Attempt, bool)> {
     let mut best: Option<Attempt> = None;
     let mut crossed = false;
-    // What did not come out well, the best first.
-    let mut others: Vec<(Scout, (Patchwork, CutReport))> = Vec::new();
+    // What did not come out well, the best first, cut or still to be.
+    let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
     for share in cells {
         let cell = share * ready.size;
@@ -189,13 +205,14 @@ pub(super) fn search(
             }
         };
         let nothing = extracted.mesh.triangles.is_empty();
-        let (scout, cut) = Scout::new(ready, cell, extracted, run)?;
+        let mut scout = Scout::new(ready, cell, extracted, run)?;
         if nothing {
             first_error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
         }
         let trimmed = |scout: &Scout| scout.trimmed(ready, run);
         // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
-        let next = if scout.unresolved.is_empty() && !scout.gone && !nothing {
+        let mut cut = if scout.gone || nothing { None } else { Some(scout.cut(ready, run)?) };
+        let next = if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
             let this = scout.remesh(cut, ready, options, run, observer)?;
             if this.is_clean() {
                 return Ok((this, crossed));
@@ -209,7 +226,7 @@ pub(super) fn search(
             let next = trimmed(&scout)?;
             if !nothing {
                 others.push((scout, cut));
-                others.sort_by_key(|s| s.0.badness());
+                others.sort_by(|a, b| a.0.compare(&b.0));
                 others.truncate(OTHERS);
             }
             next
@@ -227,9 +244,14 @@ pub(super) fn search(
         }
     }
     // A sound one with its walls lacks no more than a splinter, or some edges.
-    for (scout, cut) in others {
+    for (mut scout, cut) in others {
         if best.as_ref().is_some_and(|b| b.faults() == 0 && b.missed.is_empty()) {
             break;
+        }
+        let cut = cut.map_or_else(|| scout.cut(ready, run), Ok)?;
+        let lacks = |s: &Scout| s.unresolved.len();
+        if best.as_ref().is_some_and(|b| !b.scout.gone && lacks(&scout) > FAR_WORSE * lacks(&b.scout).max(1)) {
+            continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {

@@ -39,6 +39,8 @@ pub(super) struct ByLeaf {
     pub(super) shortfalls: Vec<String>,
     /// Whether some mesh with all its edges was given up because its triangles crossed.
     pub(super) crossed: bool,
+    /// Whether it has all its edges.
+    pub(super) complete: bool,
 }
 
 impl ByLeaf {
@@ -51,7 +53,18 @@ impl ByLeaf {
         shortfalls: Vec<String>,
     ) -> Self {
         let (seams, corners) = (Vec::new(), Vec::new());
-        Self { mesh, seams, corners, intersecting: None, extracted, cell, method, shortfalls, crossed: false }
+        Self {
+            mesh,
+            seams,
+            corners,
+            intersecting: None,
+            extracted,
+            cell,
+            method,
+            shortfalls,
+            crossed: false,
+            complete: true,
+        }
     }
 }
 
@@ -107,6 +120,7 @@ pub(super) fn by_leaf(
     let found = best.exact.report.clone();
     let left = if best.faults() > 0 { leave(ready, options, &mut best, run, observer)? } else { Vec::new() };
     let mut shortfalls = best.shortfalls(ready);
+    let complete = best.exact.report.cut.unresolved.is_empty();
     if best.faults() == 0 {
         shortfalls.extend(left.first().map(|b| {
             let more = left.len() - 1;
@@ -116,7 +130,18 @@ pub(super) fn by_leaf(
         let Attempt { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let (intersecting, method) = (Some(0), Method::Leaf);
-        return Ok(ByLeaf { mesh, seams, corners, intersecting, extracted, cell, method, shortfalls, crossed });
+        return Ok(ByLeaf {
+            mesh,
+            seams,
+            corners,
+            intersecting,
+            extracted,
+            cell,
+            method,
+            shortfalls,
+            crossed,
+            complete,
+        });
     }
     let found = [(found.self_intersections, "intersect others"), (found.inverted, "are turned over")];
     let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));

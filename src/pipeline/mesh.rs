@@ -336,8 +336,8 @@ fn mesh_by_cells(
         }
         ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
     };
-    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls, crossed } =
-        made;
+    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls, .. } = made;
+    let (crossed, complete) = (made.crossed, made.complete);
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
     report.warnings.extend(ready.wishes(options).warnings);
@@ -377,7 +377,8 @@ fn mesh_by_cells(
     };
     let away = method == Method::Leaf && measured.deviation.as_ref().is_some_and(|d| d.inverted + d.across > 0);
     report.judge(measured);
-    let crowded = away || (crossed && !report.shortfalls.is_empty());
+    // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
+    let crowded = (away && complete) || (crossed && !report.shortfalls.is_empty());
     Ok((Meshed { mesh, seams, corners, report }, crowded, cell))
 }
 

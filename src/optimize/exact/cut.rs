@@ -21,6 +21,8 @@ use crate::run::Run;
 const ROUNDS: usize = 8;
 /// The first of them split such edges, to find the piece between: each halves them.
 const SPLITS: usize = 4;
+/// From the second round on, where so many edges are split, this share of them at least must show a piece between.
+const WORTH: (usize, f64) = (64, 0.05);
 /// An edge is not split further below this share of the cell.
 const SHORTEST: f64 = 0.05;
 /// Pieces are looked for this many edge lengths around the point an edge crosses their border.
@@ -57,6 +59,8 @@ pub struct CutReport {
     pub corners: usize,
     /// Edges split because a third piece lay between their ends.
     pub splits: usize,
+    /// Splitting was given up: edges join the two sides of walls or gaps between which there is no piece, and go on to.
+    pub bridged: bool,
     /// Places where pieces border on each other in the mesh but no exact meeting point was found.
     pub unresolved: Vec<DVec3>,
 }
@@ -214,13 +218,14 @@ impl Cutter<'_> {
     fn resolve(&mut self, run: &Run) -> Result<()> {
         for round in 0..ROUNDS {
             run.check()?;
+            let splitting = round < SPLITS && !self.report.bridged;
             let this = &*self;
             let bad_edges = ask_all(run, 3 * this.mesh.triangle_capacity(), |h| {
                 if !(this.mesh.is_edge(h) && this.crosses(h)) || this.mesh.edge_length(h) < SHORTEST * this.cell {
                     return None;
                 }
                 let found = match this.crossing(h) {
-                    Crossing::At(x) => round >= SPLITS || !this.passes_another(h, x),
+                    Crossing::At(x) => !splitting || !this.passes_another(h, x),
                     Crossing::Corner(..) => true,
                     Crossing::Nowhere => false,
                 };
@@ -249,9 +254,13 @@ impl Cutter<'_> {
             if ends.is_empty() {
                 break;
             }
-            if self.relabel(&ends, if round < SPLITS { ON_BORDER } else { NEAR_BORDER }) > 0 || round >= SPLITS {
+            if self.relabel(&ends, if splitting { ON_BORDER } else { NEAR_BORDER }) > 0 {
                 continue;
             }
+            if !splitting {
+                break;
+            }
+            let (mut splits, mut between) = (0, 0);
             for (a, b) in ends {
                 let Some(h) = self.mesh.edge_between(a, b) else { continue };
                 let (p, q) = (self.mesh.point(a), self.mesh.point(b));
@@ -261,9 +270,12 @@ impl Cutter<'_> {
                     continue;
                 }
                 self.mesh.split_edge(h, x);
+                between += usize::from(piece != self.piece[a as usize] && piece != self.piece[b as usize]);
                 self.piece.push(piece);
-                self.report.splits += 1;
+                splits += 1;
             }
+            self.report.splits += splits;
+            self.report.bridged = round > 0 && splits >= WORTH.0 && (between as f64) < WORTH.1 * splits as f64;
         }
         Ok(())
     }
