@@ -419,6 +419,36 @@ fn necks_that_cells_tear_are_found_by_their_distance() {
 }
 
 #[test]
+fn sheets_that_graze_faces_meet_them_in_exact_edges() {
+    // Sheets of minimal surfaces, thinner than the cells, nearly tangent to a face here and there: there the borders that two
+    // leaves find of each other run differently until the leaves are made finer.
+    let gyroid = "sin(X)*cos(Y)+sin(Y)*cos(Z)+sin(Z)*cos(X)";
+    let frd = "4*cos(X)*cos(Y)*cos(Z)-(cos(2*X)*cos(2*Y)+cos(2*Y)*cos(2*Z)+cos(2*Z)*cos(2*X))";
+    for (formula, body, euler) in [
+        (gyroid, "cylinder(1.1, height=2)", -34),
+        (gyroid, "sphere(1.2)", -30),
+        (gyroid, "box(size=(2, 2, 2))", -38),
+        (frd, "sphere(1.2)", -158),
+    ] {
+        let text = format!(
+            "k = 2*pi/1.5\nX = k*(x+0.1)\nY = k*(y+0.07)\nZ = k*(z-0.05)\nf = {formula}\n\
+             part({body} & solid(f <= 0.4) & solid(f >= -0.4))"
+        );
+        let part = rvachev::implicit::part::parse(&text, &[]).unwrap();
+        for share in [0.05, 0.025] {
+            let options = MeshOptions { size: Some(SizeRequest::Share(share)), ..MeshOptions::default() };
+            let report = mesh_part(&part, &options, &Run::new()).unwrap().report;
+            assert!(report.shortfalls.is_empty(), "{body} {share}: {:?}", report.shortfalls);
+            let c = report.check.unwrap();
+            assert_eq!((c.components, c.euler, c.self_intersections), (1, euler, 0), "{body} {share}");
+            assert!(c.closed && c.manifold && c.oriented);
+            let d = c.deviation.unwrap();
+            assert!(d.max < 0.02 && d.from_surface.unwrap() < 0.02, "{body} {share}: {d:?}");
+        }
+    }
+}
+
+#[test]
 fn walls_far_thinner_than_the_size_are_meshed_whole() {
     // A block with a fin on top: sheets of 1/3 to 1/10 000 of the size, which no cells see.
     for (thickness, turn) in [(0.03, true), (0.012, true), (0.008, false), (1e-3, true), (1e-5, false)] {

@@ -236,6 +236,10 @@ const FINER: [f64; 2] = [2.0, 4.0];
 /// does.
 const APART: f64 = 0.2;
 
+/// Walls are thin as a whole, and not just where two faces part, if more than this share of the triangles is across from another
+/// side of theirs.
+const THIN: f64 = 1e-3;
+
 /// Meshes a part.
 ///
 /// Guarantees: a closed, oriented 2-manifold; nodes on the boundary; the same bytes for any number of threads. What falls
@@ -375,7 +379,9 @@ fn mesh_by_cells(
     } else {
         check_tested(&mesh, intersecting, None, run)?
     };
-    let away = method == Method::Leaf && measured.deviation.as_ref().is_some_and(|d| d.inverted + d.across > 0);
+    let many = (THIN * mesh.triangles.len() as f64) as usize;
+    let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
+    let away = method == Method::Leaf && thin;
     report.judge(measured);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
     let crowded = (away && complete) || (crossed && !report.shortfalls.is_empty());

@@ -11,6 +11,7 @@ use super::super::leaf::Leaf;
 use super::super::model::Implicit;
 use super::super::newton::{condition, leaves_of, nearest};
 use super::super::octree::Cell;
+use super::Unfit;
 use super::ends::{Ends, fillet_and_side};
 use super::sheet::Sheet;
 use super::{place, positive, share};
@@ -159,14 +160,14 @@ struct Arranger<'a> {
     on_edge: FxHashMap<(u32, u32), Vec<(f64, u32)>>,
 }
 
-/// Cuts a sheet. `None` where what bounds the solid ends otherwise than at another leaf, or touches itself.
+/// Cuts a sheet. *Errors*: the places where what bounds the solid ends otherwise than at another leaf, or touches itself.
 pub(super) fn arrange(
     (model, ends): (&Implicit, &Ends),
     leaf: u32,
     sheet: &Sheet,
     bricks: &[&Cell],
     cell: f64,
-) -> Option<Part> {
+) -> Result<Part, Unfit> {
     // A fillet's sheet goes on beyond its ends, along its sides.
     let sides = if let Leaf::Fillet(f) = &model.leaves[leaf as usize] { &f.sides[..] } else { &[] };
     let others = |b: &&Cell| {
@@ -192,7 +193,9 @@ pub(super) fn arrange(
     let mut side = vec![false; ends.count];
     for t in 0..sheet.triangles.len() {
         let brick = sheet.brick[t] as usize;
-        let (corners, polygons, signs) = this.cut(t, &others[brick])?;
+        let Some((corners, polygons, signs)) = this.cut(t, &others[brick]) else {
+            return Err(sheet.triangles[t].map(|v| sheet.nodes[v as usize]).to_vec());
+        };
         for polygon in polygons {
             // The brick's tape has no other leaves than those. Between its ends a fillet is below both its sides.
             polygon.signs.iter().chain(&signs).for_each(|(l, s)| side[*l as usize] = *s);
@@ -407,7 +410,7 @@ impl Arranger<'_> {
     }
 
     /// Points on their leaves, borders, and polygons whose sides have all the points on them.
-    fn finish(mut self, kept: Vec<(Vec<Corner>, Vec<Line>, u32)>, cell: f64) -> Option<Part> {
+    fn finish(mut self, kept: Vec<(Vec<Corner>, Vec<Line>, u32)>, cell: f64) -> Result<Part, Unfit> {
         let mut polygons = Vec::with_capacity(kept.len());
         let mut sides: Vec<(u32, u32, Line)> = Vec::new();
         for (ring, lines, t) in kept {
@@ -438,9 +441,10 @@ impl Arranger<'_> {
             polygons.push(full);
         }
         let mut used: FxHashMap<(u32, u32), Line> = FxHashMap::default();
+        let mut unfit = Vec::new();
         for (a, b, line) in &sides {
             if used.insert((*a, *b), *line).is_some() {
-                return None;
+                unfit.push(self.points[*a as usize]);
             }
         }
         let mut border = Vec::new();
@@ -448,17 +452,16 @@ impl Arranger<'_> {
             if used.contains_key(&(b, a)) {
                 continue;
             }
-            let Line::Leaf(j) = line else { return None };
-            if j as usize >= self.model.leaves.len() {
-                return None;
+            match line {
+                Line::Leaf(j) if (j as usize) < self.model.leaves.len() => border.push((a, b, j)),
+                _ => unfit.push(self.points[a as usize]),
             }
-            border.push((a, b, j));
         }
         let mut on: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         let mut starts = vec![false; self.points.len()];
         for (a, b, j) in &border {
             if std::mem::replace(&mut starts[*a as usize], true) {
-                return None;
+                unfit.push(self.points[*a as usize]);
             }
             for v in [a, b] {
                 let set = &mut on[*v as usize];
@@ -484,10 +487,13 @@ impl Arranger<'_> {
                 Some(p) => self.points[v] = p,
                 // At an apex a leaf has no nearest point.
                 None if on[v].is_empty() && from.is_finite() => {}
-                None => return None,
+                None => unfit.push(from),
             }
         }
-        Some(Part { leaf: self.leaf, points: self.points, polygons, border, on })
+        if !unfit.is_empty() {
+            return Err(unfit);
+        }
+        Ok(Part { leaf: self.leaf, points: self.points, polygons, border, on })
     }
 }
 

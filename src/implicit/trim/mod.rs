@@ -8,8 +8,10 @@
 
 mod arrange;
 mod ends;
+mod refine;
 mod sew;
 mod sheet;
+mod strands;
 #[cfg(test)]
 mod tests;
 
@@ -20,9 +22,15 @@ use super::extract::Extracted;
 use super::model::Implicit;
 use super::newton::leaves_of;
 use super::octree::Cell;
-use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+use arrange::{Part, arrange};
+use ends::Ends;
+use refine::refine;
+use sew::sew;
+use sheet::{Sheet, sheet};
+use strands::crossing_strands;
 
 /// A closed mesh of a solid whose every triangle lies on one leaf.
 #[derive(Debug, Clone)]
@@ -33,39 +41,89 @@ pub struct Trimmed {
     pub leaves: Vec<Vec<u32>>,
 }
 
-/// Meshes each leaf's surface in the cells of an extraction, keeps what bounds the solid, and sews it together.
+/// Places where the parts do not fit together.
+type Unfit = Vec<DVec3>;
+
+/// Where the parts do not fit together the sheets are made finer, so many times at most,
+const FINER: usize = 4;
+/// within this many of the triangles there at that time,
+const AROUND: f64 = 2.0;
+/// and as long as there are no more than this many times the triangles of the cells.
+const MOST: f64 = 2.0;
+
+/// The sheet of a leaf, the cells it is in, and what it contributes.
+struct Piece<'a> {
+    leaf: u32,
+    cells: Vec<&'a Cell>,
+    sheet: Sheet,
+    part: Option<Result<Part, Unfit>>,
+}
+
+/// Meshes each leaf's surface in the cells of an extraction, keeps what bounds the solid, and sews it together. Where that does
+/// not fit, as where two leaves are nearly tangent, or strands of edges are closer than chords are high, the sheets are halved a few times.
 ///
-/// `None` where the parts do not fit together. The result is closed and oriented; it is not checked for triangles that
-/// intersect.
-pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Option<Trimmed>> {
+/// `None` where the parts do not fit together. The result is closed and oriented; triangles may still intersect.
+pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> crate::error::Result<Option<Trimmed>> {
     run.install(|| {
-        let parts = parts(model, extracted, run)?;
-        Ok(parts.and_then(|parts| sew::sew(model, &parts, extracted.bricks.grid.h)))
+        let h = extracted.bricks.grid.h;
+        let ends = Ends::new(&model.leaves);
+        let mut pieces = sheets(model, extracted, run)?;
+        let count = |pieces: &[Piece<'_>]| pieces.iter().map(|p| p.sheet.triangles.len()).sum::<usize>() as f64;
+        let most = MOST * count(&pieces);
+        let mut sewn = None;
+        for times in 0..=FINER {
+            pieces.par_iter_mut().filter(|p| p.part.is_none()).try_for_each(|p| {
+                run.check()?;
+                p.part = Some(arrange((model, &ends), p.leaf, &p.sheet, &p.cells, h));
+                Ok(())
+            })?;
+            let parts: Vec<&Part> = pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().ok()).collect();
+            let unfit: Unfit = if parts.len() == pieces.len() {
+                match sew(model, &parts, h, times > 0) {
+                    Ok((made, strands)) => {
+                        let close = crossing_strands(&strands, &made.mesh.nodes);
+                        sewn = Some(made);
+                        close
+                    }
+                    Err(unfit) => unfit,
+                }
+            } else {
+                pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().err()).flatten().copied().collect()
+            };
+            if times == FINER || unfit.is_empty() {
+                break;
+            }
+            let reach = AROUND * h * 0.5f64.powi(times as i32);
+            let places = Bvh::new(unfit.iter().map(|p| Aabb::new(*p, *p).grown(reach)).collect());
+            for p in &mut pieces {
+                if refine(&mut p.sheet, &model.leaves, p.leaf, &places, model.bounds().diagonal()) {
+                    p.part = None;
+                }
+            }
+            if count(&pieces) > most {
+                break;
+            }
+        }
+        Ok(sewn)
     })
 }
 
-/// What each leaf contributes.
-fn parts(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Option<Vec<arrange::Part>>> {
+/// Every leaf's own surface.
+fn sheets<'a>(model: &Implicit, extracted: &'a Extracted, run: &Run) -> crate::error::Result<Vec<Piece<'a>>> {
     let grid = &extracted.bricks.grid;
     let cells: Vec<&Cell> = extracted.bricks.cells.iter().chain(&extracted.undecided).collect();
-    let mut of_leaf: Vec<Vec<u32>> = vec![Vec::new(); model.leaves.len()];
-    for (i, cell) in cells.iter().enumerate() {
-        leaves_of(&cell.tape).into_iter().for_each(|l| of_leaf[l as usize].push(i as u32));
+    let mut of_leaf: Vec<Vec<&Cell>> = vec![Vec::new(); model.leaves.len()];
+    for cell in cells {
+        leaves_of(&cell.tape).into_iter().for_each(|l| of_leaf[l as usize].push(cell));
     }
     let scale = model.bounds().diagonal();
-    let ends = ends::Ends::new(&model.leaves);
-    let parts: Result<Vec<Option<arrange::Part>>> = of_leaf
-        .par_iter()
-        .enumerate()
-        .filter(|(_, own)| !own.is_empty())
-        .map(|(leaf, own)| {
-            run.check()?;
-            let own: Vec<&Cell> = own.iter().map(|i| cells[*i as usize]).collect();
-            let sheet = sheet::sheet(&model.leaves[leaf], grid, &own, scale);
-            Ok(arrange::arrange((model, &ends), leaf as u32, &sheet, &own, grid.h))
-        })
-        .collect();
-    Ok(parts?.into_iter().collect())
+    let own = of_leaf.into_par_iter().enumerate().filter(|x| !x.1.is_empty());
+    own.map(|(leaf, cells)| {
+        run.check()?;
+        let sheet = sheet(&model.leaves[leaf], grid, &cells, scale);
+        Ok(Piece { leaf: leaf as u32, cells, sheet, part: None })
+    })
+    .collect()
 }
 
 /// Whether a number counts as on a leaf's positive side.

@@ -8,8 +8,9 @@ use rustc_hash::FxHashMap;
 
 use super::super::model::Implicit;
 use super::super::newton::nearest;
-use super::Trimmed;
 use super::arrange::Part;
+use super::strands::Strand;
+use super::{Trimmed, Unfit};
 use crate::mesh::TriMesh;
 use crate::spatial::segment_foot;
 
@@ -21,6 +22,8 @@ const SAME: f64 = 1e-4;
 const CROWDED: f64 = 1e-12;
 /// Chains farther from each other than this many cells are different edges.
 const APART: f64 = 1.0;
+/// Where borders do not fit is where they are at least this share of the largest distance apart.
+const WORST: f64 = 0.5;
 const NONE: u32 = u32::MAX;
 
 /// A border of a part from corner to corner, or closed.
@@ -40,26 +43,36 @@ impl Chain {
 
 struct Sewer<'a> {
     model: &'a Implicit,
-    parts: &'a [Part],
+    parts: &'a [&'a Part],
     cell: f64,
+    refined: bool,
     nodes: Vec<DVec3>,
     leaves: Vec<Vec<u32>>,
     /// For each part the node each point has become.
     node_of: Vec<Vec<u32>>,
     /// For each part what lies on a side of its border, in the side's direction.
     between: Vec<FxHashMap<(u32, u32), Vec<u32>>>,
+    /// What became of the chains.
+    strands: Vec<Strand>,
 }
 
-/// Joins the parts. `None` where their borders do not fit.
-pub(super) fn sew(model: &Implicit, parts: &[Part], cell: f64) -> Option<Trimmed> {
+/// Joins the parts; `refined` where some sheets are finer than the cells. *Errors*: the places where their borders do not fit.
+pub(super) fn sew(
+    model: &Implicit,
+    parts: &[&Part],
+    cell: f64,
+    refined: bool,
+) -> Result<(Trimmed, Vec<Strand>), Unfit> {
     let mut sewer = Sewer {
         model,
         parts,
         cell,
+        refined,
         nodes: Vec::new(),
         leaves: Vec::new(),
         node_of: parts.iter().map(|p| vec![NONE; p.points.len()]).collect(),
         between: vec![FxHashMap::default(); parts.len()],
+        strands: Vec::new(),
     };
     sewer.join_corners();
     let scale = model.bounds().diagonal();
@@ -77,21 +90,26 @@ pub(super) fn sew(model: &Implicit, parts: &[Part], cell: f64) -> Option<Trimmed
             edges.entry(key).or_default()[usize::from(part.leaf > other)].push(chain);
         }
     }
+    let mut unfit = Vec::new();
     for [own, mut others] in edges.into_values() {
         if own.len() != others.len() {
-            return None;
+            unfit.extend(sewer.mismatch(&own, &others));
+            continue;
         }
         for chain in own {
             let away = |c: &Chain| sewer.away(&chain, c);
-            let (at, d) = (0..others.len()).map(|k| (k, away(&others[k]))).min_by(|x, y| x.1.total_cmp(&y.1))?;
-            if d > APART * cell {
-                return None;
-            }
+            let found = (0..others.len()).map(|k| (k, away(&others[k]))).min_by(|x, y| x.1.total_cmp(&y.1));
+            let Some((at, _)) = found.filter(|x| x.1 <= APART * cell) else {
+                unfit.extend(sewer.mismatch(&[chain], &others));
+                break;
+            };
             let other = others.swap_remove(at);
-            sewer.join(&chain, &other)?;
+            if sewer.join(&chain, &other).is_none() {
+                unfit.extend(sewer.mismatch(&[chain], &[other]));
+            }
         }
     }
-    sewer.finish()
+    if unfit.is_empty() { sewer.finish() } else { Err(unfit) }
 }
 
 impl Sewer<'_> {
@@ -138,7 +156,7 @@ impl Sewer<'_> {
     }
 
     /// The chains of a part's border, each with the leaf beyond it.
-    fn chains(&self, p: usize, part: &Part) -> Option<Vec<(Chain, u32)>> {
+    fn chains(&self, p: usize, part: &Part) -> Result<Vec<(Chain, u32)>, Unfit> {
         let mut next: Vec<(u32, u32)> = vec![(NONE, NONE); part.points.len()];
         part.border.iter().for_each(|(a, b, j)| next[*a as usize] = (*b, *j));
         let mut seen = vec![false; part.points.len()];
@@ -153,7 +171,7 @@ impl Sewer<'_> {
                 let mut v = next[a as usize].0;
                 while v != a && !is_corner(v) {
                     if v == NONE || next[v as usize].1 != leaf || std::mem::replace(&mut seen[v as usize], true) {
-                        return None;
+                        return Err(points.last().map(|v| part.points[*v as usize]).into_iter().collect());
                     }
                     points.push(v);
                     v = next[v as usize].0;
@@ -164,12 +182,27 @@ impl Sewer<'_> {
                 } else if v == a {
                     [NONE; 2]
                 } else {
-                    return None;
+                    return Err(vec![part.points[v as usize]]);
                 };
                 chains.push((Chain { part: p, ends, points }, leaf));
             }
         }
-        Some(chains)
+        Ok(chains)
+    }
+
+    /// Where chains of two leaves, or of the other two, are farthest from all of the other kind.
+    fn mismatch(&self, own: &[Chain], others: &[Chain]) -> Unfit {
+        let mut away: Vec<(f64, DVec3)> = Vec::new();
+        for (these, those) in [(own, others), (others, own)] {
+            for c in these {
+                for p in c.points.iter().map(|v| self.point(c.part, *v)) {
+                    let d = those.iter().map(|o| self.locate(o, p, None).1).fold(self.cell, f64::min);
+                    away.push((d, p));
+                }
+            }
+        }
+        let most = away.iter().map(|x| x.0).fold(0.0, f64::max);
+        away.into_iter().filter(|x| x.0 >= WORST * most).map(|x| x.1).collect()
     }
 
     /// How far the middle of a chain is from another.
@@ -177,23 +210,56 @@ impl Sewer<'_> {
         let k = chain.points.len() / 2;
         let at = |k: usize| self.point(chain.part, chain.points[k]);
         let middle = if chain.points.len() == 2 { at(0).midpoint(at(1)) } else { at(k) };
-        self.locate(other, middle).1
+        self.locate(other, middle, None).1
     }
 
-    /// The place on a chain nearest to a point, in sides from its start, and its distance.
-    fn locate(&self, chain: &Chain, p: DVec3) -> (f64, f64) {
+    /// The place on a chain nearest to a point, in sides from its start, and its distance; of the sides that run some way, if
+    /// that is given.
+    fn locate(&self, chain: &Chain, p: DVec3, way: Option<DVec3>) -> (f64, f64) {
         let n = chain.points.len();
         let sides = if chain.is_closed() { n } else { n - 1 };
         let mut best = (0.0, f64::INFINITY);
         for k in 0..sides {
             let [a, b] = [k, (k + 1) % n].map(|i| self.point(chain.part, chain.points[i]));
+            if way.is_some_and(|w| w.dot(b - a) < 0.0) {
+                continue;
+            }
             let foot = segment_foot(p, [a, b]);
-            let (way, away) = (foot.distance(a), p.distance(foot));
+            let (along, away) = (foot.distance(a), p.distance(foot));
             if away < best.1 {
-                best = (k as f64 + if way > 0.0 { (way / b.distance(a)).min(1.0) } else { 0.0 }, away);
+                best = (k as f64 + if along > 0.0 { (along / b.distance(a)).min(1.0) } else { 0.0 }, away);
             }
         }
         best
+    }
+
+    /// The inner points of a chain in the direction of one it runs against, each with its place there; `None` where those are not
+    /// in order. Where strands of a chain are close, the nearest may be the one that runs the other way: `way` rules that out.
+    fn placed(&self, own: &Chain, other: &Chain, way: bool) -> Option<Vec<(f64, u32)>> {
+        let (closed, m) = (own.is_closed(), other.points.len());
+        let at = |k: usize| self.point(other.part, other.points[k % m]);
+        let inner = if closed { 0..m } else { 1..m - 1 };
+        let place = |k: usize| self.locate(own, at(k), way.then(|| at(k + m - 1) - at(k + 1))).0;
+        let mut placed: Vec<(f64, u32)> = inner.rev().map(|k| (place(k), other.points[k])).collect();
+        if closed {
+            let first = (0..placed.len()).min_by(|a, b| placed[*a].0.total_cmp(&placed[*b].0))?;
+            placed.rotate_left(first);
+        }
+        for k in 1..placed.len() {
+            let before = placed[k - 1].0;
+            if placed[k].0 < before - 1.0 {
+                return None;
+            }
+            placed[k].0 = placed[k].0.max(before);
+        }
+        Some(placed)
+    }
+
+    /// The length of the longest of a side of a chain and those next to it.
+    fn longest_beside(&self, chain: &Chain, k: usize) -> f64 {
+        let n = chain.points.len();
+        let at = |k: usize| self.point(chain.part, chain.points[k % n]);
+        (k + n - 1..k + n + 2).map(|k| at(k).distance(at(k + 1))).fold(0.0, f64::max)
     }
 
     /// Makes one chain of two that run against each other.
@@ -214,22 +280,9 @@ impl Sewer<'_> {
             }
         }
         // The other's points in this one's direction, each with its place.
-        let inner = if closed { &other.points[..] } else { &other.points[1..other.points.len() - 1] };
-        let mut placed: Vec<(f64, u32)> =
-            inner.iter().rev().map(|&v| (self.locate(own, self.point(other.part, v)).0, v)).collect();
+        let placed = self.placed(own, other, false).or_else(|| self.placed(own, other, true))?;
         let n = own.points.len();
         let sides = if closed { n } else { n - 1 };
-        if closed {
-            let first = (0..placed.len()).min_by(|a, b| placed[*a].0.total_cmp(&placed[*b].0))?;
-            placed.rotate_left(first);
-        }
-        for k in 1..placed.len() {
-            let before = placed[k - 1].0;
-            if placed[k].0 < before - 1.0 {
-                return None;
-            }
-            placed[k].0 = placed[k].0.max(before);
-        }
         let mut order: Vec<u32> = Vec::new();
         let mut rest = placed.into_iter().peekable();
         let mut taken = usize::MAX;
@@ -241,7 +294,8 @@ impl Sewer<'_> {
                 let next = (k + 1) % n;
                 // Points of the other chain that are next to one of this one's, in order, become that one.
                 let free = |end: usize| end != taken && (closed || (end > 0 && end < n - 1));
-                let near = |end: usize| self.point(own.part, own.points[end]).distance(at) <= ONE * self.cell;
+                let one = if self.refined { ONE * self.cell.min(self.longest_beside(own, k)) } else { ONE * self.cell };
+                let near = |end: usize| self.point(own.part, own.points[end]).distance(at) <= one;
                 let end = if inserted.is_empty() && s - k as f64 <= 0.5 && free(k) && near(k) {
                     Some(k)
                 } else if rest.peek().is_none_or(|x| x.0 >= (k + 1) as f64)
@@ -299,6 +353,7 @@ impl Sewer<'_> {
                 self.between[other.part].insert((a, b), list);
             }
         }
+        self.strands.push(Strand { nodes: order, closed, leaves: [leaves[0], leaves[1]] });
         Some(())
     }
 
@@ -365,7 +420,7 @@ impl Sewer<'_> {
     }
 
     /// Polygons become triangles; what is more than a quadrangle gets a node in its middle.
-    fn finish(mut self) -> Option<Trimmed> {
+    fn finish(mut self) -> Result<(Trimmed, Vec<Strand>), Unfit> {
         let mut rings = self.rings();
         self.split_shared_chords(&mut rings);
         let mut triangles = Vec::new();
@@ -390,6 +445,15 @@ impl Sewer<'_> {
         let mesh = TriMesh { nodes: self.nodes, triangles, labels, ..TriMesh::default() };
         let defects = mesh.defects();
         let sound = defects.is_closed() && defects.is_manifold() && defects.is_oriented();
-        (sound && !mesh.triangles.is_empty()).then_some(Trimmed { mesh, leaves: self.leaves })
+        if sound {
+            return if mesh.triangles.is_empty() {
+                Err(Vec::new())
+            } else {
+                Ok((Trimmed { mesh, leaves: self.leaves }, self.strands))
+            };
+        }
+        let edges = [&defects.open_edges, &defects.nonmanifold_edges, &defects.misoriented_edges];
+        let nodes = edges.into_iter().flatten().flatten().chain(&defects.nonmanifold_nodes);
+        Err(nodes.map(|v| mesh.nodes[*v as usize]).collect())
     }
 }

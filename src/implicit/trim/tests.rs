@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::implicit::leaf::Leaf;
-use crate::implicit::{ExtractOptions, Placement, RSystem, Solid, extract};
+use crate::implicit::{ExtractOptions, Placement, Primitive, RSystem, Solid, extract};
 
 fn trim(solid: &Solid, cell: f64) -> (Implicit, Extracted, Option<Trimmed>) {
     let run = Run::new();
@@ -78,6 +78,44 @@ fn a_cap_of_a_few_triangles_keeps_its_chords_apart() {
         assert_eq!(made.mesh.topology(&made.mesh.defects()).euler, 2);
     }
     assert!(found > 2);
+}
+
+/// A plane cuts a torus near the saddle at its hole: two loops, or one with a waist, however narrow beside the cells.
+#[test]
+fn a_cut_beside_a_saddle_has_the_loops_it_has() {
+    for gap in [0.02, 0.004] {
+        for (side, euler) in [(-1.0, 2), (1.0, 0)] {
+            let at = DVec3::new(0.6 + side * gap, 0.0, 0.0);
+            for turn in [0.0, 0.5] {
+                let normal = DVec3::X;
+                let middle = DVec3::new(0.011, 0.017, 0.023);
+                let ring = Solid::from(Primitive::Torus { major: 1.0, minor: 0.4, axis: DVec3::Z, at: middle });
+                let cut = Solid::half_space(normal, at + DVec3::X * 0.011);
+                let rotation = glam::DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), turn);
+                let placement = Placement { rotation, scale: 1.0, shift: DVec3::ZERO };
+                let (model, _, made) = trim(&(ring & cut).placed(placement), 0.13);
+                let made = made.unwrap_or_else(|| panic!("no mesh: {gap} {side} {turn}"));
+                check(&model, &made);
+                assert_eq!(made.mesh.topology(&made.mesh.defects()).euler, euler, "{gap} {side} {turn}");
+            }
+        }
+    }
+}
+
+/// Pipes of nearly one radius: two loops that nearly touch twice, where the linear cuts of the two leaves may join them
+/// differently.
+#[test]
+fn loops_that_nearly_touch_are_found_alike_by_both_leaves() {
+    for (radius, turn) in [0.51, 0.504].into_iter().flat_map(|r| (0..12).map(move |k| (r, 0.13 * f64::from(k)))) {
+        let pipe = |r, axis| Solid::cylinder(r, axis, DVec3::ZERO, Some(2.4));
+        let rotation = glam::DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), turn);
+        let placement = Placement { rotation, scale: 1.0, shift: DVec3::new(0.011, 0.017, 0.023) };
+        let (model, _, made) = trim(&(pipe(0.5, DVec3::X) | pipe(radius, DVec3::Y)).placed(placement), 0.13);
+        let made = made.unwrap_or_else(|| panic!("no mesh: {radius} {turn}"));
+        check(&model, &made);
+        let defects = made.mesh.defects();
+        assert_eq!((made.mesh.topology(&defects).components, made.mesh.topology(&defects).euler), (1, 2));
+    }
 }
 
 proptest! {
