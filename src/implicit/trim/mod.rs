@@ -60,7 +60,8 @@ struct Piece<'a> {
 }
 
 /// Meshes each leaf's surface in the cells of an extraction, keeps what bounds the solid, and sews it together. Where that does
-/// not fit, as where two leaves are nearly tangent, or strands of edges are closer than chords are high, the sheets are halved a few times.
+/// not fit, as where two leaves are nearly tangent, or where strands of edges are closer than chords are high, the sheets are
+/// halved a few times.
 ///
 /// `None` where the parts do not fit together. The result is closed and oriented; triangles may still intersect.
 pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> crate::error::Result<Option<Trimmed>> {
