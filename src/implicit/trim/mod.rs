@@ -79,7 +79,7 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
                 Ok(())
             })?;
             let parts: Vec<&Part> = pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().ok()).collect();
-            let unfit: Unfit = if parts.len() == pieces.len() {
+            let mut unfit: Unfit = if parts.len() == pieces.len() {
                 match sew(model, &parts, h, times > 0) {
                     Ok((made, strands)) => {
                         let close = crossing_strands(&strands, &made.mesh.nodes);
@@ -91,6 +91,7 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
             } else {
                 pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().err()).flatten().copied().collect()
             };
+            unfit.retain(|p| p.is_finite());
             if times == FINER || unfit.is_empty() {
                 break;
             }
