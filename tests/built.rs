@@ -433,3 +433,32 @@ fn outlines_that_cross_themselves_are_named_and_not_refined() {
     assert!(made.mesh.triangles.len() < most, "{}", made.mesh.triangles.len());
     assert!(made.mesh.nodes.iter().all(|p| (-1e-9..5.0 + 1e-9).contains(&p.z)));
 }
+
+/// Walls with lobes whose tips bend within a thousandth of the outline: triangles as for an edge there, near to the surface.
+#[test]
+fn bends_too_sharp_for_triangles_are_meshed_as_edges() {
+    for (lobes, inner, outer, turn) in [(5, 3.0, 6.7, 0.0f64), (4, 2.6, 6.7, 0.2)] {
+        let point = |k: usize| {
+            let r = if k.is_multiple_of(2) { outer } else { inner };
+            let (s, c) = (std::f64::consts::PI * k as f64 / f64::from(lobes) + turn).sin_cos();
+            format!("({:.3}, {:.3})", r * c, r * s)
+        };
+        let points: Vec<String> = (0..2 * lobes as usize).map(point).collect();
+        let outline = format!("extrude_edges(spline([{}], closed=True), \"z\", 12).name(\"it\")", points.join(", "));
+        let mut volume = 0.0;
+        for share in ["1%", "3%", "8%"] {
+            let made = meshed(&format!("part({outline})\nmesh(size=\"{share}\")\n"));
+            let report = &made.report;
+            assert!(report.shortfalls.is_empty() && report.ladder.is_empty(), "{share}: {:?}", report.ladder);
+            let check = report.check.as_ref().unwrap();
+            assert!(check.certificate.is_sound() && check.euler == 2);
+            assert!(check.quality.min_angle > 12.0 && check.quality.p05_angle > 40.0, "{share}: {:?}", check.quality);
+            let distance = report.distance.unwrap();
+            assert!(distance.to_surface < 2e-3 * distance.diagonal, "{share}: {distance}");
+            if volume > 0.0 {
+                assert!((check.volume / volume - 1.0).abs() < 0.02, "{share}: {} {volume}", check.volume);
+            }
+            volume = check.volume;
+        }
+    }
+}

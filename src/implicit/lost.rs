@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::apex::apexes;
 use super::extract::Extracted;
+use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::nearest;
 use super::octree::{BRICK, Cell, key};
@@ -39,19 +40,20 @@ pub(crate) struct SurfacePoint {
 }
 
 /// Looks for the surface where marching cubes may not have seen it: in bricks whose corners all have one sign, and on
-/// faces that, by intervals, may come through a brick and have no triangle there or next to it. One point for each face
-/// in each cell that holds one near its middle. Also the nodes of faces of few triangles, and apexes.
+/// faces that, by intervals, may come through a brick and have no triangle there or next to it; on faces of formulas, which
+/// may have many pieces, in cells without triangles within a brick too. One point for each face in each cell that holds one
+/// near its middle. Also the nodes of faces of few triangles, and apexes.
 ///
-/// Not found: what is smaller than the cells on a face that has triangles within a brick, and formulas on whose zeros
-/// Newton's method does not settle.
+/// Not found: what is smaller than the cells on a face of a primitive that has triangles within a brick, and formulas on
+/// whose zeros Newton's method does not settle.
 pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Vec<SurfacePoint>> {
     let small = small_patches(&extracted.mesh);
-    let seen = Seen::new(extracted, &small);
+    let seen = Seen::new(model, extracted, &small);
     run.install(|| {
         let empty = extracted.undecided.par_iter().map(|c| points(model, extracted, c, None, run));
         let crossed = extracted.bricks.cells.par_iter().map(|c| {
-            let unseen = seen.unseen(c);
-            if unseen.is_empty() { Ok(Vec::new()) } else { points(model, extracted, c, Some(&unseen), run) }
+            let wanted = seen.wanted(c);
+            if wanted.is_empty() { Ok(Vec::new()) } else { points(model, extracted, c, Some(&wanted), run) }
         });
         let found: Vec<Vec<SurfacePoint>> = empty.chain(crossed).collect::<Result<_>>()?;
         let mut found: Vec<SurfacePoint> = found.into_iter().flatten().collect();
@@ -90,51 +92,141 @@ fn small_patches(mesh: &TriMesh) -> Vec<bool> {
     set.iter().map(|s| size[*s as usize] <= FEW).collect()
 }
 
-/// In which bricks each face has triangles, those of small patches left out.
+/// Where each face has triangles, those of small patches left out.
 struct Seen {
+    /// Which faces have some, by brick.
     faces: FxHashMap<u64, Vec<u32>>,
+    /// In which cells of a brick a face of formulas has some.
+    cells: FxHashMap<u64, Layers>,
+    /// Which faces may be in several pieces: those of formulas.
+    wavy: Vec<bool>,
+}
+
+/// The cells of a brick, a bit each, by layers.
+type Layers = [u64; BRICK];
+
+/// Where in a brick the surface is looked for.
+struct Wanted {
+    /// Faces without triangles in the brick or next to it: in all cells.
+    unseen: Vec<u32>,
+    /// Others of formulas: but for these cells, which have triangles of such faces or are next to some.
+    wavy: Vec<u32>,
+    near: Layers,
+}
+
+impl Wanted {
+    fn is_empty(&self) -> bool {
+        self.unseen.is_empty() && (self.wavy.is_empty() || self.near.iter().all(|l| *l == u64::MAX))
+    }
+
+    /// Whether a face is wanted in a cube of cells, given by its first and its side in cells.
+    fn has(&self, face: u32, at: [usize; 3], side: usize) -> bool {
+        let row = ((1u64 << side) - 1) << at[0];
+        let rows = (at[1]..at[1] + side).fold(0, |r, y| r | row << (BRICK * y));
+        self.unseen.contains(&face)
+            || self.wavy.contains(&face) && self.near[at[2]..at[2] + side].iter().any(|l| l & rows != rows)
+    }
 }
 
 impl Seen {
-    fn new(extracted: &Extracted, small: &[bool]) -> Self {
-        let mesh = &extracted.mesh;
+    fn new(model: &Implicit, extracted: &Extracted, small: &[bool]) -> Self {
+        let (mesh, grid) = (&extracted.mesh, &extracted.bricks.grid);
+        let mut wavy = vec![false; model.faces().len()];
+        for op in &model.tape.ops {
+            if let Op::Leaf { leaf, face, .. } = op {
+                wavy[*face as usize] |= matches!(model.leaves[*leaf as usize], Leaf::Formula(_) | Leaf::Field(..));
+            }
+        }
         let mut faces: FxHashMap<u64, Vec<u32>> = FxHashMap::default();
+        let mut cells: FxHashMap<u64, Layers> = FxHashMap::default();
         for (t, label) in mesh.labels.iter().enumerate().filter(|x| !small[x.0]) {
-            let Some(at) = extracted.bricks.grid.brick_of(mesh.centroid(t)) else { continue };
-            let own = faces.entry(key(at)).or_default();
+            let at = mesh.centroid(t);
+            let Some(brick) = grid.brick_of(at) else { continue };
+            let own = faces.entry(key(brick)).or_default();
             if !own.contains(label) {
                 own.push(*label);
             }
+            if wavy[*label as usize] {
+                let q = (at - grid.node(brick.map(|b| b as usize * BRICK))) / grid.h;
+                let [x, y, z] = q.to_array().map(|q| (q.max(0.0) as usize).min(BRICK - 1));
+                cells.entry(key(brick)).or_default()[z] |= 1 << (x + BRICK * y);
+            }
         }
-        Self { faces }
+        Self { faces, cells, wavy }
     }
 
-    /// Faces of a brick's tape that have no triangle in it or next to it.
-    fn unseen(&self, cell: &Cell) -> Vec<u32> {
+    /// Where the surface is looked for in a brick that has some.
+    fn wanted(&self, cell: &Cell) -> Wanted {
         let face = |op: &Op| if let Op::Leaf { face, .. } = op { Some(*face) } else { None };
-        let mut faces: Vec<u32> = cell.tape.ops.iter().filter_map(face).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        for n in (0..27u32).map(|n| (n + 13) % 27) {
-            let shift = [n % 3, n / 3 % 3, n / 9];
-            let at = std::array::from_fn(|k| (cell.at[k] + shift[k]).wrapping_sub(1));
-            if let Some(own) = self.faces.get(&key(at)) {
-                faces.retain(|f| !own.contains(f));
-            }
-            if faces.is_empty() {
+        let mut unseen: Vec<u32> = cell.tape.ops.iter().filter_map(face).collect();
+        unseen.sort_unstable();
+        unseen.dedup();
+        let mut wavy: Vec<u32> = unseen.iter().copied().filter(|f| self.wavy[*f as usize]).collect();
+        for (_, at) in around(cell.at) {
+            if unseen.is_empty() {
                 break;
             }
+            if let Some(own) = self.faces.get(&key(at)) {
+                unseen.retain(|f| !own.contains(f));
+            }
         }
-        faces
+        wavy.retain(|f| !unseen.contains(f));
+        let near = if wavy.is_empty() { [0; BRICK] } else { self.near(cell) };
+        Wanted { unseen, wavy, near }
+    }
+
+    /// The cells of a brick that have triangles of faces of formulas, or are next to some.
+    fn near(&self, cell: &Cell) -> Layers {
+        const WIDE: usize = BRICK + 2;
+        // Rows of the brick and of one cell around it.
+        let mut rows = [[0u16; WIDE]; WIDE];
+        for (shift, at) in around(cell.at) {
+            let Some(own) = self.cells.get(&key(at)) else { continue };
+            let range = |s: i32| {
+                if s < 0 {
+                    0..1
+                } else if s == 0 {
+                    1..WIDE - 1
+                } else {
+                    WIDE - 1..WIDE
+                }
+            };
+            for z in range(shift[2]) {
+                for y in range(shift[1]) {
+                    let from = |i: usize| (i + BRICK - 1) % BRICK;
+                    let row = (own[from(z)] >> (BRICK * from(y)) & 0xff) as u16;
+                    rows[z][y] |= match shift[0] {
+                        -1 => row >> (BRICK - 1),
+                        0 => row << 1,
+                        _ => (row & 1) << (WIDE - 1),
+                    };
+                }
+            }
+        }
+        std::array::from_fn(|z| {
+            (0..BRICK).fold(0, |layer, y| {
+                let all = rows[z..z + 3].iter().flat_map(|l| &l[y..y + 3]).fold(0, |r, row| r | row);
+                layer | u64::from((all | all >> 1 | all >> 2) & 0xff) << (BRICK * y)
+            })
+        })
     }
 }
 
-/// Points of the surface in a brick, on some faces or on all.
+/// A brick and those next to it, itself first, with where they are from it.
+fn around(brick: [u32; 3]) -> impl Iterator<Item = ([i32; 3], [u32; 3])> {
+    (0..27).map(move |n| {
+        let n = (n + 13) % 27;
+        let shift = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
+        (shift, std::array::from_fn(|k| brick[k].wrapping_add_signed(shift[k])))
+    })
+}
+
+/// Points of the surface in a brick, where it is wanted or everywhere.
 fn points(
     model: &Implicit,
     extracted: &Extracted,
     cell: &Cell,
-    on: Option<&[u32]>,
+    wanted: Option<&Wanted>,
     run: &Run,
 ) -> Result<Vec<SurfacePoint>> {
     run.check()?;
@@ -145,9 +237,19 @@ fn points(
     let mut scratch = Scratch::default();
     let mut found = Vec::new();
     let brick_levels = BRICK.trailing_zeros();
-    let mut stack: Vec<(Aabb, Tape, u32)> = vec![(Aabb::new(lo, hi), (*cell.tape).clone(), 0)];
+    // Boxes of one cell or more with their first cell.
+    let mut stack: Vec<(Aabb, [usize; 3], Tape, u32)> = vec![(Aabb::new(lo, hi), [0; 3], (*cell.tape).clone(), 0)];
     let mut looked = 0;
-    while let Some((b, tape, level)) = stack.pop() {
+    while let Some((b, at, tape, level)) = stack.pop() {
+        let side = (BRICK >> level).max(1);
+        let on = |face: u32| wanted.is_none_or(|w| w.has(face, at, side));
+        let leaf_wanted = |op: &Op| match op {
+            Op::Leaf { leaf, face, .. } if on(*face) => Some((*leaf, *face)),
+            _ => None,
+        };
+        if !tape.ops.iter().any(|op| leaf_wanted(op).is_some()) {
+            continue;
+        }
         looked += 1;
         if looked > MOST_BOXES {
             break;
@@ -157,11 +259,7 @@ fn points(
             Pruned::Same => tape,
             Pruned::Smaller(t) => t,
         };
-        let wanted = |op: &Op| match op {
-            Op::Leaf { leaf, face, .. } if on.is_none_or(|on| on.contains(face)) => Some((*leaf, *face)),
-            _ => None,
-        };
-        let mut leaves: Vec<(u32, u32)> = tape.ops.iter().filter_map(wanted).collect();
+        let mut leaves: Vec<(u32, u32)> = tape.ops.iter().filter_map(leaf_wanted).collect();
         leaves.sort_unstable();
         leaves.dedup();
         if leaves.is_empty() {
@@ -180,7 +278,11 @@ fn points(
             }
         }
         let mid = b.center();
-        stack.extend(b.corners().map(|c| (Aabb::around([c, mid]), tape.clone(), level + 1)));
+        let half = if level < brick_levels { side / 2 } else { 0 };
+        stack.extend(b.corners().map(|c| {
+            let first = std::array::from_fn(|k| at[k] + if c[k] > mid[k] { half } else { 0 });
+            (Aabb::around([c, mid]), first, tape.clone(), level + 1)
+        }));
     }
     Ok(found)
 }

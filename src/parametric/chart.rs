@@ -162,6 +162,15 @@ impl Chart {
         Net { bvh: Bvh::new(boxes), ..net }
     }
 
+    /// Parameters along the middle line of the net of samples, with the unit normals there, zero where there is none; nothing
+    /// without a net.
+    pub(super) fn net_row(&self, axis: usize) -> Vec<(f64, DVec3)> {
+        let Some(net) = &self.net else { return Vec::new() };
+        let (count, middle) = (net.values[1].len(), net.values[1 - axis].len() / 2);
+        let index = |k: usize| if axis == 0 { k * count + middle } else { middle * count + k };
+        net.values[axis].iter().enumerate().map(|(k, t)| (*t, net.normals[index(k)])).collect()
+    }
+
     /// Mean length of cells along an axis, from a few lines.
     fn cell_length(&self, values: &[Vec<f64>; 2], axis: usize) -> f64 {
         let across = &values[1 - axis];

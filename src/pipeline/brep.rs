@@ -54,8 +54,10 @@ const GENTLE: f64 = 0.2;
 const CROWDED: f64 = 20.0;
 /// and at most so fast.
 const STEEP: f64 = 0.45;
-/// And with more than so many bends may leave their chords by more.
+/// And with more than so many bends may leave their chords by more,
 const BUSY: f64 = 60.0;
+/// and narrow places may be followed down to this share of [`NARROWEST`].
+const DEEPLY: f64 = 0.5;
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
@@ -212,7 +214,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
             }
             ((made, followed), told, hits) = (again, again_told, left);
         }
-        let exact = ExactOptions::new(followed.sizing, followed.grading);
+        let exact = ExactOptions { distance: Some(limit), ..ExactOptions::new(followed.sizing, followed.grading) };
         let (mesh, crossing) = remeshed(solid, made, &exact, &mut told, run)?;
         if !measured {
             best = Some(((mesh, crossing), told));
@@ -329,7 +331,7 @@ fn first_mesh(
     let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
     let of_least = |sizing: &Sizing, s: f64| share(sizing, s) * sizing.least;
     let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
-    let first = |followed: &Followed, most: usize| {
+    let first_deep = |followed: &Followed, most: usize, narrowest: f64| {
         let Followed { sizing, grading, .. } = followed;
         let by_curvature = |k: f64| followed.at(k, &|s| of_least(sizing, s));
         // A distance asked for is no wish for narrow places.
@@ -337,7 +339,7 @@ fn first_mesh(
         let sizes = MeshSizes {
             size,
             least: share(sizing, NARROW) * narrow,
-            deepest: share(sizing, NARROWEST) * narrow,
+            deepest: share(sizing, narrowest) * narrow,
             size_at: &by_curvature,
             place_size: by_place,
             face_size: &by_face,
@@ -346,6 +348,7 @@ fn first_mesh(
         };
         solid.mesh(&sizes, run)
     };
+    let first = |followed: &Followed, most: usize| first_deep(followed, most, NARROWEST);
     let bounded = free && held.is_none();
     let mut made = first(&followed, if bounded { MANY } else { usize::MAX })?;
     if bounded && !made.too_many && options.grading.is_none() {
@@ -353,7 +356,11 @@ fn first_mesh(
         if times > CROWDED {
             followed.grading = (GENTLE * (times / CROWDED).sqrt()).min(STEEP);
             followed.sagitta *= (times / BUSY).max(1.0).powi(2);
-            made = first(&followed, usize::MAX)?;
+            // There is room then for narrow places, unless they are all there is.
+            let most = made.mesh.triangles.len();
+            let deep = if times > BUSY { Some(first_deep(&followed, most, DEEPLY * NARROWEST)?) } else { None };
+            let small = |m: &FaceMeshes| !m.too_many && m.mesh.triangles.len() <= most;
+            made = deep.filter(small).map_or_else(|| first(&followed, usize::MAX), Ok)?;
         }
     }
     if made.too_many {

@@ -95,6 +95,7 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
         regions: wishes.regions,
         grading: options.grading.unwrap_or(GRADING),
         thickness: options.thickness,
+        distance: None,
     }
 }
 

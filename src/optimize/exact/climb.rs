@@ -138,7 +138,7 @@ impl Remesher<'_> {
         let reach = self.want[v as usize];
         let (mut p, mut best, mut normal, bow) = self.climbed_to_apex(v, limit, reach, &set);
         if best >= limit.min(CALM) {
-            return p != start;
+            return p != start && self.stays_unfolded(v, start);
         }
         let directions: Vec<DVec3> = if rank == Rank::Curve {
             match self.work.along(v)[..] {
@@ -151,7 +151,9 @@ impl Remesher<'_> {
         } else {
             let patch = self.work.mesh.outgoing(v).next().map_or(0, |h| self.work.mesh.label(h / 3));
             let up = normal.unwrap_or_else(|| self.work.normal(self.surface, patch, p));
-            let Some((u, w)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return p != start };
+            let Some((u, w)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else {
+                return p != start && self.stays_unfolded(v, start);
+            };
             (0..6)
                 .map(|k| {
                     let (s, c) = (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos();
@@ -184,9 +186,39 @@ impl Remesher<'_> {
                 step *= 0.5;
             }
         }
-        if p != start {
-            self.work.mesh.set_point(v, p);
+        if p == start {
+            return false;
         }
-        p != start
+        self.work.mesh.set_point(v, p);
+        self.stays_unfolded(v, start)
+    }
+
+    /// Takes a node back to where it was if more triangles around it are folded now, by the normals at their middles: where the
+    /// surface turns around a narrow edge the normal at the node says little of them. Returns whether it stayed.
+    fn stays_unfolded(&mut self, v: u32, start: DVec3) -> bool {
+        if !self.work.is_smooth_by_angles() {
+            return true;
+        }
+        let m = &self.work.mesh;
+        let ring: Vec<u32> = m.outgoing(v).map(|h| h / 3).filter(|&t| !self.work.is_kept(t)).collect();
+        let alike = |t: &u32| {
+            let label = m.label(*t);
+            self.common_way(ring.iter().copied().filter(|t| m.label(*t) == label)).is_some()
+        };
+        let doubtful: Vec<u32> = ring.iter().copied().filter(|t| !alike(t)).collect();
+        if doubtful.is_empty() {
+            return true;
+        }
+        let folded = |r: &Self| doubtful.iter().filter(|t| r.work.shape(r.surface, **t) <= 0.0).count();
+        let (now, p) = (folded(self), self.point(v));
+        if now == 0 {
+            return true;
+        }
+        self.work.mesh.set_point(v, start);
+        if folded(self) < now {
+            return false;
+        }
+        self.work.mesh.set_point(v, p);
+        true
     }
 }

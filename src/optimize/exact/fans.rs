@@ -107,7 +107,7 @@ impl Remesher<'_> {
     }
 
     /// The mean direction of some triangles, if none of them faces far from it.
-    fn common_way(&self, triangles: impl Iterator<Item = u32> + Clone) -> Option<DVec3> {
+    pub(super) fn common_way(&self, triangles: impl Iterator<Item = u32> + Clone) -> Option<DVec3> {
         let m = &self.work.mesh;
         let up = triangles.clone().map(|t| m.area_vector(t)).sum::<DVec3>().try_normalize()?;
         triangles.map(|t| m.area_vector(t)).all(|n| n.dot(up) > ALIKE * n.length()).then_some(up)

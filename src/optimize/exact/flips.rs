@@ -148,7 +148,19 @@ impl Remesher<'_> {
         let then = above.seen(normal).min(below.seen(normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
         let bent = left.area.dot(right.area) < BENT * left.area.length() * right.area.length();
-        better && !self.leaves_surface(h, [p, q, r, s], up, bent)
+        better
+            && !(bent
+                && self.work.is_smooth_by_angles()
+                && self.folds(label, [[p, q, r], [q, p, s]], [[p, s, r], [s, q, r]]))
+            && !self.leaves_surface(h, [p, q, r, s], up, bent)
+    }
+
+    /// Whether triangles are folded more, by the normals at their middles, than those they take the place of.
+    fn folds(&self, label: u32, before: [[DVec3; 3]; 2], after: [[DVec3; 3]; 2]) -> bool {
+        let folded =
+            |t: [[DVec3; 3]; 2]| t.into_iter().filter(|t| self.work.shape_at(self.surface, label, *t) <= 0.0).count();
+        let now = folded(after);
+        now > 0 && now > folded(before)
     }
 
     /// Whether the flip of an edge takes triangles away from a bent surface: those of raw triangles may be far longer than a wall is

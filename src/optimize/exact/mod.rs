@@ -13,6 +13,7 @@ mod gaps;
 mod grid;
 mod joints;
 mod moves;
+mod near;
 mod pack;
 mod patches;
 mod patchwork;
@@ -70,6 +71,9 @@ const MOST_REPAIRED: usize = 3;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
 
+/// A mesh and the triangles of it that intersect others.
+type Tested = (TriMesh, Vec<u32>);
+
 /// Sees the mesh after a stage, with the stage's name.
 pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + Send + 'a;
 
@@ -86,12 +90,14 @@ pub struct ExactOptions {
     pub grading: f64,
     /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_pieces`] only).
     pub thickness: Option<f64>,
+    /// Where only few triangles come out farther from the surface than this they are divided.
+    pub distance: Option<f64>,
 }
 
 impl ExactOptions {
     /// The same wish everywhere.
     pub fn new(sizing: Sizing, grading: f64) -> Self {
-        Self { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading, thickness: None }
+        Self { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading, thickness: None, distance: None }
     }
 }
 
@@ -235,6 +241,9 @@ fn remesh(
             r.work.mesh.set_all_changed();
         }
         polish(&mut r, LAST)?;
+        if let Some(limit) = options.distance {
+            tested = nearer(mesh, &mut r, limit)?;
+        }
         if r.work.raw {
             tested = mend_slim(mesh, &mut r)?;
         }
@@ -392,9 +401,29 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
     r.flip_and_move(STUCK)
 }
 
+/// Divides what is too far from the surface; taken back where triangles intersect then. Returns the mesh then and the triangles
+/// of it that intersect others, where anything was divided.
+fn nearer(names: &TriMesh, r: &mut Remesher<'_>, limit: f64) -> Result<Option<Tested>> {
+    let list = r.beyond(limit);
+    if list.is_empty() {
+        return Ok(None);
+    }
+    let before = r.clone();
+    if r.come_near(limit, list)? == 0 {
+        return Ok(None);
+    }
+    let out = finish(names, r);
+    let bad = intersecting(&out, r.run)?;
+    if !bad.is_empty() {
+        *r = before;
+        return Ok(None);
+    }
+    Ok(Some((out, bad)))
+}
+
 /// Mends the worst triangles once more; taken back where more of them intersect then, as in a crevice they may. Returns the mesh
 /// then and the triangles of it that intersect others, where that was looked at.
-fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Option<(TriMesh, Vec<u32>)>> {
+fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Option<Tested>> {
     let seen = r.seen();
     if r.worse_than(SLIM, &seen).is_empty() {
         return Ok(None);

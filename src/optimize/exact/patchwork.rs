@@ -274,11 +274,17 @@ impl Patchwork {
         (known && plain_shape(self.mesh.corner_points(t)) < limit) || self.shape(surface, t) < limit
     }
 
+    /// Whether triangles are judged [by angles](Self::by_angles) on a smooth surface: between the nodes of raw triangles its normals
+    /// are as rough as these.
+    pub(super) fn is_smooth_by_angles(&self) -> bool {
+        self.by_angles && !self.raw
+    }
+
     /// The shape of a triangle judged [by angles](Self::by_angles) whose neighbors face its way: what is turned over ends at a
     /// fold, and there the surface is asked. On rough surfaces, as soups are, whole neighborhoods face a wrong way.
     fn plain_among_alike(&self, t: u32) -> Option<f64> {
         let patch = &self.patches[self.mesh.label(t) as usize];
-        let asked = self.by_angles && !self.raw && patch.piece != NONE && patch.plane.is_none();
+        let asked = self.is_smooth_by_angles() && patch.piece != NONE && patch.plane.is_none();
         (asked && self.neighbors_alike(t, ALIKE)? > 0).then(|| plain_shape(self.mesh.corner_points(t)))
     }
 

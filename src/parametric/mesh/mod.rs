@@ -3,6 +3,7 @@
 //!
 //! The result is node-matched, closed where the faces are, and coarse in its shapes: it is where remeshing starts.
 
+mod bends;
 mod domain;
 mod edges;
 mod fill;

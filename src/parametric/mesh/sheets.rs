@@ -1,10 +1,11 @@
-//! Faces with creases inside, or whose two sides run together at one: they are meshed in sheets.
+//! Faces with creases inside, or bends as sharp as these, or whose two sides run together at one: they are meshed in sheets.
 //!
 //! A sheet is the part of a face between two lines of its domain. It is a piece of its own with a chart of its own, so what
 //! lies near is looked for on the right side of a sharp trailing edge.
 
 use glam::DVec2;
 
+use super::bends::bends;
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Surface;
 
@@ -18,6 +19,8 @@ const LOOKS: usize = 9;
 const PLACES: usize = 64;
 /// A sheet's chart goes on beyond a line that is no crease by this share of its range.
 const BEYOND: f64 = 0.05;
+/// Lines nearer to each other than this share of the parameter's range are one.
+const NEAR: f64 = 1e-3;
 /// A chart ends this share of its range before a crease, so that it knows one side only.
 const INSET: f64 = 1e-9;
 
@@ -34,7 +37,7 @@ pub(super) struct Sheets {
 }
 
 impl Sheets {
-    /// How a face shall be divided; `None` where its surface has no crease.
+    /// How a face shall be divided; `None` where its surface has no crease, and no bend that looks like one.
     pub(super) fn of(chart: &Chart) -> Option<Self> {
         (0..2).filter_map(|axis| Self::along(chart, axis)).max_by_key(|s| s.lines.iter().filter(|l| l.1).count())
     }
@@ -50,7 +53,16 @@ impl Sheets {
             .filter(|t| *t > a && *t < b && creased(chart, axis, [*t, *t]))
             .map(|t| (t, true))
             .collect();
-        let seam = period.is_some() && creased(chart, axis, [b, a]);
+        let mut seam = period.is_some() && creased(chart, axis, [b, a]);
+        for t in bends(chart, axis) {
+            let near = |x: f64| (t - x).abs() < NEAR * (b - a);
+            if period.is_some() && (near(a) || near(b)) {
+                seam = true;
+            } else if !lines.iter().any(|l| near(l.0)) {
+                lines.push((t, true));
+            }
+        }
+        lines.sort_by(|x, y| x.0.total_cmp(&y.0));
         if lines.is_empty() && !seam {
             return None;
         }
