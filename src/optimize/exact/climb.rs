@@ -111,7 +111,7 @@ impl Remesher<'_> {
 
     /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
     /// off more of a bend than was asked for.
-    fn stays_even(&self, v: u32, x: DVec3) -> bool {
+    pub(super) fn stays_even(&self, v: u32, x: DVec3) -> bool {
         if self.rank[v as usize] != Rank::Curve {
             return true;
         }
@@ -195,7 +195,7 @@ impl Remesher<'_> {
 
     /// Takes a node back to where it was if more triangles around it are folded now, by the normals at their middles: where the
     /// surface turns around a narrow edge the normal at the node says little of them. Returns whether it stayed.
-    fn stays_unfolded(&mut self, v: u32, start: DVec3) -> bool {
+    pub(super) fn stays_unfolded(&mut self, v: u32, start: DVec3) -> bool {
         if !self.work.is_smooth_by_angles() {
             return true;
         }

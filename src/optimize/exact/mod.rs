@@ -1,6 +1,7 @@
 //! Meshes with exact edges and corners, for surfaces known as [pieces](Pieces): cut the extracted mesh along the borders
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
+mod angles;
 mod apexes;
 mod bridges;
 mod climb;
@@ -398,7 +399,8 @@ fn polish(r: &mut Remesher<'_>, rounds: usize) -> Result<()> {
         r.relax()?;
     }
     r.mend_worst(MEND, POLISH)?;
-    r.flip_and_move(STUCK)
+    r.flip_and_move(STUCK)?;
+    r.raise_angles()
 }
 
 /// Divides what is too far from the surface; taken back where triangles intersect then. Returns the mesh then and the triangles

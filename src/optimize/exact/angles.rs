@@ -1,0 +1,239 @@
+//! Raising small angles: nodes move to where the triangles around them are better on the whole, by what meshes are judged by, the
+//! ratio of radii and the smallest angles.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::moves::CALM;
+use super::remesh::{Rank, Remesher, SHARE};
+use crate::error::Result;
+
+/// How much the square of what a cosine is beyond the limit counts beside a ratio of radii.
+const WEIGHT: f64 = 17.0;
+/// How far beyond the places looked at a move may go, in steps to there.
+const REACH: f64 = 2.0;
+/// A paraboloid's curvature across that is less than this share of that along counts as none.
+const FLAT: f64 = 1e-6;
+/// How much the steps are made shorter once there is nothing better in reach of longer ones.
+const SHRINK: f64 = 0.35;
+/// A move must make this share of what is missing good.
+const GAIN: f64 = 0.01;
+
+/// How far it is worth going.
+struct Effort {
+    /// Triangles with an angle of a cosine above this are poor, and pay for it.
+    small: f64,
+    /// Triangles with a ratio of radii, 2r/R, below this are poor.
+    round: f64,
+    /// First and last step, as shares of the shortest edge.
+    steps: [f64; 2],
+    /// Passes over the nodes of poor triangles.
+    passes: usize,
+}
+
+/// Within borders that stay as they were spaced, many angles are small at first: 46 degrees, as a right angle falls into two of
+/// 45 at best.
+const SPACED: Effort = Effort { small: 0.6947, round: 0.97, steps: [0.12, 0.01], passes: 3 };
+/// Where borders were remeshed along with the rest few are left: 49 degrees.
+const FREE: Effort = Effort { small: 0.656, round: 0.0, steps: [0.1, 0.03], passes: 2 };
+
+/// Places looked at around a node, at equal angles from each other in the plane its moves lie in.
+const AROUND: usize = 6;
+const SINE: f64 = 0.866_025_403_784_438_6;
+const DIRECTIONS: [[f64; 2]; AROUND] =
+    [[1.0, 0.0], [0.5, SINE], [-0.5, SINE], [-1.0, 0.0], [-0.5, -SINE], [0.5, -SINE]];
+
+/// A triangle at a node by the ends of its side across from there: each by its coordinates in the plane the node moves in, from
+/// where that is now, and its squared distance from there; and by the length of that side.
+struct Across {
+    ends: [[f64; 3]; 2],
+    side: f64,
+}
+
+impl Across {
+    fn new(a: DVec3, b: DVec3, start: DVec3, [x, y]: [DVec3; 2]) -> Self {
+        let end = |p: DVec3| [(p - start).dot(x), (p - start).dot(y), p.distance_squared(start)];
+        Self { ends: [end(a), end(b)], side: a.distance(b) }
+    }
+
+    /// What the triangle lacks with its free corner at each place of the plane: of the ratio of its radii, and of its smallest
+    /// angle where that is small.
+    fn lack<const N: usize>(&self, at: &[[f64; 2]; N], small: f64) -> [f64; N] {
+        let [a, b] = self.ends;
+        at.map(|[x, y]| {
+            let squared = |[ex, ey, d]: [f64; 3]| (d - 2.0 * (x * ex + y * ey) + (x * x + y * y)).max(0.0);
+            lacks([squared(a), squared(b)], self.side, small)
+        })
+    }
+}
+
+/// [`Across::lack`] of a triangle with two squared lengths of sides and the third side's length.
+fn lacks([uu, vv]: [f64; 2], w: f64, small: f64) -> f64 {
+    let (u, v, uv) = (uu.sqrt(), vv.sqrt(), 0.5 * (uu + vv - w * w));
+    let (product, sum) = (u * v * w, u + v + w);
+    // The cosine of the smallest angle is the largest of the three.
+    let cosine = (uv * w).max((uu - uv) * v).max((vv - uv) * u);
+    let over = 1.0 / (product * sum);
+    let sharp = (cosine * sum * over - small).max(0.0);
+    let all = 1.0 - 4.0 * (uu * vv - uv * uv) * over + WEIGHT * sharp * sharp;
+    if product > 0.0 { all } else { 1.0 + WEIGHT }
+}
+
+fn lack_around<const N: usize>(ring: &[Across], at: &[[f64; 2]; N], small: f64) -> [f64; N] {
+    ring.iter().fold([0.0; N], |mut sums, t| {
+        sums.iter_mut().zip(t.lack(at, small)).for_each(|(sum, lack)| *sum += lack);
+        sums
+    })
+}
+
+/// The bottom of the paraboloid that takes the value `now` in the middle and fits the values at the [places around](DIRECTIONS)
+/// best, in steps to there.
+fn bottom(now: f64, around: &[f64; AROUND]) -> Option<[f64; 2]> {
+    let (mut gx, mut gy, mut sum, mut long, mut oblique) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (f, [x, y]) in around.iter().zip(DIRECTIONS) {
+        let f = f - now;
+        gx += f * x / 3.0;
+        gy += f * y / 3.0;
+        sum += f / 3.0;
+        long += f * (x * x - y * y) * (2.0 / 3.0);
+        oblique += f * x * y * (4.0 / 3.0);
+    }
+    let (xx, yy) = (sum + long, sum - long);
+    let determinant = xx * yy - oblique * oblique;
+    if xx > 0.0 && determinant > FLAT * xx * xx {
+        Some([(oblique * gy - yy * gx) / determinant, (oblique * gx - xx * gy) / determinant])
+    } else {
+        (xx > 0.0).then(|| [-gx / xx, 0.0])
+    }
+}
+
+/// What is missing around a node where it is, the place around where the least is, and how much that is.
+struct Search {
+    before: f64,
+    place: [f64; 2],
+    least: f64,
+}
+
+/// Looks for the place around a node where the least is missing; on a curve along the first coordinate only. `length` is that of
+/// the shortest edge there.
+fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort) -> Search {
+    let width = if on_curve { 0.0 } else { 1.0 };
+    let [before] = lack_around(ring, &[[0.0; 2]], effort.small);
+    let (mut place, mut least, mut step) = ([0.0; 2], before, effort.steps[0] * length);
+    while step > effort.steps[1] * length {
+        let there = |[x, y]: [f64; 2]| [place[0] + step * x, place[1] + width * step * y];
+        let (mut next, now) = (place, least);
+        let mut offer = |at: [f64; 2], lack: f64| {
+            if lack < least {
+                (least, next) = (lack, at);
+            }
+        };
+        let around = lack_around(ring, &DIRECTIONS.map(there), effort.small);
+        for (d, lack) in DIRECTIONS.into_iter().zip(around) {
+            offer(there(d), lack);
+        }
+        if let Some([x, y]) = bottom(now, &around) {
+            let shorter = (REACH / x.hypot(y)).min(1.0);
+            let at = there([x * shorter, y * shorter]);
+            offer(at, lack_around(ring, &[at], effort.small)[0]);
+        }
+        if (next[0] - place[0]).hypot(next[1] - place[1]) < 0.5 * step {
+            step *= SHRINK;
+        }
+        place = next;
+    }
+    Search { before, place, least }
+}
+
+/// Whether a triangle is worth it.
+fn is_poor([a, b, c]: [DVec3; 3], effort: &Effort) -> bool {
+    let (u, v) = (b - a, c - a);
+    let (uu, vv, uv) = (u.length_squared(), v.length_squared(), u.dot(v));
+    let ww = uu + vv - 2.0 * uv;
+    let (lu, lv, lw) = (uu.sqrt(), vv.sqrt(), ww.sqrt());
+    let cosine = (uv * lw).max((uu - uv) * lv).max((vv - uv) * lu);
+    let area = u.cross(v).length_squared();
+    cosine > effort.small * lu * lv * lw || 4.0 * area < effort.round * lu * lv * lw * (lu + lv + lw)
+}
+
+impl Remesher<'_> {
+    /// Moves nodes of poor triangles to where less is missing around them. No shape gets worse than the worst one around was.
+    pub(super) fn raise_angles(&mut self) -> Result<()> {
+        let effort = if self.work.spaced { &SPACED } else { &FREE };
+        let seen = self.seen();
+        let this = &*self;
+        let m = &this.work.mesh;
+        let poor: Vec<u32> = this.run.install(|| {
+            let list = seen.par_iter().with_min_len(SHARE);
+            list.copied().filter(|&t| !this.work.is_kept(t) && is_poor(m.corner_points(t), effort)).collect()
+        });
+        let mut nodes: Vec<u32> = poor.into_iter().flat_map(|t| m.corners(t)).collect();
+        let mut ring = Vec::new();
+        for _ in 0..effort.passes {
+            nodes.sort_unstable();
+            nodes.dedup();
+            let mut next = Vec::new();
+            for (k, &v) in nodes.iter().enumerate() {
+                if k % 256 == 0 {
+                    self.run.check()?;
+                }
+                if self.raise_around(v, effort, &mut ring) {
+                    next.push(v);
+                    next.extend(self.work.mesh.neighbors(v));
+                }
+            }
+            if next.is_empty() {
+                break;
+            }
+            nodes = next;
+        }
+        Ok(())
+    }
+
+    /// Moves a node to where less is missing around it, if there is such a place; `ring` is room to work in.
+    fn raise_around(&mut self, v: u32, effort: &Effort, ring: &mut Vec<Across>) -> bool {
+        let rank = self.rank[v as usize];
+        // What borders were spaced for here stays; those spaced before had no look at what lies beside.
+        if rank == Rank::Corner || (rank == Rank::Curve && !self.work.spaced) || !self.sees(v) {
+            return false;
+        }
+        let (m, start) = (&self.work.mesh, self.point(v));
+        let plane = if rank == Rank::Curve {
+            let [a, b] = self.work.along(v)[..] else { return false };
+            [(self.point(b) - self.point(a)).normalize_or_zero(), DVec3::ZERO]
+        } else {
+            let up: DVec3 =
+                m.outgoing(v).map(|h| (self.point(m.target(h)) - start).cross(self.point(m.apex(h)) - start)).sum();
+            let Some((x, y)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return false };
+            [x, y]
+        };
+        ring.clear();
+        ring.extend(m.outgoing(v).map(|h| Across::new(self.point(m.target(h)), self.point(m.apex(h)), start, plane)));
+        let length = m.outgoing(v).map(|h| start.distance(self.point(m.target(h)))).fold(f64::INFINITY, f64::min);
+        let Search { before, place: [along, across], least } = search(ring, length, rank == Rank::Curve, effort);
+        let enough = (1.0 - GAIN) * before;
+        if least > enough {
+            return false;
+        }
+        let (set, reach) = (self.work.sets[v as usize], self.want[v as usize]);
+        let place = start + along * plane[0] + across * plane[1];
+        let Some((x, normal)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { return false };
+        if !self.stays_even(v, x) {
+            return false;
+        }
+        let (m, mut after) = (&self.work.mesh, 0.0);
+        for h in m.outgoing(v) {
+            let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
+            after += lacks([a.distance_squared(x), b.distance_squared(x)], a.distance(b), effort.small);
+        }
+        if after > enough {
+            return false;
+        }
+        let floor = self.work.worst_now(self.surface, v).0.min(CALM);
+        if self.worst_beside(v, x, normal, floor) < floor {
+            return false;
+        }
+        self.work.mesh.set_point(v, x);
+        self.stays_unfolded(v, start)
+    }
+}
