@@ -61,7 +61,7 @@ fn both_sides_of_a_sharp_edge_are_remeshed() {
     let made = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap();
     assert!(made.report.ladder.is_empty(), "{:?}", made.report.ladder);
     let quality = made.report.check.unwrap().quality;
-    assert!(quality.p05_angle > 40.0 && quality.mean_radius_ratio > 0.95, "{quality:?}");
+    assert!(quality.p05_angle > 47.0 && quality.mean_radius_ratio > 0.979, "{quality:?}");
 }
 
 /// Distances are those to the true sphere, and what was asked for holds at every point looked at.

@@ -8,8 +8,8 @@ use super::moves::CALM;
 use super::remesh::{Rank, Remesher, SHARE};
 use crate::error::Result;
 
-/// How much the square of what a cosine is beyond the limit counts beside a ratio of radii.
-const WEIGHT: f64 = 17.0;
+/// Triangles with an angle of a cosine above this, 49 degrees, are poor, and pay for it.
+const SMALL: f64 = 0.656;
 /// How far beyond the places looked at a move may go, in steps to there.
 const REACH: f64 = 2.0;
 /// A paraboloid's curvature across that is less than this share of that along counts as none.
@@ -17,12 +17,12 @@ const FLAT: f64 = 1e-6;
 /// How much the steps are made shorter once there is nothing better in reach of longer ones.
 const SHRINK: f64 = 0.35;
 /// A move must make this share of what is missing good.
-const GAIN: f64 = 0.01;
+const GAIN: f64 = 0.005;
 
 /// How far it is worth going.
 struct Effort {
-    /// Triangles with an angle of a cosine above this are poor, and pay for it.
-    small: f64,
+    /// How much the square of what a cosine is beyond the [limit](SMALL) counts beside a ratio of radii.
+    weight: f64,
     /// Triangles with a ratio of radii, 2r/R, below this are poor.
     round: f64,
     /// First and last step, as shares of the shortest edge.
@@ -31,11 +31,10 @@ struct Effort {
     passes: usize,
 }
 
-/// Within borders that stay as they were spaced, many angles are small at first: 46 degrees, as a right angle falls into two of
-/// 45 at best.
-const SPACED: Effort = Effort { small: 0.6947, round: 0.97, steps: [0.12, 0.01], passes: 3 };
-/// Where borders were remeshed along with the rest few are left: 49 degrees.
-const FREE: Effort = Effort { small: 0.656, round: 0.0, steps: [0.1, 0.03], passes: 2 };
+/// Within borders that stay as they were spaced, little is as good as it could be at first.
+const SPACED: Effort = Effort { weight: 9.0, round: 0.98, steps: [0.12, 0.01], passes: 4 };
+/// Where borders were remeshed along with the rest few small angles are left.
+const FREE: Effort = Effort { weight: 14.0, round: 0.0, steps: [0.1, 0.03], passes: 2 };
 
 /// Places looked at around a node, at equal angles from each other in the plane its moves lie in.
 const AROUND: usize = 6;
@@ -58,30 +57,30 @@ impl Across {
 
     /// What the triangle lacks with its free corner at each place of the plane: of the ratio of its radii, and of its smallest
     /// angle where that is small.
-    fn lack<const N: usize>(&self, at: &[[f64; 2]; N], small: f64) -> [f64; N] {
+    fn lack<const N: usize>(&self, at: &[[f64; 2]; N], weight: f64) -> [f64; N] {
         let [a, b] = self.ends;
         at.map(|[x, y]| {
             let squared = |[ex, ey, d]: [f64; 3]| (d - 2.0 * (x * ex + y * ey) + (x * x + y * y)).max(0.0);
-            lacks([squared(a), squared(b)], self.side, small)
+            lacks([squared(a), squared(b)], self.side, weight)
         })
     }
 }
 
 /// [`Across::lack`] of a triangle with two squared lengths of sides and the third side's length.
-fn lacks([uu, vv]: [f64; 2], w: f64, small: f64) -> f64 {
+fn lacks([uu, vv]: [f64; 2], w: f64, weight: f64) -> f64 {
     let (u, v, uv) = (uu.sqrt(), vv.sqrt(), 0.5 * (uu + vv - w * w));
     let (product, sum) = (u * v * w, u + v + w);
     // The cosine of the smallest angle is the largest of the three.
     let cosine = (uv * w).max((uu - uv) * v).max((vv - uv) * u);
     let over = 1.0 / (product * sum);
-    let sharp = (cosine * sum * over - small).max(0.0);
-    let all = 1.0 - 4.0 * (uu * vv - uv * uv) * over + WEIGHT * sharp * sharp;
-    if product > 0.0 { all } else { 1.0 + WEIGHT }
+    let sharp = (cosine * sum * over - SMALL).max(0.0);
+    let all = 1.0 - 4.0 * (uu * vv - uv * uv) * over + weight * sharp * sharp;
+    if product > 0.0 { all } else { 1.0 + weight }
 }
 
-fn lack_around<const N: usize>(ring: &[Across], at: &[[f64; 2]; N], small: f64) -> [f64; N] {
+fn lack_around<const N: usize>(ring: &[Across], at: &[[f64; 2]; N], weight: f64) -> [f64; N] {
     ring.iter().fold([0.0; N], |mut sums, t| {
-        sums.iter_mut().zip(t.lack(at, small)).for_each(|(sum, lack)| *sum += lack);
+        sums.iter_mut().zip(t.lack(at, weight)).for_each(|(sum, lack)| *sum += lack);
         sums
     })
 }
@@ -118,7 +117,7 @@ struct Search {
 /// the shortest edge there.
 fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort) -> Search {
     let width = if on_curve { 0.0 } else { 1.0 };
-    let [before] = lack_around(ring, &[[0.0; 2]], effort.small);
+    let [before] = lack_around(ring, &[[0.0; 2]], effort.weight);
     let (mut place, mut least, mut step) = ([0.0; 2], before, effort.steps[0] * length);
     while step > effort.steps[1] * length {
         let there = |[x, y]: [f64; 2]| [place[0] + step * x, place[1] + width * step * y];
@@ -128,14 +127,14 @@ fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort) -> Sear
                 (least, next) = (lack, at);
             }
         };
-        let around = lack_around(ring, &DIRECTIONS.map(there), effort.small);
+        let around = lack_around(ring, &DIRECTIONS.map(there), effort.weight);
         for (d, lack) in DIRECTIONS.into_iter().zip(around) {
             offer(there(d), lack);
         }
         if let Some([x, y]) = bottom(now, &around) {
             let shorter = (REACH / x.hypot(y)).min(1.0);
             let at = there([x * shorter, y * shorter]);
-            offer(at, lack_around(ring, &[at], effort.small)[0]);
+            offer(at, lack_around(ring, &[at], effort.weight)[0]);
         }
         if (next[0] - place[0]).hypot(next[1] - place[1]) < 0.5 * step {
             step *= SHRINK;
@@ -153,7 +152,7 @@ fn is_poor([a, b, c]: [DVec3; 3], effort: &Effort) -> bool {
     let (lu, lv, lw) = (uu.sqrt(), vv.sqrt(), ww.sqrt());
     let cosine = (uv * lw).max((uu - uv) * lv).max((vv - uv) * lu);
     let area = u.cross(v).length_squared();
-    cosine > effort.small * lu * lv * lw || 4.0 * area < effort.round * lu * lv * lw * (lu + lv + lw)
+    cosine > SMALL * lu * lv * lw || 4.0 * area < effort.round * lu * lv * lw * (lu + lv + lw)
 }
 
 impl Remesher<'_> {
@@ -224,7 +223,7 @@ impl Remesher<'_> {
         let (m, mut after) = (&self.work.mesh, 0.0);
         for h in m.outgoing(v) {
             let (a, b) = (self.point(m.target(h)), self.point(m.apex(h)));
-            after += lacks([a.distance_squared(x), b.distance_squared(x)], a.distance(b), effort.small);
+            after += lacks([a.distance_squared(x), b.distance_squared(x)], a.distance(b), effort.weight);
         }
         if after > enough {
             return false;
