@@ -4,6 +4,7 @@
 //! sides, once as a whole and once in quarters, which are divided on until both agree.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::mesh::{FaceMeshes, MeshSizes, Parametric, Place};
@@ -107,20 +108,24 @@ impl Parametric {
         };
         let bent = Bent { solid: self, made: &made, borders: borders(&made), least: LEAST * size * size };
         let mut points: Vec<Vec<DVec3>> = vec![Vec::new(); self.brep.faces.len()];
-        for t in 0..made.mesh.triangles.len() {
-            if t % 1024 == 0 {
-                run.check()?;
-            }
-            let label = made.mesh.labels[t] as usize;
+        let integral = |t: usize| {
             let mut seen = Vec::new();
             let (area, volume) = bent.integral(t, &mut seen);
+            let bounds = Aabb::around(seen.iter().copied());
+            seen.truncate(6);
+            run.check().map(|()| (area, volume, bounds, seen))
+        };
+        let list = 0..made.mesh.triangles.len();
+        let integrals: Vec<_> = run.install(|| list.into_par_iter().map(integral).collect::<Result<_>>())?;
+        for (t, (area, volume, bounds, seen)) in integrals.into_iter().enumerate() {
+            let label = made.mesh.labels[t] as usize;
             let face = &mut out.faces[label];
             face.area = face.area.map(|a| a + area);
-            face.bounds = face.bounds.union(&Aabb::around(seen.iter().copied()));
+            face.bounds = face.bounds.union(&bounds);
             if let Some(v) = out.volumes.get_mut(body[label]) {
                 *v += volume;
             }
-            points[label].extend(&seen[..6]);
+            points[label].extend(seen);
         }
         for f in &made.failures {
             out.faces[f.face as usize].area = None;
