@@ -16,6 +16,8 @@ const REACH: f64 = 2.0;
 const FLAT: f64 = 1e-6;
 /// How much the steps are made shorter once there is nothing better in reach of longer ones.
 const SHRINK: f64 = 0.35;
+/// Nothing is sought where less is missing than this much a triangle.
+const CONTENT: f64 = 0.003;
 /// A move must make this share of what is missing good.
 const GAIN: f64 = 0.005;
 
@@ -25,7 +27,7 @@ struct Effort {
     weight: f64,
     /// Triangles with a ratio of radii, 2r/R, below this are poor.
     round: f64,
-    /// First and last step, as shares of the shortest edge.
+    /// First and last step, as shares of the shortest edge; later passes start with [shorter](SHRINK) ones.
     steps: [f64; 2],
     /// Passes over the nodes of poor triangles.
     passes: usize,
@@ -114,11 +116,14 @@ struct Search {
 }
 
 /// Looks for the place around a node where the least is missing; on a curve along the first coordinate only. `length` is that of
-/// the shortest edge there.
-fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort) -> Search {
+/// the shortest edge there, `first` the first step as a share of it.
+fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort, first: f64) -> Search {
     let width = if on_curve { 0.0 } else { 1.0 };
     let [before] = lack_around(ring, &[[0.0; 2]], effort.weight);
-    let (mut place, mut least, mut step) = ([0.0; 2], before, effort.steps[0] * length);
+    let (mut place, mut least, mut step) = ([0.0; 2], before, first * length);
+    if before < CONTENT * ring.len() as f64 {
+        return Search { before, place, least };
+    }
     while step > effort.steps[1] * length {
         let there = |[x, y]: [f64; 2]| [place[0] + step * x, place[1] + width * step * y];
         let (mut next, now) = (place, least);
@@ -168,7 +173,8 @@ impl Remesher<'_> {
         });
         let mut nodes: Vec<u32> = poor.into_iter().flat_map(|t| m.corners(t)).collect();
         let mut ring = Vec::new();
-        for _ in 0..effort.passes {
+        for pass in 0..effort.passes {
+            let first = effort.steps[0] * SHRINK.powi(pass.min(1) as i32);
             nodes.sort_unstable();
             nodes.dedup();
             let mut next = Vec::new();
@@ -176,7 +182,7 @@ impl Remesher<'_> {
                 if k % 256 == 0 {
                     self.run.check()?;
                 }
-                if self.raise_around(v, effort, &mut ring) {
+                if self.raise_around(v, effort, first, &mut ring) {
                     next.push(v);
                     next.extend(self.work.mesh.neighbors(v));
                 }
@@ -190,7 +196,7 @@ impl Remesher<'_> {
     }
 
     /// Moves a node to where less is missing around it, if there is such a place; `ring` is room to work in.
-    fn raise_around(&mut self, v: u32, effort: &Effort, ring: &mut Vec<Across>) -> bool {
+    fn raise_around(&mut self, v: u32, effort: &Effort, first: f64, ring: &mut Vec<Across>) -> bool {
         let rank = self.rank[v as usize];
         // What borders were spaced for here stays; those spaced before had no look at what lies beside.
         if rank == Rank::Corner || (rank == Rank::Curve && !self.work.spaced) || !self.sees(v) {
@@ -209,7 +215,7 @@ impl Remesher<'_> {
         ring.clear();
         ring.extend(m.outgoing(v).map(|h| Across::new(self.point(m.target(h)), self.point(m.apex(h)), start, plane)));
         let length = m.outgoing(v).map(|h| start.distance(self.point(m.target(h)))).fold(f64::INFINITY, f64::min);
-        let Search { before, place: [along, across], least } = search(ring, length, rank == Rank::Curve, effort);
+        let Search { before, place: [along, across], least } = search(ring, length, rank == Rank::Curve, effort, first);
         let enough = (1.0 - GAIN) * before;
         if least > enough {
             return false;
