@@ -212,6 +212,16 @@ fn small_angles_are_raised_as_far_as_borders_allow() {
     assert!(quality.p05_angle >= 48.0 && quality.mean_radius_ratio > 0.987, "{quality:?}");
 }
 
+/// Solids far smaller than the size, of more leaves than one brick of cells can look at everywhere: all of them come out.
+#[test]
+fn many_solids_smaller_than_the_cells_come_out_whole() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/many_solids.py");
+    let part = load_part(&path, &[("count".into(), 100.0)]).unwrap();
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.42)), ..MeshOptions::default() };
+    let check = mesh_part(&part, &options, &Run::new()).unwrap().report.check.unwrap();
+    assert_eq!((check.euler, check.self_intersections), (200, 0));
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     // A ball is one face, and is worked on in parts.

@@ -3,6 +3,8 @@
 //! Between nodes leaves count as linear, on every triangle: their zeros are then straight there, and their arrangement
 //! is a matter of signs, the same on both sides of an edge.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -11,16 +13,21 @@ use super::super::leaf::Leaf;
 use super::super::model::Implicit;
 use super::super::newton::{condition, leaves_of, nearest};
 use super::super::octree::Cell;
+use super::super::tape::{Pruned, Scratch, Tape};
 use super::Unfit;
 use super::ends::{Ends, fillet_and_side};
 use super::sheet::Sheet;
 use super::{place, positive, share};
+use crate::spatial::Aabb;
 
 /// Points are looked for on their leaves within this many cells.
 const REACH: f64 = 2.0;
 /// Steps on one leaf towards another, and how long they are at most, in cells.
 const STEPS: usize = 40;
 const STRIDE: f64 = 0.2;
+/// Where a brick has more leaves than this, only those count that matter within this many cells around a triangle.
+const MANY: usize = 48;
+const AROUND: f64 = 1.0;
 /// How often an interval is halved that holds a zero: then nothing is left of it.
 const HALVED: usize = 54;
 
@@ -160,6 +167,15 @@ struct Arranger<'a> {
     on_edge: FxHashMap<(u32, u32), Vec<(f64, u32)>>,
 }
 
+/// What of a brick of [many](MANY) leaves matters around the triangle looked at last.
+struct Near {
+    brick: Option<usize>,
+    bounds: Aabb,
+    /// The other leaves, and the brick's tape without the rest; nothing where no leaf decides.
+    found: Option<(Vec<u32>, Arc<Tape>)>,
+    scratch: Scratch,
+}
+
 /// Cuts a sheet. *Errors*: the places where what bounds the solid ends otherwise than at another leaf, or touches itself.
 pub(super) fn arrange(
     (model, ends): (&Implicit, &Ends),
@@ -170,15 +186,16 @@ pub(super) fn arrange(
 ) -> Result<Part, Unfit> {
     // A fillet's sheet goes on beyond its ends, along its sides.
     let sides = if let Leaf::Fillet(f) = &model.leaves[leaf as usize] { &f.sides[..] } else { &[] };
-    let others = |b: &&Cell| {
-        let mut own = leaves_of(&b.tape);
+    let others_of = |tape: &Tape| {
+        let mut own = leaves_of(tape);
         own.extend(sides.iter().map(|s| s.number));
         own.sort_unstable();
         own.dedup();
         own.retain(|l| *l != leaf);
         own
     };
-    let others: Vec<Vec<u32>> = bricks.iter().map(others).collect();
+    let others: Vec<Vec<u32>> = bricks.iter().map(|b| others_of(&b.tape)).collect();
+    let mut near = Near { brick: None, bounds: Aabb::EMPTY, found: None, scratch: Scratch::default() };
     let mut this = Arranger {
         model,
         ends,
@@ -193,7 +210,23 @@ pub(super) fn arrange(
     let mut side = vec![false; ends.count];
     for t in 0..sheet.triangles.len() {
         let brick = sheet.brick[t] as usize;
-        let Some((corners, polygons, signs)) = this.cut(t, &others[brick]) else {
+        let (mut tape, mut list) = (&bricks[brick].tape, &others[brick]);
+        if list.len() > MANY {
+            let bounds = Aabb::around(sheet.triangles[t].map(|v| sheet.nodes[v as usize]));
+            if near.brick != Some(brick) || near.bounds.union(&bounds) != near.bounds {
+                near.brick = Some(brick);
+                near.bounds = bounds.grown(AROUND * cell);
+                let pruned = tape.prune(&model.leaves, &near.bounds, &mut near.scratch);
+                near.found = match pruned {
+                    Pruned::Smaller(tape) => Some((others_of(&tape), Arc::new(tape))),
+                    Pruned::Same => Some((list.clone(), tape.clone())),
+                    Pruned::Inside | Pruned::Outside => None,
+                };
+            }
+            let Some(found) = &near.found else { continue };
+            (list, tape) = (&found.0, &found.1);
+        }
+        let Some((corners, polygons, signs)) = this.cut(t, list) else {
             return Err(sheet.triangles[t].map(|v| sheet.nodes[v as usize]).to_vec());
         };
         for polygon in polygons {
@@ -202,7 +235,6 @@ pub(super) fn arrange(
             if sides.iter().any(|s| side[s.number as usize] != s.negate) {
                 continue;
             }
-            let tape = &bricks[brick].tape;
             let plus = tape.inside_by(|l| l == leaf || side[l as usize]);
             if plus == tape.inside_by(|l| l != leaf && side[l as usize]) {
                 continue;
