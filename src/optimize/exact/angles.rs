@@ -68,16 +68,22 @@ impl Across {
     }
 }
 
-/// [`Across::lack`] of a triangle with two squared lengths of sides and the third side's length.
-fn lacks([uu, vv]: [f64; 2], w: f64, weight: f64) -> f64 {
+/// The ratio of a triangle's radii, 2r/R, and the cosine of its smallest angle, by two squared lengths of sides and the third
+/// side's length.
+fn shape([uu, vv]: [f64; 2], w: f64) -> [f64; 2] {
     let (u, v, uv) = (uu.sqrt(), vv.sqrt(), 0.5 * (uu + vv - w * w));
     let (product, sum) = (u * v * w, u + v + w);
     // The cosine of the smallest angle is the largest of the three.
     let cosine = (uv * w).max((uu - uv) * v).max((vv - uv) * u);
     let over = 1.0 / (product * sum);
-    let sharp = (cosine * sum * over - SMALL).max(0.0);
-    let all = 1.0 - 4.0 * (uu * vv - uv * uv) * over + weight * sharp * sharp;
-    if product > 0.0 { all } else { 1.0 + weight }
+    if product > 0.0 { [4.0 * (uu * vv - uv * uv) * over, cosine * sum * over] } else { [0.0, 1.0] }
+}
+
+/// [`Across::lack`] of a triangle by the same lengths.
+fn lacks(squared: [f64; 2], side: f64, weight: f64) -> f64 {
+    let [ratio, cosine] = shape(squared, side);
+    let sharp = (cosine - SMALL).max(0.0);
+    1.0 - ratio + weight * sharp * sharp
 }
 
 fn lack_around<const N: usize>(ring: &[Across], at: &[[f64; 2]; N], weight: f64) -> [f64; N] {
@@ -151,17 +157,13 @@ fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort, first: 
 
 /// Whether a triangle is worth it.
 fn is_poor([a, b, c]: [DVec3; 3], effort: &Effort) -> bool {
-    let (u, v) = (b - a, c - a);
-    let (uu, vv, uv) = (u.length_squared(), v.length_squared(), u.dot(v));
-    let ww = uu + vv - 2.0 * uv;
-    let (lu, lv, lw) = (uu.sqrt(), vv.sqrt(), ww.sqrt());
-    let cosine = (uv * lw).max((uu - uv) * lv).max((vv - uv) * lu);
-    let area = u.cross(v).length_squared();
-    cosine > SMALL * lu * lv * lw || 4.0 * area < effort.round * lu * lv * lw * (lu + lv + lw)
+    let [ratio, cosine] = shape([a.distance_squared(b), a.distance_squared(c)], b.distance(c));
+    cosine > SMALL || ratio < effort.round
 }
 
 impl Remesher<'_> {
-    /// Moves nodes of poor triangles to where less is missing around them. No shape gets worse than the worst one around was.
+    /// Moves nodes of poor triangles to where less is missing around them. No shape gets worse than the worst one around
+    /// was, or than what relaxation may leave.
     pub(super) fn raise_angles(&mut self) -> Result<()> {
         let effort = if self.work.spaced { &SPACED } else { &FREE };
         let seen = self.seen();
