@@ -28,6 +28,7 @@ mod clean;
 mod contours;
 mod exact;
 mod fill;
+mod fillings;
 mod holes;
 mod levels;
 mod local;
@@ -50,6 +51,7 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
+pub use fillings::absorb_fillings;
 pub use report::{Action, Defect, HealReport, Repair};
 
 /// Points of the input that are looked for in the result.

@@ -16,6 +16,10 @@ use crate::spatial::{Aabb, Bvh};
 /// the last, which is how far the input may be left, a gap is a hole, not an inaccuracy.
 const LADDER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 2.5e-5, 5e-5, 1e-4];
 
+/// Up to this tolerance contours are joined still if each of their edges has its counterpart: a surface that was torn, with
+/// what single precision or another tool left of its nodes. Holes have edges at their ends.
+const TORN: f64 = 1e-3;
+
 /// Tolerances tried after that on a mesh that is nothing but scattered corners: on one that has holes as well the border of
 /// a hole would be all there is left to join.
 const SCATTERED: [f64; 5] = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3];
@@ -47,10 +51,11 @@ pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport,
                 return Ok(());
             }
             let beyond = *share > LADDER[LADDER.len() - 1];
-            if beyond && !scattered {
+            if beyond && !scattered && *share > TORN {
                 break;
             }
-            let per_gap = if beyond { LENGTH_PER_SCATTER } else { LENGTH_PER_GAP };
+            let per_gap = if beyond && scattered { LENGTH_PER_SCATTER } else { LENGTH_PER_GAP };
+            let whole = beyond && !scattered;
             let tolerance = share * diagonal;
             for _ in 0..if junctions { 4 } else { 0 } {
                 let split = split_junctions(mesh, &open, tolerance);
@@ -62,7 +67,7 @@ pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport,
             }
             // ends that move bring others within reach
             for _ in 0..3 {
-                let near = join_edges(mesh, &open, tolerance, per_gap);
+                let near = join_edges(mesh, &open, tolerance, per_gap, whole);
                 if near.is_empty() {
                     break;
                 }
@@ -79,8 +84,9 @@ fn cell(p: DVec3, width: f64) -> [i64; 3] {
     (p / width).floor().to_array().map(|x| x as i64)
 }
 
-/// `open` are the open sides. Makes one of the ends of those that run against each other within the tolerance and are each other's best.
-fn join_edges(mesh: &mut TriMesh, open: &[u32], tolerance: f64, per_gap: f64) -> Vec<DVec3> {
+/// `open` are the open sides. Makes one of the ends of those that run against each other within the tolerance and are each other's
+/// best; only `whole` contours, if that is asked for, of which no edge is left.
+fn join_edges(mesh: &mut TriMesh, open: &[u32], tolerance: f64, per_gap: f64, whole: bool) -> Vec<DVec3> {
     let open: Vec<[u32; 2]> = open.iter().map(|h| directed(&mesh.triangles, *h)).collect();
     if open.len() < 2 {
         return Vec::new();
@@ -130,17 +136,34 @@ fn join_edges(mesh: &mut TriMesh, open: &[u32], tolerance: f64, per_gap: f64) ->
             best
         })
         .collect();
+    let counterpart = |i: usize| {
+        let (same_way, _, j) = best[i]?;
+        best[j as usize].is_some_and(|back| back.2 == i as u32).then_some((j as usize, same_way))
+    };
+    let mut contour = Sets::new(mesh.nodes.len());
+    let mut partial = vec![false; mesh.nodes.len()];
+    if whole {
+        for (i, &[a, b]) in open.iter().enumerate() {
+            contour.join(a, b);
+            if let Some((j, _)) = counterpart(i) {
+                contour.join(a, open[j][0]);
+            }
+        }
+        let single = (0..open.len()).filter(|i| counterpart(*i).is_none());
+        single.for_each(|i| partial[contour.find(open[i][0]) as usize] = true);
+    }
     let mut sets = Sets::new(mesh.nodes.len());
     let mut joined = false;
-    for (i, b) in best.iter().enumerate() {
-        let Some((same_way, _, j)) = *b else { continue };
-        if best[j as usize].is_some_and(|back| back.2 == i as u32) && (j as usize) > i {
-            let ([a, b], [c, d]) = (open[i], open[j as usize]);
-            let (c, d) = if same_way { (c, d) } else { (d, c) };
-            sets.join(a, c);
-            sets.join(b, d);
-            joined = true;
+    for (i, &[a, b]) in open.iter().enumerate() {
+        let Some((j, same_way)) = counterpart(i).filter(|c| c.0 > i) else { continue };
+        if whole && partial[contour.find(a) as usize] {
+            continue;
         }
+        let [c, d] = open[j];
+        let (c, d) = if same_way { (c, d) } else { (d, c) };
+        sets.join(a, c);
+        sets.join(b, d);
+        joined = true;
     }
     if !joined {
         return Vec::new();

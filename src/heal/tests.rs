@@ -370,6 +370,81 @@ fn scattered_corners_are_joined_beyond_what_a_gap_may_be() {
     assert_eq!(h.mesh.triangles.len(), mesh.triangles.len());
 }
 
+/// A torus torn open along `count` edges of its outer equator; one side lies `off` away from the other, up to half of that more
+/// or less.
+fn torn(count: u32, off: f64) -> (TriMesh, TriMesh) {
+    let (n, m) = (48, 24);
+    let whole = torus(n, m);
+    let mut mesh = whole.clone();
+    for i in 1..count {
+        let v = i * m;
+        let copy = mesh.nodes.len() as u32;
+        let away = DVec3::new((1.7 * f64::from(i)).sin(), (2.9 * f64::from(i)).cos(), 0.8).normalize();
+        mesh.nodes.push(mesh.nodes[v as usize] + (1.0 + 0.5 * f64::from(i).sin()) * off * away);
+        // Those below it.
+        for t in 0..mesh.triangles.len() {
+            if mesh.triangles[t].contains(&v) && whole.centroid(t).z < 0.0 {
+                mesh.triangles[t].iter_mut().filter(|x| **x == v).for_each(|x| *x = copy);
+            }
+        }
+    }
+    (whole, mesh)
+}
+
+#[test]
+fn a_torn_surface_is_joined_farther_than_borders_that_do_not_match() {
+    let off = 3.5e-4 * torus(48, 24).bounds().diagonal();
+    for count in [3, 20, 47] {
+        let (whole, mesh) = torn(count, off);
+        let h = expect(&mesh, 0, 1);
+        assert_eq!(h.report.repairs.len(), 1, "{}", h.report);
+        assert!(found(&h, Defect::NearBorders, Action::Merged), "{}", h.report);
+        assert_eq!((h.mesh.nodes.len(), h.mesh.triangles.len()), (whole.nodes.len(), whole.triangles.len()));
+        assert!((h.mesh.area() / whole.area() - 1.0).abs() < 1e-3, "count {count}");
+    }
+    // With a triangle missing beside the tear it is a hole.
+    let (_, mesh) = torn(20, off);
+    let beside = (0..mesh.triangles.len()).find(|t| mesh.triangles[*t].contains(&(10 * 24))).unwrap();
+    let h = expect(&without(&mesh, |t| t == beside), 0, 1);
+    assert!(h.report.repairs.iter().any(|r| r.defect == Defect::Hole), "{}", h.report);
+}
+
+#[test]
+fn small_and_narrow_fillings_belong_to_the_face_beside_them() {
+    let mut whole = cube(8);
+    whole.faces = vec!["low".into(), "high".into()];
+    whole.labels = (0..whole.triangles.len()).map(|t| u32::from(whole.centroid(t).z > 0.5)).collect();
+    let squares = |at: DVec3, half: DVec3| {
+        let w = whole.clone();
+        without(&whole, move |t| (w.centroid(t) - at).abs().cmplt(half).all())
+    };
+    let middle = DVec3::new(0.5, 0.5, 1.0);
+    // One square, a strip of six, a hole of sixteen: areas of 1/64, 6/64, 16/64.
+    for (half, gone) in [(0.07, 0.07), (0.38, 0.07), (0.25, 0.25)]
+        .map(|(x, y)| DVec3::new(x, y, 0.01))
+        .into_iter()
+        .zip([true, true, false])
+    {
+        let at = if half.y < 0.1 {
+            middle - DVec3::new(if half.x < 0.1 { 0.0625 } else { 0.0 }, 0.0625, 0.0)
+        } else {
+            middle
+        };
+        let mut mesh = healed(&squares(at, half)).mesh;
+        let filled = mesh.faces.iter().position(|f| f == "filled").unwrap() as u32;
+        assert!(mesh.labels.contains(&filled), "{half}");
+        let count = absorb_fillings(&mut mesh, 0.05, 0.12);
+        assert_eq!(count, usize::from(gone), "{half}");
+        assert_eq!(mesh.labels.contains(&filled), !gone, "{half}");
+        let high: f64 = (0..mesh.triangles.len())
+            .filter(|t| mesh.labels[*t] == 1)
+            .map(|t| 0.5 * mesh.area_vector(t).length())
+            .sum();
+        let all = 1.0 + 4.0 * 0.5;
+        assert!((high - if gone { all } else { all - 0.25 }).abs() < 1e-9, "{half}: {high}");
+    }
+}
+
 #[test]
 fn turned_triangles_turn_back() {
     let mut mesh = torus(12, 8);

@@ -25,7 +25,7 @@ use crate::run::Run;
 pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Comparison> {
     let prepared = prepare(input, soup.close, run)?;
     let size = length(options.size, &prepared.mesh);
-    let solid = Discrete::new(&prepared.mesh, &discrete_options(soup, size), run)?;
+    let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
     let (named, sizing) = (solid.named(), relaxed(sizing(size, options), options, soup, &solid));
     let sizes = feature_sizes(&solid, &sizing, options.tolerance, &mut Report::of("triangles", size, None));
     let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));

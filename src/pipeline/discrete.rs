@@ -1,5 +1,6 @@
 //! From a triangle soup to a mesh: what is damaged is healed, a model is found in the triangles, its faces are remeshed.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use super::refine::Wishes;
 use super::report::Report;
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
-use crate::heal::{HealOptions, heal};
+use crate::heal::{HealOptions, absorb_fillings, heal};
 use crate::implicit::part::SizeRequest;
 use crate::io::{self, Format};
 use crate::mesh::edit::NONE;
@@ -56,6 +57,9 @@ const MOST_NODES: f64 = 5e3;
 /// How often a mesh is made to come to a number of nodes, and how near to it is near enough.
 const TRIALS: usize = 5;
 const NEAR: f64 = 0.03;
+/// Fillings of less area than this many squares of the size, or narrower than this many sizes, are no faces of their own.
+const LEAST_FILLING: f64 = 1.0;
+const LEAST_WIDTH: f64 = 0.3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 2.0;
 /// The same for edges that end within a face on both sides.
@@ -138,6 +142,18 @@ pub fn load_mesh(path: &Path, run: &Run) -> Result<TriMesh> {
 pub(super) struct Prepared {
     pub(super) mesh: TriMesh,
     healed: Vec<String>,
+}
+
+impl Prepared {
+    /// What a mesh of edges of a length is made from: fillings that would be smaller than its triangles belong to faces beside
+    /// them.
+    pub(super) fn at(&self, size: f64) -> Cow<'_, TriMesh> {
+        let mut mesh = Cow::Borrowed(&self.mesh);
+        if !self.healed.is_empty() {
+            absorb_fillings(mesh.to_mut(), LEAST_FILLING * size * size, LEAST_WIDTH * size);
+        }
+        mesh
+    }
 }
 
 /// Whether a mesh is an oriented manifold, open or closed, without degenerate triangles, that does not intersect itself.
@@ -228,14 +244,15 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
 }
 
 fn mesh_prepared(
-    prepared @ Prepared { mesh, healed }: &Prepared,
+    prepared: &Prepared,
     size: f64,
     options: &MeshOptions,
     soup: &SoupOptions,
     run: &Run,
 ) -> Result<Meshed> {
     let mut report = Report::of("triangles", size, None);
-    report.warnings.clone_from(healed);
+    report.warnings.clone_from(&prepared.healed);
+    let mesh = &prepared.at(size);
     let found = |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run)
     {
         Ok(solid) => Ok(solid),
@@ -244,7 +261,7 @@ fn mesh_prepared(
     };
     let mut solid = found(size)?;
     let mut touching = Touching::default();
-    if !healed.is_empty() {
+    if !prepared.healed.is_empty() {
         touching = Touching::of(&solid.named(), run)?;
     }
     // Where healing left hardly any room even nodes that are put on edges may be in the way.
@@ -452,8 +469,9 @@ pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], le
 ///
 /// Errors: those of [`mesh_soup`].
 pub fn soup_info(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<SoupInfo> {
-    let Prepared { mesh, healed } = prepare(input, soup.close, run)?;
-    let solid = Discrete::new(&mesh, &discrete_options(soup, length(options.size, &mesh)), run)?;
+    let prepared = prepare(input, soup.close, run)?;
+    let size = length(options.size, &prepared.mesh);
+    let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
     let named = solid.named();
     let model = solid.model()?.model;
     let mut faces: Vec<FaceInfo> = named
@@ -486,7 +504,7 @@ pub fn soup_info(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     let b = solid.bounds();
     Ok(SoupInfo {
         triangles: input.triangles.len(),
-        healed,
+        healed: prepared.healed,
         closed: named.defects().is_closed(),
         lo: b.lo.to_array(),
         hi: b.hi.to_array(),
