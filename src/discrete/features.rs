@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::mesh::EditMesh;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;
+use crate::numeric::Sets;
 use crate::run::Run;
 
 /// Gaps between feature edges are bridged by edges of at least this share of the feature angle.
@@ -128,40 +129,58 @@ pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Res
     Ok(gone.len())
 }
 
-/// Unmarks the borders of islands: faces of at most a few triangles, smaller than `scale` across, that lie within one other.
-/// A step up or down has walls; what differs from everything around without any is noise. Returns how many went.
+/// Unmarks the borders of islands: one or more faces of at most a few triangles, together smaller than `scale` across, that lie
+/// within one other. A step up or down has walls; what differs from everything around without any is noise. Returns how many
+/// faces went.
 pub fn drop_islands(mesh: &mut EditMesh, scale: f64) -> usize {
     let (face, count) = flood(mesh);
-    let mut islands: Vec<(u32, f64, u32, Vec<u32>)> = vec![(0, 0.0, NONE, Vec::new()); count];
-    for t in mesh.triangles() {
-        let own = &mut islands[face[t as usize] as usize];
-        own.0 += 1;
-        own.1 += 0.5 * mesh.area_vector(t).length();
-        if own.0 > ISLAND {
-            continue;
-        }
+    let mut triangles = vec![0; count];
+    mesh.triangles().for_each(|t| triangles[face[t as usize] as usize] += 1);
+    let is_small = |f: u32| triangles[f as usize] <= ISLAND;
+    let mut sets = Sets::new(count);
+    // The other face beside an island, and what is none for a border of another kind or a second neighbor.
+    let mut beside = vec![NONE; count];
+    let mut none = vec![false; count];
+    let mut borders: Vec<(u32, u32)> = Vec::new();
+    for t in mesh.triangles().filter(|&t| is_small(face[t as usize])) {
+        let own = face[t as usize];
         for h in (3 * t..3 * t + 3).filter(|&h| mesh.is_sharp(h)) {
             let o = mesh.opposite(h);
-            let other = if o == NONE || mesh.label(t) != mesh.label(o / 3) { NONE } else { face[(o / 3) as usize] };
-            // A border, or a second neighbor: no island.
-            if other == NONE || (own.2 != NONE && own.2 != other) {
-                own.0 = ISLAND + 1;
-                break;
+            if o == NONE || mesh.label(t) != mesh.label(o / 3) {
+                none[own as usize] = true;
+                continue;
             }
-            if other != face[t as usize] {
-                own.2 = other;
-                own.3.push(h);
+            let other = face[(o / 3) as usize];
+            if other != own && is_small(other) {
+                sets.join(own, other);
+            } else if other != own {
+                none[own as usize] |= beside[own as usize] != NONE && beside[own as usize] != other;
+                beside[own as usize] = other;
+            }
+            if other != own {
+                borders.push((own, h));
             }
         }
     }
-    let mut gone = 0;
-    for (triangles, area, beside, border) in islands {
-        if triangles <= ISLAND && beside != NONE && area < scale * scale {
-            border.into_iter().for_each(|h| mesh.set_sharp(h, false));
-            gone += 1;
-        }
+    let mut areas = vec![0.0; count];
+    for t in mesh.triangles().filter(|&t| is_small(face[t as usize])) {
+        areas[sets.find(face[t as usize]) as usize] += 0.5 * mesh.area_vector(t).length();
     }
-    gone
+    let mut sizes = vec![0; count];
+    for f in (0..count as u32).filter(|f| is_small(*f)) {
+        let root = sets.find(f) as usize;
+        sizes[root] += triangles[f as usize];
+        let (one, other) = (beside[root], beside[f as usize]);
+        none[root] |= none[f as usize] || (one != NONE && other != NONE && one != other);
+        beside[root] = if one == NONE { other } else { one };
+    }
+    let mut goes = |f: u32| {
+        let root = sets.find(f) as usize;
+        is_small(f) && sizes[root] <= ISLAND && !none[root] && beside[root] != NONE && areas[root] < scale * scale
+    };
+    let gone: Vec<bool> = (0..count as u32).map(&mut goes).collect();
+    borders.into_iter().filter(|(f, _)| gone[*f as usize]).for_each(|(_, h)| mesh.set_sharp(h, false));
+    gone.into_iter().filter(|g| *g).count()
 }
 
 /// Where the edges around that are no features are bent a lot, too: the mean area vectors of all triangles on either side,

@@ -127,6 +127,8 @@ impl Discrete {
             }
         }
         let removed = simplify(&mut mesh, &options.limits, torn.as_ref(), run)?;
+        // What features parted may be an island now.
+        drop_islands(&mut mesh, 0.5 * options.scale);
         mesh.compact();
         mark_vertices(&mut mesh, options.turn);
         let (face, count) = flood(&mesh);

@@ -18,7 +18,7 @@ use crate::implicit::part::SizeRequest;
 use crate::io::{self, Format};
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
-use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::optimize::{Sizing, size::GRADATION};
 use crate::quality::{Against, Check, check_tested};
 use crate::run::Run;
@@ -38,15 +38,17 @@ const LINE: f64 = 0.07;
 const LEAST_FEATURE: f64 = 20.0;
 /// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
 /// kept around them; and the attempt that keeps all connected parts with such places as they are.
-const HALVINGS: usize = 2;
-const ATTEMPTS: usize = 5;
-const LAST: usize = 6;
+const HALVINGS: usize = 4;
+const ATTEMPTS: usize = 7;
+const LAST: usize = 8;
+/// How often they are halved around folds alone.
+const FOLDED: usize = 2;
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;
 /// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
 const MUCH: usize = 4;
 /// Around such places edges may get as short as this share of what curvature may make them.
-const LEAST_BESIDE: f64 = 0.25;
+const LEAST_BESIDE: f64 = 0.125;
 /// Where more than one triangle in this many intersects others it is no matter of sizes. Thin parts of coarse meshes may well be a
 /// tenth of all.
 const FEW: usize = 3;
@@ -295,10 +297,13 @@ fn mesh_prepared(
     if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
         keep_shells(&mut kept, &solid);
     }
-    let (mut attempt, mut left) = (if touching.is_empty() { 0 } else { ATTEMPTS }, false);
-    let (mesh, seams, corners, intersecting) = loop {
+    let mut attempt = if touching.is_empty() { 0 } else { ATTEMPTS };
+    // The best that does not intersect itself, though it may be folded.
+    let mut whole: Option<ExactMesh> = None;
+    let mut left = false;
+    let made = loop {
         if kept.iter().all(|k| *k) {
-            break (named, Vec::new(), Vec::new(), None);
+            break None;
         }
         let work = patchwork(&solid, sizes.clone(), &kept, LEAST_BESIDE * sizing.least.min(size));
         let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
@@ -306,20 +311,34 @@ fn mesh_prepared(
             0 => Vec::new(),
             _ => touching.others(&made.mesh, run)?,
         };
-        if bad.is_empty() {
-            break (made.mesh, made.seams, made.corners, Some(made.report.self_intersections));
-        }
-        // Nearer to the surface there may be no need for more.
-        let plain = self::sizing(size, options);
-        if sizing.chord != plain.chord {
-            let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-            return mesh_prepared(prepared, size, &options, soup, run);
-        }
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
         }
+        // Nothing is kept for the sake of folds.
+        let folds = if attempt < HALVINGS { &made.report.faults[made.report.self_intersections..] } else { &[] };
+        let reach = if attempt < HALVINGS { 0.5 } else { (attempt + 1 - HALVINGS) as f64 };
+        let places = Places::new(&bad, folds, &made.mesh, reach);
+        if bad.is_empty() {
+            let better = whole.as_ref().is_none_or(|w| made.report.inverted < w.report.inverted);
+            let flat = made.report.inverted == 0 || attempt >= FOLDED;
+            if better {
+                whole = Some(made);
+            }
+            if flat || !better {
+                break whole;
+            }
+        } else {
+            if whole.is_some() {
+                break whole;
+            }
+            // Nearer to the surface there may be no need for more.
+            let plain = self::sizing(size, options);
+            if sizing.chord != plain.chord {
+                let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+                return mesh_prepared(prepared, size, &options, soup, run);
+            }
+        }
         attempt += 1;
-        let places = Places::new(&bad, &made.mesh, if attempt <= HALVINGS { 0.5 } else { (attempt - HALVINGS) as f64 });
         let more = if attempt <= HALVINGS {
             places.halve(&mut sizes, &solid, LEAST_BESIDE * sizing.least.min(size))
         } else if attempt <= LAST {
@@ -336,8 +355,10 @@ fn mesh_prepared(
         }
         report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
         left = true;
-        break (named, Vec::new(), Vec::new(), None);
+        break None;
     };
+    let intersecting = made.as_ref().map(|m| m.report.self_intersections);
+    let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
         let p = solid.mesh.centroid(first as u32);

@@ -1,4 +1,4 @@
-//! Where a remeshed soup intersects itself, and what is done there: sizes are halved, or triangles of the input stay.
+//! Where a remeshed soup intersects itself or is folded, and what is done there: sizes are halved, or triangles of the input stay.
 
 use glam::DVec3;
 use rustc_hash::FxHashSet;
@@ -52,7 +52,7 @@ impl Touching {
     }
 }
 
-/// Boxes around triangles that intersect others, with the lengths of their longest edges.
+/// Boxes around triangles that intersect others or are folded, with their lengths.
 pub(super) struct Places {
     tree: Bvh,
     lengths: Vec<f64>,
@@ -60,14 +60,15 @@ pub(super) struct Places {
 
 impl Places {
     /// The boxes are grown by `reach` of these lengths.
-    pub(super) fn new(bad: &[u32], mesh: &TriMesh, reach: f64) -> Self {
-        let longest = |t: &u32| {
+    pub(super) fn new(bad: &[u32], folds: &[Aabb], mesh: &TriMesh, reach: f64) -> Self {
+        let mut boxes: Vec<(Aabb, f64)> = Vec::with_capacity(bad.len() + folds.len());
+        for t in bad {
             let [a, b, c] = mesh.corners(*t as usize);
-            a.distance(b).max(b.distance(c)).max(c.distance(a))
-        };
-        let lengths: Vec<f64> = bad.iter().map(longest).collect();
-        let around = |(t, l): (&u32, &f64)| Aabb::around(mesh.corners(*t as usize)).grown(reach * l);
-        Self { tree: Bvh::new(bad.iter().zip(&lengths).map(around).collect()), lengths }
+            boxes.push((Aabb::around([a, b, c]), a.distance(b).max(b.distance(c)).max(c.distance(a))));
+        }
+        boxes.extend(folds.iter().map(|b| (*b, b.diagonal())));
+        let tree = Bvh::new(boxes.iter().map(|(b, l)| b.grown(reach * l)).collect());
+        Self { tree, lengths: boxes.into_iter().map(|b| b.1).collect() }
     }
 
     /// Has edges be half as long there, but not shorter than `least`. Returns whether that changes anything.

@@ -112,6 +112,9 @@ impl Remesher<'_> {
     /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
     /// off more of a bend than was asked for.
     pub(super) fn stays_even(&self, v: u32, x: DVec3) -> bool {
+        if self.work.raw && self.leaves_crevice(v, x) {
+            return false;
+        }
         if self.rank[v as usize] != Rank::Curve {
             return true;
         }
@@ -122,6 +125,16 @@ impl Remesher<'_> {
         };
         let (now, then, want) = (span(self.point(v)), span(x), self.want[v as usize]);
         then.0 >= now.0.min(want / UNEVEN) && then.1 <= now.1.max(UNEVEN * want)
+    }
+
+    /// Whether a move of a node [stretches](Self::stretches) an edge.
+    fn leaves_crevice(&self, v: u32, x: DVec3) -> bool {
+        let (m, p) = (&self.work.mesh, self.point(v));
+        m.outgoing(v).any(|h| {
+            let n = m.target(h);
+            let q = self.point(n);
+            self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
+        })
     }
 
     /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not
@@ -196,7 +209,7 @@ impl Remesher<'_> {
     /// Takes a node back to where it was if more triangles around it are folded now, by the normals at their middles: where the
     /// surface turns around a narrow edge the normal at the node says little of them. Returns whether it stayed.
     pub(super) fn stays_unfolded(&mut self, v: u32, start: DVec3) -> bool {
-        if !self.work.is_smooth_by_angles() {
+        if !self.work.by_angles {
             return true;
         }
         let m = &self.work.mesh;

@@ -391,6 +391,10 @@ impl Remesher<'_> {
         }
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
         let places = nodes.map(|v| self.point(v));
+        let [along, across] = [places[0].distance(places[1]), places[2].distance(places[3])];
+        if self.work.raw && self.stretches(m.label(h / 3), [nodes[2], nodes[3]], along, across) {
+            return false;
+        }
         let worst =
             |r: &Self| nodes.map(|v| r.work.worst_now(r.surface, v).0).into_iter().fold(f64::INFINITY, f64::min);
         let plain = |r: &Self| [h / 3, o / 3].map(|t| plain_shape(r.work.mesh.corner_points(t)));

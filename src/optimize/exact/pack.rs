@@ -35,8 +35,6 @@ const STEPS: usize = 24;
 const ON_EDGE: f64 = 0.08;
 /// A walk has arrived where the place is at most this far outside the triangle, in barycentric coordinates.
 const BESIDE: f64 = 0.02;
-/// Nor may edges then be longer than this many wanted lengths: where no node found a place old ones stay.
-const STRETCHED: f64 = 1.5;
 /// Passes of collapsing what is left of the old nodes.
 const PASSES: usize = 3;
 
@@ -356,11 +354,11 @@ impl Remesher<'_> {
             let after = |h: u32| {
                 let q = self.point(m.target(h));
                 let dying = [h / 3, m.opposite(h) / 3];
-                let own = self.want[m.target(h) as usize];
+                // Where no node found a place old ones stay.
+                let to = m.target(h);
                 let long = |x: u32| {
-                    let length = q.distance_squared(self.point(x));
-                    length > (STRETCHED * own.max(self.want[x as usize])).powi(2)
-                        && length > self.point(v).distance_squared(self.point(x))
+                    let [from, now] = [self.point(v), q].map(|p| p.distance(self.point(x)));
+                    self.stretches(label, [to, x], from, now)
                 };
                 if m.neighbors(v).any(long) {
                     return f64::NEG_INFINITY;

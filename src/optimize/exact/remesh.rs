@@ -18,6 +18,8 @@ use crate::run::Run;
 pub(super) const LONG: f64 = 4.0 / 3.0;
 /// Edges shorter than this many wanted lengths are collapsed, for the same reason.
 pub(super) const SHORT: f64 = 4.0 / 5.0;
+/// Edges longer than this many times what either end wants leave the surface where it turns.
+const STRETCHED: f64 = 1.8;
 /// A collapse or split that makes things worse must still leave shapes of at least this.
 pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
@@ -170,6 +172,13 @@ impl<'a> Remesher<'a> {
     pub(super) fn wanted(&self, h: u32) -> f64 {
         let m = &self.work.mesh;
         self.want[m.origin(h) as usize].min(self.want[m.target(h) as usize])
+    }
+
+    /// Whether an edge between two nodes of a bent patch becomes longer, and far longer than wanted: on the other side of a crevice
+    /// triangles may face the right way.
+    pub(super) fn stretches(&self, patch: u32, [a, b]: [u32; 2], from: f64, to: f64) -> bool {
+        let far = to > from && to > STRETCHED * self.want[a as usize].max(self.want[b as usize]);
+        far && self.work.patches[patch as usize].plane.is_none()
     }
 
     /// The pieces a new node on an edge lies on.
