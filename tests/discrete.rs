@@ -200,6 +200,65 @@ fn small_steps_stay_or_go_as_asked() {
     assert!(least > 20.0, "{least}");
 }
 
+/// A ball with a mouth: a slit around a third of it, `depth` deep and about twice `width` wide, its rims round.
+fn mouth(width: f64, depth: f64) -> TriMesh {
+    let (around, up) = (120u32, 90u32);
+    let mut nodes = vec![-DVec3::Z];
+    for j in 1..up {
+        let s = 2.0 * f64::from(j) / f64::from(up) - 1.0;
+        // Denser where the slit is.
+        let latitude = std::f64::consts::FRAC_PI_2 * (0.25 * s + 0.75 * s.powi(3));
+        for i in 0..around {
+            let longitude = std::f64::consts::TAU * f64::from(i) / f64::from(around);
+            let share = 1.0 / (1.0 + ((0.5 - longitude.cos()) / 0.035).exp());
+            let r = 1.0 - depth * share * (-(latitude / width).powi(4)).exp();
+            let (a, b) = (latitude.cos(), latitude.sin());
+            nodes.push(r * DVec3::new(a * longitude.cos(), a * longitude.sin(), b));
+        }
+    }
+    let (top, at) = (nodes.len() as u32, |j: u32, i: u32| 1 + (j - 1) * around + i % around);
+    nodes.push(DVec3::Z);
+    let mut triangles = Vec::new();
+    for i in 0..around {
+        triangles.push([0, at(1, i + 1), at(1, i)]);
+        triangles.push([top, at(up - 1, i), at(up - 1, i + 1)]);
+        for j in 1..up - 1 {
+            triangles.push([at(j, i), at(j, i + 1), at(j + 1, i + 1)]);
+            triangles.push([at(j, i), at(j + 1, i + 1), at(j + 1, i)]);
+        }
+    }
+    TriMesh::new(nodes, triangles)
+}
+
+/// Half as wide as the edges on the ball are long: nodes on both sides see each other, and triangles between them face the
+/// right way.
+#[test]
+fn slits_narrower_than_the_size_are_not_bridged() {
+    for (width, depth) in [(0.05, 0.3), (0.05, 0.4)] {
+        let input = mouth(width, depth);
+        let made = meshed(&input, 0.2, &SoupOptions::default(), 0);
+        let check = made.report.check.as_ref().unwrap();
+        assert!(check.certificate.is_sound(), "{:?}", made.report.shortfalls);
+        assert!(
+            !made.report.shortfalls.iter().any(|s| s.contains("stay as they were")),
+            "{:?}",
+            made.report.shortfalls
+        );
+        let q = &check.quality;
+        assert!(q.p05_angle > 30.0 && q.below_20 < 0.02, "{width} {depth}: {q:?}");
+        let longest = (0..made.mesh.triangles.len())
+            .flat_map(|t| {
+                let [a, b, c] = made.mesh.corners(t);
+                [a.distance(b), b.distance(c), c.distance(a)]
+            })
+            .fold(0.0, f64::max);
+        assert!(longest < 0.36, "{longest}");
+        // The slit is as deep as it was, about.
+        let missed = (input.volume() - made.mesh.volume()) / input.volume();
+        assert!(missed.abs() < 0.03, "{width} {depth}: {missed}");
+    }
+}
+
 #[test]
 fn damage_is_healed_and_told() {
     let mut input = l_block(0.5);

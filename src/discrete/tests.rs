@@ -201,6 +201,14 @@ fn islands_go_and_faces_with_walls_stay() {
     assert_eq!(flood(&mesh).1, 2);
     assert_eq!(drop_islands(&mut mesh, 1e-3), 0);
     assert_eq!((drop_islands(&mut mesh, 1.0), flood(&mesh).1), (1, 1));
+    // Two side by side, then five: more than noise.
+    for (triangles, gone) in [(vec![0u32, 1], 2), ((0..5).collect(), 0)] {
+        let mut mesh = EditMesh::new(&ball(8, 0.0)).unwrap();
+        triangles.iter().flat_map(|t| 3 * t..3 * t + 3).for_each(|h| mesh.set_sharp(h, true));
+        let before = flood(&mesh).1;
+        assert_eq!(before, triangles.len() + 1);
+        assert_eq!((drop_islands(&mut mesh, 1.0), flood(&mesh).1), (gone, before - gone));
+    }
     let mut mesh = EditMesh::new(&cube()).unwrap();
     mark_feature_edges(&mut mesh, 40.0);
     assert_eq!((drop_islands(&mut mesh, 10.0), flood(&mesh).1), (0, 6));

@@ -2,11 +2,10 @@
 //! model, sizes and nodes on borders, other nodes within the faces.
 
 use super::compare::{Comparison, Row};
-use super::discrete::{
-    SoupOptions, discrete_options, feature_sizes, length, mesh_soup, patchwork, prepare, relaxed, sizing,
-};
+use super::discrete::{SoupOptions, discrete_options, length, mesh_soup, patchwork, prepare};
 use super::mesh::MeshOptions;
 use super::report::Report;
+use super::soup_sizes::{feature_sizes, relaxed, sizing};
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;

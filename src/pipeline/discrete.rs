@@ -11,6 +11,7 @@ use super::heal::told;
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
+use super::soup_sizes::{feature_sizes, relaxed, sizing};
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
 use crate::heal::{HealOptions, absorb_fillings, heal};
@@ -19,29 +20,20 @@ use crate::io::{self, Format};
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
-use crate::optimize::{Sizing, size::GRADATION};
+use crate::optimize::size::GRADATION;
 use crate::quality::{Against, Check, check_tested};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
 const NAMED: usize = 20;
-/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
-const LEAST_SHARE: f64 = 4.0;
-/// Without a tolerance edges stay within this share of the size of the surface.
-const CHORD: f64 = 0.08;
-/// Where that makes more than this many times the triangles that the size alone would, up to so many times that share.
-const CROWDED: f64 = 1.12;
-const RELAXED: [f64; 6] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0];
-/// Edges stay within this share of the size of the features they are on, however crowded: a circle of radius 1 gets edges of 0.75.
-const LINE: f64 = 0.07;
-/// Features close to each other make edges at most this many times shorter than the size.
-const LEAST_FEATURE: f64 = 20.0;
+/// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.
+const SLIM: usize = 500;
 /// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
 /// kept around them; and the attempt that keeps all connected parts with such places as they are.
 const HALVINGS: usize = 4;
 const ATTEMPTS: usize = 7;
 const LAST: usize = 8;
-/// How often they are halved around folds alone.
+/// How often they are halved around folds and slim triangles alone.
 const FOLDED: usize = 2;
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;
@@ -52,10 +44,6 @@ const LEAST_BESIDE: f64 = 0.125;
 /// Where more than one triangle in this many intersects others it is no matter of sizes. Thin parts of coarse meshes may well be a
 /// tenth of all.
 const FEW: usize = 3;
-/// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
-/// be resolved.
-const MOST_FEATURES: f64 = 2.0;
-const MOST_NODES: f64 = 5e3;
 /// How often a mesh is made to come to a number of nodes, and how near to it is near enough.
 const TRIALS: usize = 5;
 const NEAR: f64 = 0.03;
@@ -315,28 +303,32 @@ fn mesh_prepared(
             attempt = attempt.max(HALVINGS);
         }
         // Nothing is kept for the sake of folds.
-        let folds = if attempt < HALVINGS { &made.report.faults[made.report.self_intersections..] } else { &[] };
+        let mut folds = Vec::new();
+        if attempt < HALVINGS {
+            folds.extend_from_slice(&made.report.faults[made.report.self_intersections..]);
+            folds.extend_from_slice(&made.report.slim);
+        }
         let reach = if attempt < HALVINGS { 0.5 } else { (attempt + 1 - HALVINGS) as f64 };
-        let places = Places::new(&bad, folds, &made.mesh, reach);
+        let places = Places::new(&bad, &folds, &made.mesh, reach);
+        // Nearer to the surface there may be no need for more.
+        let plain = self::sizing(size, options);
+        let poor = made.report.inverted > 0 || SLIM * made.report.slim.len() > made.mesh.triangles.len();
+        if sizing.chord != plain.chord && (poor || !bad.is_empty()) {
+            let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+            return mesh_prepared(prepared, size, &options, soup, run);
+        }
         if bad.is_empty() {
-            let better = whole.as_ref().is_none_or(|w| made.report.inverted < w.report.inverted);
-            let flat = made.report.inverted == 0 || attempt >= FOLDED;
+            let flaws = |m: &ExactMesh| m.report.inverted + m.report.slim.len();
+            let better = whole.as_ref().is_none_or(|w| flaws(&made) < flaws(w));
+            let flat = !poor || attempt >= FOLDED;
             if better {
                 whole = Some(made);
             }
             if flat || !better {
                 break whole;
             }
-        } else {
-            if whole.is_some() {
-                break whole;
-            }
-            // Nearer to the surface there may be no need for more.
-            let plain = self::sizing(size, options);
-            if sizing.chord != plain.chord {
-                let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-                return mesh_prepared(prepared, size, &options, soup, run);
-            }
+        } else if whole.is_some() {
+            break whole;
         }
         attempt += 1;
         let more = if attempt <= HALVINGS {
@@ -380,61 +372,6 @@ fn mesh_prepared(
     }
     report.judge(measured);
     Ok(Meshed { mesh, seams, corners, report })
-}
-
-pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
-    Sizing {
-        size,
-        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
-        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
-        least: options.least.unwrap_or(size / LEAST_SHARE),
-    }
-}
-
-/// Where the surface bends nearly everywhere so much that the size would mean little, edges may get farther from it, unless a
-/// tolerance was asked for.
-pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Discrete) -> Sizing {
-    let simplified = soup.min_area > 0.0 || soup.min_length.is_some();
-    if options.tolerance.is_some() || simplified {
-        return sizing;
-    }
-    let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };
-    let few = |s: &Sizing| solid.crowding(|k| s.at(k)) <= CROWDED;
-    RELAXED.into_iter().map(at).find(few).unwrap_or(at(RELAXED[RELAXED.len() - 1]))
-}
-
-/// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
-pub(super) fn feature_sizes(
-    solid: &Discrete,
-    sizing: &Sizing,
-    tolerance: Option<f64>,
-    report: &mut Report,
-) -> Vec<f64> {
-    let (m, size) = (&solid.mesh, sizing.size);
-    // Not where features had to be dropped: what is left of them is blurred, too.
-    let designed = solid.removed.is_empty();
-    let line = tolerance.unwrap_or(LINE * size);
-    let bows = designed.then(|| solid.bow_sizes(size, sizing.least.min(size), line));
-    let all = |least: f64| {
-        let mut sizes = solid.feature_sizes(size, least);
-        sizes.iter_mut().zip(bows.iter().flatten()).for_each(|(s, bow)| *s = s.min(*bow));
-        sizes
-    };
-    let sizes = all(sizing.least.min(size / LEAST_FEATURE));
-    let steps = |h: u32| {
-        let want = sizes[m.origin(h) as usize].min(sizes[m.target(h) as usize]).min(size);
-        m.edge_length(h) / want
-    };
-    let along: f64 = m.edges().filter(|&h| m.is_sharp(h)).map(steps).sum();
-    let area: f64 = m.triangles().map(|t| 0.5 * m.area_vector(t).length()).sum();
-    let within = area / (0.5 * 3f64.sqrt() * size * size);
-    if along <= MOST_FEATURES * within + MOST_NODES {
-        return sizes;
-    }
-    report
-        .warnings
-        .push("too many features close to each other to be resolved: triangles there are longer than wide".into());
-    all(sizing.least.max(size / LEAST_SHARE))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {

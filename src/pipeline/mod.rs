@@ -16,6 +16,7 @@ mod leaf;
 mod mesh;
 mod refine;
 mod report;
+mod soup_sizes;
 
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use brep::{is_step, load_step, mesh_step};

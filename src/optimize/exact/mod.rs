@@ -34,6 +34,7 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 use crate::spatial::Aabb;
+use patchwork::plain_shape;
 use remesh::{Rank, Remesher, SHORT};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
@@ -113,6 +114,8 @@ pub struct ExactReport {
     pub inverted: usize,
     /// The boxes around these triangles.
     pub faults: Vec<Aabb>,
+    /// The boxes around triangles with an angle below about 20 degrees of which no node lies on a border; of raw ones only.
+    pub slim: Vec<Aabb>,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
 }
@@ -294,6 +297,12 @@ fn remesh(
     (report.self_intersections, report.inverted) = (bad.len(), folded.len());
     report.faults = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
     report.faults.extend(folded.iter().map(|t| Aabb::around(r.work.mesh.corner_points(*t))));
+    if r.work.raw {
+        let m = &r.work.mesh;
+        let inside = |t: u32| m.corners(t).into_iter().all(|v| r.rank[v as usize] == Rank::Face);
+        let slim = m.triangles().filter(|&t| plain_shape(m.corner_points(t)) < SLIM && inside(t));
+        report.slim = slim.map(|t| Aabb::around(m.corner_points(t))).collect();
+    }
     let (seams, corners) = topology(&out, &r);
     Ok(ExactMesh { mesh: out, seams, corners, report })
 }
