@@ -232,6 +232,25 @@ fn where_the_contour_touches_the_axis_there_is_a_pole() {
 }
 
 #[test]
+fn models_reach_as_far_as_their_faces_bulge() {
+    let z = Axis { origin: DVec3::ZERO, direction: DVec3::Z };
+    // A ball with a flat of radius 0.2 on top: its edges are hardly larger than the flat.
+    let top = (4.0f64 - 0.04).sqrt();
+    let ball = Wire::arc(v(0.0, 0.0, -2.0), v(2.0, 0.0, 0.0), v(0.2, 0.0, top)).unwrap();
+    let lid = Wire::polyline(&[v(0.2, 0.0, top), v(0.0, 0.0, top)]).unwrap();
+    let b = revolve_edges(&Wire::joined(&[ball, lid]).unwrap(), &z, 360.0, true).unwrap();
+    // A quarter of a barrel.
+    let arc = Wire::arc(v(1.0, 0.0, -1.0), v(1.5, 0.0, 0.0), v(1.0, 0.0, 1.0)).unwrap();
+    let quarter = revolve_edges(&arc, &z, 90.0, false).unwrap();
+    for (b, lo, hi) in [(b, v(-2.0, -2.0, -2.0), v(2.0, 2.0, top)), (quarter, v(0.0, 0.0, -1.0), v(1.5, 1.5, 1.0))] {
+        let found = Parametric::new(b, &Run::new()).unwrap().bounds();
+        let size = hi.distance(lo);
+        let off = (found.lo - lo).abs().max((found.hi - hi).abs()).max_element();
+        assert!(off < 0.01 * size, "{found:?} {lo} {hi}");
+    }
+}
+
+#[test]
 fn lofts_pass_through_their_sections_and_end_in_points() {
     // Equal circles: a cylinder, whether smooth or ruled. Three of them, the loft has them all.
     let round = |z: f64, r: f64| Section::Wire(disk(v(0.0, 0.0, z), r));

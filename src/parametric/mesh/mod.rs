@@ -6,6 +6,7 @@
 mod bends;
 mod domain;
 mod edges;
+mod extent;
 mod fill;
 mod flips;
 mod ladder;
@@ -163,6 +164,8 @@ pub struct Parametric {
     pub(super) faces_of: Vec<Vec<u32>>,
     /// The box around every face's edges.
     pub(super) boxes: Vec<Aabb>,
+    /// The box around everything.
+    extent: Aabb,
     /// The box around every edge.
     pub(super) edge_boxes: Vec<Aabb>,
     /// Points of every edge and their parameters: where a search for the nearest one starts.
@@ -197,7 +200,7 @@ impl Parametric {
             .iter()
             .map(|f| {
                 let b = f.loops.iter().flatten().fold(Aabb::EMPTY, |b, c| b.union(&edge_boxes[c.edge as usize]));
-                if b.is_empty() { whole(&f.surface) } else { b }
+                if b.is_empty() { extent::whole(&f.surface) } else { b }
             })
             .collect();
         let charts: Vec<Chart> = run.install(|| {
@@ -227,12 +230,15 @@ impl Parametric {
                 between.entry([a.min(b), a.max(b)]).or_default().push(e as u32);
             }
         }
-        Ok(Self { brep, charts, sheets, divided, faces_of, boxes, edge_boxes, samples, between })
+        let extent = Aabb::EMPTY;
+        let mut this = Self { brep, charts, sheets, divided, faces_of, boxes, extent, edge_boxes, samples, between };
+        this.extent = this.extent(run)?;
+        Ok(this)
     }
 
-    /// The box around the model.
+    /// The box around the model, to about a hundredth of its size where faces bulge beyond their edges.
     pub fn bounds(&self) -> Aabb {
-        self.boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b))
+        self.extent
     }
 
     /// Meshes all faces.
@@ -572,19 +578,6 @@ fn samples_of(e: &super::brep::Edge) -> Vec<(f64, DVec3)> {
     let pieces = e.curve.pieces(e.range);
     let inner = pieces.windows(2).flat_map(|w| (0..PARTS).map(|k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
     inner.chain([e.range[1]]).map(|t| (t, e.curve.at(t))).collect()
-}
-
-/// The box around a surface that has no edges.
-fn whole(surface: &super::surface::Surface) -> Aabb {
-    let [u, v] = surface.domain().map(|[a, b]| if (b - a).is_finite() { [a, b] } else { [0.0, 1.0] });
-    let mut points = Vec::new();
-    for i in 0..=16 {
-        for j in 0..=16 {
-            let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 16.0;
-            points.push(surface.at(DVec2::new(at(u, i), at(v, j))));
-        }
-    }
-    Aabb::around(points)
 }
 
 #[cfg(test)]
