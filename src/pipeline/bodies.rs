@@ -15,6 +15,7 @@ use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
 
 /// How many things of one kind a report names.
 pub(super) const NAMED: usize = 20;
@@ -63,7 +64,7 @@ pub(super) fn remeshed(
     });
     let mut all = TriMesh { faces: names, ..TriMesh::default() };
     let mut kept: Vec<u32> = Vec::new();
-    let mut crossing = None;
+    let (mut crossing, mut stayed) = (None, 0);
     for r in results {
         let part = r?;
         crossing = (count == 1 && part.sound).then_some(0);
@@ -83,6 +84,7 @@ pub(super) fn remeshed(
             report.ladder.push(FaceStep::of(solid, f, Rung::None, why.into()));
         }
         kept.extend(part.kept);
+        stayed += part.stayed;
         let start = all.nodes.len() as u32;
         all.nodes.extend(part.mesh.nodes);
         all.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|v| v + start)));
@@ -97,6 +99,11 @@ pub(super) fn remeshed(
             .warnings
             .push(format!("{} faces are left as first triangulated: there are too many triangles", crowded.len()));
         report.ladder.extend(crowded.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
+    }
+    if stayed > 0 {
+        report
+            .warnings
+            .push(format!("{stayed} triangles stay as first triangulated: remeshed they would cross others"));
     }
     if !kept.is_empty() {
         let names: Vec<&str> = kept.iter().take(NAMED).map(|f| all.faces[*f as usize].as_str()).collect();
@@ -136,6 +143,8 @@ struct Remeshed {
     mesh: TriMesh,
     /// Faces that were left as they were first triangulated.
     kept: Vec<u32>,
+    /// Triangles of others that were.
+    stayed: usize,
     /// Faces that were left out.
     dropped: Vec<u32>,
     shortfall: Option<String>,
@@ -203,8 +212,8 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
     Ok(out)
 }
 
-/// Remeshes one body. Faces whose triangles intersect others after that are left as they were first triangulated, and
-/// where this does not help the whole body is.
+/// Remeshes one body. Around triangles that intersect others after that those of the first triangulation stay, then the whole
+/// faces do, and where this does not help the whole body.
 fn remeshed_body(
     solid: &Parametric,
     marks: &Marks,
@@ -212,24 +221,27 @@ fn remeshed_body(
     options: &ExactOptions,
     run: &Run,
 ) -> Result<Remeshed> {
-    const TRIES: usize = 4;
+    const TRIES: usize = 6;
+    // How often triangles around such places stay, before faces do.
+    const LOCAL: usize = 2;
     let Body { part, places, sizes } = body;
     let as_it_was = |why: String| {
         let mut part = part.clone();
         part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
         let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
-        Ok(Remeshed { mesh: part, kept: Vec::new(), dropped: Vec::new(), shortfall, sound: false })
+        Ok(Remeshed { mesh: part, kept: Vec::new(), stayed: 0, dropped: Vec::new(), shortfall, sound: false })
     };
     let sizes = as_spaced(part, sizes);
     let mut kept: Vec<u32> = marks.still.clone();
+    let mut stays = vec![false; part.triangles.len()];
     let mut best: Option<(usize, TriMesh)> = None;
-    for _ in 0..TRIES {
+    for attempt in 0..TRIES {
         let edit = match EditMesh::new(part) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(e) => return as_it_was(e.to_string()),
         };
-        let work = patchwork(solid, marks, edit, part, places, sizes.clone(), &kept);
+        let work = patchwork(solid, marks, edit, part, places, sizes.clone(), (&kept, &stays));
         let quiet = Run::new().with_cancel(run.cancel_token());
         let ExactMesh { mesh: out, report: found, .. } =
             match remesh_patchwork(work, part, solid, options, &quiet, None) {
@@ -238,10 +250,17 @@ fn remeshed_body(
             };
         // The labels are faces from here on.
         if found.self_intersections == 0 {
-            return Ok(Remeshed { mesh: out, kept, dropped: Vec::new(), shortfall: None, sound: true });
+            let stayed = stays.iter().filter(|s| **s).count();
+            return Ok(Remeshed { mesh: out, kept, stayed, dropped: Vec::new(), shortfall: None, sound: true });
         }
-        let mut folded: Vec<u32> =
-            self_intersections(&out, run)?.iter().flatten().map(|t| out.labels[*t as usize]).collect();
+        let mut bad: Vec<u32> = self_intersections(&out, run)?.into_iter().flatten().collect();
+        if attempt < LOCAL && stay_around(&mut stays, (&out, &bad), part, (attempt + 1) as f64) {
+            continue;
+        }
+        stays.fill(false);
+        bad.sort_unstable();
+        bad.dedup();
+        let mut folded: Vec<u32> = bad.iter().map(|t| out.labels[*t as usize]).collect();
         folded.sort_unstable();
         folded.dedup();
         let before = kept.len();
@@ -258,10 +277,28 @@ fn remeshed_body(
     let first = self_intersections(part, run)?.len();
     match best {
         Some((count, out)) if count <= first => {
-            Ok(Remeshed { mesh: out, kept: Vec::new(), dropped: Vec::new(), shortfall: None, sound: false })
+            Ok(Remeshed { mesh: out, kept: Vec::new(), stayed: 0, dropped: Vec::new(), shortfall: None, sound: false })
         }
         _ => as_it_was("remeshing folded it".into()),
     }
+}
+
+/// Has triangles stay that are nearer to bad ones than so many of their longest edges. Returns whether there are more of them now,
+/// and not too many.
+fn stay_around(stays: &mut [bool], (mesh, bad): (&TriMesh, &[u32]), part: &TriMesh, reach: f64) -> bool {
+    // With a larger share it is no matter of places.
+    const MOST: usize = 10;
+    let around = |t: &u32| {
+        let b = Aabb::around(mesh.corners(*t as usize));
+        b.grown(reach * b.diagonal())
+    };
+    let tree = Bvh::new(bad.iter().map(around).collect());
+    let mut more = false;
+    for (t, stay) in stays.iter_mut().enumerate().filter(|s| !*s.1) {
+        tree.overlapping(&Aabb::around(part.corners(t)), |_| *stay = true);
+        more |= *stay;
+    }
+    more && MOST * stays.iter().filter(|s| **s).count() <= stays.len()
 }
 
 /// The sizes, at nodes of borders those the border was divided by: whole numbers of parts make edges up to half as long
@@ -362,7 +399,7 @@ fn patchwork(
     from: &TriMesh,
     places: &[Place],
     sizes: Vec<f64>,
-    kept: &[u32],
+    (kept, stays): (&[u32], &[bool]),
 ) -> Patchwork {
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
@@ -374,11 +411,12 @@ fn patchwork(
         let of_face = tips.get(&solid.face_of(piece));
         of_face.is_some_and(|l| l.iter().any(|p| p.distance(from.nodes[v]) <= marks.near))
     };
-    // Patches beyond the pieces are fans of triangles of theirs that stay.
+    // Patches beyond the pieces are fans and other triangles of theirs that stay.
     let count = solid.piece_count();
-    if !marks.fans.is_empty() {
+    let some = !marks.fans.is_empty() || stays.contains(&true);
+    if some {
         for (t, (nodes, l)) in from.triangles.iter().zip(&from.labels).enumerate() {
-            if nodes.iter().any(|v| is_at(&marks.fans, *l, *v as usize)) {
+            if stays[t] || nodes.iter().any(|v| is_at(&marks.fans, *l, *v as usize)) {
                 mesh.set_surface(t as u32, count + l, glam::DVec3::ZERO);
             }
         }
@@ -418,7 +456,7 @@ fn patchwork(
             mesh.set_pinned(v as u32, true);
         }
     }
-    let patches = (0..count * if marks.fans.is_empty() { 1 } else { 2 })
+    let patches = (0..count * if some { 2 } else { 1 })
         .map(|f| f % count)
         .map(|f| Patch {
             piece: f,
@@ -433,7 +471,7 @@ fn patchwork(
         }
     }
     let mut frozen: Vec<u32> = (0..count).filter(|p| is_kept(*p)).collect();
-    if !marks.fans.is_empty() {
+    if some {
         frozen.extend(count..2 * count);
     }
     Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches) }
@@ -479,5 +517,64 @@ fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>)
             });
             mesh.triangles[c / 3][c % 3] = new;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::optimize::Sizing;
+    use crate::optimize::size::GRADATION;
+    use crate::parametric::Frame;
+    use crate::parametric::build::{Extrusion, Wire, extrude_edges};
+    use crate::parametric::mesh::MeshSizes;
+
+    #[test]
+    fn triangles_that_stay_do_and_the_rest_of_their_faces_is_remeshed() {
+        let run = Run::new();
+        let circle = Wire::circle(Frame::WORLD, 1.0).unwrap();
+        let solid = Parametric::new(extrude_edges(&[circle], &Extrusion::new(DVec3::Z, 2.0)).unwrap(), &run).unwrap();
+        let size = 0.2f64;
+        let by = move |k: f64| size.min(0.35 / k.max(1e-300));
+        let FaceMeshes { mesh: mut part, pieces, places, sizes, fans, .. } =
+            solid.mesh(&MeshSizes::new(size, size / 4.0, &by), &run).unwrap();
+        part.labels = pieces;
+        // As if one triangle of the wall crossed others.
+        let wall = |t: &usize| part.centroid(*t).distance(DVec3::new(1.0, 0.0, 1.0)) < 0.3;
+        let bad = (0..part.triangles.len()).find(wall).unwrap() as u32;
+        let mut stays = vec![false; part.triangles.len()];
+        assert!(stay_around(&mut stays, (&part, &[bad]), &part, 1.0) && stays[bad as usize]);
+        assert!(!stay_around(&mut stays.clone(), (&part, &[bad]), &part, 1.0), "there are no more of them");
+        assert!(!stay_around(&mut stays.clone(), (&part, &[bad]), &part, 100.0), "there are too many");
+
+        let marks = Marks::new(&solid, fans, Vec::new());
+        let edit = EditMesh::new(&part).unwrap();
+        let work = patchwork(&solid, &marks, edit, &part, &places, as_spaced(&part, &sizes), (&[], &stays));
+        let sizing = Sizing { size, nodes_per_radius: None, chord: None, least: size / 4.0 };
+        let options = ExactOptions::new(sizing, GRADATION);
+        let made = remesh_patchwork(work, &part, &solid, &options, &run, None).unwrap();
+        assert_eq!(made.report.self_intersections, 0);
+        let d = made.mesh.defects();
+        assert!(d.is_closed() && d.is_manifold() && d.is_oriented());
+        let key = |m: &TriMesh, t: usize| {
+            let mut c = m.corners(t).map(|p| p.to_array().map(f64::to_bits));
+            c.sort_unstable();
+            c
+        };
+        let now: std::collections::BTreeSet<_> = (0..made.mesh.triangles.len()).map(|t| key(&made.mesh, t)).collect();
+        let mut moved = 0;
+        for t in 0..part.triangles.len() {
+            let there = now.contains(&key(&part, t));
+            assert!(there || !stays[t]);
+            moved += usize::from(!there);
+        }
+        assert!(2 * moved > part.triangles.len(), "{moved} of {}", part.triangles.len());
+        let worst = (0..made.mesh.triangles.len())
+            .map(|t| made.mesh.corners(t))
+            .map(|c| crate::optimize::guard::sharpest_cosine(c).acos().to_degrees())
+            .fold(f64::INFINITY, f64::min);
+        assert!(worst > 20.0, "{worst}");
     }
 }

@@ -112,7 +112,7 @@ impl Remesher<'_> {
     /// Whether a move of a node along a border leaves its edges there about as long as they shall be: longer ones would cut
     /// off more of a bend than was asked for.
     pub(super) fn stays_even(&self, v: u32, x: DVec3) -> bool {
-        if self.work.raw && self.leaves_crevice(v, x) {
+        if self.leaves_crevice(v, x) {
             return false;
         }
         if self.rank[v as usize] != Rank::Curve {
@@ -130,11 +130,12 @@ impl Remesher<'_> {
     /// Whether a move of a node [stretches](Self::stretches) an edge.
     fn leaves_crevice(&self, v: u32, x: DVec3) -> bool {
         let (m, p) = (&self.work.mesh, self.point(v));
-        m.outgoing(v).any(|h| {
-            let n = m.target(h);
-            let q = self.point(n);
-            self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
-        })
+        self.work.raw
+            && m.outgoing(v).any(|h| {
+                let n = m.target(h);
+                let q = self.point(n);
+                self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
+            })
     }
 
     /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not

@@ -15,9 +15,9 @@ const SAMPLES: i32 = 16;
 /// Surfaces that reach beyond the edges of the model by less than this share of their size are not looked at.
 const BEYOND: f64 = 0.002;
 /// Edges of the mesh that is looked at otherwise, as shares of what may be the size; and by how much neighbors turn.
-const LONGEST: f64 = 0.1;
-const SHORTEST: f64 = 0.01;
-const TURN: f64 = 0.15;
+const LONGEST: f64 = 0.2;
+const SHORTEST: f64 = 0.05;
+const TURN: f64 = 0.25;
 
 impl Parametric {
     /// The box around the model: of its edges, and of a coarse mesh where surfaces may reach beyond them.
