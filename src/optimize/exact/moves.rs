@@ -392,7 +392,7 @@ impl Remesher<'_> {
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
         let places = nodes.map(|v| self.point(v));
         let [along, across] = [places[0].distance(places[1]), places[2].distance(places[3])];
-        if self.stretches(m.label(h / 3), [nodes[2], nodes[3]], along, across) {
+        if self.work.raw && self.stretches(m.label(h / 3), [nodes[2], nodes[3]], along, across) {
             return false;
         }
         let worst =

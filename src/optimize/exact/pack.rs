@@ -354,13 +354,13 @@ impl Remesher<'_> {
             let after = |h: u32| {
                 let q = self.point(m.target(h));
                 let dying = [h / 3, m.opposite(h) / 3];
-                // Where no node found a place old ones stay.
+                // Where no node found a place old ones stay; what was triangulated for its surface has no such places.
                 let to = m.target(h);
                 let long = |x: u32| {
                     let [from, now] = [self.point(v), q].map(|p| p.distance(self.point(x)));
                     self.stretches(label, [to, x], from, now)
                 };
-                if m.neighbors(v).any(long) {
+                if !self.work.by_angles && m.neighbors(v).any(long) {
                     return f64::NEG_INFINITY;
                 }
                 m.outgoing(v)

@@ -174,11 +174,11 @@ impl<'a> Remesher<'a> {
         self.want[m.origin(h) as usize].min(self.want[m.target(h) as usize])
     }
 
-    /// Whether an edge between two nodes of a bent patch of raw triangles becomes longer, and far longer than wanted: on the other
-    /// side of a crevice triangles may face the right way.
+    /// Whether an edge between two nodes of a bent patch becomes longer, and far longer than wanted: on the other side of a crevice
+    /// triangles may face the right way.
     pub(super) fn stretches(&self, patch: u32, [a, b]: [u32; 2], from: f64, to: f64) -> bool {
         let far = to > from && to > STRETCHED * self.want[a as usize].max(self.want[b as usize]);
-        self.work.raw && far && self.work.patches[patch as usize].plane.is_none()
+        far && self.work.patches[patch as usize].plane.is_none()
     }
 
     /// The pieces a new node on an edge lies on.
