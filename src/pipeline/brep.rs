@@ -20,7 +20,7 @@ use crate::optimize::exact::ExactOptions;
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
 use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
-use crate::parametric::mesh::{FaceMeshes, MeshSizes};
+use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes};
 use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, check, check_tested};
 use crate::run::Run;
@@ -181,18 +181,19 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     // Places that came out too far from the surface, and the lengths that will do there.
     let mut finer: Vec<(DVec3, f64)> = Vec::new();
     let mut best: Option<((TriMesh, Option<usize>), Report)> = None;
+    let mut looked = Looked::default();
     // Places where the first triangles crossed each other, and finer lengths.
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
         let grading = options.grading.unwrap_or(GENTLE);
         let chord = CHORD * STRICTER.powi(round as i32) * limit;
-        let first = |crossed: &[(DVec3, f64)], held: Option<Followed>, told: &mut Report| {
+        let mut first = |crossed: &[(DVec3, f64)], held: Option<Followed>, told: &mut Report| {
             let field = Graded::new([&finer[..], crossed].concat(), grading);
             let by_place = |p: DVec3| {
                 let of_regions = wishes.regions.iter().map(|r| r.at(p, grading));
                 field.at(p, of_regions.fold(f64::INFINITY, f64::min))
             };
-            first_mesh(solid, ([size, chord], held), options, &wishes, &by_place, told, run)
+            first_mesh(solid, ([size, chord], held), options, &wishes, &by_place, (told, &mut looked), run)
         };
         let mut told = report.clone();
         let (mut made, mut followed) = first(&crossed, None, &mut told)?;
@@ -312,7 +313,7 @@ fn first_mesh(
     options: &MeshOptions,
     wishes: &Wishes,
     by_place: &(dyn Fn(DVec3) -> f64 + Sync),
-    report: &mut Report,
+    (report, looked): (&mut Report, &mut Looked),
     run: &Run,
 ) -> Result<(FaceMeshes, Followed)> {
     let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
@@ -331,7 +332,7 @@ fn first_mesh(
     let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
     let of_least = |sizing: &Sizing, s: f64| share(sizing, s) * sizing.least;
     let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
-    let first_deep = |followed: &Followed, most: usize, narrowest: f64| {
+    let mut first = |followed: &Followed, most: usize, narrowest: f64| {
         let Followed { sizing, grading, .. } = followed;
         let by_curvature = |k: f64| followed.at(k, &|s| of_least(sizing, s));
         // A distance asked for is no wish for narrow places.
@@ -346,11 +347,10 @@ fn first_mesh(
             grading: *grading,
             most,
         };
-        solid.mesh(&sizes, run)
+        solid.mesh_again(&sizes, looked, run)
     };
-    let first = |followed: &Followed, most: usize| first_deep(followed, most, NARROWEST);
     let bounded = free && held.is_none();
-    let mut made = first(&followed, if bounded { MANY } else { usize::MAX })?;
+    let mut made = first(&followed, if bounded { MANY } else { usize::MAX }, NARROWEST)?;
     if bounded && !made.too_many && options.grading.is_none() {
         let times = detail(&made, size);
         if times > CROWDED {
@@ -358,19 +358,20 @@ fn first_mesh(
             followed.sagitta *= (times / BUSY).max(1.0).powi(2);
             // There is room then for narrow places, unless they are all there is.
             let most = made.mesh.triangles.len();
-            let deep = if times > BUSY { Some(first_deep(&followed, most, DEEPLY * NARROWEST)?) } else { None };
+            let deep = if times > BUSY { Some(first(&followed, most, DEEPLY * NARROWEST)?) } else { None };
             let small = |m: &FaceMeshes| !m.too_many && m.mesh.triangles.len() <= most;
-            made = deep.filter(small).map_or_else(|| first(&followed, usize::MAX), Ok)?;
+            made = deep.filter(small).map_or_else(|| first(&followed, usize::MAX, NARROWEST), Ok)?;
         }
     }
     if made.too_many {
-        let plain = first(&Followed { sizing: Sizing { least: size, ..followed.sizing }, ..followed }, usize::MAX)?;
+        let plain = Followed { sizing: Sizing { least: size, ..followed.sizing }, ..followed };
+        let plain = first(&plain, usize::MAX, NARROWEST)?;
         let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);
         while made.too_many {
             let least = &mut followed.sizing.least;
             *least = (LESS * *least).min(size);
             let most = if *least < size { most } else { usize::MAX };
-            made = first(&followed, most)?;
+            made = first(&followed, most, NARROWEST)?;
         }
     }
     let least = followed.sizing.least;

@@ -51,9 +51,19 @@ pub(super) struct Sampled {
     pub(super) bend: Vec<f64>,
     /// Normals Su x Sv of each of the edge's faces.
     pub(super) normals: Vec<Vec<DVec3>>,
+    /// Curvatures of the edge.
+    curvature: Vec<f64>,
+    /// Curvatures of each of the edge's faces, where there are any.
+    curvatures: Vec<Vec<Option<f64>>>,
 }
 
 impl Sampled {
+    /// An edge nobody looks at.
+    pub(super) fn ends_of(edge: &Edge) -> Self {
+        let points = edge.range.iter().map(|t| edge.curve.at(*t)).collect();
+        Self { t: edge.range.to_vec(), points, own: vec![f64::INFINITY; 2], ..Self::default() }
+    }
+
     /// The way to each of the points.
     pub(super) fn ways(&self) -> Vec<f64> {
         ways(&self.points)
@@ -77,33 +87,53 @@ pub(super) fn ways(points: &[DVec3]) -> Vec<f64> {
         .collect()
 }
 
-/// Looks at an edge and its faces along it.
-pub(super) fn sample(edge: &Edge, charts: &[(u32, &Chart)], sizes: &MeshSizes<'_>) -> Sampled {
+/// Looks at an edge and its faces along it; what is known of it already is taken over where it is of the same places, and told.
+pub(super) fn sample(
+    edge: &Edge,
+    charts: &[(u32, &Chart)],
+    sizes: &MeshSizes<'_>,
+    known: Option<Sampled>,
+) -> (Sampled, bool) {
     let t = sampled(edge, sizes);
-    let points: Vec<DVec3> = t.iter().map(|t| edge.curve.at(*t)).collect();
-    let mut own: Vec<f64> = t.iter().map(|t| (sizes.size_at)(edge.curve.curvature(*t))).collect();
-    let mut bend = vec![f64::INFINITY; points.len()];
-    let mut normals = Vec::with_capacity(charts.len());
-    for (face, chart) in charts {
+    let known = known.filter(|k| k.t == t);
+    let is_known = known.is_some();
+    let mut s = known.unwrap_or_else(|| looked_at(edge, charts, t));
+    s.own = s.curvature.iter().map(|c| (sizes.size_at)(*c)).collect();
+    s.bend = vec![f64::INFINITY; s.t.len()];
+    for ((face, _), row) in charts.iter().zip(&s.curvatures) {
         let wished = (sizes.face_size)(*face).unwrap_or(f64::INFINITY);
+        for ((c, h), r) in row.iter().zip(&mut s.own).zip(&mut s.bend) {
+            if let Some(c) = c {
+                *h = h.min((sizes.size_at)(*c));
+                *r = r.min(1.0 / c);
+            }
+            *h = h.min(wished);
+        }
+    }
+    (s, is_known)
+}
+
+/// What does not depend on the sizes wanted.
+fn looked_at(edge: &Edge, charts: &[(u32, &Chart)], t: Vec<f64>) -> Sampled {
+    let points: Vec<DVec3> = t.iter().map(|t| edge.curve.at(*t)).collect();
+    let curvature = t.iter().map(|t| edge.curve.curvature(*t)).collect();
+    let (mut normals, mut curvatures) = (Vec::with_capacity(charts.len()), Vec::with_capacity(charts.len()));
+    for (_, chart) in charts {
         let mut last: Option<glam::DVec2> = None;
-        let mut row = Vec::with_capacity(points.len());
-        for ((p, h), r) in points.iter().zip(&mut own).zip(&mut bend) {
+        let mut row = (Vec::with_capacity(points.len()), Vec::with_capacity(points.len()));
+        for p in &points {
             let uv = match last {
                 Some(uv) => chart.project_near(*p, uv),
                 None => chart.project(*p),
             };
             last = Some(uv);
-            if let Some(c) = chart.curvature(uv) {
-                *h = h.min((sizes.size_at)(c));
-                *r = r.min(1.0 / c);
-            }
-            *h = h.min(wished);
-            row.push(chart.normal(uv).unwrap_or(DVec3::ZERO));
+            row.0.push(chart.normal(uv).unwrap_or(DVec3::ZERO));
+            row.1.push(chart.curvature(uv));
         }
-        normals.push(row);
+        normals.push(row.0);
+        curvatures.push(row.1);
     }
-    Sampled { t, points, own, bend, normals }
+    Sampled { t, points, normals, curvature, curvatures, ..Sampled::default() }
 }
 
 /// Between which of some [ways](Sampled::ways) another lies: the one before, and its share of the way to the next.
@@ -114,7 +144,7 @@ pub(super) fn place(ways: &[f64], way: f64) -> (usize, f64) {
 }
 
 /// The first edge at a sharp corner: how long it is, and how wide the corner there; zero where the corner is not sharp.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Lead {
     pub(super) way: f64,
     pub(super) width: f64,
@@ -223,8 +253,11 @@ pub(super) fn divide(
         let (p, q) = (s.points[i], s.points[i + 1]);
         let own = s.own[i].min(s.own[i + 1]);
         let next = field.at(q, s.own[i + 1]);
-        let least = last.min(next).min(field.at(0.5 * (p + q), own));
-        let steps = (2.0 * p.distance(q) / least).ceil().clamp(1.0, MOST_STEPS) as usize;
+        let (least, d) = (last.min(next), p.distance(q));
+        // As slowly as the field grows it may not be short enough in the middle to matter.
+        let least =
+            if least - 0.5 * field.slope() * d >= 2.0 * d { least } else { least.min(field.at(0.5 * (p + q), own)) };
+        let steps = (2.0 * d / least).ceil().clamp(1.0, MOST_STEPS) as usize;
         for k in 1..=steps {
             let share = k as f64 / steps as f64;
             let h = if k == steps {

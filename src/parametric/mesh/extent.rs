@@ -1,10 +1,16 @@
 //! How far a model reaches: farther than its edges where faces bulge.
 
+use std::sync::atomic::AtomicUsize;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
-use super::{MeshSizes, Parametric};
+use super::edges::{Lead, Sampled, least_parts, sample};
+use super::sizes::Field;
+use super::{MeshSizes, Parametric, Plan};
 use crate::error::Result;
+use crate::geometry::Strips;
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Surface;
 use crate::run::Run;
@@ -18,9 +24,11 @@ const BEYOND: f64 = 0.002;
 const LONGEST: f64 = 0.2;
 const SHORTEST: f64 = 0.05;
 const TURN: f64 = 0.25;
+/// How often a face is tried, each time with twice as many edges around it.
+const ATTEMPTS: usize = 3;
 
 impl Parametric {
-    /// The box around the model: of its edges, and of a coarse mesh where surfaces may reach beyond them.
+    /// The box around the model: of its edges, and of coarse meshes of faces that may reach beyond them.
     pub(super) fn extent(&self, run: &Run) -> Result<Aabb> {
         let edges = self.boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
         let margin = BEYOND * edges.diagonal();
@@ -46,8 +54,44 @@ impl Parametric {
         }
         let most = far.iter().fold(edges, |a, b| a.union(b)).diagonal();
         let by = move |k: f64| (TURN / k.max(1e-300)).clamp(SHORTEST * most, LONGEST * most);
-        let made = self.mesh(&MeshSizes::new(LONGEST * most, SHORTEST * most, &by), run)?;
-        Ok(edges.union(&Aabb::around(made.mesh.nodes.iter().copied())))
+        let sizes = MeshSizes::new(LONGEST * most, SHORTEST * most, &by);
+        let far: Vec<usize> = (0..far.len()).filter(|f| !far[*f].is_empty()).collect();
+        Ok(edges.union(&self.around(&far, &sizes, run)?))
+    }
+
+    /// The box around some faces, meshed by curvature alone.
+    fn around(&self, faces: &[usize], sizes: &MeshSizes<'_>, run: &Run) -> Result<Aabb> {
+        let count = self.brep.edges.len();
+        let mut factor = vec![0; count];
+        let edges = |f: usize| self.brep.faces[f].loops.iter().flatten().map(|c| c.edge as usize);
+        faces.iter().flat_map(|f| edges(*f)).for_each(|e| factor[e] = 1);
+        let of = |i: usize| {
+            let edge = &self.brep.edges[i];
+            if factor[i] > 0 { sample(edge, &[], sizes, None).0 } else { Sampled::ends_of(edge) }
+        };
+        let sampled: Vec<Sampled> = run.install(|| (0..count).into_par_iter().map(of).collect());
+        factor.fill(1);
+        let field = Field::everywhere(sizes);
+        let (least, leads) = (least_parts(&self.brep), vec![[Lead::default(); 2]; count]);
+        let (strips, rings) = (Strips::new(count, Vec::new()), vec![Vec::new(); self.brep.faces.len()]);
+        let plan = Plan { sizes, field: &field, rings: &rings, count: AtomicUsize::new(0) };
+        let mut out = Aabb::EMPTY;
+        let mut left = faces.to_vec();
+        for _ in 0..ATTEMPTS {
+            run.check()?;
+            let (points, _, _, chains) = self.chains(&sampled, &field, &factor, (&least, &leads, &strips));
+            let fill = |f: &usize| (*f, self.face(*f as u32, &points, &chains, &plan, &FxHashSet::default()));
+            let made: Vec<_> = run.install(|| left.par_iter().map(fill).collect());
+            left.clear();
+            for (f, made) in made {
+                match made {
+                    Ok(made) => out = out.union(&Aabb::around(made.nodes)),
+                    Err(_) => left.push(f),
+                }
+            }
+            left.iter().flat_map(|f| edges(*f)).for_each(|e| factor[e] *= 2);
+        }
+        Ok(out)
     }
 
     /// The parameters a face may cover: those of its edges, and everything along directions that are periodic or have poles.

@@ -10,6 +10,7 @@ mod extent;
 mod fill;
 mod flips;
 mod ladder;
+mod looked;
 mod loops;
 pub mod narrow;
 mod rings;
@@ -30,8 +31,9 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Lead, Sampled, divide, leads, least_parts, sample};
+use edges::{Chain, Lead, Sampled, divide, leads, least_parts};
 use fill::{Filled, Unfilled, fill};
+pub use looked::Looked;
 use loops::{Contour, Unroller};
 use rings::Ring;
 use sheets::Sheets;
@@ -247,28 +249,25 @@ impl Parametric {
     /// *Does not guarantee*: that all faces come out, see [`FaceMeshes::failures`]; that triangles do not intersect.
     /// *Errors*: cancellation.
     pub fn mesh(&self, sizes: &MeshSizes<'_>, run: &Run) -> Result<FaceMeshes> {
+        self.mesh_again(sizes, &mut Looked::default(), run)
+    }
+
+    /// The same, faster after the model was meshed with other sizes: `looked` is what was seen of it then, and now.
+    pub fn mesh_again(&self, sizes: &MeshSizes<'_>, looked: &mut Looked, run: &Run) -> Result<FaceMeshes> {
         let least = least_parts(&self.brep);
-        let sampled: Vec<Sampled> = run.install(|| {
-            (0..self.brep.edges.len())
-                .into_par_iter()
-                .map(|i| {
-                    let charts: Vec<(u32, &Chart)> =
-                        self.faces_of[i].iter().map(|f| (*f, &self.charts[*f as usize])).collect();
-                    sample(&self.brep.edges[i], &charts, sizes)
-                })
-                .collect()
-        });
-        run.check()?;
-        let mut leads = leads(&self.brep, &self.faces_of, &sampled, sizes);
-        let (field, strips) = sizes::field(&self.brep, &self.faces_of, (&sampled, &leads), sizes, run)?;
-        let rings = self.rings(&sampled, &field, sizes, run);
-        self.reach_rings(&rings, &sampled, &mut leads);
+        let same = looked.at_edges(self, sizes, run)?;
+        let Looked { sampled, narrow } = looked;
+        let mut leads = leads(&self.brep, &self.faces_of, sampled, sizes);
+        let seen = (&sampled[..], &leads[..], &same[..]);
+        let (field, strips) = sizes::field(&self.brep, &self.faces_of, seen, narrow, sizes, run)?;
+        let rings = self.rings(sampled, &field, sizes, run);
+        self.reach_rings(&rings, sampled, &mut leads);
         let mut factor = vec![1usize; self.brep.edges.len()];
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
             let plan = Plan { sizes, field: &field, rings: &rings, count: AtomicUsize::new(0) };
-            let (points, places, wants, chains) = self.chains(&sampled, &field, &factor, (&least, &leads, &strips));
+            let (points, places, wants, chains) = self.chains(sampled, &field, &factor, (&least, &leads, &strips));
             if points.len() - self.brep.vertices.len() > sizes.most {
                 return Ok(FaceMeshes { too_many: true, ..FaceMeshes::default() });
             }

@@ -44,13 +44,24 @@ const INTO: f64 = 0.3;
 /// The field of wanted lengths.
 pub(super) struct Field<'a> {
     graded: Graded,
+    slope: f64,
     place: &'a (dyn Fn(DVec3) -> f64 + Sync),
 }
 
-impl Field<'_> {
+impl<'a> Field<'a> {
+    /// The lengths wanted by place alone.
+    pub(super) fn everywhere(sizes: &MeshSizes<'a>) -> Self {
+        Self { graded: Graded::new(Vec::new(), sizes.grading), slope: sizes.grading, place: sizes.place_size }
+    }
+
     /// The length wanted at a place, at most `most`.
     pub(super) fn at(&self, p: DVec3, most: f64) -> f64 {
         self.graded.at(p, most).min(self.place_at(p))
+    }
+
+    /// How fast lengths grow per length, at most.
+    pub(super) fn slope(&self) -> f64 {
+        self.slope
     }
 
     /// The length wanted at a place whatever lies there.
@@ -78,6 +89,7 @@ struct Piece {
 }
 
 /// A place on the border of a face that has another part of it across from it.
+#[derive(Debug)]
 struct Narrow {
     at: DVec3,
     width: f64,
@@ -89,11 +101,58 @@ struct Narrow {
     deepest: f64,
 }
 
-/// The field of wanted lengths of a whole model, and its edges that go together.
+/// The narrow places of every face and pairs of its edges, and what they were looked for with besides the edges.
+#[derive(Debug, Default)]
+pub(super) struct NarrowPlaces {
+    faces: Vec<(Vec<Narrow>, Vec<Pair>)>,
+    leads: Vec<[Lead; 2]>,
+    /// The size, the least and the deepest.
+    lengths: [f64; 3],
+}
+
+impl NarrowPlaces {
+    /// Looks for them where these are not those of the same edges, leads and sizes.
+    fn look(
+        &mut self,
+        brep: &Brep,
+        faces_of: &[Vec<u32>],
+        (sampled, leads, same): (&[Sampled], &[[Lead; 2]], &[bool]),
+        sizes: &MeshSizes<'_>,
+        run: &Run,
+    ) -> Result<()> {
+        let known = std::mem::take(self);
+        let lengths = [sizes.size, sizes.least, sizes.deepest];
+        let comparable = known.leads.len() == leads.len() && known.lengths[..2] == lengths[..2];
+        let deepest = known.lengths[2].max(sizes.deepest);
+        let may_hold = |f: usize, places: &[Narrow]| {
+            let mut edges = brep.faces[f].loops.iter().flatten().map(|c| c.edge as usize);
+            // How deep they are followed is nothing to wide ones.
+            let wide = |n: &Narrow| EASE * n.width >= deepest;
+            edges.all(|e| same[e] && known.leads[e] == leads[e])
+                && (known.lengths == lengths || places.iter().all(wide))
+        };
+        let mut found = known.faces;
+        found.resize_with(brep.faces.len(), Default::default);
+        let of = |(f, found): (usize, (Vec<Narrow>, Vec<Pair>))| {
+            if run.is_cancelled() || (comparable && may_hold(f, &found.0)) {
+                return found;
+            }
+            narrow_places(brep, &brep.faces[f], f as u32, faces_of, (sampled, leads), sizes)
+        };
+        let faces = run.install(|| found.into_par_iter().enumerate().map(of).collect());
+        run.check()?;
+        *self = Self { faces, leads: leads.to_vec(), lengths };
+        Ok(())
+    }
+}
+
+/// The field of wanted lengths of a whole model, and its edges that go together. The narrow places are those that were found
+/// last, when some edges were the `same`.
 pub(super) fn field<'a>(
     brep: &Brep,
     faces_of: &[Vec<u32>],
-    (sampled, leads): (&[Sampled], &[[Lead; 2]]),
+    (sampled, leads, same): (&[Sampled], &[[Lead; 2]], &[bool]),
+    narrow: &mut NarrowPlaces,
     sizes: &MeshSizes<'a>,
     run: &Run,
 ) -> Result<(Field<'a>, Strips)> {
@@ -144,26 +203,16 @@ pub(super) fn field<'a>(
         }
     }
     run.check()?;
-    let narrow: Vec<(Vec<Narrow>, Vec<Pair>)> = run.install(|| {
-        (0..brep.faces.len())
-            .into_par_iter()
-            .map(|f| {
-                if run.is_cancelled() {
-                    return (Vec::new(), Vec::new());
-                }
-                narrow_places(brep, &brep.faces[f], f as u32, faces_of, (sampled, leads), sizes)
-            })
-            .collect()
-    });
-    run.check()?;
-    let (places, pairs): (Vec<Vec<Narrow>>, Vec<Vec<Pair>>) = narrow.into_iter().unzip();
-    let strips = Strips::new(brep.edges.len(), pairs.concat());
+    narrow.look(brep, faces_of, (sampled, leads, same), sizes, run)?;
+    let pairs: Vec<Pair> = narrow.faces.iter().flat_map(|f| f.1.iter().copied()).collect();
+    let strips = Strips::new(brep.edges.len(), pairs);
     let fit = |n: &Narrow| {
         let across = if strips.holds(n.edges) { STAGGERED } else { ACROSS };
         (n.at, fitting(n.width, across, n.bend, n.deepest, sizes))
     };
-    sources.extend(places.iter().flatten().map(fit).filter(|x| x.1 < sizes.size));
-    Ok((Field { graded: Graded::new(sources, sizes.grading), place: sizes.place_size }, strips))
+    sources.extend(narrow.faces.iter().flat_map(|f| &f.0).map(fit).filter(|x| x.1 < sizes.size));
+    let graded = Graded::new(sources, sizes.grading);
+    Ok((Field { graded, slope: sizes.grading, place: sizes.place_size }, strips))
 }
 
 /// The edge length that fits a place of some width between borders of some radius of curvature, `across` times as long as it is
