@@ -466,11 +466,13 @@ impl Lowerer {
                 let f = face!("formula", "");
                 if let Some(v) = e.as_constant() {
                     faces.push(self.op(Op::All((v >= 0.0) != c.negate)));
+                    bounds = Aabb::ALL;
                 } else {
-                    faces.push(self.leaf(Leaf::Formula(Formula::compile(e, place)), f, c.negate));
+                    let leaf = Leaf::Formula(Formula::compile(e, place));
+                    bounds = if c.negate { None } else { Implicit::box_of(leaf.clone()) }.unwrap_or(Aabb::ALL);
+                    faces.push(self.leaf(leaf, f, c.negate));
                 }
                 and = true;
-                bounds = Aabb::ALL;
             }
             Primitive::Field(field) => {
                 let f = face!("field", "");
