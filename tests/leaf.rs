@@ -91,6 +91,43 @@ fn coincident_faces_are_one_face_or_none() {
 }
 
 #[test]
+fn formulas_that_coincide_are_one_face_as_planes_are() {
+    let of = |text: &str| {
+        let part = rvachev::implicit::part::parse(text, &[]).unwrap();
+        let options = MeshOptions { size: Some(SizeRequest::Length(0.09)), ..MeshOptions::default() };
+        let report = mesh_part(&part, &options, &Run::new()).unwrap().report;
+        assert!(report.shortfalls.is_empty(), "{text}: {:?}", report.shortfalls);
+        let c = report.check.unwrap();
+        assert!(c.certificate.is_sound() && c.quality.p05_angle > 44.0, "{text} {:?}", c.quality);
+        let f = c.features.unwrap();
+        assert!(f.recall > 0.99 && f.corners_found == f.corners_true, "{f:?}");
+        c
+    };
+    // Blocks of a lattice side by side, each moved by whole periods, are the block of all.
+    let block = |name: &str, x: u8| {
+        format!("{name}(1, .25) & box(size=({x}, {x}, 1)).move(({0}, {0}, 0))", f64::from(x - 1) / 2.0)
+    };
+    for name in ["gyroid", "schwarz_p"] {
+        let tiled =
+            format!("b = {}\npart(union([b.move((i, j, 0)) for i in range(2) for j in range(2)]))", block(name, 1));
+        let (tiled, whole) = (of(&tiled), of(&format!("part({})", block(name, 2))));
+        assert_eq!((tiled.components, tiled.euler), (whole.components, whole.euler), "{name}");
+        assert!((tiled.volume / whole.volume - 1.0).abs() < 2e-3, "{name} {} {}", tiled.volume, whole.volume);
+    }
+    // A twisted bar turned by half a turn is itself; a formula times a number is the formula.
+    let bar = "w = max(abs(x*cos(z)+y*sin(z))-.4, abs(y*cos(z)-x*sin(z))-.3)\nb = solid(w <= 0) & box(size=(2, 2, 1))";
+    let alone = of(&format!("{bar}\npart(b)"));
+    for more in ["b.rotate(180, axis='z')", "(solid(3*w <= 0) & box(size=(2, 2, 1)))"] {
+        let c = of(&format!("{bar}\npart(b | {more})"));
+        assert_eq!((c.components, c.euler), (1, 2), "{more}");
+        assert!((c.volume / alone.volume - 1.0).abs() < 1e-3, "{more} {} {}", c.volume, alone.volume);
+    }
+    // Nearly the same is not the same.
+    let c = of("part((gyroid(1, .25) & box(size=(1, 1, 1))) | (gyroid(1, .2) & box(size=(1, 1, 1)).move((1, 0, 0))))");
+    assert!(c.certificate.is_sound());
+}
+
+#[test]
 fn a_seam_between_tangent_faces_is_no_sharp_edge_but_parts_the_faces() {
     // A half-round bar: the cylinder runs into the flat sides without a crease.
     let bar = cuboid([-1.0, -0.3, -0.5], [1.0, 0.3, 0.0])

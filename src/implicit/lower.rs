@@ -522,6 +522,20 @@ impl Lowerer {
     }
 }
 
+/// The tape with other leaves, joined anew where that makes operations equal.
+pub(super) fn replayed(ops: &[Op], leaf: impl Fn(Op) -> Op) -> Tape {
+    let mut l = Lowerer::default();
+    let mut new: Vec<u32> = Vec::with_capacity(ops.len());
+    for &op in ops {
+        new.push(match op {
+            Op::Min(a, b) => l.min(new[a as usize], new[b as usize]),
+            Op::Max(a, b) => l.max(new[a as usize], new[b as usize]),
+            op => l.op(leaf(op)),
+        });
+    }
+    extract_tape(&l.ops, new.last().copied().unwrap_or(0))
+}
+
 /// The operations the root needs, in order.
 fn extract_tape(ops: &[Op], root: u32) -> Tape {
     let mut new = vec![u32::MAX; root as usize + 1];

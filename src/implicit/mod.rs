@@ -3,6 +3,7 @@
 //! A [`Solid`] is a tree of primitives, formulas and set operations. Lowering makes signed leaves and one tape of it;
 //! the octree prunes the tape cell by cell; marching cubes with the topology of MC33 meshes the surface.
 
+mod alike;
 mod apex;
 mod batch;
 mod blend;

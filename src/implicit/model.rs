@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::alike::unified;
 use super::leaf::Leaf;
 use super::lower::{FaceInfo, lower};
 use super::rfunction::RSystem;
@@ -85,6 +86,9 @@ impl Implicit {
         }
         if model.bounds.is_empty() {
             return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+        }
+        if let Some(tape) = unified(&model.leaves, &model.tape, &model.bounds) {
+            model.tape = Arc::new(tape);
         }
         Ok(model)
     }

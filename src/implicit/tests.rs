@@ -233,6 +233,15 @@ fn bounds_are_found_or_asked_for() {
     let e = Expr::constant(1.0) - (Expr::x() * Expr::x() + Expr::y() * Expr::y() + Expr::z() * Expr::z());
     let b = Implicit::new(&Solid::formula(e), RSystem::R0, None).unwrap().bounds();
     assert!(b.contains(DVec3::X) && b.contains(-DVec3::X) && b.diagonal() < 2.3 * 3f64.sqrt(), "{b:?}");
+    // Beside a solid whose formula, in its own frame, hides that it ends.
+    let turned = Solid::cuboid(v(-1.0, -2.0, -1.0), DVec3::ONE).placed(generic_rotation());
+    let egg: Solid = Primitive::Ellipsoid { radii: v(0.4, 0.6, 0.7), at: DVec3::ZERO }.into();
+    let fourth = |e: Expr| (e.clone() * e.clone()) * (e.clone() * e);
+    let quartic = Expr::constant(1.0) - fourth(Expr::x()) - fourth(Expr::y()) - fourth(Expr::z());
+    for other in [turned, egg] {
+        let b = Implicit::new(&(other | Solid::formula(quartic.clone())), RSystem::R0, None).unwrap().bounds();
+        assert!(b.contains(DVec3::Z) && b.is_finite(), "{b:?}");
+    }
     let s = Solid::cylinder(1.0, DVec3::Z, DVec3::ZERO, None);
     let err = Implicit::new(&s, RSystem::R0, None).unwrap_err().to_string();
     assert!(err.contains("infinite"), "{err}");
