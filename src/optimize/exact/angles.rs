@@ -18,6 +18,8 @@ const FLAT: f64 = 1e-6;
 const SHRINK: f64 = 0.35;
 /// Nothing is sought where less is missing than this much a triangle.
 const CONTENT: f64 = 0.003;
+/// Steps after which the search ends: around triangles that are turned over less and less may be missing all the way out.
+const STEPS: usize = 64;
 /// A move must make this share of what is missing good.
 const GAIN: f64 = 0.005;
 
@@ -130,7 +132,10 @@ fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort, first: 
     if before < CONTENT * ring.len() as f64 {
         return Search { before, place, least };
     }
-    while step > effort.steps[1] * length {
+    for _ in 0..STEPS {
+        if step <= effort.steps[1] * length {
+            break;
+        }
         let there = |[x, y]: [f64; 2]| [place[0] + step * x, place[1] + width * step * y];
         let (mut next, now) = (place, least);
         let mut offer = |at: [f64; 2], lack: f64| {
@@ -242,5 +247,30 @@ impl Remesher<'_> {
         }
         self.work.mesh.set_point(v, x);
         self.stays_unfolded(v, start)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(corners: &[DVec3]) -> Vec<Across> {
+        let n = corners.len();
+        (0..n).map(|i| Across::new(corners[i], corners[(i + 1) % n], DVec3::ZERO, [DVec3::X, DVec3::Y])).collect()
+    }
+
+    #[test]
+    fn nodes_find_the_middle_of_their_hexagon() {
+        let found = search(&ring(&DIRECTIONS.map(|[x, y]| DVec3::new(x + 0.3, y, 0.0))), 0.7, false, &SPACED, 0.12);
+        assert!((found.place[0] - 0.3).hypot(found.place[1]) < 0.02, "{:?}", found.place);
+    }
+
+    #[test]
+    fn searches_end_however_short_their_steps() {
+        // Nearly all on one line, where less is missing all the way out from it, and one corner next to the node.
+        let short = 1e-9;
+        let line = [DVec3::new(1.0, 2.0, 0.0), DVec3::new(-0.7, -1.5, 0.0), DVec3::new(-0.2, -0.4, 0.0)];
+        let found = search(&ring(&[line[0], line[1], line[2], DVec3::X * short]), short, false, &SPACED, 0.12);
+        assert!(found.least < found.before && found.place[0].hypot(found.place[1]) < 0.1, "{:?}", found.place);
     }
 }
