@@ -260,6 +260,11 @@ impl Arranger<'_> {
         let nodes = self.sheet.triangles[t];
         let leaves = &self.model.leaves;
         let at = nodes.map(|v| self.sheet.nodes[v as usize]);
+        let values = |j: u32| {
+            let value =
+                |k: usize| if self.sheet.is_pinned(nodes[k], j) { 0.0 } else { value_on(leaves, self.leaf, j, at[k]) };
+            [0, 1, 2].map(value)
+        };
         let mut cuts: Vec<Cut> = Vec::new();
         for &j in others {
             if let Some((f, number, k)) = fillet_and_side(leaves, self.leaf, j) {
@@ -276,14 +281,14 @@ impl Arranger<'_> {
                     cuts.push(Cut { line: j, form: Form::Fillet { fillet: f, sides, lines }, through });
                 }
                 Leaf::Fillet(_) => {
-                    let mut cut = Cut::linear(j, at.map(|p| value_on(leaves, self.leaf, j, p)));
+                    let mut cut = Cut::linear(j, values(j));
                     if let Leaf::Fillet(_) = leaves[self.leaf as usize] {
                         // Two that end in one surface cross where both do.
                         cut.through = [0, 1].map(|k| [self.leaf, j].map(|f| self.ends.line(f, k)));
                     }
                     cuts.push(cut);
                 }
-                _ => cuts.push(Cut::linear(j, at.map(|p| value_on(leaves, self.leaf, j, p)))),
+                _ => cuts.push(Cut::linear(j, values(j))),
             }
         }
         // The ends of fillets first: what is beyond them they do not cut.

@@ -27,7 +27,7 @@ use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 use arrange::{Part, arrange};
 use ends::Ends;
-use refine::refine;
+use refine::{pin, refine};
 use sew::sew;
 use sheet::{Sheet, sheet};
 use strands::crossing_strands;
@@ -51,6 +51,11 @@ const AROUND: f64 = 2.0;
 /// and as long as there are no more than this many times the triangles of the cells.
 const MOST: f64 = 2.0;
 
+/// Points where more than three leaves meet are the same if they are nearer to each other than this share of a cell.
+const PINNED: f64 = 1e-4;
+/// Such points are looked for again after those known are nodes, so many times at most.
+const PINNINGS: usize = 4;
+
 /// The sheet of a leaf, the cells it is in, and what it contributes.
 struct Piece<'a> {
     leaf: u32,
@@ -60,8 +65,8 @@ struct Piece<'a> {
 }
 
 /// Meshes each leaf's surface in the cells of an extraction, keeps what bounds the solid, and sews it together. Where that does
-/// not fit, as where two leaves are nearly tangent, or where strands of edges are closer than chords are high, the sheets are
-/// halved a few times.
+/// not fit, points where more than three leaves meet become nodes of all their sheets; where it still does not, as where two
+/// leaves are nearly tangent, or where strands of edges are closer than chords are high, the sheets are halved a few times.
 ///
 /// `None` where the parts do not fit together. The result is closed and oriented; triangles may still intersect.
 pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> crate::error::Result<Option<Trimmed>> {
@@ -72,15 +77,18 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
         let count = |pieces: &[Piece<'_>]| pieces.iter().map(|p| p.sheet.triangles.len()).sum::<usize>() as f64;
         let most = MOST * count(&pieces);
         let mut sewn = None;
-        for times in 0..=FINER {
+        let (mut times, mut pinnings) = (0, 0);
+        let mut pinned: Vec<DVec3> = Vec::new();
+        loop {
             pieces.par_iter_mut().filter(|p| p.part.is_none()).try_for_each(|p| {
                 run.check()?;
                 p.part = Some(arrange((model, &ends), p.leaf, &p.sheet, &p.cells, h));
                 Ok(())
             })?;
             let parts: Vec<&Part> = pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().ok()).collect();
+            let mut crowded = Vec::new();
             let mut unfit: Unfit = if parts.len() == pieces.len() {
-                match sew(model, &parts, h, times > 0) {
+                match sew(model, &parts, h, times > 0, &mut crowded) {
                     Ok((made, strands)) => {
                         let close = crossing_strands(&strands, &made.mesh.nodes);
                         sewn = Some(made);
@@ -97,6 +105,24 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
             }
             let reach = AROUND * h * 0.5f64.powi(times as i32);
             let places = Bvh::new(unfit.iter().map(|p| Aabb::new(*p, *p).grown(reach)).collect());
+            let is_new = |p: DVec3| {
+                let mut near = false;
+                places.overlapping(&Aabb::new(p, p), |_| near = true);
+                near && pinned.iter().all(|q| q.distance(p) > PINNED * h)
+            };
+            crowded.retain(|(p, _)| is_new(*p));
+            if !crowded.is_empty() && pinnings < PINNINGS {
+                pinnings += 1;
+                for piece in &mut pieces {
+                    for (p, leaves) in crowded.iter().filter(|x| x.1.contains(&piece.leaf)) {
+                        pin(&mut piece.sheet, *p, leaves);
+                        piece.part = None;
+                    }
+                }
+                pinned.extend(crowded.into_iter().map(|x| x.0));
+                continue;
+            }
+            times += 1;
             for p in &mut pieces {
                 if refine(&mut p.sheet, &model.leaves, p.leaf, &places, model.bounds().diagonal()) {
                     p.part = None;

@@ -6,7 +6,12 @@ use rustc_hash::FxHashMap;
 use super::super::leaf::Leaf;
 use super::super::newton::nearest;
 use super::sheet::Sheet;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
+
+/// A node moves to where many leaves meet if that point's share of it, in its triangle, is larger than this;
+const MOVED: f64 = 0.8;
+/// and a side is parted there if the share of the corner across from it is smaller than this.
+const ON_SIDE: f64 = 0.1;
 
 /// Halves the sides of all triangles that overlap one of some boxes; new nodes go to the leaf. Neighbors are parted so that sides
 /// still fit. Returns whether there were any.
@@ -43,6 +48,49 @@ pub(super) fn refine(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, places: &Bvh
     }
     (sheet.triangles, sheet.brick) = (triangles, brick);
     true
+}
+
+/// Gives a sheet a node at a point where many leaves meet. A node much nearer to it than others moves there, otherwise what it
+/// lies on is parted.
+pub(super) fn pin(sheet: &mut Sheet, p: DVec3, leaves: &[u32]) {
+    let corners = |t: usize| sheet.triangles[t].map(|v| sheet.nodes[v as usize]);
+    let away = |t: usize| triangle_distance_squared(p, corners(t));
+    let nearest =
+        (0..sheet.triangles.len()).map(|t| (away(t), t)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let Some((_, t)) = nearest else { return };
+    let (corners, nodes) = (triangle_foot(p, corners(t)), sheet.triangles[t]);
+    let by_share = |a: &usize, b: &usize| corners[*a].total_cmp(&corners[*b]);
+    let (Some(most), Some(least)) = ((0..3).max_by(by_share), (0..3).min_by(by_share)) else { return };
+    let is_free = !sheet.pins.contains_key(&nodes[most]);
+    let node = if is_free && corners[most] > MOVED {
+        sheet.nodes[nodes[most] as usize] = p;
+        nodes[most]
+    } else {
+        sheet.nodes.push(p);
+        sheet.nodes.len() as u32 - 1
+    };
+    sheet.pins.insert(node, leaves.to_vec());
+    if node == nodes[most] {
+        return;
+    }
+    let on_side = (corners[least] < ON_SIDE).then(|| side(nodes, (least + 1) % 3));
+    let parted: Vec<usize> = match on_side {
+        Some(ends) => {
+            (0..sheet.triangles.len()).filter(|t| (0..3).any(|k| side(sheet.triangles[*t], k) == ends)).collect()
+        }
+        None => vec![t],
+    };
+    for t in parted {
+        let nodes = sheet.triangles[t];
+        let mut made =
+            (0..3).filter(|k| Some(side(nodes, *k)) != on_side).map(|k| [nodes[k], nodes[(k + 1) % 3], node]);
+        let Some(first) = made.next() else { continue };
+        sheet.triangles[t] = first;
+        for more in made {
+            sheet.triangles.push(more);
+            sheet.brick.push(sheet.brick[t]);
+        }
+    }
 }
 
 /// The ends of a side of a triangle, the lower node first.

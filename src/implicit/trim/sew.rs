@@ -12,7 +12,7 @@ use super::arrange::Part;
 use super::strands::Strand;
 use super::{Trimmed, Unfit};
 use crate::mesh::TriMesh;
-use crate::spatial::segment_foot;
+use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// Points of the two chains nearer than this share of a cell are one.
 const ONE: f64 = 0.2;
@@ -56,12 +56,14 @@ struct Sewer<'a> {
     strands: Vec<Strand>,
 }
 
-/// Joins the parts; `refined` where some sheets are finer than the cells. *Errors*: the places where their borders do not fit.
+/// Joins the parts; `refined` where some sheets are finer than the cells. `crowded` takes up where more than three leaves meet,
+/// with them. *Errors*: the places where their borders do not fit.
 pub(super) fn sew(
     model: &Implicit,
     parts: &[&Part],
     cell: f64,
     refined: bool,
+    crowded: &mut Vec<(DVec3, Vec<u32>)>,
 ) -> Result<(Trimmed, Vec<Strand>), Unfit> {
     let mut sewer = Sewer {
         model,
@@ -75,6 +77,9 @@ pub(super) fn sew(
         strands: Vec::new(),
     };
     sewer.join_corners();
+    sewer.gather();
+    let many = sewer.nodes.iter().zip(&sewer.leaves).filter(|x| x.1.len() > 3);
+    crowded.extend(many.map(|(p, on)| (*p, on.clone())));
     let scale = model.bounds().diagonal();
     let mut edges: BTreeMap<[u32; 4], [Vec<Chain>; 2]> = BTreeMap::new();
     for (p, part) in parts.iter().enumerate() {
@@ -110,6 +115,21 @@ pub(super) fn sew(
         }
     }
     if unfit.is_empty() { sewer.finish() } else { Err(unfit) }
+}
+
+/// The loops a ring consists of that meets itself in some nodes; those of fewer than three nodes are nothing.
+fn loops(ring: Vec<u32>) -> Vec<Vec<u32>> {
+    let mut found = Vec::new();
+    let mut open: Vec<u32> = Vec::with_capacity(ring.len());
+    for v in ring {
+        if let Some(k) = open.iter().position(|w| *w == v) {
+            found.push(open.drain(k..).collect());
+        }
+        open.push(v);
+    }
+    found.push(open);
+    found.retain(|l: &Vec<u32>| l.len() > 2);
+    found
 }
 
 impl Sewer<'_> {
@@ -155,12 +175,31 @@ impl Sewer<'_> {
         }
     }
 
+    /// Takes all points of a part that lie where more than three leaves meet as that corner: the arrangement may have made
+    /// several there, with sides of no length between them.
+    fn gather(&mut self) {
+        let near = CROWDED * self.model.bounds().diagonal();
+        let crowded: Vec<u32> = (0..self.nodes.len() as u32).filter(|v| self.leaves[*v as usize].len() > 3).collect();
+        let places = crowded.iter().map(|v| self.nodes[*v as usize]).map(|p| Aabb::new(p, p).grown(near));
+        let tree = Bvh::new(places.collect());
+        for (part, nodes) in self.parts.iter().zip(&mut self.node_of) {
+            for (p, node) in part.points.iter().zip(nodes).filter(|x| *x.1 == NONE && x.0.is_finite()) {
+                tree.overlapping(&Aabb::new(*p, *p), |k| {
+                    let v = crowded[k as usize];
+                    if self.leaves[v as usize].contains(&part.leaf) {
+                        *node = v;
+                    }
+                });
+            }
+        }
+    }
+
     /// The chains of a part's border, each with the leaf beyond it.
     fn chains(&self, p: usize, part: &Part) -> Result<Vec<(Chain, u32)>, Unfit> {
         let mut next: Vec<(u32, u32)> = vec![(NONE, NONE); part.points.len()];
         part.border.iter().for_each(|(a, b, j)| next[*a as usize] = (*b, *j));
         let mut seen = vec![false; part.points.len()];
-        let is_corner = |v: u32| part.on[v as usize].len() > 2;
+        let is_corner = |v: u32| self.node_of[p][v as usize] != NONE;
         let mut chains = Vec::new();
         for corners in [true, false] {
             for &(a, _, leaf) in &part.border {
@@ -372,13 +411,7 @@ impl Sewer<'_> {
                     ring.push(self.node_of[p][a as usize]);
                     ring.extend(self.between[p].get(&(a, b)).into_iter().flatten());
                 }
-                ring.dedup();
-                while ring.len() > 1 && ring[0] == ring[ring.len() - 1] {
-                    ring.pop();
-                }
-                if ring.len() > 2 {
-                    rings.push((p, ring));
-                }
+                rings.extend(loops(ring).into_iter().map(|ring| (p, ring)));
             }
         }
         rings

@@ -19,11 +19,20 @@ pub(super) struct Sheet {
     pub(super) triangles: Vec<[u32; 3]>,
     /// For each triangle the brick it lies in.
     pub(super) brick: Vec<u32>,
+    /// Nodes at points where many leaves meet, with the leaves.
+    pub(super) pins: FxHashMap<u32, Vec<u32>>,
+}
+
+impl Sheet {
+    /// Whether a node is known to be on a leaf.
+    pub(super) fn is_pinned(&self, node: u32, leaf: u32) -> bool {
+        !self.pins.is_empty() && self.pins.get(&node).is_some_and(|leaves| leaves.contains(&leaf))
+    }
 }
 
 /// Meshes the zeros of a leaf. Faces of cells with alternating signs are decided alike from both sides.
 pub(super) fn sheet(leaf: &Leaf, grid: &Grid, bricks: &[&Cell], scale: f64) -> Sheet {
-    let mut out = Sheet { nodes: Vec::new(), triangles: Vec::new(), brick: Vec::new() };
+    let mut out = Sheet { nodes: Vec::new(), triangles: Vec::new(), brick: Vec::new(), pins: FxHashMap::default() };
     let mut number: FxHashMap<(u8, [u32; 3]), u32> = FxHashMap::default();
     let mut batch = Batch::default();
     for (b, cell) in bricks.iter().enumerate() {
