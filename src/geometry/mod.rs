@@ -4,8 +4,10 @@ mod features;
 mod oracle;
 mod pieces;
 mod strips;
+mod touch;
 
 pub use features::{FeatureSample, Features};
 pub use oracle::{Foot, SurfaceOracle};
 pub use pieces::Pieces;
 pub(crate) use strips::{ALIKE, FIRST, Like, Pair, Strips};
+pub(crate) use touch::common_normal;

@@ -7,6 +7,7 @@
 //! fit together and there is no mesh.
 
 mod arrange;
+mod crowds;
 mod ends;
 mod refine;
 mod sew;
@@ -26,8 +27,9 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 use arrange::{Part, arrange};
+use crowds::{Crowd, touching};
 use ends::Ends;
-use refine::{pin, refine};
+use refine::{pin, pin_among_many, refine};
 use sew::sew;
 use sheet::{Sheet, sheet};
 use strands::crossing_strands;
@@ -78,7 +80,7 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
         let most = MOST * count(&pieces);
         let mut sewn = None;
         let (mut times, mut pinnings) = (0, 0);
-        let mut pinned: Vec<DVec3> = Vec::new();
+        let mut pinned: Vec<Crowd> = Vec::new();
         loop {
             pieces.par_iter_mut().filter(|p| p.part.is_none()).try_for_each(|p| {
                 run.check()?;
@@ -88,7 +90,7 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
             let parts: Vec<&Part> = pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().ok()).collect();
             let mut crowded = Vec::new();
             let mut unfit: Unfit = if parts.len() == pieces.len() {
-                match sew(model, &parts, h, times > 0, &mut crowded) {
+                match sew(model, &parts, h, times > 0, &pinned, &mut crowded) {
                     Ok((made, strands)) => {
                         let close = crossing_strands(&strands, &made.mesh.nodes);
                         sewn = Some(made);
@@ -108,18 +110,35 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
             let is_new = |p: DVec3| {
                 let mut near = false;
                 places.overlapping(&Aabb::new(p, p), |_| near = true);
-                near && pinned.iter().all(|q| q.distance(p) > PINNED * h)
+                near && pinned.iter().all(|q| q.at.distance(p) > PINNED * h)
             };
-            crowded.retain(|(p, _)| is_new(*p));
+            crowded.retain(|c: &Crowd| is_new(c.at));
+            // Leaves that are merely close to touching come apart in finer sheets.
+            if crowded.is_empty() && times > 0 && pinnings < PINNINGS {
+                let own: Vec<u32> = pieces.iter().map(|p| p.leaf).collect();
+                let mut touch = touching(&model.leaves, &own, &unfit, h, model.bounds().diagonal());
+                touch.retain(|c| is_new(c.at));
+                crowded = touch;
+            }
             if !crowded.is_empty() && pinnings < PINNINGS {
                 pinnings += 1;
                 for piece in &mut pieces {
-                    for (p, leaves) in crowded.iter().filter(|x| x.1.contains(&piece.leaf)) {
-                        pin(&mut piece.sheet, *p, leaves);
+                    for crowd in crowded.iter().filter(|c| c.leaves.contains(&piece.leaf)) {
+                        if crowd.touching {
+                            pin_among_many(
+                                &mut piece.sheet,
+                                &model.leaves,
+                                piece.leaf,
+                                crowd,
+                                model.bounds().diagonal(),
+                            );
+                        } else {
+                            pin(&mut piece.sheet, crowd);
+                        }
                         piece.part = None;
                     }
                 }
-                pinned.extend(crowded.into_iter().map(|x| x.0));
+                pinned.extend(crowded);
                 continue;
             }
             times += 1;

@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::super::leaf::Leaf;
 use super::super::newton::nearest;
+use super::crowds::Crowd;
 use super::sheet::Sheet;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 
@@ -12,20 +13,33 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 const MOVED: f64 = 0.8;
 /// and a side is parted there if the share of the corner across from it is smaller than this.
 const ON_SIDE: f64 = 0.1;
+/// Where leaves touch a node gets so many triangles at least.
+const MANY: usize = 32;
 
-/// Halves the sides of all triangles that overlap one of some boxes; new nodes go to the leaf. Neighbors are parted so that sides
-/// still fit. Returns whether there were any.
+/// Halves the sides of all triangles that overlap one of some boxes. Returns whether there were any.
 pub(super) fn refine(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, places: &Bvh, scale: f64) -> bool {
-    let corners = |t: [u32; 3]| t.map(|v| sheet.nodes[v as usize]);
+    let near = |sheet: &Sheet, t: [u32; 3]| {
+        let mut near = false;
+        places.overlapping(&Aabb::around(t.map(|v| sheet.nodes[v as usize])), |_| near = true);
+        [near; 3]
+    };
+    halve(sheet, leaves, leaf, scale, near)
+}
+
+/// Halves sides of triangles; new nodes go to the leaf. Neighbors are parted so that sides still fit. Returns whether there
+/// were any.
+fn halve(
+    sheet: &mut Sheet,
+    leaves: &[Leaf],
+    leaf: u32,
+    scale: f64,
+    chosen: impl Fn(&Sheet, [u32; 3]) -> [bool; 3],
+) -> bool {
     let mut halved: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     let mut nodes: Vec<DVec3> = Vec::new();
     for t in &sheet.triangles {
-        let mut near = false;
-        places.overlapping(&Aabb::around(corners(*t)), |_| near = true);
-        if !near {
-            continue;
-        }
-        for k in 0..3 {
+        let chosen = chosen(sheet, *t);
+        for k in (0..3).filter(|k| chosen[*k]) {
             let ends = side(*t, k);
             halved.entry(ends).or_insert_with(|| {
                 let [p, q] = ends.map(|v| sheet.nodes[v as usize]);
@@ -50,17 +64,29 @@ pub(super) fn refine(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, places: &Bvh
     true
 }
 
+/// [Pins](pin) a point at which leaves touch: around it they take turns on narrow sectors, so it gets many triangles.
+pub(super) fn pin_among_many(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, crowd: &Crowd, scale: f64) {
+    let Some(node) = pin(sheet, crowd) else { return };
+    while (1..MANY).contains(&sheet.triangles.iter().filter(|t| t.contains(&node)).count()) {
+        let across = |_: &Sheet, t: [u32; 3]| [0, 1, 2].map(|k| t[(k + 2) % 3] == node);
+        if !halve(sheet, leaves, leaf, scale, across) {
+            break;
+        }
+    }
+}
+
 /// Gives a sheet a node at a point where many leaves meet. A node much nearer to it than others moves there, otherwise what it
 /// lies on is parted.
-pub(super) fn pin(sheet: &mut Sheet, p: DVec3, leaves: &[u32]) {
+pub(super) fn pin(sheet: &mut Sheet, Crowd { at: p, leaves, .. }: &Crowd) -> Option<u32> {
+    let p = *p;
     let corners = |t: usize| sheet.triangles[t].map(|v| sheet.nodes[v as usize]);
     let away = |t: usize| triangle_distance_squared(p, corners(t));
     let nearest =
         (0..sheet.triangles.len()).map(|t| (away(t), t)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let Some((_, t)) = nearest else { return };
+    let (_, t) = nearest?;
     let (corners, nodes) = (triangle_foot(p, corners(t)), sheet.triangles[t]);
     let by_share = |a: &usize, b: &usize| corners[*a].total_cmp(&corners[*b]);
-    let (Some(most), Some(least)) = ((0..3).max_by(by_share), (0..3).min_by(by_share)) else { return };
+    let (most, least) = ((0..3).max_by(by_share)?, (0..3).min_by(by_share)?);
     let is_free = !sheet.pins.contains_key(&nodes[most]);
     let node = if is_free && corners[most] > MOVED {
         sheet.nodes[nodes[most] as usize] = p;
@@ -69,9 +95,9 @@ pub(super) fn pin(sheet: &mut Sheet, p: DVec3, leaves: &[u32]) {
         sheet.nodes.push(p);
         sheet.nodes.len() as u32 - 1
     };
-    sheet.pins.insert(node, leaves.to_vec());
+    sheet.pins.insert(node, leaves.clone());
     if node == nodes[most] {
-        return;
+        return Some(node);
     }
     let on_side = (corners[least] < ON_SIDE).then(|| side(nodes, (least + 1) % 3));
     let parted: Vec<usize> = match on_side {
@@ -91,6 +117,7 @@ pub(super) fn pin(sheet: &mut Sheet, p: DVec3, leaves: &[u32]) {
             sheet.brick.push(sheet.brick[t]);
         }
     }
+    Some(node)
 }
 
 /// The ends of a side of a triangle, the lower node first.

@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 use super::super::model::Implicit;
 use super::super::newton::nearest;
 use super::arrange::Part;
+use super::crowds::Crowd;
 use super::strands::Strand;
 use super::{Trimmed, Unfit};
 use crate::mesh::TriMesh;
@@ -56,14 +57,15 @@ struct Sewer<'a> {
     strands: Vec<Strand>,
 }
 
-/// Joins the parts; `refined` where some sheets are finer than the cells. `crowded` takes up where more than three leaves meet,
-/// with them. *Errors*: the places where their borders do not fit.
+/// Joins the parts; `refined` where some sheets are finer than the cells. `known` are points that
+/// all their leaves' sheets have as nodes; `crowded` takes up others like them. *Errors*: the places where their borders do not fit.
 pub(super) fn sew(
     model: &Implicit,
     parts: &[&Part],
     cell: f64,
     refined: bool,
-    crowded: &mut Vec<(DVec3, Vec<u32>)>,
+    known: &[Crowd],
+    crowded: &mut Vec<Crowd>,
 ) -> Result<(Trimmed, Vec<Strand>), Unfit> {
     let mut sewer = Sewer {
         model,
@@ -76,10 +78,17 @@ pub(super) fn sew(
         between: vec![FxHashMap::default(); parts.len()],
         strands: Vec::new(),
     };
+    for crowd in known {
+        sewer.node(crowd.at, crowd.leaves.clone());
+    }
+    sewer.gather((0..known.len() as u32).collect());
     sewer.join_corners();
-    sewer.gather();
-    let many = sewer.nodes.iter().zip(&sewer.leaves).filter(|x| x.1.len() > 3);
-    crowded.extend(many.map(|(p, on)| (*p, on.clone())));
+    let many: Vec<u32> = (known.len()..sewer.nodes.len()).map(|v| v as u32).collect();
+    let many: Vec<u32> = many.into_iter().filter(|v| sewer.leaves[*v as usize].len() > 3).collect();
+    let crowd =
+        |v: &u32| Crowd { at: sewer.nodes[*v as usize], leaves: sewer.leaves[*v as usize].clone(), touching: false };
+    crowded.extend(many.iter().map(crowd));
+    sewer.gather(many);
     let scale = model.bounds().diagonal();
     let mut edges: BTreeMap<[u32; 4], [Vec<Chain>; 2]> = BTreeMap::new();
     for (p, part) in parts.iter().enumerate() {
@@ -148,7 +157,7 @@ impl Sewer<'_> {
         let scale = self.model.bounds().diagonal();
         let mut corners: Vec<(DVec3, usize, u32)> = Vec::new();
         for (p, part) in self.parts.iter().enumerate() {
-            let own = (0..part.points.len()).filter(|v| part.on[*v].len() > 2);
+            let own = (0..part.points.len()).filter(|v| part.on[*v].len() > 2 && self.node_of[p][*v] == NONE);
             corners.extend(own.map(|v| (part.points[v], p, v as u32)));
         }
         corners.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then((a.1, a.2).cmp(&(b.1, b.2))));
@@ -175,11 +184,10 @@ impl Sewer<'_> {
         }
     }
 
-    /// Takes all points of a part that lie where more than three leaves meet as that corner: the arrangement may have made
-    /// several there, with sides of no length between them.
-    fn gather(&mut self) {
+    /// Takes all points of parts that lie at one of some nodes, and on a leaf of it, as that node: the arrangement may have
+    /// made several there, with sides of no length between them.
+    fn gather(&mut self, crowded: Vec<u32>) {
         let near = CROWDED * self.model.bounds().diagonal();
-        let crowded: Vec<u32> = (0..self.nodes.len() as u32).filter(|v| self.leaves[*v as usize].len() > 3).collect();
         let places = crowded.iter().map(|v| self.nodes[*v as usize]).map(|p| Aabb::new(p, p).grown(near));
         let tree = Bvh::new(places.collect());
         for (part, nodes) in self.parts.iter().zip(&mut self.node_of) {

@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use super::cut::Cutter;
 use super::patchwork::PieceSet;
-use crate::geometry::Pieces;
+use crate::geometry::{Pieces, common_normal};
 use crate::mesh::edit::{NONE, next};
 
 /// Pieces at a smaller angle than this (its cosine) to each other may touch nearby.
@@ -23,11 +23,6 @@ const REACH: f64 = 3.0;
 const APART: f64 = 1.0;
 /// Starts tried for two pieces: along a seam at which they touch everywhere all of them fail.
 const TRIES: usize = 64;
-/// Steps of Newton's method.
-const STEPS: usize = 20;
-/// Step of differences, and where the iteration has settled, as shares of the cell.
-const DIFFERENCE: f64 = 1e-4;
-const SETTLED: f64 = 1e-9;
 /// Joints nearer to each other than this share of the cell are one that was found twice.
 const SAME: f64 = 1e-3;
 /// Pieces touch where they are nearer to each other than this share of the cell.
@@ -277,35 +272,10 @@ fn between(rays: &[DVec3], first: usize, last: usize, n: DVec3) -> DVec3 {
 
 /// Finds the joint of two pieces that touch from a place near it.
 fn touching(surface: &dyn Pieces, [i, j]: [u32; 2], start: DVec3, cell: f64) -> Option<Joint> {
-    let mut p = surface.meet(&[i], start, REACH * cell)?;
-    let sign = surface.direction(i, p)?.dot(surface.direction(j, p)?).signum();
-    let apart = |p: DVec3| Some(surface.direction(i, p)? - sign * surface.direction(j, p)?);
-    let mut settled = false;
-    for _ in 0..STEPS {
-        let n = surface.direction(i, p)?;
-        let (e, f) = n.any_orthonormal_pair();
-        let r = apart(p)?;
-        let d = DIFFERENCE * cell;
-        let slope = |t: DVec3| Some((apart(p + d * t)? - apart(p - d * t)?) / (2.0 * d));
-        let (se, sf) = (slope(e)?, slope(f)?);
-        let (a, b, c, g) = (se.dot(e), sf.dot(e), se.dot(f), sf.dot(f));
-        let det = a * g - b * c;
-        // Along a seam at which they touch everywhere there is no single point.
-        if !(det.abs() > 1e-3 * (a * a + b * b + c * c + g * g)) {
-            return None;
-        }
-        let (x, y) = (r.dot(e), r.dot(f));
-        let step = (e * (b * y - g * x) + f * (c * x - a * y)) / det;
-        p = surface.meet(&[i], p + step.clamp_length_max(cell), REACH * cell)?;
-        if p.distance(start) > REACH * cell {
-            return None;
-        }
-        settled = step.length() < SETTLED * cell;
-        if settled {
-            break;
-        }
-    }
-    if !settled || surface.meet(&[j], p, cell)?.distance(p) > TOUCHING * cell {
+    let onto = |p: DVec3| surface.meet(&[i], p, REACH * cell);
+    let normals = |p: DVec3| Some([surface.direction(i, p)?, surface.direction(j, p)?]);
+    let p = common_normal(start, [cell, REACH], onto, normals)?;
+    if surface.meet(&[j], p, cell)?.distance(p) > TOUCHING * cell {
         return None;
     }
     let normal = surface.direction(i, p)?;
