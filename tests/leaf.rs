@@ -375,6 +375,38 @@ fn three_channels_of_one_width_cross_in_corners_of_six_faces() {
 }
 
 #[test]
+fn copies_around_an_axis_cross_in_points_of_many_faces() {
+    let ring = "revolve(polygon([(.2, -.2), (.5, -.2), (.56, .14), (.25, .14)]))";
+    let prism = "extrude(polygon([(-.5, -.3), (.5, -.3), (0, .3)]), 1.6).rotate(90, axis='x')";
+    for (text, euler, corners) in [
+        // Rims that cross on each other's faces, and the joints of cones.
+        (format!("a = {ring}\npart(a.rotate(70, axis='x') | a.rotate(70, axis='y'))"), -4, 24),
+        (format!("a = {prism}\npart((a | a.rotate(90, axis='z')).rotate(71, axis=(1, 2, 2)))"), 2, 17),
+        (
+            "a = cylinder(.1, axis='y', height=.67)\npart(union([a.rotate(51*i, axis='z') for i in range(3)]))".into(),
+            2,
+            0,
+        ),
+        (
+            "a = cylinder(.2, axis='x', height=2)\npart(union([a.rotate(30*i, axis='z') for i in range(6)]))".into(),
+            2,
+            0,
+        ),
+    ] {
+        let part = rvachev::implicit::part::parse(&text, &[]).unwrap();
+        let options = MeshOptions { size: Some(SizeRequest::Share(0.05)), ..MeshOptions::default() };
+        let report = mesh_part(&part, &options, &Run::new()).unwrap().report;
+        assert!(report.shortfalls.is_empty(), "{text}: {:?}", report.shortfalls);
+        let c = report.check.unwrap();
+        assert!(c.certificate.is_sound() && c.euler == euler, "{text} {}", c.euler);
+        let (f, d) = (c.features.unwrap(), c.deviation.unwrap());
+        // Next to joints edges are hardly sharp.
+        assert!(f.recall > 0.95 && f.corners_found == corners && f.corners_true == corners, "{text} {f:?}");
+        assert!(d.max < 0.01 && d.from_surface.unwrap() < 0.01, "{text} {d:?}");
+    }
+}
+
+#[test]
 fn the_menger_sponge_is_exact() {
     let mut sponge = cuboid([-1.5; 3], [1.5; 3]);
     for axis in 0..3 {

@@ -29,7 +29,7 @@ use crate::spatial::{Aabb, Bvh};
 use arrange::{Part, arrange};
 use crowds::{Crowd, touching};
 use ends::Ends;
-use refine::{pin, pin_among_many, refine};
+use refine::{pin, refine};
 use sew::sew;
 use sheet::{Sheet, sheet};
 use strands::crossing_strands;
@@ -47,14 +47,18 @@ pub struct Trimmed {
 type Unfit = Vec<DVec3>;
 
 /// Where the parts do not fit together the sheets are made finer, so many times at most,
-const FINER: usize = 4;
+const FINER: i32 = 4;
 /// within this many of the triangles there at that time,
 const AROUND: f64 = 2.0;
-/// and as long as there are no more than this many times the triangles of the cells.
+/// and as long as there are no more than this many times the triangles of the cells;
 const MOST: f64 = 2.0;
+/// what has this many times more is not tried at all.
+const TOO_MANY: f64 = 2.0;
 
 /// Points where more than three leaves meet are the same if they are nearer to each other than this share of a cell.
 const PINNED: f64 = 1e-4;
+/// Around points where leaves touch there should be room for so many sides of sheets.
+const ROOM: f64 = 1.0;
 /// Such points are looked for again after those known are nodes, so many times at most.
 const PINNINGS: usize = 4;
 
@@ -73,11 +77,11 @@ struct Piece<'a> {
 /// `None` where the parts do not fit together. The result is closed and oriented; triangles may still intersect.
 pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> crate::error::Result<Option<Trimmed>> {
     run.install(|| {
-        let h = extracted.bricks.grid.h;
+        let (h, scale) = (extracted.bricks.grid.h, model.bounds().diagonal());
         let ends = Ends::new(&model.leaves);
         let mut pieces = sheets(model, extracted, run)?;
         let count = |pieces: &[Piece<'_>]| pieces.iter().map(|p| p.sheet.triangles.len()).sum::<usize>() as f64;
-        let most = MOST * count(&pieces);
+        let mut most = MOST * count(&pieces);
         let mut sewn = None;
         let (mut times, mut pinnings) = (0, 0);
         let mut pinned: Vec<Crowd> = Vec::new();
@@ -102,52 +106,53 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
                 pieces.iter().filter_map(|p| p.part.as_ref()?.as_ref().err()).flatten().copied().collect()
             };
             unfit.retain(|p| p.is_finite());
-            if times == FINER || unfit.is_empty() {
+            if unfit.is_empty() {
                 break;
             }
-            let reach = AROUND * h * 0.5f64.powi(times as i32);
-            let places = Bvh::new(unfit.iter().map(|p| Aabb::new(*p, *p).grown(reach)).collect());
-            let is_new = |p: DVec3| {
+            let reach = h * 0.5f64.powi(times);
+            let places = Bvh::new(unfit.iter().map(|p| Aabb::new(*p, *p).grown(AROUND * reach)).collect());
+            let is_new = |c: &Crowd| {
                 let mut near = false;
-                places.overlapping(&Aabb::new(p, p), |_| near = true);
-                near && pinned.iter().all(|q| q.at.distance(p) > PINNED * h)
+                places.overlapping(&Aabb::new(c.at, c.at), |_| near = true);
+                near && pinned.iter().all(|q| q.at.distance(c.at) > PINNED * h)
             };
-            crowded.retain(|c: &Crowd| is_new(c.at));
-            // Leaves that are merely close to touching come apart in finer sheets.
-            if crowded.is_empty() && times > 0 && pinnings < PINNINGS {
+            crowded.retain(is_new);
+            let finest = times == FINER || count(&pieces) > most;
+            // Leaves that are merely close to touching come apart in finer sheets, and points of a crowd get room there: that is
+            // tried first.
+            if crowded.is_empty() && times > 0 {
                 let own: Vec<u32> = pieces.iter().map(|p| p.leaf).collect();
-                let mut touch = touching(&model.leaves, &own, &unfit, h, model.bounds().diagonal());
-                touch.retain(|c| is_new(c.at));
-                crowded = touch;
+                crowded = touching(&model.leaves, &own, &unfit, reach, scale);
+                crowded.retain(is_new);
+                let near = |a: &Crowd, b: &Crowd| a.at.distance(b.at) < ROOM * reach;
+                let tight = (1..crowded.len()).any(|k| crowded[..k].iter().any(|c| near(c, &crowded[k])));
+                if tight && !finest {
+                    crowded.clear();
+                }
             }
             if !crowded.is_empty() && pinnings < PINNINGS {
                 pinnings += 1;
+                let before = count(&pieces);
                 for piece in &mut pieces {
                     for crowd in crowded.iter().filter(|c| c.leaves.contains(&piece.leaf)) {
-                        if crowd.touching {
-                            pin_among_many(
-                                &mut piece.sheet,
-                                &model.leaves,
-                                piece.leaf,
-                                crowd,
-                                model.bounds().diagonal(),
-                            );
-                        } else {
-                            pin(&mut piece.sheet, crowd);
-                        }
+                        pin(&mut piece.sheet, &model.leaves, piece.leaf, crowd, scale);
                         piece.part = None;
                     }
                 }
+                most += count(&pieces) - before;
                 pinned.extend(crowded);
                 continue;
             }
+            if finest {
+                break;
+            }
             times += 1;
             for p in &mut pieces {
-                if refine(&mut p.sheet, &model.leaves, p.leaf, &places, model.bounds().diagonal()) {
+                if refine(&mut p.sheet, &model.leaves, p.leaf, &places, scale) {
                     p.part = None;
                 }
             }
-            if count(&pieces) > most {
+            if count(&pieces) > TOO_MANY * most {
                 break;
             }
         }

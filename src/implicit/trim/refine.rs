@@ -13,8 +13,10 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 const MOVED: f64 = 0.8;
 /// and a side is parted there if the share of the corner across from it is smaller than this.
 const ON_SIDE: f64 = 0.1;
-/// Where leaves touch a node gets so many triangles at least.
-const MANY: usize = 32;
+/// Sides around where leaves touch are shorter than this share of their distance from there,
+const SHORT: f64 = 0.4;
+/// halved so many times at most.
+const ROUNDS: usize = 10;
 
 /// Halves the sides of all triangles that overlap one of some boxes. Returns whether there were any.
 pub(super) fn refine(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, places: &Bvh, scale: f64) -> bool {
@@ -64,20 +66,27 @@ fn halve(
     true
 }
 
-/// [Pins](pin) a point at which leaves touch: around it they take turns on narrow sectors, so it gets many triangles.
-pub(super) fn pin_among_many(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, crowd: &Crowd, scale: f64) {
-    let Some(node) = pin(sheet, crowd) else { return };
-    while (1..MANY).contains(&sheet.triangles.iter().filter(|t| t.contains(&node)).count()) {
-        let across = |_: &Sheet, t: [u32; 3]| [0, 1, 2].map(|k| t[(k + 2) % 3] == node);
-        if !halve(sheet, leaves, leaf, scale, across) {
+/// Gives a sheet a node at a point where many leaves meet. Where they touch they may take turns on narrow sectors, and the
+/// lines between those turn as fast as they are near: there sides become short beside how far they are from it.
+pub(super) fn pin(sheet: &mut Sheet, leaves: &[Leaf], leaf: u32, crowd: &Crowd, scale: f64) {
+    let Some(node) = put(sheet, crowd) else { return };
+    let long = |sheet: &Sheet, t: [u32; 3], k: usize| {
+        let [a, b] = [t[k], t[(k + 1) % 3]].map(|v| sheet.nodes[v as usize]);
+        a.distance(b) > SHORT * a.distance(crowd.at).min(b.distance(crowd.at))
+    };
+    let chosen = |sheet: &Sheet, t: [u32; 3]| match t.iter().position(|v| *v == node) {
+        Some(k) => [0, 1, 2].map(|side| side == (k + 1) % 3 && long(sheet, t, side)),
+        None => [(0..3).any(|k| long(sheet, t, k)); 3],
+    };
+    for _ in 0..ROUNDS {
+        if !crowd.touching || !halve(sheet, leaves, leaf, scale, chosen) {
             break;
         }
     }
 }
 
-/// Gives a sheet a node at a point where many leaves meet. A node much nearer to it than others moves there, otherwise what it
-/// lies on is parted.
-pub(super) fn pin(sheet: &mut Sheet, Crowd { at: p, leaves, .. }: &Crowd) -> Option<u32> {
+/// A node at such a point: one much nearer to it than others moves there, otherwise what it lies on is parted.
+fn put(sheet: &mut Sheet, Crowd { at: p, leaves, .. }: &Crowd) -> Option<u32> {
     let p = *p;
     let corners = |t: usize| sheet.triangles[t].map(|v| sheet.nodes[v as usize]);
     let away = |t: usize| triangle_distance_squared(p, corners(t));

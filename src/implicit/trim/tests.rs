@@ -174,3 +174,64 @@ fn fillets_end_in_the_faces_they_touch() {
         }
     }
 }
+
+/// A prism along the y axis with a ridge, turned about the z axis.
+fn roof(degrees: f64) -> Solid {
+    let polygon = vec![[-0.5, -0.3], [0.5, -0.3], [0.0, 0.3]];
+    let prism: Solid = Primitive::Extrude { polygon, height: 1.6, at: DVec3::ZERO }.into();
+    prism.placed(turn(DVec3::X, 90.0)).placed(turn(DVec3::Z, degrees))
+}
+
+fn turn(axis: DVec3, degrees: f64) -> Placement {
+    Placement { rotation: glam::DMat3::from_axis_angle(axis, degrees.to_radians()), ..Placement::IDENTITY }
+}
+
+#[test]
+fn ridges_of_one_height_cross_in_one_point() {
+    // Four planes through one point, of each of which two sectors bound the solid. The cores share a pyramid.
+    let volume = 2.0 * 0.5 * 0.6 * 1.6 - 0.6 / 3.0;
+    for k in 1..=6 {
+        let skew = turn(DVec3::new(1.0, 2.0, 0.5 * f64::from(k)).normalize(), 17.0 * f64::from(k) + 3.0);
+        let (model, _, made) = trim(&(roof(0.0) | roof(90.0)).placed(skew), 0.12);
+        let made = made.unwrap();
+        check(&model, &made);
+        assert!((made.mesh.volume() - volume).abs() < 1e-12, "{k}: {} {volume}", made.mesh.volume());
+        assert_eq!(made.leaves.iter().filter(|on| on.len() == 4).count(), 1, "{k}");
+    }
+}
+
+#[test]
+fn any_number_of_pipes_cross_in_one_point() {
+    // All of them touch above and below it, and take turns there.
+    let (r, half) = (0.1, 0.335);
+    for n in 2..=6 {
+        let axes: Vec<DVec3> = (0..n)
+            .map(|k| (std::f64::consts::PI * (f64::from(k) + 0.1) / f64::from(n)).sin_cos())
+            .map(|(s, c)| DVec3::new(c, s, 0.0))
+            .collect();
+        let pipe = |a: &DVec3| Solid::cylinder(r, *a, DVec3::ZERO, Some(2.0 * half));
+        let solid = axes.iter().map(pipe).reduce(|a, b| a | b).unwrap();
+        let (model, _, made) = trim(&solid, 0.04);
+        eprintln!("{n} {}", made.is_some());
+        let Some(made) = made else { continue };
+        check(&model, &made);
+        let defects = made.mesh.defects();
+        assert_eq!((made.mesh.topology(&defects).components, made.mesh.topology(&defects).euler), (1, 2), "{n}");
+        for z in [-r, r] {
+            let top = made.mesh.nodes.iter().position(|p| p.distance(DVec3::Z * z) < 1e-9).unwrap();
+            assert_eq!(made.leaves[top].len(), n as usize);
+        }
+        // By counting points of a grid.
+        let steps = 120;
+        let at = |k: i32| (f64::from(k) + 0.5) / f64::from(steps) - 0.5;
+        let mut count = 0;
+        for (i, j, k) in (0..steps * steps * steps).map(|i| (i % steps, i / steps % steps, i / (steps * steps))) {
+            let p = DVec3::new(at(i), at(j), 0.25 * at(k));
+            let within = |a: &DVec3| p.dot(*a).abs() < half && p.distance_squared(*a * p.dot(*a)) < r * r;
+            count += u32::from(axes.iter().any(within));
+        }
+        let inner = f64::from(count) / f64::from(steps).powi(3) * 0.25;
+        let cut = made.mesh.nodes.iter().all(|p| p.truncate().abs().max_element() <= 0.5 && p.z.abs() <= 0.125);
+        assert!(cut && (made.mesh.volume() / inner - 1.0).abs() < 0.03, "{n}: {} {inner}", made.mesh.volume());
+    }
+}
