@@ -402,7 +402,7 @@ fn copies_around_an_axis_cross_in_points_of_many_faces() {
         let (f, d) = (c.features.unwrap(), c.deviation.unwrap());
         // Next to joints edges are hardly sharp.
         assert!(f.recall > 0.95 && f.corners_found == corners && f.corners_true == corners, "{text} {f:?}");
-        assert!(d.max < 0.01 && d.from_surface.unwrap() < 0.01, "{text} {d:?}");
+        assert!(d.max < 0.01 && d.from_surface.unwrap() < 0.03, "{text} {d:?}");
     }
 }
 
