@@ -17,6 +17,8 @@ const APART: f64 = 0.5;
 const STARTS: usize = 64;
 /// Leaves pass through a point if they are nearer to it than this share of the part's size.
 const THROUGH: f64 = 1e-12;
+/// Points nearer to each other than this share of a cell are one that was found twice.
+const SAME: f64 = 1e-6;
 
 /// A point where more than three leaves meet, or some touch.
 #[derive(Debug, Clone)]
@@ -54,7 +56,7 @@ pub(super) fn touching(leaves: &[Leaf], own: &[u32], near: &Unfit, cell: f64, sc
                 let onto = |p: DVec3| nearest(leaves, &[i], p, REACH * cell, scale);
                 let normals = |p: DVec3| Some([normal(i, p)?, normal(j, p)?]);
                 let Some(at) = common_normal(start, [cell, REACH], onto, normals) else { continue };
-                if !(distance(j, at) <= THROUGH * scale) || found.iter().any(|c| c.at.distance(at) < 1e-6 * cell) {
+                if !(distance(j, at) <= THROUGH * scale) || found.iter().any(|c| c.at.distance(at) < SAME * cell) {
                     continue;
                 }
                 let leaves = able.iter().copied().filter(|l| distance(*l, at) <= THROUGH * scale).collect();

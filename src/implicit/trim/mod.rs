@@ -120,7 +120,7 @@ pub(crate) fn trimmed(model: &Implicit, extracted: &Extracted, run: &Run) -> cra
             let finest = times == FINER || count(&pieces) > most;
             // Leaves that are merely close to touching come apart in finer sheets, and points of a crowd get room there: that is
             // tried first.
-            if crowded.is_empty() && times > 0 {
+            if crowded.is_empty() && times > 0 && pinnings < PINNINGS {
                 let own: Vec<u32> = pieces.iter().map(|p| p.leaf).collect();
                 crowded = touching(&model.leaves, &own, &unfit, reach, scale);
                 crowded.retain(is_new);

@@ -84,11 +84,11 @@ pub(super) fn sew(
     }
     sewer.gather((0..known.len() as u32).collect());
     sewer.join_corners();
-    let many: Vec<u32> = (known.len()..sewer.nodes.len()).map(|v| v as u32).collect();
     // Fillets that meet end in each other there: what is beyond their ends is not cut by them.
     let is_fillet = |l: &u32| matches!(model.leaves[*l as usize], Leaf::Fillet(_));
     let is_crowd = |on: &Vec<u32>| on.len() > 3 && !on.iter().any(is_fillet);
-    let many: Vec<u32> = many.into_iter().filter(|v| is_crowd(&sewer.leaves[*v as usize])).collect();
+    let corners = known.len() as u32..sewer.nodes.len() as u32;
+    let many: Vec<u32> = corners.filter(|v| is_crowd(&sewer.leaves[*v as usize])).collect();
     let crowd =
         |v: &u32| Crowd { at: sewer.nodes[*v as usize], leaves: sewer.leaves[*v as usize].clone(), touching: false };
     crowded.extend(many.iter().map(crowd));
