@@ -94,6 +94,7 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
         face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, wish(i))).collect(),
         regions: wishes.regions,
         grading: options.grading.unwrap_or(GRADING),
+        narrowest: options.least.unwrap_or(ready.size / std::env::var("NARROW").map_or(40.0, |s| s.parse().unwrap())),
         thickness: options.thickness,
         distance: None,
     }

@@ -157,7 +157,7 @@ impl Remesher<'_> {
         for _ in 0..PASSES {
             moves.retain(|&(v, place)| !self.slide(v, place));
         }
-        let left = (1..segments).filter(|&i| !claimed[i]).filter(|&i| !self.remove_along(nodes[i])).count();
+        let left = (1..segments).filter(|&i| !claimed[i]).filter(|&i| !self.clear_away(nodes[i])).count();
         for _ in 0..PASSES {
             moves.retain(|&(v, place)| !self.slide(v, place));
         }
@@ -216,6 +216,26 @@ impl Remesher<'_> {
             self.work.mesh.set_point(v, p);
         }
         may
+    }
+
+    /// Takes a node out of a border, and where that cannot be nodes inside patches that are in the way: packing will put others.
+    fn clear_away(&mut self, v: u32) -> bool {
+        if self.remove_along(v) {
+            return true;
+        }
+        let m = &self.work.mesh;
+        if !m.is_node(v) || self.rank[v as usize] != Rank::Curve {
+            return false;
+        }
+        let inner: Vec<u32> = m.neighbors(v).filter(|&x| self.rank[x as usize] == Rank::Face).collect();
+        let mut gone = false;
+        for x in inner {
+            let m = &self.work.mesh;
+            let Some(h) = m.edge_between(x, v).filter(|&h| m.can_collapse(h)) else { continue };
+            let p = self.point(v);
+            gone |= self.worst_after(h, p) >= SLIM && self.work.mesh.collapse(h, p);
+        }
+        gone && self.remove_along(v)
     }
 
     /// Takes a node out of a border, towards the neighbor on it that leaves the better shapes.

@@ -1,21 +1,25 @@
 //! The size field: what edge length each node wants.
 
+use super::gaps::fitting;
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::ask_all;
+use crate::optimize::size::Sizing;
 
 /// Edges longer than this many wanted lengths are halved at first.
 pub(super) const COARSE: f64 = 3.0;
 /// How often.
 const HALVINGS: usize = 20;
+/// Short borders are followed down to this share of what gaps are: few edges fit around them.
+const SHORTEST: f64 = 0.25;
 /// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
 const STEEP: f64 = 0.5;
 
 impl Remesher<'_> {
-    /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature and `gaps` between borders,
-    /// if there are any, ask for.
-    pub(super) fn ask_sizes(&mut self, gaps: &[f64]) -> Result<()> {
+    /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for; where
+    /// `narrow`, what short borders and gaps between borders do, too.
+    pub(super) fn ask_sizes(&mut self, narrow: bool) -> Result<()> {
         if self.work.spaced {
             self.own = std::mem::take(&mut self.work.sizes);
             return self.grade();
@@ -24,12 +28,27 @@ impl Remesher<'_> {
         let own =
             ask_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;
         self.own = own.into_iter().map(|s| s.unwrap_or(self.options.sizing.size)).collect();
-        if !gaps.is_empty() {
+        if narrow {
+            self.heed_short_borders();
             // How long edges at tips would be.
             self.grade()?;
-            self.bound_by(gaps);
+            let gaps = self.across_gaps()?;
+            self.bound_by(&gaps);
         }
         self.grade()
+    }
+
+    /// Borders between corners that are shorter than what is wanted there ask for edges of their length.
+    fn heed_short_borders(&mut self) {
+        let Sizing { size, least, .. } = self.options.sizing;
+        for chain in self.chains() {
+            let length: f64 = chain.nodes.windows(2).map(|w| self.point(w[0]).distance(self.point(w[1]))).sum();
+            if !chain.closed && length < size && length > SHORTEST * self.options.narrowest {
+                for v in [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]] {
+                    self.own[v as usize] = self.own[v as usize].min(fitting(length, least.min(size)));
+                }
+            }
+        }
     }
 
     fn size_at(&self, v: u32) -> f64 {

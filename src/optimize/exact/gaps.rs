@@ -4,7 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patchwork::Patchwork;
+use super::remesh::{Rank, Remesher};
 use crate::error::Result;
+use crate::optimize::size::Sizing;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
@@ -12,8 +14,18 @@ use crate::spatial::{Aabb, Bvh, segment_foot};
 pub(super) const ROW: f64 = 1.15;
 /// Borders lie across from each other where the way between them leaves both within about 25 degrees of straight.
 const ACROSS: f64 = 0.9;
-/// Strips narrower than this share of the least size have bad triangles whatever is done, and so are left alone.
-const HOPELESS: f64 = 0.25;
+/// A corner's border may lead away from the way across: the same, within about 70 degrees.
+const INTO: f64 = 0.3;
+/// Where that is less than the least size edges are up to this many times as long as a strip is wide: angles of 34 degrees.
+const EASE: f64 = 1.5;
+
+/// What a gap asks for at a node on a border.
+pub(super) struct Gap {
+    pub(super) node: u32,
+    /// The patch it is a gap of.
+    pub(super) patch: u32,
+    pub(super) length: f64,
+}
 
 /// A piece of a border, as one of its patches sees it.
 struct Rim {
@@ -24,47 +36,63 @@ struct Rim {
     inward: DVec3,
 }
 
-fn rims(work: &Patchwork) -> Vec<Rim> {
-    let m = &work.mesh;
-    let sharp = (0..3 * m.triangle_capacity() as u32).filter(|&h| m.is_triangle(h / 3) && m.is_sharp(h));
-    let rim = |h: u32| {
-        let (ends, label) = ([m.origin(h), m.target(h)], m.label(h / 3));
-        let points = ends.map(|v| m.point(v));
-        let inward = m.area_vector(h / 3).cross(points[1] - points[0]).try_normalize()?;
-        (!work.stays(label)).then_some(Rim { label, ends, points, inward })
-    };
-    sharp.filter_map(rim).collect()
+impl Remesher<'_> {
+    fn rims(&self) -> Vec<Rim> {
+        let m = &self.work.mesh;
+        let sharp = (0..3 * m.triangle_capacity() as u32).filter(|&h| m.is_triangle(h / 3) && m.is_sharp(h));
+        let rim = |h: u32| {
+            let (ends, label) = ([m.origin(h), m.target(h)], m.label(h / 3));
+            let points = ends.map(|v| self.point(v));
+            // Triangles that were just cut face anywhere.
+            let normal = self.work.normal(self.surface, label, 0.5 * (points[0] + points[1]));
+            let inward = normal.cross(points[1] - points[0]).try_normalize()?;
+            (!self.work.stays(label)).then_some(Rim { label, ends, points, inward })
+        };
+        sharp.filter_map(rim).collect()
+    }
+
+    /// The edge lengths that make a row of good triangles across the gap to the border across from a node on a border, where that
+    /// is less than the size and more than `narrowest`.
+    pub(super) fn across_gaps(&self) -> Result<Vec<Gap>> {
+        let Sizing { size, least, .. } = self.options.sizing;
+        let rims = self.rims();
+        let tree = Bvh::new(rims.iter().map(|r| Aabb::around(r.points)).collect());
+        let range = self.options.narrowest.min(least) / EASE..size / ROW;
+        self.run.check()?;
+        // The width of the gap at a node, and what lies across there.
+        let gap = |(rim, end): (&Rim, usize)| {
+            let (v, p) = (rim.ends[end], rim.points[end]);
+            let level = if self.rank[v as usize] == Rank::Corner { INTO } else { ACROSS };
+            let mut found: Option<(f64, DVec3, u32)> = None;
+            tree.overlapping(&Aabb::around([p]).grown(range.end), |k| {
+                let other = &rims[k as usize];
+                if other.label != rim.label || other.ends.contains(&v) {
+                    return;
+                }
+                let foot = segment_foot(p, other.points);
+                let (way, d) = (foot - p, foot.distance(p));
+                let facing = way.dot(rim.inward) > level * d && -way.dot(other.inward) > ACROSS * d;
+                if range.contains(&d) && facing && found.is_none_or(|f| (d, k) < (f.0, f.2)) {
+                    found = Some((d, foot, k));
+                }
+            });
+            let Some((width, foot, k)) = found else { return Vec::new() };
+            let (across, length) = (&rims[k as usize], fitting(width, least.min(size)));
+            let mut gaps = vec![Gap { node: v, patch: rim.label, length }];
+            // A corner may come near between the nodes of what lies across from it.
+            if self.rank[v as usize] == Rank::Corner {
+                let beside = |i: usize| length + self.options.grading * across.points[i].distance(foot);
+                gaps.extend((0..2).map(|i| Gap { node: across.ends[i], patch: rim.label, length: beside(i) }));
+            }
+            gaps
+        };
+        Ok(self.run.install(|| rims.par_iter().flat_map_iter(|r| [(r, 0), (r, 1)]).flat_map_iter(gap).collect()))
+    }
 }
 
-/// For every node on a border the largest edge length that makes a row of good triangles across the gap to the border
-/// across from it; infinite where that is more than `size`, never less than `least`.
-pub(super) fn across_gaps(work: &Patchwork, size: f64, least: f64, run: &Run) -> Result<Vec<f64>> {
-    let rims = rims(work);
-    let tree = Bvh::new(rims.iter().map(|r| Aabb::around(r.points)).collect());
-    let range = HOPELESS * least..size / ROW;
-    run.check()?;
-    let width = |(rim, end): (&Rim, usize)| {
-        let p = rim.points[end];
-        let mut width = f64::INFINITY;
-        tree.overlapping(&Aabb::around([p]).grown(range.end), |k| {
-            let other = &rims[k as usize];
-            if other.label != rim.label || other.ends.contains(&rim.ends[end]) {
-                return;
-            }
-            let way = segment_foot(p, other.points) - p;
-            let d = way.length();
-            let facing = way.dot(rim.inward) > ACROSS * d && -way.dot(other.inward) > ACROSS * d;
-            if range.contains(&d) && facing {
-                width = width.min(d);
-            }
-        });
-        (rim.ends[end], (ROW * width).max(least))
-    };
-    let found: Vec<(u32, f64)> =
-        run.install(|| rims.par_iter().flat_map_iter(|r| [(r, 0), (r, 1)]).map(width).collect());
-    let mut bound = vec![f64::INFINITY; work.mesh.node_capacity()];
-    found.into_iter().for_each(|(v, s)| bound[v as usize] = bound[v as usize].min(s));
-    Ok(bound)
+/// The edge length that fits what is as wide, or as long, as this.
+pub(super) fn fitting(width: f64, least: f64) -> f64 {
+    (ROW * width).max((EASE * width).min(least))
 }
 
 /// For every node the largest edge length of `share` times the thickness of the solid beneath the triangles around it, as a

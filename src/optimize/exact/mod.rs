@@ -12,6 +12,7 @@ mod field;
 mod flips;
 mod gaps;
 mod grid;
+mod join;
 mod joints;
 mod moves;
 mod near;
@@ -90,6 +91,8 @@ pub struct ExactOptions {
     pub regions: Vec<Region>,
     /// How fast edge lengths may grow per length.
     pub grading: f64,
+    /// Gaps between borders and short borders are followed down to this edge length.
+    pub narrowest: f64,
     /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_pieces`] only).
     pub thickness: Option<f64>,
     /// Where only few triangles come out farther from the surface than this they are divided.
@@ -99,7 +102,8 @@ pub struct ExactOptions {
 impl ExactOptions {
     /// The same wish everywhere.
     pub fn new(sizing: Sizing, grading: f64) -> Self {
-        Self { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading, thickness: None, distance: None }
+        let narrowest = sizing.least;
+        Self { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading, narrowest, thickness: None, distance: None }
     }
 }
 
@@ -170,13 +174,12 @@ pub fn remesh_cut(
     check_options(options)?;
     let Sizing { size, least, .. } = options.sizing;
     let least = least.min(size);
-    let gaps = gaps::across_gaps(&work, size, least, run)?;
     if let Some(share) = options.thickness {
         work.sizes = gaps::through_solid(&work, share, size, least, run)?;
     }
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    run.install(|| remesh(names, r, &gaps, report, observer))
+    run.install(|| remesh(names, r, true, report, observer))
 }
 
 /// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
@@ -193,7 +196,7 @@ pub fn remesh_patchwork(
 ) -> Result<ExactMesh> {
     check_options(options)?;
     let r = Remesher::new(work, surface, options, run)?;
-    run.install(|| remesh(names, r, &[], ExactReport::default(), observer))
+    run.install(|| remesh(names, r, false, ExactReport::default(), observer))
 }
 
 fn check_options(options: &ExactOptions) -> Result<()> {
@@ -207,14 +210,14 @@ fn check_options(options: &ExactOptions) -> Result<()> {
 fn remesh(
     mesh: &TriMesh,
     mut r: Remesher<'_>,
-    gaps: &[f64],
+    narrow: bool,
     mut report: ExactReport,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     let (options, run) = (r.options, r.run);
     let spaced = r.work.spaced;
     r.merge_doubles();
-    r.ask_sizes(gaps)?;
+    r.ask_sizes(narrow)?;
     let mut observer = observer;
     let mut show = |name: &str, r: &Remesher<'_>| {
         if let Some(o) = &mut observer {
@@ -316,11 +319,13 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
         r.flip()?;
         r.mend_worst(POOR, 1)?;
     }
+    r.join_alike();
     show("untangle", r);
     r.run.progress("remesh", 0.3);
     for _ in 0..SPACINGS {
         r.look_everywhere();
         let left = r.space_curves()?;
+        r.join_alike();
         r.look_at_borders();
         r.flip()?;
         for _ in 0..POLISH {

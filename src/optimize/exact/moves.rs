@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::SLIM;
 use super::patchwork::{PieceSet, plain_shape};
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
@@ -474,9 +475,9 @@ impl Remesher<'_> {
         let fair = |v: &u32| {
             if self.work.by_angles { m.outgoing(*v).all(plain) } else { self.work.worst_now(self.surface, *v).0 > FAIR }
         };
-        if own > FAIR && ends.iter().all(fair) {
+        if own > SLIM && ends.iter().all(fair) {
             return false;
         }
-        self.collapse(h, 1.2 * LONG)
+        self.collapse(h, 1.2 * LONG, own.clamp(FAIR, SLIM))
     }
 }

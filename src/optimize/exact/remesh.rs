@@ -289,7 +289,7 @@ impl<'a> Remesher<'a> {
                     continue;
                 }
                 let Some(h) = self.work.mesh.edge_between(a, b) else { continue };
-                if self.work.mesh.edge_length(h) < short * self.wanted(h) && self.collapse(h, LONG) {
+                if self.work.mesh.edge_length(h) < short * self.wanted(h) && self.collapse(h, LONG, FAIR) {
                     count += 1;
                     let m = &self.work.mesh;
                     let left = if m.is_node(a) { a } else { b };
@@ -303,9 +303,9 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Collapses an edge in the direction the nodes' ranks allow, unless shapes suffer or an edge becomes longer than
-    /// `longest` wanted lengths.
-    pub(super) fn collapse(&mut self, h: u32, longest: f64) -> bool {
+    /// Collapses an edge in the direction the nodes' ranks allow, unless shapes that are worse than `fair` suffer or an edge becomes
+    /// longer than `longest` wanted lengths.
+    pub(super) fn collapse(&mut self, h: u32, longest: f64, fair: f64) -> bool {
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
         let (ra, rb) = (self.rank[a as usize], self.rank[b as usize]);
@@ -337,7 +337,7 @@ impl<'a> Remesher<'a> {
             tries.push((o, self.point(a)));
         }
         for (side, p) in tries {
-            if self.work.mesh.can_collapse(side) && self.collapse_is_fair(side, p, longest) {
+            if self.work.mesh.can_collapse(side) && self.collapse_is_fair(side, p, longest, fair) {
                 let to = self.work.mesh.target(side);
                 if self.work.mesh.collapse(side, p) {
                     self.rank[to as usize] = self.rank[to as usize].max(self.rank_of(to));
@@ -412,7 +412,7 @@ impl<'a> Remesher<'a> {
         self.point(a).distance(self.point(b)) < near * self.want[a as usize]
     }
 
-    fn collapse_is_fair(&self, h: u32, p: DVec3, longest: f64) -> bool {
+    fn collapse_is_fair(&self, h: u32, p: DVec3, longest: f64, fair: f64) -> bool {
         let m = &self.work.mesh;
         let (a, b) = (m.origin(h), m.target(h));
         let dying = [h / 3, m.opposite(h) / 3];
@@ -435,7 +435,7 @@ impl<'a> Remesher<'a> {
         let now = || {
             [a, b].into_iter().flat_map(|v| m.outgoing(v).map(move |e| (v, e))).map(|(v, e)| shape(e, corners(v, e)))
         };
-        (after >= FAIR || after > now().fold(f64::INFINITY, f64::min)) && !self.makes_sliver(h, p)
+        (after >= fair || after > now().fold(f64::INFINITY, f64::min)) && !self.makes_sliver(h, p)
     }
 
     /// The triangles to be looked at, but for those around which nothing changed since a reader saw all.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::curves::Chain;
-use super::gaps::ROW;
+use super::gaps::{Gap, ROW};
 use super::remesh::{Rank, Remesher};
 use super::strips::Zone;
 use crate::error::Result;
@@ -76,21 +76,27 @@ impl Line {
 
 impl Remesher<'_> {
     /// Bounds what nodes want by the gaps between borders, but for tips: the triangle there may be as large as it would be
-    /// without.
-    pub(super) fn bound_by(&mut self, gaps: &[f64]) {
+    /// without the gap it lies in.
+    pub(super) fn bound_by(&mut self, gaps: &[Gap]) {
         self.tips = self.find_tips();
+        for gap in gaps {
+            for tip in self.tips.iter_mut().filter(|t| t.node == gap.node && t.patch != gap.patch) {
+                tip.reach = tip.reach.min(gap.length);
+            }
+        }
         let m = &self.work.mesh;
         let at = |t: &Tip| m.point(t.node);
         let tree = Bvh::new(self.tips.iter().map(|t| Aabb::new(at(t), at(t)).grown(t.reach)).collect());
-        for v in m.nodes().filter(|&v| gaps[v as usize].is_finite()) {
-            let p = m.point(v);
+        for gap in gaps {
+            let p = m.point(gap.node);
             let mut within = false;
             tree.overlapping(&Aabb::new(p, p), |k| {
                 let tip = &self.tips[k as usize];
-                within |= at(tip).distance(p) < tip.reach && m.outgoing(v).any(|h| m.label(h / 3) == tip.patch);
+                within |= tip.patch == gap.patch && at(tip).distance(p) < tip.reach;
             });
             if !within {
-                self.own[v as usize] = self.own[v as usize].min(gaps[v as usize]);
+                let own = &mut self.own[gap.node as usize];
+                *own = own.min(gap.length);
             }
         }
     }
