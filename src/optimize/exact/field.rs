@@ -13,6 +13,8 @@ pub(super) const COARSE: f64 = 3.0;
 const HALVINGS: usize = 20;
 /// Short borders are followed down to this share of what gaps are: few edges fit around them.
 const SHORTEST: f64 = 0.25;
+/// Gaps that ask for less than this share of what is wanted there were not seen before.
+const NEWS: f64 = 0.8;
 /// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
 const STEEP: f64 = 0.5;
 
@@ -32,10 +34,24 @@ impl Remesher<'_> {
             self.heed_short_borders();
             // How long edges at tips would be.
             self.grade()?;
+            self.tips = self.find_tips();
             let gaps = self.across_gaps()?;
             self.bound_by(&gaps);
         }
         self.grade()
+    }
+
+    /// Looks at gaps once more. Returns whether some ask for much less than is wanted there.
+    pub(super) fn look_across_again(&mut self) -> Result<bool> {
+        let mut gaps = self.across_gaps()?;
+        gaps.retain(|g| g.length < NEWS * self.want[g.node as usize]);
+        let before = self.own.clone();
+        self.bound_by(&gaps);
+        let any = self.own != before;
+        if any {
+            self.grade()?;
+        }
+        Ok(any)
     }
 
     /// Borders between corners that are shorter than what is wanted there ask for edges of their length.

@@ -230,7 +230,7 @@ fn remesh(
         show("even", &r);
     }
     if !spaced {
-        prepare_borders(&mut r, &mut show)?;
+        prepare_borders(&mut r, narrow, &mut show)?;
     }
     r.look_everywhere();
     let filling = r.work.filling;
@@ -311,7 +311,11 @@ fn remesh(
 }
 
 /// Puts the nodes of borders that cutting left anywhere where they belong.
-fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> Result<()> {
+fn prepare_borders(
+    r: &mut Remesher<'_>,
+    narrow: bool,
+    show: &mut dyn FnMut(&str, &Remesher<'_>),
+) -> Result<()> {
     // Inside the patches packing will put everything right.
     r.look_at_borders();
     r.collapse_short(TINY)?;
@@ -322,6 +326,17 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
     r.join_alike();
     show("untangle", r);
     r.run.progress("remesh", 0.3);
+    space_borders(r)?;
+    // Only now are they where they belong.
+    if narrow && r.look_across_again()? {
+        space_borders(r)?;
+    }
+    r.heed_tips()?;
+    show("curves", r);
+    Ok(())
+}
+
+fn space_borders(r: &mut Remesher<'_>) -> Result<()> {
     for _ in 0..SPACINGS {
         r.look_everywhere();
         let left = r.space_curves()?;
@@ -338,8 +353,6 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
             break;
         }
     }
-    r.heed_tips()?;
-    show("curves", r);
     Ok(())
 }
 

@@ -281,6 +281,10 @@ impl Remesher<'_> {
     }
 
     fn mend(&mut self, t: u32, limit: f64, settled: &mut [bool]) -> bool {
+        // Around three triangles' node angles of 30 degrees are the best there are: no move mends that.
+        if self.drop_lonely(t, 3, settled) {
+            return true;
+        }
         for h in 3 * t..3 * t + 3 {
             let m = &self.work.mesh;
             let o = m.opposite(h);
@@ -310,6 +314,9 @@ impl Remesher<'_> {
         if any {
             return true;
         }
+        if self.drop_lonely(t, LONELY, settled) {
+            return true;
+        }
         let m = &self.work.mesh;
         let around: Vec<u32> = m.corners(t).into_iter().flat_map(|v| m.neighbors(v)).collect();
         let merged = self.merge_away(t);
@@ -319,11 +326,25 @@ impl Remesher<'_> {
         merged
     }
 
+    /// Takes a corner of a triangle out that has no more than `few` neighbors, where that helps.
+    fn drop_lonely(&mut self, t: u32, few: usize, settled: &mut [bool]) -> bool {
+        let m = &self.work.mesh;
+        for v in m.corners(t) {
+            let m = &self.work.mesh;
+            if self.rank[v as usize] != Rank::Face || m.outgoing(v).nth(few).is_some() {
+                continue;
+            }
+            let around: Vec<u32> = m.neighbors(v).collect();
+            if self.drop_node(v) {
+                around.into_iter().for_each(|x| settled[x as usize] = false);
+                return true;
+            }
+        }
+        false
+    }
+
     /// Takes a node or an edge of a triangle away where that helps.
     fn merge_away(&mut self, t: u32) -> bool {
-        if self.work.mesh.corners(t).into_iter().any(|v| self.drop_lonely(v)) {
-            return true;
-        }
         let mut edges = [3 * t, 3 * t + 1, 3 * t + 2];
         edges.sort_by(|x, y| self.work.mesh.edge_length(*x).total_cmp(&self.work.mesh.edge_length(*y)));
         // At a pole two nodes may have come to one place.
@@ -422,12 +443,9 @@ impl Remesher<'_> {
         false
     }
 
-    /// Takes out a node inside a patch that has few neighbors, where that leaves better shapes.
-    fn drop_lonely(&mut self, v: u32) -> bool {
+    /// Takes out a node inside a patch, where that leaves better shapes.
+    fn drop_node(&mut self, v: u32) -> bool {
         let m = &self.work.mesh;
-        if self.rank[v as usize] != Rank::Face || m.outgoing(v).count() > LONELY {
-            return false;
-        }
         let fits = |h: &u32| {
             let (to, p) = (m.target(*h), self.point(m.target(*h)));
             let long = |x: u32| p.distance(self.point(x)) > LONG * self.want[to as usize].max(self.want[x as usize]);

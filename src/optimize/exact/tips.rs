@@ -78,7 +78,6 @@ impl Remesher<'_> {
     /// Bounds what nodes want by the gaps between borders, but for tips: the triangle there may be as large as it would be
     /// without the gap it lies in.
     pub(super) fn bound_by(&mut self, gaps: &[Gap]) {
-        self.tips = self.find_tips();
         for gap in gaps {
             for tip in self.tips.iter_mut().filter(|t| t.node == gap.node && t.patch != gap.patch) {
                 tip.reach = tip.reach.min(gap.length);
@@ -101,7 +100,7 @@ impl Remesher<'_> {
         }
     }
 
-    fn find_tips(&self) -> Vec<Tip> {
+    pub(super) fn find_tips(&self) -> Vec<Tip> {
         let corners = self.work.mesh.nodes().filter(|&v| self.rank[v as usize] == Rank::Corner);
         let at = |node: u32| {
             let reach = self.want[node as usize];
