@@ -13,6 +13,8 @@ const CLAIM: f64 = 0.45;
 const POOR: f64 = 0.1;
 /// The same where a node goes for good: what stays would divide the border too finely.
 const SLIM: f64 = 0.02;
+/// Nodes inside patches are in the way of a border within this many wanted lengths of it.
+const BESIDE: f64 = 0.5;
 /// Passes of moving nodes to their places: one node may be in the way of the next.
 const PASSES: usize = 3;
 
@@ -227,7 +229,8 @@ impl Remesher<'_> {
         if !m.is_node(v) || self.rank[v as usize] != Rank::Curve {
             return false;
         }
-        let inner: Vec<u32> = m.neighbors(v).filter(|&x| self.rank[x as usize] == Rank::Face).collect();
+        let close = |x: u32| self.point(x).distance(self.point(v)) < BESIDE * self.want[v as usize];
+        let inner: Vec<u32> = m.neighbors(v).filter(|&x| self.rank[x as usize] == Rank::Face && close(x)).collect();
         let mut gone = false;
         for x in inner {
             let m = &self.work.mesh;
