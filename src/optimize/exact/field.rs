@@ -41,12 +41,14 @@ impl Remesher<'_> {
         self.grade()
     }
 
-    /// Looks at gaps once more. Returns whether some ask for much less than is wanted there.
-    pub(super) fn look_across_again(&mut self) -> Result<bool> {
+    /// Looks at borders once more: at the gaps between them and how they bend. Returns whether some ask for much less than is
+    /// wanted there.
+    pub(super) fn look_at_borders_again(&mut self) -> Result<bool> {
         let mut gaps = self.across_gaps()?;
         gaps.retain(|g| g.length < NEWS * self.want[g.node as usize]);
         let before = self.own.clone();
         self.bound_by(&gaps);
+        self.heed_bends();
         let any = self.own != before;
         if any {
             self.grade()?;
@@ -62,6 +64,28 @@ impl Remesher<'_> {
             if !chain.closed && length < size && length > SHORTEST * self.options.narrowest {
                 for v in [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]] {
                     self.own[v as usize] = self.own[v as usize].min(fitting(length, least.min(size)));
+                }
+            }
+        }
+    }
+
+    /// Where borders bend more than the pieces beside them the length of edges follows.
+    fn heed_bends(&mut self) {
+        if !self.options.sizing.varies() {
+            return;
+        }
+        let m = &self.work.mesh;
+        for h in 0..3 * m.triangle_capacity() as u32 {
+            if !m.is_triangle(h / 3) || !m.is_sharp(h) || h < m.opposite(h) {
+                continue;
+            }
+            let ends = [m.origin(h), m.target(h)];
+            let ([a, b], length) = (ends.map(|v| self.point(v)), m.edge_length(h));
+            let Some(middle) = self.work.settle(self.surface, &self.edge_set(h), 0.5 * (a + b), length) else { continue };
+            let size = self.options.sizing.at(8.0 * middle.distance(0.5 * (a + b)) / (length * length));
+            for v in ends.map(|v| v as usize) {
+                if size < NEWS * self.want[v] {
+                    self.own[v] = self.own[v].min(size);
                 }
             }
         }

@@ -328,7 +328,7 @@ fn prepare_borders(
     r.run.progress("remesh", 0.3);
     space_borders(r)?;
     // Only now are they where they belong.
-    if narrow && r.look_across_again()? {
+    if narrow && r.look_at_borders_again()? {
         space_borders(r)?;
     }
     r.heed_tips()?;
