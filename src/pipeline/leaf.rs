@@ -8,7 +8,7 @@ use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, Raw, remesh_pieces};
 use crate::optimize::{Sizing, improve};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::{Aabb, Bvh, Graded};
 
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 const ANGLE: f64 = 20.0;
@@ -21,6 +21,9 @@ const GRADING: f64 = 0.2;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the cells: as wide as the size unless
 /// something smaller was found.
 const LEAST_SHARE: f64 = 4.0;
+/// Nor do narrow gaps and short borders make them more than this many times shorter than the size, as slivers of faces narrower
+/// than that are cut off boundary representations.
+const NARROWEST: f64 = 40.0;
 /// How often what lies around triangles with faults is left as it was extracted, in cells around them: farther every time.
 const LEAVE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
@@ -86,6 +89,7 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
     let least = options.least.unwrap_or(cell / LEAST_SHARE);
     // Who asks for an angle and no tolerance gets what was asked for.
     let chord = options.tolerance.or(options.angle.is_none().then_some(own_chord(ready)));
+    let grading = options.grading.unwrap_or(GRADING);
     let wishes = ready.wishes(options);
     let wish = |i: usize| wishes.faces.get(i).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
@@ -93,8 +97,9 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
         sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord, least },
         face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, wish(i))).collect(),
         regions: wishes.regions,
-        grading: options.grading.unwrap_or(GRADING),
-        narrowest: options.least.unwrap_or(ready.size / std::env::var("NARROW").map_or(40.0, |s| s.parse().unwrap())),
+        finer: Graded::new(ready.finer.clone(), grading),
+        grading,
+        narrowest: options.least.unwrap_or(ready.size / NARROWEST),
         thickness: options.thickness,
         distance: None,
     }

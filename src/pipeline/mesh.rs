@@ -5,10 +5,11 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use super::attempts::{CELLS, LOOSE, MOST_TRIANGLES, at};
+use super::attempts::{CELLS, LOOSE, at};
 use super::built::{build, mesh_built};
 use super::heal::{heal_made, same_places, told};
-use super::leaf::{ByLeaf, by_leaf, finer};
+use super::crowded::{Crowded, thin_out, wanting};
+use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
@@ -21,7 +22,7 @@ use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
-use crate::quality::{Against, Check, check_tested};
+use crate::quality::{Against, Check, check_tested, facing_away};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
@@ -93,8 +94,8 @@ pub struct MeshOptions {
     pub thickness: Option<f64>,
     /// Where edges shall be shorter; the methods without exact edges do not heed this.
     pub refinements: Vec<Refinement>,
-    /// Whether to measure distances and features too, not only what makes a mesh sound. Without, a neck torn by the cells is not
-    /// found.
+    /// Whether to measure distances and features too, not only what makes a mesh sound. The mesh is the same without: the leaf
+    /// method measures distances always, as it does something about them.
     pub measure: bool,
 }
 
@@ -166,6 +167,8 @@ pub fn load_part(path: &Path, overrides: &[(String, f64)]) -> Result<Part> {
 pub(super) struct Ready {
     pub(super) model: Implicit,
     pub(super) size: f64,
+    /// Places where edges shall be shorter, and how long they may be there.
+    pub(super) finer: Vec<(DVec3, f64)>,
 }
 
 impl Ready {
@@ -181,7 +184,7 @@ impl Ready {
             SizeRequest::Length(h) => h,
             SizeRequest::Share(s) => s * model.bounds().diagonal(),
         };
-        Ok(Ready { model, size })
+        Ok(Ready { model, size, finer: Vec::new() })
     }
 
     /// The surface by marching cubes with the given cells; an error if there is none.
@@ -230,8 +233,6 @@ impl Ready {
     }
 }
 
-/// Curved walls thinner than chords are high get this many times as many edges to a length, unless that would give more than [`MOST_TRIANGLES`].
-const FINER: [f64; 2] = [2.0, 4.0];
 /// A mesh this share of the size away from the surface, or [`LOOSE`] tolerances where that is more, may lack more than a chord
 /// does.
 const APART: f64 = 0.2;
@@ -253,43 +254,12 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
-    let ready = Ready::new(part, options.size)?;
-    let (mut made, crowded) = mesh_ready(part, &ready, options, run)?;
-    if crowded && options.tolerance.is_none() {
-        for times in FINER {
-            let triangles = made.mesh.triangles.len() as f64 * times * times;
-            if triangles > MOST_TRIANGLES {
-                break;
-            }
-            let other = match mesh_ready(part, &ready, &finer(&ready, options, times), run) {
-                Ok((other, _)) => other,
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                // What there is stands.
-                Err(_) => continue,
-            };
-            let (now, then) = (wanting(&made), wanting(&other));
-            // Walls are not what it lacks.
-            if made.report.shortfalls.is_empty() && then >= now {
-                break;
-            }
-            if other.report.shortfalls.is_empty() && (then == 0 || !made.report.shortfalls.is_empty()) {
-                made = other;
-                let what = format!("curved walls are thin: made with {times} times as many edges to a length");
-                made.report.warnings.push(what);
-            }
-            if then == 0 {
-                break;
-            }
-        }
+    let mut ready = Ready::new(part, options.size)?;
+    let (made, crowded) = mesh_ready(part, &ready, options, run)?;
+    match crowded {
+        Some(places) if options.tolerance.is_none() => thin_out(part, &mut ready, (made, places), options, run),
+        _ => Ok(made),
     }
-    Ok(made)
-}
-
-/// How much a mesh lacks.
-fn wanting(made: &Meshed) -> usize {
-    let check = made.report.check.as_ref();
-    let away = check.and_then(|c| c.deviation).map_or(0, |d| d.inverted + d.across);
-    made.report.shortfalls.len() + away + check.map_or(0, |c| c.self_intersections)
 }
 
 /// How far a mesh and the surface are from each other somewhere.
@@ -298,9 +268,10 @@ fn apart(made: &Meshed) -> f64 {
     deviation.map_or(0.0, |d| d.max.max(d.from_surface.unwrap_or(0.0)))
 }
 
-/// A mesh, and whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high.
+/// A mesh, and if it fell short where triangles cross or face away, as where curved walls are thinner than chords are high, the
+/// places of those that face away, with half the length of their edges.
 /// Where it is far from the surface, as where cells saw two bodies in a neck, smaller cells are tried.
-fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, bool)> {
+pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, Crowded)> {
     let (mut made, mut crowded, mut cell) = mesh_by_cells(part, ready, options, &CELLS, run)?;
     let near = (APART * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
     while options.method == Method::Leaf && apart(&made) > near {
@@ -328,7 +299,7 @@ fn mesh_by_cells(
     options: &MeshOptions,
     cells: &[f64],
     run: &Run,
-) -> Result<(Meshed, bool, f64)> {
+) -> Result<(Meshed, Crowded, f64)> {
     let made = if options.method == Method::Leaf {
         by_leaf(ready, options, cells, run, None)?
     } else {
@@ -373,18 +344,30 @@ fn mesh_by_cells(
     }
     finish_names(part, &mut mesh, &mut report);
     run.progress("check", 0.0);
-    let measured = if options.measure {
-        let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        ready.check(&mesh, intersecting, &oracle, &extracted.mesh.nodes, run)?
-    } else {
-        check_tested(&mesh, intersecting, None, run)?
+    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let points = &extracted.mesh.nodes;
+    let measured = match (options.measure, options.method) {
+        (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
+        (false, Method::Leaf) => {
+            let against = Against { points, ..Against::new(&oracle) };
+            check_tested(&mesh, intersecting, Some(against), run)?
+        }
+        (false, _) => check_tested(&mesh, intersecting, None, run)?,
     };
     let many = (THIN * mesh.triangles.len() as f64) as usize;
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method == Method::Leaf && thin;
     report.judge(measured);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
-    let crowded = (away && complete) || (crossed && !report.shortfalls.is_empty());
+    let crowded = if away && complete {
+        let half = |t: u32| {
+            let [a, b, c] = mesh.corners(t as usize);
+            (mesh.centroid(t as usize), (a.distance(b) + b.distance(c) + c.distance(a)) / 6.0)
+        };
+        Some(facing_away(&mesh, &oracle, run)?.into_iter().map(half).collect())
+    } else {
+        (crossed && !report.shortfalls.is_empty()).then(Vec::new)
+    };
     Ok((Meshed { mesh, seams, corners, report }, crowded, cell))
 }
 

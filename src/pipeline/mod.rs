@@ -8,6 +8,7 @@ mod brep_oracle;
 mod built;
 mod compare;
 mod compare_soup;
+mod crowded;
 mod discrete;
 mod distance;
 mod faults;

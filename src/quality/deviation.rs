@@ -10,8 +10,11 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
-/// Points the distance is measured at, spread evenly over the area, beside nodes and centroids.
-const SAMPLES: usize = 40_000;
+/// Points the distance is measured at, spread evenly over the area, beside nodes and centroids: so many for each triangle on the
+/// average, but no more than
+const PER_TRIANGLE: usize = 2;
+/// this.
+const MOST_SAMPLES: usize = 40_000;
 
 /// The surface is looked for within this many mean edge lengths.
 const REACH: f64 = 4.0;
@@ -76,8 +79,9 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             across: 0,
         });
     }
+    let samples = (PER_TRIANGLE * mesh.triangles.len()).min(MOST_SAMPLES);
     let sample = |i: usize| -> DVec3 {
-        let at = (i as f64 + 0.5) / SAMPLES as f64 * total;
+        let at = (i as f64 + 0.5) / samples as f64 * total;
         let t = sums.partition_point(|s| *s < at).min(areas.len() - 1);
         let (mut u, mut v) = (radical_inverse(i + 1, 2), radical_inverse(i + 1, 3));
         if u + v > 1.0 {
@@ -100,7 +104,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         Ok(chunks?.concat())
     };
     run.progress("distance", 0.0);
-    let sampled = distances(SAMPLES, &sample)?;
+    let sampled = distances(samples, &sample)?;
     run.progress("distance", 0.5);
     let at_nodes = distances(mesh.nodes.len(), &|i| mesh.nodes[i])?;
     let hits: Vec<f64> = sampled.iter().flatten().copied().collect();
@@ -140,6 +144,28 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         inverted: normals.iter().map(|n| n.1[0]).sum(),
         across: normals.iter().map(|n| n.1[1]).sum(),
     })
+}
+
+/// Triangles whose normal opposes that of the surface nearest to them, ascending: [inverted](Deviation::inverted) and
+/// [across](Deviation::across).
+pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<u32>> {
+    let reach = REACH * mesh.mean_edge_length();
+    let opposes = |t: usize| {
+        let normal = mesh.normal(t);
+        normal.length_squared() > 0.0
+            && oracle.project(mesh.centroid(t), reach).is_some_and(|foot| normal.dot(foot.normal) <= 0.0)
+    };
+    let chunks: Result<Vec<Vec<u32>>> = run.install(|| {
+        (0..mesh.triangles.len().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|c| {
+                run.check()?;
+                let list = c * CHUNK..((c + 1) * CHUNK).min(mesh.triangles.len());
+                Ok(list.filter(|&t| opposes(t)).map(|t| t as u32).collect())
+            })
+            .collect()
+    });
+    Ok(chunks?.concat())
 }
 
 /// Whether, as seen from a bit before or behind a triangle, the surface faces its way.

@@ -10,6 +10,6 @@ mod tests;
 
 pub use certificate::{Certificate, SMALLEST_ANGLE};
 pub use check::{Against, Check, GroupSummary, check, check_tested};
-pub use deviation::{Deviation, deviation};
+pub use deviation::{Deviation, deviation, facing_away};
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
 pub use metrics::{Quality, Shape, quality, shape};

@@ -7,7 +7,7 @@ use super::Aabb;
 /// Sources in a leaf.
 const LEAF: usize = 8;
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Node {
     bounds: Aabb,
     /// The smallest value below.
@@ -20,7 +20,7 @@ struct Node {
 
 /// The largest function that is at most `h` at each source `(p, h)` and grows by at most `slope` per length:
 /// f(x) = min over sources of h + slope |x - p|. Being a minimum it does not depend on the order of the sources.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Graded {
     sources: Vec<(DVec3, f64)>,
     nodes: Vec<Node>,

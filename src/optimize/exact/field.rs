@@ -98,6 +98,7 @@ impl Remesher<'_> {
         for r in &self.options.regions {
             size = size.min(r.at(p, self.options.grading));
         }
+        size = self.options.finer.at(p, size);
         let mut last = NONE;
         for h in m.outgoing(v) {
             let patch = m.label(h / 3);

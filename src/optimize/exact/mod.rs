@@ -34,7 +34,7 @@ use crate::geometry::Pieces;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Graded};
 use patchwork::plain_shape;
 use remesh::{Rank, Remesher, SHORT};
 
@@ -89,6 +89,8 @@ pub struct ExactOptions {
     pub face_sizes: Vec<Option<f64>>,
     /// Wanted edge lengths in parts of space; with borders that are spaced already there is no need for them.
     pub regions: Vec<Region>,
+    /// Wanted edge lengths at places, and how they grow from there.
+    pub finer: Graded,
     /// How fast edge lengths may grow per length.
     pub grading: f64,
     /// Gaps between borders and short borders are followed down to this edge length.
@@ -103,7 +105,16 @@ impl ExactOptions {
     /// The same wish everywhere.
     pub fn new(sizing: Sizing, grading: f64) -> Self {
         let narrowest = sizing.least;
-        Self { sizing, face_sizes: Vec::new(), regions: Vec::new(), grading, narrowest, thickness: None, distance: None }
+        Self {
+            sizing,
+            face_sizes: Vec::new(),
+            regions: Vec::new(),
+            finer: Graded::new(Vec::new(), grading),
+            grading,
+            narrowest,
+            thickness: None,
+            distance: None,
+        }
     }
 }
 
