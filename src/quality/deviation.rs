@@ -10,11 +10,10 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
-/// Points the distance is measured at, spread evenly over the area, beside nodes and centroids: so many for each triangle on the
-/// average, but no more than
-const PER_TRIANGLE: usize = 2;
-/// this.
-const MOST_SAMPLES: usize = 40_000;
+/// Points the distance is measured at, spread evenly over the area, beside nodes and centroids: one for so many triangles,
+const TRIANGLES: usize = 2;
+/// but no fewer and no more than these.
+const SAMPLES: [usize; 2] = [10_000, 40_000];
 
 /// The surface is looked for within this many mean edge lengths.
 const REACH: f64 = 4.0;
@@ -79,7 +78,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             across: 0,
         });
     }
-    let samples = (PER_TRIANGLE * mesh.triangles.len()).min(MOST_SAMPLES);
+    let samples = (mesh.triangles.len() / TRIANGLES).clamp(SAMPLES[0], SAMPLES[1]);
     let sample = |i: usize| -> DVec3 {
         let at = (i as f64 + 0.5) / samples as f64 * total;
         let t = sums.partition_point(|s| *s < at).min(areas.len() - 1);
