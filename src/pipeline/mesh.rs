@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use super::attempts::{CELLS, LOOSE, at};
 use super::built::{build, mesh_built};
-use super::heal::{heal_made, same_places, told};
 use super::crowded::{Crowded, thin_out, wanting};
+use super::heal::{heal_made, same_places, told};
 use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;

@@ -20,7 +20,7 @@ const STEEP: f64 = 0.5;
 
 impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for; where
-    /// `narrow`, what short borders and gaps between borders do, too.
+    /// `narrow`, what gaps between borders do, too.
     pub(super) fn ask_sizes(&mut self, narrow: bool) -> Result<()> {
         if self.work.spaced {
             self.own = std::mem::take(&mut self.work.sizes);
@@ -31,7 +31,6 @@ impl Remesher<'_> {
             ask_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;
         self.own = own.into_iter().map(|s| s.unwrap_or(self.options.sizing.size)).collect();
         if narrow {
-            self.heed_short_borders();
             // How long edges at tips would be.
             self.grade()?;
             self.tips = self.find_tips();
@@ -41,13 +40,14 @@ impl Remesher<'_> {
         self.grade()
     }
 
-    /// Looks at borders once more: at the gaps between them and how they bend. Returns whether some ask for much less than is
-    /// wanted there.
+    /// Looks at borders once more, now that they are where they belong: at the gaps between them, how long they are and how they
+    /// bend. Returns whether some ask for much less than is wanted there.
     pub(super) fn look_at_borders_again(&mut self) -> Result<bool> {
         let mut gaps = self.across_gaps()?;
         gaps.retain(|g| g.length < NEWS * self.want[g.node as usize]);
         let before = self.own.clone();
         self.bound_by(&gaps);
+        self.heed_short_borders();
         self.heed_bends();
         let any = self.own != before;
         if any {
@@ -61,9 +61,13 @@ impl Remesher<'_> {
         let Sizing { size, least, .. } = self.options.sizing;
         for chain in self.chains() {
             let length: f64 = chain.nodes.windows(2).map(|w| self.point(w[0]).distance(self.point(w[1]))).sum();
-            if !chain.closed && length < size && length > SHORTEST * self.options.narrowest {
-                for v in [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]] {
-                    self.own[v as usize] = self.own[v as usize].min(fitting(length, least.min(size)));
+            if chain.closed || length > size || length < SHORTEST * self.options.narrowest {
+                continue;
+            }
+            let fit = fitting(length, least.min(size));
+            for v in [chain.nodes[0], chain.nodes[chain.nodes.len() - 1]].map(|v| v as usize) {
+                if fit < NEWS * self.want[v] {
+                    self.own[v] = self.own[v].min(fit);
                 }
             }
         }
@@ -81,7 +85,9 @@ impl Remesher<'_> {
             }
             let ends = [m.origin(h), m.target(h)];
             let ([a, b], length) = (ends.map(|v| self.point(v)), m.edge_length(h));
-            let Some(middle) = self.work.settle(self.surface, &self.edge_set(h), 0.5 * (a + b), length) else { continue };
+            let Some(middle) = self.work.settle(self.surface, &self.edge_set(h), 0.5 * (a + b), length) else {
+                continue;
+            };
             let size = self.options.sizing.at(8.0 * middle.distance(0.5 * (a + b)) / (length * length));
             for v in ends.map(|v| v as usize) {
                 if size < NEWS * self.want[v] {

@@ -322,11 +322,7 @@ fn remesh(
 }
 
 /// Puts the nodes of borders that cutting left anywhere where they belong.
-fn prepare_borders(
-    r: &mut Remesher<'_>,
-    narrow: bool,
-    show: &mut dyn FnMut(&str, &Remesher<'_>),
-) -> Result<()> {
+fn prepare_borders(r: &mut Remesher<'_>, narrow: bool, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> Result<()> {
     // Inside the patches packing will put everything right.
     r.look_at_borders();
     r.collapse_short(TINY)?;
@@ -338,7 +334,6 @@ fn prepare_borders(
     show("untangle", r);
     r.run.progress("remesh", 0.3);
     space_borders(r)?;
-    // Only now are they where they belong.
     if narrow && r.look_at_borders_again()? {
         space_borders(r)?;
     }
