@@ -117,6 +117,19 @@ fn info_and_render_and_compare_answer() {
 }
 
 #[test]
+fn saying_nothing_changes_nothing() {
+    // Walls so thin that the first mesh is measured and made anew.
+    let dir = TempDir::new().unwrap();
+    let mesh = |extra: &[&str]| {
+        mesh_source(dir.path(), "part(sphere(1) - sphere(.97, at=(.028, 0, 0)))\n", extra).success();
+        fs::read(dir.path().join("out.off")).unwrap()
+    };
+    let told = mesh(&["--size", "0.2", "--report", "a.json"]);
+    assert!(fs::read_to_string(dir.path().join("a.json")).unwrap().contains("walls are thin"));
+    assert!(told == mesh(&["--size", "0.2", "-q"]));
+}
+
+#[test]
 fn overrides_and_threads_change_what_they_should() {
     let dir = TempDir::new().unwrap();
     let source = "r = 1\npart(sphere(r))\n";

@@ -1,114 +1,102 @@
-//! Narrow regions of faces, cut off on both sides of the edges they share: what is left is a solid, nearly the same.
+//! Places far narrower than the size: triangles there are as good as elsewhere, and elsewhere they are as large as before.
 
-use std::path::Path;
+use std::f64::consts::PI;
 
-use rvachev::implicit::part::parse;
-use rvachev::pipeline::{MeshOptions, Meshed, Rung, SizeRequest, load_part, mesh_part};
-use rvachev::{DVec3, Run};
+use glam::{DMat3, DVec3};
+use rvachev::Run;
+use rvachev::implicit::{Placement, Primitive, Solid, Tpms};
+use rvachev::mesh::TriMesh;
+use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
+use rvachev::quality::Check;
 
-fn options(trim: Option<f64>) -> MeshOptions {
-    MeshOptions { trim: trim.map(SizeRequest::Length), ..MeshOptions::default() }
+fn made(solid: Solid, size: f64) -> (TriMesh, Check) {
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    let Meshed { mesh, report, .. } = mesh_part(&Part::from_solid(solid), &options, &Run::new()).unwrap();
+    assert_eq!((report.method, report.shortfalls), ("leaf", Vec::<String>::new()));
+    let c = report.check.unwrap();
+    assert!(c.certificate.is_sound(), "{:?}", c.certificate);
+    (mesh, c)
 }
 
-/// Meshes a part: sound, nothing short. `trim` as asked for, `None` for what is done without asking.
-fn meshed(text: &str, trim: Option<f64>) -> Meshed {
-    let made = mesh_part(&parse(text, &[]).unwrap(), &options(trim), &Run::new()).unwrap();
-    assert!(made.report.shortfalls.is_empty(), "{text}: {:?}", made.report.shortfalls);
-    assert!(made.report.check.as_ref().unwrap().certificate.is_sound());
-    made
+fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> Solid {
+    Solid::cuboid(lo.into(), hi.into())
 }
 
-fn trimmed(m: &Meshed) -> Vec<&str> {
-    m.report.ladder.iter().filter(|s| s.rung == Rung::Trimmed).map(|s| s.face.as_str()).collect()
+fn ball(r: f64, at: [f64; 3]) -> Solid {
+    Solid::sphere(r, at.into())
 }
 
-fn trouble(name: &str, trim: f64) -> [Meshed; 2] {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/troubles/{name}.py"));
-    let part = load_part(&path, &[]).unwrap();
-    [0.0, trim].map(|w| {
-        let made = mesh_part(&part, &options(Some(w)), &Run::new()).unwrap();
-        assert!(made.report.shortfalls.is_empty(), "{name} {w}: {:?}", made.report.shortfalls);
-        made
-    })
-}
-
-fn smallest_angle(m: &Meshed) -> f64 {
-    m.report.check.as_ref().unwrap().quality.min_angle
+fn on(c: &Check, face: &str) -> usize {
+    c.groups.iter().filter(|g| g.name == face).map(|g| g.triangles).sum()
 }
 
 #[test]
-fn a_tongue_between_two_edges_is_cut_off_at_both_ends_of_the_solid() {
-    let [whole, cut] = trouble("narrow_region", 0.2);
-    assert!(trimmed(&whole).is_empty());
-    assert_eq!(trimmed(&cut), ["wedge.side7", "wedge.start", "wedge.end"]);
-    assert!(3 * cut.mesh.triangles.len() < whole.mesh.triangles.len());
-    assert!((cut.mesh.volume() / whole.mesh.volume() - 1.0).abs() < 0.01);
-    // No node went farther than half the width from the solid as it was, and away from the tongue all is as it was.
-    let tongue = |p: &DVec3| p.x < 8.6 && p.y < 0.4;
-    for p in cut.mesh.nodes.iter().filter(|p| !tongue(p)) {
-        let upper = p.y > 10.0 - 1e-9 || (p.y - 10.0) * 6.0 - (p.x - 14.0) * 9.92 < 1e-6 || p.x > 14.0;
-        assert!((0.0..=20.0).contains(&p.x) && (-1e-9..=10.0 + 1e-9).contains(&p.y) && upper, "{p}");
-    }
-    assert!(cut.mesh.nodes.iter().all(|p| p.y > -0.1 && p.z > -1e-9 && p.z < 5.0 + 1e-9));
-}
-
-#[test]
-fn a_splinter_becomes_an_edge() {
-    let [whole, cut] = trouble("narrow_face", 0.2);
-    assert_eq!(trimmed(&cut), ["block.side2", "block.side4"]);
-    let names: Vec<&str> = cut.mesh.faces.iter().map(String::as_str).collect();
-    assert_eq!(names, ["block.side1", "block.side3", "block.side5", "block.side6", "block.start", "block.end"]);
-    assert!((cut.mesh.volume() / whole.mesh.volume() - 1.0).abs() < 1e-3);
-    assert!(2 * cut.mesh.triangles.len() < whole.mesh.triangles.len());
-    // Corners of the splinters became one each, in the middle.
-    for p in [DVec3::new(9.94, -9.94, 0.0), DVec3::new(9.94, 9.94, 8.0)] {
-        assert!(cut.mesh.nodes.iter().any(|q| q.distance(p) < 1e-9), "{p}");
+fn strips_down_to_a_fortieth_of_the_size_are_rows_of_good_triangles() {
+    for width in [0.012, 0.006, 0.003] {
+        // A strip along one edge of a cube's top.
+        let step = cuboid([-1.0, -1.0, 0.5], [1.0 - width, 1.0, 0.8]);
+        let (_, c) = made(cuboid([-1.0; 3], [1.0, 1.0, 0.5]) | step, 0.1);
+        assert!((c.volume - (6.0 + 0.6 * (2.0 - width))).abs() < 1e-12, "{width}: {}", c.volume);
+        assert!(c.quality.min_angle > 27.0 && c.quality.p05_angle > 42.0, "{width}: {:?}", c.quality);
+        // Far from it nothing changes: four triangles where two edges of the size would make one, at most.
+        let fine = on(&c, "box1.xmin");
+        assert!(fine < 1200, "{width}: {fine}");
     }
 }
 
-/// Bands around an axis, whole or not, with a seam or with ends.
 #[test]
-fn chamfers_of_turned_parts_become_edges() {
-    for (turn, share) in [("", 1.0), (", degrees=120", 1.0 / 3.0)] {
-        let profile = "polyline([(0, 0, 0), (5, 0, 0), (5, 0, 5.995), (4.995, 0, 6), (0, 0, 6), (0, 0, 0)])";
-        let text = format!("part(revolve_edges({profile}, \"z\"{turn}).name(\"a\"))\nmesh(size=0.35)\n");
-        let (whole, cut) = (meshed(&text, Some(0.0)), meshed(&text, None));
-        assert_eq!(trimmed(&cut).len(), 1, "{:?}", cut.report.ladder);
-        assert_eq!(cut.mesh.faces.len() + 1, whole.mesh.faces.len());
-        let exact = std::f64::consts::PI * 150.0 * share;
-        assert!((cut.mesh.volume() / exact - 1.0).abs() < 0.02, "{} {exact}", cut.mesh.volume());
-        assert!(2 * cut.mesh.triangles.len() < whole.mesh.triangles.len());
+fn corners_that_are_cut_off_and_corners_close_to_an_edge_are_surrounded_by_small_triangles() {
+    let cube = || cuboid([-1.0; 3], [1.0; 3]);
+    for cut in [0.02, 0.005] {
+        let at = DVec3::splat(1.0 - cut / 3.0);
+        let (_, c) = made(cube() & Solid::half_space(DVec3::ONE, at), 0.1);
+        assert!((c.volume - (8.0 - cut.powi(3) / 6.0)).abs() < 1e-12, "{cut}: {}", c.volume);
+        assert!(c.quality.min_angle > 27.0, "{cut}: {:?}", c.quality);
+    }
+    for gap in [0.02, 0.005] {
+        // A square hole that stands on its corner, next to the side of the cube.
+        let hole = cuboid([-0.2, -0.2, -2.0], [0.2, 0.2, 2.0]);
+        let shift = DVec3::new(1.0 - gap - 0.2 * 2f64.sqrt(), 0.03, 0.0);
+        let rotation = DMat3::from_rotation_z(0.25 * PI);
+        let (_, c) = made(cube() - hole.placed(Placement { rotation, scale: 1.0, shift }), 0.1);
+        assert!((c.volume - (8.0 - 0.32)).abs() < 1e-12, "{gap}: {}", c.volume);
+        assert!(c.quality.min_angle > 27.0, "{gap}: {:?}", c.quality);
     }
 }
 
-/// The edges of a thin plate are no slivers: without asking they stay, asked for they go.
 #[test]
-fn plates_keep_their_edges() {
-    let text = "part(extrude_edges(polyline([(0, 0), (9, 0), (9, 9), (0, 9)], closed=True), \"z\", 0.02).name(\"a\"))\nmesh(size=1)\n";
-    let plain = meshed(text, None);
-    assert!(trimmed(&plain).is_empty());
-    assert!((plain.mesh.volume() - 1.62).abs() < 1e-9);
-}
-
-/// Where a bore comes near to the side of a plate there would be needles.
-#[test]
-fn the_neck_beside_a_bore_is_cut_off() {
-    let text = "part(extrude_edges([polyline([(-6, -5), (6, -5), (6, 5), (-6, 5)], closed=True), circle(2, at=(0, 2.998, 0))], \"z\", 4).name(\"a\"))\nmesh(size=1)\n";
-    let (whole, cut) = (meshed(text, Some(0.0)), meshed(text, None));
-    assert_eq!(trimmed(&cut), ["a.start", "a.end"]);
-    let angles = [&whole, &cut].map(smallest_angle);
-    assert!(2.0 * angles[0] < angles[1], "{angles:?}");
-    assert!((cut.mesh.volume() / whole.mesh.volume() - 1.0).abs() < 1e-3);
-    assert_eq!(cut.report.check.as_ref().unwrap().genus, Some(1));
+fn small_rims_of_flat_faces_are_round() {
+    // The faces beside the rim hardly bend; a disc of half the size, by edges of a quarter of the size.
+    let (r, size) = (0.1, 0.2);
+    let flat = (1.0f64 - r * r).sqrt();
+    let (_, c) = made(ball(1.0, [0.0; 3]) - Solid::half_space(-DVec3::Z, DVec3::Z * flat), size);
+    let disc: f64 = c.groups.iter().filter(|g| !g.name.starts_with("sphere")).map(|g| g.area).sum();
+    assert!(disc > 0.93 * PI * r * r && disc < PI * r * r, "{disc}");
 }
 
 #[test]
-fn the_same_for_any_number_of_threads() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/troubles/narrow_region.py");
-    let part = load_part(&path, &[]).unwrap();
-    let made = [1, 3].map(|n| {
-        let run = Run::new().with_threads(n).unwrap();
-        mesh_part(&part, &options(Some(0.2)), &run).unwrap().mesh
-    });
-    assert_eq!(made[0], made[1]);
+fn walls_that_are_thin_in_one_place_get_short_edges_there_alone() {
+    // From .002 thick on one side to .058 on the other; chords of the size are .005 high.
+    let (mesh, c) = made(ball(1.0, [0.0; 3]) - ball(0.97, [0.028, 0.0, 0.0]), 0.2);
+    let volume = 4.0 / 3.0 * PI * (1.0 - 0.97f64.powi(3));
+    assert!(c.euler == 4 && (c.volume / volume - 1.0).abs() < 0.02, "{} {volume}", c.volume);
+    let d = c.deviation.unwrap();
+    assert!(d.inverted + d.across == 0, "{d:?}");
+    let edges = |side: f64| {
+        let here: Vec<f64> = (0..mesh.triangles.len())
+            .filter(|&t| mesh.centroid(t).x * side > 0.8)
+            .map(|t| mesh.corners(t)[0].distance(mesh.corners(t)[1]))
+            .collect();
+        here.iter().sum::<f64>() / here.len() as f64
+    };
+    assert!(edges(1.0) < 0.7 * edges(-1.0) && edges(-1.0) > 0.1, "{} {}", edges(1.0), edges(-1.0));
+}
+
+#[test]
+fn what_lies_between_two_parts_of_a_face_may_vanish() {
+    // The lattice's surface passes the cylinder's so closely that faces are narrower in between than edges get.
+    let lattice =
+        Solid::from(Primitive::Tpms { kind: Tpms::SchwarzP, period: 1.2932, thickness: 0.2, at: DVec3::ZERO });
+    let (_, c) = made(lattice & Solid::cylinder(0.7, DVec3::Z, DVec3::ZERO, Some(1.4)), 0.075);
+    assert!(c.quality.min_angle > 20.0, "{:?}", c.quality);
 }

@@ -134,7 +134,8 @@ pub(super) struct Attempt {
 
 impl Attempt {
     fn badness(&self) -> (usize, bool, usize) {
-        (self.faults(), !self.missed.is_empty(), self.scout.unresolved.len())
+        let lacking = self.scout.unresolved.len() + self.exact.report.astray.len();
+        (self.faults(), !self.missed.is_empty(), lacking)
     }
 
     fn is_clean(&self) -> bool {

@@ -1,5 +1,7 @@
 //! The size field: what edge length each node wants.
 
+use glam::DVec3;
+
 use super::gaps::fitting;
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
@@ -15,6 +17,9 @@ const HALVINGS: usize = 20;
 const SHORTEST: f64 = 0.25;
 /// Gaps that ask for less than this share of what is wanted there were not seen before.
 const NEWS: f64 = 0.8;
+/// An arc of half a circle is half its chord high; a curve that is farther from the middle of an edge than this share of its length,
+/// 140 degrees, does not lead from one end to the other.
+const ASTRAY: f64 = 0.35;
 /// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
 const STEEP: f64 = 0.5;
 
@@ -78,23 +83,35 @@ impl Remesher<'_> {
         if !self.options.sizing.varies() {
             return;
         }
-        let m = &self.work.mesh;
-        for h in 0..3 * m.triangle_capacity() as u32 {
-            if !m.is_triangle(h / 3) || !m.is_sharp(h) || h < m.opposite(h) {
-                continue;
-            }
-            let ends = [m.origin(h), m.target(h)];
-            let ([a, b], length) = (ends.map(|v| self.point(v)), m.edge_length(h));
-            let Some(middle) = self.work.settle(self.surface, &self.edge_set(h), 0.5 * (a + b), length) else {
-                continue;
-            };
-            let size = self.options.sizing.at(8.0 * middle.distance(0.5 * (a + b)) / (length * length));
+        for (ends, length, off) in self.bends() {
+            let size = self.options.sizing.at(8.0 * off / (length * length));
             for v in ends.map(|v| v as usize) {
                 if size < NEWS * self.want[v] {
                     self.own[v] = self.own[v].min(size);
                 }
             }
         }
+    }
+
+    /// Middles of edges on borders that their curve does not come near.
+    pub(super) fn astray(&self) -> Vec<DVec3> {
+        let far = self.bends().into_iter().filter(|(_, length, off)| *off > ASTRAY * length);
+        far.map(|(ends, ..)| 0.5 * (self.point(ends[0]) + self.point(ends[1]))).collect()
+    }
+
+    /// The edges on borders: their ends, their lengths, and how far from their middles the curve is.
+    fn bends(&self) -> Vec<([u32; 2], f64, f64)> {
+        let m = &self.work.mesh;
+        let bend = |h: u32| {
+            if !m.is_triangle(h / 3) || !m.is_sharp(h) || h < m.opposite(h) || self.work.is_kept(h / 3) {
+                return None;
+            }
+            let (ends, length) = ([m.origin(h), m.target(h)], m.edge_length(h));
+            let middle = 0.5 * (self.point(ends[0]) + self.point(ends[1]));
+            let on = self.work.settle(self.surface, &self.edge_set(h), middle, length)?;
+            Some((ends, length, on.distance(middle)))
+        };
+        (0..3 * m.triangle_capacity() as u32).filter_map(bend).collect()
     }
 
     fn size_at(&self, v: u32) -> f64 {

@@ -27,6 +27,8 @@ mod tips;
 pub use cut::{CutReport, Raw, cut_pieces, patch_pieces};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 
+use glam::DVec3;
+
 use super::region::Region;
 use super::size::Sizing;
 use crate::error::{Error, Result};
@@ -63,6 +65,8 @@ const STUCK: f64 = 0.8;
 /// And below this once more: 20 degrees. How often.
 const SLIM: f64 = 0.55;
 const SLIM_ROUNDS: usize = 2;
+/// How often borders are looked at once they are spaced, and spaced anew where they ask for shorter edges.
+const LOOKS: usize = 3;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Edges around such places up to which nodes are looked at.
@@ -131,6 +135,9 @@ pub struct ExactReport {
     pub faults: Vec<Aabb>,
     /// The boxes around triangles with an angle below about 20 degrees of which no node lies on a border; of raw ones only.
     pub slim: Vec<Aabb>,
+    /// Middles of edges on borders that the border's curve does not come near: it goes another way, as where cells joined what
+    /// lies apart in a neck.
+    pub astray: Vec<DVec3>,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
 }
@@ -307,6 +314,9 @@ fn remesh(
         (r, out, bad) = first;
     }
     show("mend", &r);
+    if narrow {
+        report.astray = r.astray();
+    }
     let folded = r.folded();
     (report.self_intersections, report.inverted) = (bad.len(), folded.len());
     report.faults = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
@@ -334,7 +344,10 @@ fn prepare_borders(r: &mut Remesher<'_>, narrow: bool, show: &mut dyn FnMut(&str
     show("untangle", r);
     r.run.progress("remesh", 0.3);
     space_borders(r)?;
-    if narrow && r.look_at_borders_again()? {
+    for _ in 0..LOOKS {
+        if !narrow || !r.look_at_borders_again()? {
+            break;
+        }
         space_borders(r)?;
     }
     r.heed_tips()?;
