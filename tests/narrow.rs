@@ -66,12 +66,12 @@ fn corners_that_are_cut_off_and_corners_close_to_an_edge_are_surrounded_by_small
 
 #[test]
 fn small_rims_of_flat_faces_are_round() {
-    // The faces beside the rim hardly bend; a disc of half the size, by edges of a quarter of the size.
+    // The faces beside the rim hardly bend: a flat lens as wide as the size is.
     let (r, size) = (0.1, 0.2);
     let flat = (1.0f64 - r * r).sqrt();
-    let (_, c) = made(ball(1.0, [0.0; 3]) - Solid::half_space(-DVec3::Z, DVec3::Z * flat), size);
+    let (_, c) = made(ball(1.0, [0.0; 3]) & Solid::half_space(-DVec3::Z, DVec3::Z * flat), size);
     let disc: f64 = c.groups.iter().filter(|g| !g.name.starts_with("sphere")).map(|g| g.area).sum();
-    assert!(disc > 0.93 * PI * r * r && disc < PI * r * r, "{disc}");
+    assert!(disc > 0.97 * PI * r * r && disc < PI * r * r, "{disc}");
 }
 
 #[test]
