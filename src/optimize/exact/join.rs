@@ -7,8 +7,12 @@ use super::remesh::Remesher;
 use crate::mesh::edit::NONE;
 
 impl Remesher<'_> {
-    /// Makes one patch of neighbors on the same side of one piece; their border is none. Returns whether there were any.
-    pub(super) fn join_alike(&mut self) -> bool {
+    /// Makes one patch of neighbors on the same side of one piece; their border is none.
+    pub(super) fn join_alike(&mut self) {
+        // Lines within a piece are borders of another kind.
+        if self.work.lines_from != u32::MAX {
+            return;
+        }
         let m = &self.work.mesh;
         let patches = &self.work.patches;
         let mut first: Vec<u32> = (0..patches.len() as u32).collect();
@@ -34,7 +38,7 @@ impl Remesher<'_> {
             }
         }
         if borders.is_empty() {
-            return false;
+            return;
         }
         let triangles: Vec<u32> = m.triangles().collect();
         for t in triangles {
@@ -57,6 +61,5 @@ impl Remesher<'_> {
             self.mark_around(v);
         }
         self.work.mesh.set_all_changed();
-        true
     }
 }

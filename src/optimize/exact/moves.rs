@@ -328,8 +328,7 @@ impl Remesher<'_> {
 
     /// Takes a corner of a triangle out that has no more than `few` neighbors, where that helps.
     fn drop_lonely(&mut self, t: u32, few: usize, settled: &mut [bool]) -> bool {
-        let m = &self.work.mesh;
-        for v in m.corners(t) {
+        for v in self.work.mesh.corners(t) {
             let m = &self.work.mesh;
             if self.rank[v as usize] != Rank::Face || m.outgoing(v).nth(few).is_some() {
                 continue;
