@@ -65,8 +65,6 @@ const STUCK: f64 = 0.8;
 /// And below this once more: 20 degrees. How often.
 const SLIM: f64 = 0.55;
 const SLIM_ROUNDS: usize = 2;
-/// How often borders are looked at once they are spaced, and spaced anew where they ask for shorter edges.
-const LOOKS: usize = 3;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Edges around such places up to which nodes are looked at.
@@ -344,10 +342,8 @@ fn prepare_borders(r: &mut Remesher<'_>, narrow: bool, show: &mut dyn FnMut(&str
     show("untangle", r);
     r.run.progress("remesh", 0.3);
     space_borders(r)?;
-    for _ in 0..LOOKS {
-        if !narrow || !r.look_at_borders_again()? {
-            break;
-        }
+    // Once: where leaves touch, each look finds something smaller.
+    if narrow && r.look_at_borders_again()? {
         space_borders(r)?;
     }
     r.heed_tips()?;
