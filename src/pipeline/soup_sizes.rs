@@ -14,7 +14,7 @@ const CHORD: f64 = 0.08;
 const CROWDED: f64 = 1.12;
 const RELAXED: [f64; 6] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0];
 /// Edges stay within this share of the size of the features they are on, however crowded: a circle of radius 1 gets edges of 0.75.
-const LINE: f64 = 0.07;
+const LINE: f64 = 0.043;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
