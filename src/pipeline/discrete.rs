@@ -240,6 +240,17 @@ fn mesh_prepared(
     soup: &SoupOptions,
     run: &Run,
 ) -> Result<Meshed> {
+    mesh_counted(prepared, size, options, soup, run).map(|made| made.0)
+}
+
+/// A mesh, and how many of its triangles are turned over or slim within a face.
+fn mesh_counted(
+    prepared: &Prepared,
+    size: f64,
+    options: &MeshOptions,
+    soup: &SoupOptions,
+    run: &Run,
+) -> Result<(Meshed, usize)> {
     let mut report = Report::of("triangles", size, None);
     report.warnings.clone_from(&prepared.healed);
     let mesh = &prepared.at(size);
@@ -289,6 +300,7 @@ fn mesh_prepared(
     // The best that does not intersect itself, though it may be folded.
     let mut whole: Option<ExactMesh> = None;
     let mut left = false;
+    let flaws = |m: &ExactMesh| m.report.inverted + m.report.slim.len();
     let made = loop {
         if kept.iter().all(|k| *k) {
             break None;
@@ -310,21 +322,26 @@ fn mesh_prepared(
         }
         let reach = if attempt < HALVINGS { 0.5 } else { (attempt + 1 - HALVINGS) as f64 };
         let places = Places::new(&bad, &folds, &made.mesh, reach);
+        let poor = made.report.inverted > 0 || SLIM * made.report.slim.len() > made.mesh.triangles.len();
         // Nearer to the surface there may be no need for more.
         let plain = self::sizing(size, options);
-        let poor = made.report.inverted > 0 || SLIM * made.report.slim.len() > made.mesh.triangles.len();
-        if sizing.chord != plain.chord && (poor || !bad.is_empty()) {
+        let near = sizing.chord == plain.chord;
+        if !near && !bad.is_empty() {
             let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-            return mesh_prepared(prepared, size, &options, soup, run);
+            return mesh_counted(prepared, size, &options, soup, run);
         }
         if bad.is_empty() {
-            let flaws = |m: &ExactMesh| m.report.inverted + m.report.slim.len();
-            let better = whole.as_ref().is_none_or(|w| flaws(&made) < flaws(w));
-            let flat = !poor || attempt >= FOLDED;
-            if better {
+            if whole.as_ref().is_none_or(|w| flaws(&made) < flaws(w)) {
                 whole = Some(made);
             }
-            if flat || !better {
+            if poor && attempt >= FOLDED && !near {
+                let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+                let strict = mesh_counted(prepared, size, &options, soup, run)?;
+                if whole.as_ref().is_none_or(|w| strict.1 < flaws(w)) {
+                    return Ok(strict);
+                }
+            }
+            if !poor || attempt >= FOLDED {
                 break whole;
             }
         } else if whole.is_some() {
@@ -350,6 +367,7 @@ fn mesh_prepared(
         break None;
     };
     let intersecting = made.as_ref().map(|m| m.report.self_intersections);
+    let count = made.as_ref().map_or(usize::MAX, flaws);
     let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
@@ -371,7 +389,7 @@ fn mesh_prepared(
         report.shortfalls.push(format!("{count} triangles touch others where healing found no room to part them"));
     }
     report.judge(measured);
-    Ok(Meshed { mesh, seams, corners, report })
+    Ok((Meshed { mesh, seams, corners, report }, count))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {

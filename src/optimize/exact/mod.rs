@@ -56,6 +56,8 @@ const LAST: usize = 2;
 const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
+/// Once borders are spaced only triangles of a smaller shape than this beside them are mended: packing leaves few of the others.
+const FLAT: f64 = 0.05;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
 /// Shapes below this are mended one by one: 45 degrees.
@@ -359,7 +361,7 @@ fn space_borders(r: &mut Remesher<'_>) -> Result<()> {
         r.look_at_borders();
         r.flip()?;
         for _ in 0..POLISH {
-            if r.mend_worst(POOR, 1)? == 0 {
+            if r.mend_worst(FLAT, 1)? == 0 {
                 break;
             }
             r.flip()?;
