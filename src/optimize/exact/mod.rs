@@ -56,7 +56,7 @@ const LAST: usize = 2;
 const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
-/// Once borders are spaced only triangles of a smaller shape than this beside them are mended: packing leaves few of the others.
+/// Once borders of raw triangles are spaced only triangles of a smaller shape than this are mended: packing leaves few of the others.
 const FLAT: f64 = 0.05;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
@@ -360,8 +360,9 @@ fn space_borders(r: &mut Remesher<'_>) -> Result<()> {
         r.join_alike();
         r.look_at_borders();
         r.flip()?;
+        let limit = if r.work.raw { FLAT } else { POOR };
         for _ in 0..POLISH {
-            if r.mend_worst(FLAT, 1)? == 0 {
+            if r.mend_worst(limit, 1)? == 0 {
                 break;
             }
             r.flip()?;
