@@ -39,6 +39,19 @@ pub(crate) struct SurfacePoint {
     pub(crate) face: u32,
 }
 
+impl SurfacePoint {
+    /// Whether it is on no other face, to rounding: faces that touch there, or lie in each other, have their points in common.
+    pub(crate) fn is_alone(&self, model: &Implicit, extracted: &Extracted) -> bool {
+        let scale = model.bounds().diagonal();
+        let on = |leaf: &Leaf| leaf.value(self.at).abs() <= APART * scale * leaf.slope(self.at).length();
+        let other = |op: &Op| match op {
+            Op::Leaf { leaf, face, .. } => *face != self.face && on(&model.leaves[*leaf as usize]),
+            _ => false,
+        };
+        !extracted.tape_at(model, self.at).ops.iter().any(other)
+    }
+}
+
 /// Looks for the surface where marching cubes may not have seen it: in bricks whose corners all have one sign, and on
 /// faces that, by intervals, may come through a brick and have no triangle there or next to it; on faces of formulas, which
 /// may have many pieces, in cells without triangles within a brick too. One point for each face in each cell that holds one

@@ -33,8 +33,19 @@ const FAR_WORSE: usize = 4;
 /// How many unresolved places a report names.
 const NAMED: usize = 5;
 
-/// Those of some things at some place that a mesh does not come near to. They are few beside the triangles: the tree is theirs.
+/// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
+    far_from(mesh, things, place, reach, |_, _| true)
+}
+
+/// The same of those triangles whose labels `counts` for the thing. The things are few beside the triangles: the tree is theirs.
+fn far_from<T: Copy>(
+    mesh: &TriMesh,
+    things: &[T],
+    place: impl Fn(&T) -> DVec3,
+    reach: f64,
+    counts: impl Fn(&T, u32) -> bool,
+) -> Vec<T> {
     if things.is_empty() {
         return Vec::new();
     }
@@ -45,7 +56,9 @@ fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach
         let corners = mesh.corners(t);
         tree.overlapping(&Aabb::around(corners), |k| {
             let k = k as usize;
-            away[k] = away[k] && triangle_distance_squared(places[k], corners) > reach * reach;
+            away[k] = away[k]
+                && !(counts(&things[k], mesh.labels[t])
+                    && triangle_distance_squared(places[k], corners) <= reach * reach);
         });
     }
     things.iter().zip(away).filter(|x| x.1).map(|x| *x.0).collect()
@@ -120,7 +133,15 @@ impl Scout {
         let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
-        Ok(Attempt { exact, missed, scout: self })
+        let flat = self.flat(&exact.mesh, ready);
+        Ok(Attempt { exact, missed, flat, scout: self })
+    }
+
+    /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
+    /// their points are those of either.
+    fn flat(&self, mesh: &TriMesh, ready: &Ready) -> Vec<SurfacePoint> {
+        let away = far_from(mesh, &self.points, |x| x.at, LOST * self.cell, |x, label| x.face == label);
+        away.into_iter().filter(|x| x.is_alone(&ready.model, &self.extracted)).collect()
     }
 }
 
@@ -129,12 +150,14 @@ pub(super) struct Attempt {
     pub(super) exact: ExactMesh,
     /// Points of the surface that the mesh does not come near to.
     missed: Vec<SurfacePoint>,
+    /// Points of faces that it comes near to with other faces only.
+    flat: Vec<SurfacePoint>,
     pub(super) scout: Scout,
 }
 
 impl Attempt {
     fn badness(&self) -> (usize, bool, usize) {
-        let lacking = self.scout.unresolved.len() + self.exact.report.astray.len();
+        let lacking = self.scout.unresolved.len() + self.exact.report.astray.len() + self.flat.len();
         (self.faults(), !self.missed.is_empty(), lacking)
     }
 
@@ -160,6 +183,10 @@ impl Attempt {
             let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
             let more = self.missed.len() - 1;
             format!("the surface near {} on {face} is not in the mesh, nor are {more} more points of it", at(x.at))
+        }));
+        list.extend(self.flat.first().map(|x| {
+            let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
+            format!("{face} is smaller than the cells near {} and is not in the mesh there", at(x.at))
         }));
         let place = |p: &DVec3| format!("no exact edge found near {}: two faces come too close there", at(*p));
         list.extend(unresolved.iter().take(NAMED).map(place));

@@ -20,6 +20,8 @@ const NEWS: f64 = 0.8;
 /// An arc of half a circle is half its chord high; a curve that is farther from the middle of an edge than this share of its length,
 /// 140 degrees, does not lead from one end to the other.
 const ASTRAY: f64 = 0.35;
+/// Along a border whose surfaces meet in an angle of which this is the sine, edges run the way their normals give.
+const ALONG: f64 = 0.02;
 /// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
 const STEEP: f64 = 0.5;
 
@@ -93,10 +95,35 @@ impl Remesher<'_> {
         }
     }
 
-    /// Middles of edges on borders that their curve does not come near.
+    /// Middles of edges on borders that their curve does not come near, and nodes where a border turns back on its curve.
     pub(super) fn astray(&self) -> Vec<DVec3> {
         let far = self.bends().into_iter().filter(|(_, length, off)| *off > ASTRAY * length);
-        far.map(|(ends, ..)| 0.5 * (self.point(ends[0]) + self.point(ends[1]))).collect()
+        let mut places: Vec<DVec3> =
+            far.map(|(ends, ..)| 0.5 * (self.point(ends[0]) + self.point(ends[1]))).collect();
+        let turns = self.work.mesh.nodes().filter(|&v| self.rank[v as usize] == Rank::Curve && self.turns_back(v));
+        places.extend(turns.map(|v| self.point(v)));
+        places
+    }
+
+    /// Whether the two edges of a border at a node run opposite ways along the curve of their faces: seen with the same face to
+    /// the left, the ways that the surfaces' normals give must agree.
+    fn turns_back(&self, v: u32) -> bool {
+        let m = &self.work.mesh;
+        let sharp = |h: u32| m.is_sharp(h) && m.opposite(h) != NONE;
+        let mut at = m.outgoing(v).filter(|&h| sharp(h));
+        let (Some(a), Some(b)) = (at.next(), at.next()) else { return false };
+        let (on, back) = (a, m.opposite(b));
+        let sides = |h: u32| [m.label(h / 3), m.label(m.opposite(h) / 3)];
+        if sides(on) != sides(back) || sides(on).into_iter().any(|p| self.work.stays(p)) {
+            return false;
+        }
+        let along = |h: u32| {
+            let (p, q) = (self.point(m.origin(h)), self.point(m.target(h)));
+            let [l, r] = sides(h).map(|patch| self.work.normal(self.surface, patch, 0.5 * (p + q)));
+            (q - p).normalize_or_zero().dot(l.cross(r))
+        };
+        let (x, y) = (along(on), along(back));
+        x.abs().min(y.abs()) > ALONG && x * y < 0.0
     }
 
     /// The edges on borders: their ends, their lengths, and how far from their middles the curve is.
