@@ -75,6 +75,33 @@ fn small_rims_of_flat_faces_are_round() {
 }
 
 #[test]
+fn low_caps_and_shallow_dents_have_their_faces() {
+    let area = |c: &Check, face: &str| c.groups.iter().filter(|g| g.name == face).map(|g| g.area).sum::<f64>();
+    let near = |is: f64, true_area: f64| assert!((is / true_area - 1.0).abs() < 0.05, "{is} for {true_area}");
+    // A disc a size wide, a fortieth of it above which the ball would go on.
+    let (_, c) = made(ball(1.0, [0.0; 3]) & Solid::half_space(DVec3::Z, DVec3::Z * 0.995), 0.2);
+    near(area(&c, "half_space1"), PI * (1.0 - 0.995f64.powi(2)));
+    for depth in [0.01, 0.002] {
+        let dented = cuboid([-1.0, -0.5, -0.5], [1.0, 0.5, 0.5]) - ball(0.6, [-0.5, 0.1, 1.1 - depth]);
+        let (_, c) = made(dented, 0.2);
+        near(area(&c, "sphere1"), 2.0 * PI * 0.6 * depth);
+        assert!(c.quality.min_angle > 30.0, "{depth}: {:?}", c.quality);
+    }
+}
+
+#[test]
+fn faces_too_small_for_all_cells_are_named() {
+    let solid = ball(1.0, [0.0; 3]) & Solid::half_space(DVec3::Z, DVec3::Z * 0.99999);
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.2)), ..MeshOptions::default() };
+    let made = mesh_part(&Part::from_solid(solid), &options, &Run::new()).unwrap();
+    assert!(
+        made.report.shortfalls.iter().any(|s| s.starts_with("half_space1 is smaller")),
+        "{:?}",
+        made.report.shortfalls
+    );
+}
+
+#[test]
 fn walls_that_are_thin_in_one_place_get_short_edges_there_alone() {
     // From .002 thick on one side to .058 on the other; chords of the size are .005 high.
     let (mesh, c) = made(ball(1.0, [0.0; 3]) - ball(0.97, [0.028, 0.0, 0.0]), 0.2);

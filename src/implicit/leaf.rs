@@ -174,6 +174,11 @@ impl Leaf {
         if let Leaf::Fillet(f) = self { f.is_between(p) } else { true }
     }
 
+    /// Whether a point is on the leaf's surface, or what it [ends in](Self::continued), up to a distance.
+    pub(crate) fn vanishes(&self, p: DVec3, within: f64) -> bool {
+        self.continued(p).abs() <= within * self.slope(p).length()
+    }
+
     /// The gradient of [`smooth`](Self::smooth) alone.
     pub(crate) fn slope(&self, p: DVec3) -> DVec3 {
         match self {

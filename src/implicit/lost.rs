@@ -31,6 +31,9 @@ const BESIDE: f64 = 1e-9;
 /// rounding bound nothing.
 const APART: f64 = 1e-9;
 
+/// Faces that meet in an angle of a smaller sine go the same way.
+const ALIKE: f64 = 1e-4;
+
 /// A point of the solid's surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SurfacePoint {
@@ -40,15 +43,22 @@ pub(crate) struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// Whether it is on no other face, to rounding: faces that touch there, or lie in each other, have their points in common.
+    /// Whether it is on its face and no other face goes the same way there, to rounding: faces that touch, or lie in each other, have their points in
+    /// common.
     pub(crate) fn is_alone(&self, model: &Implicit, extracted: &Extracted) -> bool {
         let scale = model.bounds().diagonal();
-        let on = |leaf: &Leaf| leaf.value(self.at).abs() <= APART * scale * leaf.slope(self.at).length();
-        let other = |op: &Op| match op {
-            Op::Leaf { leaf, face, .. } => *face != self.face && on(&model.leaves[*leaf as usize]),
-            _ => false,
+        // Of each leaf that is there, which way it goes.
+        let there = |op: &Op| match op {
+            Op::Leaf { leaf, face, .. } => {
+                let leaf = &model.leaves[*leaf as usize];
+                leaf.vanishes(self.at, APART * scale).then(|| (*face, leaf.slope(self.at).normalize_or_zero()))
+            }
+            _ => None,
         };
-        !extracted.tape_at(model, self.at).ops.iter().any(other)
+        let all: Vec<(u32, DVec3)> = extracted.tape_at(model, self.at).ops.iter().filter_map(there).collect();
+        let (own, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|x| x.0 == self.face);
+        // Nodes of small patches need not be on the face these were taken for.
+        !own.is_empty() && !others.iter().any(|o| own.iter().any(|x| x.1.cross(o.1).length() < ALIKE))
     }
 }
 
@@ -260,6 +270,7 @@ fn points(
             Op::Leaf { leaf, face, .. } if on(*face) => Some((*leaf, *face)),
             _ => None,
         };
+        let any_leaf = |op: &Op| if let Op::Leaf { leaf, .. } = op { Some(*leaf) } else { None };
         if !tape.ops.iter().any(|op| leaf_wanted(op).is_some()) {
             continue;
         }
@@ -280,11 +291,15 @@ fn points(
         }
         if level >= brick_levels {
             let before = found.len();
-            let all: Vec<u32> = leaves.iter().map(|l| l.0).collect();
+            // Faces that are not looked for may end one that is.
+            let all: Vec<u32> =
+                tape.ops.iter().filter_map(any_leaf).filter(|l| !leaves.iter().any(|w| w.0 == *l)).collect();
             let look = Look { model, extracted, b: &b, scale };
-            for (k, &(leaf, face)) in leaves.iter().enumerate() {
-                let at = look.surface_point(&[leaf]).or_else(|| look.edge_point(leaf, &all[..k]));
+            let mut others = all;
+            for &(leaf, face) in &leaves {
+                let at = look.surface_point(&[leaf]).or_else(|| look.edge_point(leaf, &others));
                 found.extend(at.map(|at| SurfacePoint { at, face }));
+                others.push(leaf);
             }
             if found.len() > before || level == brick_levels + DEEPER {
                 continue;
@@ -309,11 +324,16 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// The point of some leaves nearest to the middle of the box, if it is in the box and the solid has a boundary there.
+    /// The point of some leaves nearest to the middle of the box, if it is in the box and the solid has a boundary there that
+    /// is the first one's.
     fn surface_point(&self, which: &[u32]) -> Option<DVec3> {
         let leaves = &self.model.leaves;
         let q = nearest(leaves, which, self.b.center(), self.b.diagonal(), self.scale)?;
         if !self.b.grown(BESIDE * self.b.diagonal()).contains(q) {
+            return None;
+        }
+        // Leaves that go the same way have no point in common but by chance.
+        if which.iter().any(|i| !leaves[*i as usize].vanishes(q, APART * self.scale)) {
             return None;
         }
         let mut normals = [DVec3::ZERO; 3];
@@ -334,8 +354,8 @@ impl Look<'_> {
             let sign = |k: usize| if k >= which.len() { 0.0 } else { f64::from((bits >> k & 1) as u8) * 2.0 - 1.0 };
             inside(q + sides * DVec3::new(sign(0), sign(1), sign(2)) * (APART * self.scale))
         };
-        let first = side(0);
-        (1..1 << which.len()).any(|bits| side(bits) != first).then_some(q)
+        // The first leaf's own side must count, at least on some sides of the others.
+        (0..1 << which.len()).step_by(2).any(|bits| side(bits) != side(bits + 1)).then_some(q)
     }
 
     /// A point where a leaf meets one or two of some others.

@@ -98,8 +98,7 @@ impl Remesher<'_> {
     /// Middles of edges on borders that their curve does not come near, and nodes where a border turns back on its curve.
     pub(super) fn astray(&self) -> Vec<DVec3> {
         let far = self.bends().into_iter().filter(|(_, length, off)| *off > ASTRAY * length);
-        let mut places: Vec<DVec3> =
-            far.map(|(ends, ..)| 0.5 * (self.point(ends[0]) + self.point(ends[1]))).collect();
+        let mut places: Vec<DVec3> = far.map(|(ends, ..)| 0.5 * (self.point(ends[0]) + self.point(ends[1]))).collect();
         let turns = self.work.mesh.nodes().filter(|&v| self.rank[v as usize] == Rank::Curve && self.turns_back(v));
         places.extend(turns.map(|v| self.point(v)));
         places
