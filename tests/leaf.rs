@@ -666,3 +666,55 @@ fn sizes_follow_gaps_between_borders_and_asked_the_thickness_of_walls() {
     let cube = |ratio| made(cuboid([-1.0; 3], [1.0; 3]), 0.2, |o| o.thickness = ratio).mesh;
     assert_eq!(cube(None), cube(Some(0.5)));
 }
+
+/// The cube with two holes as one formula, as \[LIS14\] writes it: conjunctions by `f + g - sqrt(f^2 + g^2)` all the way.
+fn one_formula(and: impl Fn(Expr, Expr) -> Expr) -> Solid {
+    let [x2, y2, z2] = [Expr::x(), Expr::y(), Expr::z()].map(|e| e.clone() * e);
+    let plate = |e: &Expr| Expr::constant(1.0) - e.clone();
+    let outside = |a: &Expr, b: &Expr| a.clone() + b.clone() - 0.16;
+    let cube = and(and(plate(&x2), plate(&y2)), plate(&z2));
+    Solid::formula(and(and(cube, outside(&x2, &y2)), outside(&y2, &z2)))
+}
+
+#[test]
+fn r_operations_inside_one_formula_give_its_edges() {
+    let sqrt = |e| Expr::unary(Unary::Sqrt, e);
+    let square = |e: &Expr| e.clone() * e.clone();
+    let r0 = |f: Expr, g: Expr| f.clone() + g.clone() - sqrt(square(&f) + square(&g));
+    let ralpha = |f: Expr, g: Expr| {
+        let under = square(&f) + square(&g) - f.clone() * g.clone() * 0.8;
+        (f + g - sqrt(under)) / 1.4
+    };
+    let r0m = |f: Expr, g: Expr| {
+        let sum = square(&f) + square(&g);
+        (f + g - sqrt(sum.clone())) * Expr::binary(rvachev::implicit::expr::Binary::Pow, sum, 0.5.into())
+    };
+    let volume = exact(cube_with_holes(), 0.1).volume;
+    for solid in [one_formula(r0), one_formula(ralpha), one_formula(r0m)] {
+        let c = exact(solid, 0.1);
+        assert_eq!((c.genus, c.features.unwrap().corners_true), (Some(3), 8));
+        assert!((c.volume - volume).abs() < 1e-2, "{} {volume}", c.volume);
+    }
+}
+
+#[test]
+fn creases_of_a_closure_are_recovered_by_default() {
+    let closure = |p: DVec3| {
+        let and = |f: f64, g: f64| f + g - f.hypot(g);
+        let [x, y, z] = (p * p).to_array();
+        and(and(and(and(1.0 - x, 1.0 - y), 1.0 - z), x + y - 0.16), y + z - 0.16)
+    };
+    let size = 0.08;
+    let mut part = Part::from_solid(Solid::field(closure));
+    part.domain = Some(rvachev::spatial::Aabb::new(DVec3::splat(-1.3), DVec3::splat(1.4)));
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new()).unwrap();
+    assert_eq!(made.report.method, "operators", "{:?}", made.report.warnings);
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    // The closure knows no edges: the mesh is measured against the solid that does.
+    let known = Part::from_solid(cube_with_holes());
+    let c = rvachev::pipeline::against(&made.mesh, &known, &Run::new()).unwrap();
+    let f = c.features.unwrap();
+    assert!(f.recall >= 0.99 && f.precision >= 0.97 && f.corners_found == 8, "{f:?}");
+    assert!(c.certificate.is_sound() && c.deviation.unwrap().max < 0.2 * size);
+}

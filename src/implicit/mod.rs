@@ -26,6 +26,7 @@ pub mod part;
 mod pieces;
 mod polygon;
 mod rfunction;
+mod roperation;
 mod shapes;
 pub mod solid;
 mod splinters;

@@ -9,6 +9,7 @@ use super::attempts::{CELLS, LOOSE, at};
 use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
 use super::heal::{heal_made, same_places, told};
+use super::hidden::hidden_creases;
 use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
@@ -301,7 +302,11 @@ fn mesh_by_cells(
     run: &Run,
 ) -> Result<(Meshed, Crowded, f64)> {
     let made = if options.method == Method::Leaf {
-        by_leaf(ready, options, cells, run, None)?
+        let made = by_leaf(ready, options, cells, run, None)?;
+        match hidden_creases(ready, &made, options, run)? {
+            Some(recovered) => recovered,
+            None => made,
+        }
     } else {
         let extracted = ready.extract(ready.size, options, run)?;
         let mut mesh = extracted.mesh.clone();
@@ -335,7 +340,12 @@ fn mesh_by_cells(
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
         report.shortfalls.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
     }
-    if method == Method::Leaf {
+    if options.method == Method::Leaf {
+        if method == Method::Operators && report.shortfalls.is_empty() {
+            let what =
+                "creases inside a closure or formula: the mesh is by the operators, which find edges on the surface";
+            report.warnings.push(what.into());
+        }
         let bent = creased(&mesh, &ImplicitOracle::new(&ready.model, &extracted), run);
         report.warnings.extend(bent.first().map(|p| {
             let what = "a crease inside a formula or a large blend, or a bend tighter than the least size";

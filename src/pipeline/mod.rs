@@ -13,6 +13,7 @@ mod discrete;
 mod distance;
 mod faults;
 mod heal;
+mod hidden;
 mod leaf;
 mod mesh;
 mod refine;

@@ -299,10 +299,14 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             let a = b.need(it, "condition")?;
             return match &a.value {
                 Value::Condition(all) => Ok(Value::Solid(condition_solid(all))),
+                Value::Formula(e) => Ok(Value::Solid(Primitive::Formula(e.clone()).into())),
                 Value::Solid(s) => Ok(Value::Solid(s.clone())),
                 Value::Bool(_) => Err(it.error(a.range, "the condition does not depend on x, y, z")),
                 other => Err(it
-                    .error(a.range, format!("solid() takes a comparison of formulas, not {}", other.kind()))
+                    .error(
+                        a.range,
+                        format!("solid() takes a formula or a comparison of formulas, not {}", other.kind()),
+                    )
                     .with_help("solid(f >= 0) is where f is not negative")),
             };
         }

@@ -1,0 +1,37 @@
+//! Creases inside black boxes: closures, and formulas that do not fall into leaves. The leaf method knows nothing of them and
+//! cuts them off; the operators of \[LIS14\], which see only the surface, find them.
+
+use super::leaf::ByLeaf;
+use super::mesh::{MeshOptions, Method, Ready};
+use crate::error::Result;
+use crate::implicit::{ImplicitOracle, creased};
+use crate::optimize::improve;
+use crate::run::Run;
+
+/// The operators' mesh is taken if it cuts off creases with at most this share of the triangles that cut them off in the leaf
+/// method's: of what they recover nothing is left, of bends tighter than the cells about as much as before.
+const RECOVERED: f64 = 0.5;
+
+/// The part by the operators, where a mesh of the leaf method cuts creases off and theirs does not.
+pub(super) fn hidden_creases(
+    ready: &Ready,
+    by_leaf: &ByLeaf,
+    options: &MeshOptions,
+    run: &Run,
+) -> Result<Option<ByLeaf>> {
+    let oracle = ImplicitOracle::new(&ready.model, &by_leaf.extracted);
+    let cut_off = creased(&by_leaf.mesh, &oracle, run).len();
+    if cut_off == 0 || by_leaf.method != Method::Leaf {
+        return Ok(None);
+    }
+    let extracted = ready.extract(ready.size, options, run)?;
+    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let mut mesh = extracted.mesh.clone();
+    let improved = improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
+    let sound = improved.self_intersections + improved.after.inverted == 0;
+    let left = creased(&mesh, &oracle, run).len();
+    if !sound || left as f64 > RECOVERED * cut_off as f64 {
+        return Ok(None);
+    }
+    Ok(Some(ByLeaf::by_other(mesh, extracted, ready.size, Method::Operators, Vec::new())))
+}
