@@ -12,6 +12,7 @@ use crate::geometry::Pieces;
 use crate::implicit::{Extracted, ImplicitOracle, SurfacePoint, drop_splinters, surface_points, trimmed};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
+use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
@@ -30,8 +31,6 @@ const MISSED: f64 = 0.1;
 pub(super) const LOOSE: f64 = 2.0;
 /// Of what did not come out well that is left aside which lacks more than this many times the exact edges of what was remeshed.
 const FAR_WORSE: usize = 4;
-/// How many unresolved places a report names.
-const NAMED: usize = 5;
 
 /// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
@@ -176,24 +175,21 @@ impl Attempt {
     }
 
     /// What the mesh lacks, for the report.
-    pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<String> {
+    pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<Fault> {
         let unresolved = &self.exact.report.cut.unresolved;
-        let mut list: Vec<String> = Vec::new();
-        list.extend(self.missed.first().map(|x| {
-            let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
-            let more = self.missed.len() - 1;
-            format!("the surface near {} on {face} is not in the mesh, nor are {more} more points of it", at(x.at))
+        let face =
+            |x: &SurfacePoint| ready.model.faces().get(x.face as usize).map_or_else(String::new, |f| f.name.clone());
+        let mut list: Vec<Fault> = Vec::new();
+        list.extend(self.missed.first().map(|x| Fault::SurfaceMissing {
+            face: face(x),
+            at: x.at.to_array(),
+            more: self.missed.len() - 1,
         }));
-        list.extend(self.flat.first().map(|x| {
-            let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
-            format!("{face} is smaller than the cells near {} and is not in the mesh there", at(x.at))
-        }));
-        let place = |p: &DVec3| format!("no exact edge found near {}: two faces come too close there", at(*p));
-        list.extend(unresolved.iter().take(NAMED).map(place));
-        if unresolved.len() > NAMED {
-            list.push(format!("and at {} more places", unresolved.len() - NAMED));
+        list.extend(self.flat.first().map(|x| Fault::FaceMissing { face: face(x), at: x.at.to_array() }));
+        if !unresolved.is_empty() {
+            list.push(Fault::edges_missing(unresolved));
         }
-        list.extend(self.lost().map(|p| format!("the solid, or a gap, is thinner than the cells near {}", at(p))));
+        list.extend(self.lost().map(|p| Fault::Thin { at: p.to_array() }));
         list
     }
 }

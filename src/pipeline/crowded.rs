@@ -7,6 +7,7 @@ use super::leaf::finer;
 use super::mesh::{MeshOptions, Meshed, Ready, mesh_ready};
 use crate::error::{Error, Result};
 use crate::implicit::part::Part;
+use crate::quality::Fault;
 use crate::run::Run;
 
 /// Where a mesh fell short for its edges' length: places that are known, perhaps none, with a length to try.
@@ -24,7 +25,8 @@ const FINER: [f64; 2] = [2.0, 4.0];
 pub(super) fn wanting(made: &Meshed) -> usize {
     let check = made.report.check.as_ref();
     let away = check.and_then(|c| c.deviation).map_or(0, |d| d.inverted + d.across);
-    made.report.shortfalls.len() + away + check.map_or(0, |c| c.self_intersections)
+    let short: usize = made.report.shortfalls.iter().map(Fault::weight).sum();
+    short + away + check.map_or(0, |c| c.self_intersections)
 }
 
 /// A mesh with shorter edges than the one made, where that is better; it says so in its report.

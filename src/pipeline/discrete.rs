@@ -21,7 +21,7 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::optimize::size::GRADATION;
-use crate::quality::{Against, Check, check_tested};
+use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
@@ -362,7 +362,7 @@ fn mesh_counted(
         if more || attempt < LAST {
             continue;
         }
-        report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+        report.shortfalls.push(Fault::NotRemeshed);
         left = true;
         break None;
     };
@@ -371,22 +371,18 @@ fn mesh_counted(
     let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
-        let p = solid.mesh.centroid(first as u32);
-        report.shortfalls.push(format!(
-            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: the surface comes too close to itself there",
-            p.x, p.y, p.z
-        ));
+        let at = solid.mesh.centroid(first as u32).to_array();
+        report.shortfalls.push(Fault::Kept { triangles: count, at });
     }
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
-    let mut measured = check_tested(&mesh, intersecting, against, run)?;
+    let expected = Expectation { open, touching: false };
+    let measured = check_tested(&mesh, intersecting, expected, against, run)?;
     if open {
         report.warnings.push("the surface is open: its border is kept".into());
-        excuse_open(&mut measured);
     }
     if !touching.is_empty() {
-        let count = touching.len();
-        report.shortfalls.push(format!("{count} triangles touch others where healing found no room to part them"));
+        report.shortfalls.push(Fault::Touching { triangles: touching.len() });
     }
     report.judge(measured);
     Ok((Meshed { mesh, seams, corners, report }, count))
@@ -401,11 +397,6 @@ fn tell_removed(solid: &Discrete, report: &mut Report) {
     if solid.removed.len() > NAMED {
         report.warnings.push(format!("and {} more features not kept", solid.removed.len() - NAMED));
     }
-}
-
-/// An open surface has no closed mesh.
-fn excuse_open(check: &mut Check) {
-    check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
 }
 
 /// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as

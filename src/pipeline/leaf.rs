@@ -1,12 +1,13 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
-use super::attempts::{Attempt, Scout, at, search};
+use super::attempts::{Attempt, Scout, search};
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, Raw, remesh_pieces};
 use crate::optimize::{Sizing, improve};
+use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};
 
@@ -39,7 +40,7 @@ pub(super) struct ByLeaf {
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
     pub(super) method: Method,
-    pub(super) shortfalls: Vec<String>,
+    pub(super) shortfalls: Vec<Fault>,
     /// Whether some mesh with all its edges was given up because its triangles crossed.
     pub(super) crossed: bool,
     /// Whether it has all its edges.
@@ -53,7 +54,7 @@ impl ByLeaf {
         extracted: Extracted,
         cell: f64,
         method: Method,
-        shortfalls: Vec<String>,
+        shortfalls: Vec<Fault>,
     ) -> Self {
         let (seams, corners) = (Vec::new(), Vec::new());
         Self {
@@ -129,11 +130,8 @@ pub(super) fn by_leaf(
     let mut shortfalls = best.shortfalls(ready);
     let complete = best.exact.report.cut.unresolved.is_empty();
     if best.faults() == 0 {
-        shortfalls.extend(left.first().map(|b| {
-            let more = left.len() - 1;
-            let what = "left as marching cubes made it around";
-            format!("{what} {} and {more} more places: exact edges there make triangles intersect", at(b.center()))
-        }));
+        shortfalls
+            .extend(left.first().map(|b| Fault::LeftAsExtracted { at: b.center().to_array(), more: left.len() - 1 }));
         let Attempt { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let (intersecting, method) = (Some(0), Method::Leaf);
@@ -150,9 +148,6 @@ pub(super) fn by_leaf(
             complete,
         });
     }
-    let found = [(found.self_intersections, "intersect others"), (found.inverted, "are turned over")];
-    let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
-    let found: Vec<String> = found.collect();
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut mesh = extracted.mesh.clone();
@@ -162,11 +157,8 @@ pub(super) fn by_leaf(
         mesh = extracted.mesh.clone();
         method = Method::MarchingCubes;
     }
-    shortfalls.push(format!(
-        "with exact edges, of the triangles {}: made by {} instead",
-        found.join(" and "),
-        method.name()
-    ));
+    let (crossing, inverted) = (found.self_intersections, found.inverted);
+    shortfalls.push(Fault::OtherMethod { crossing, inverted, method: method.name() });
     Ok(ByLeaf { crossed, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
 }
 

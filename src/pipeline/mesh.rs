@@ -22,7 +22,7 @@ use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
-use crate::quality::{Against, Check, check_tested, facing_away};
+use crate::quality::{Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
@@ -229,7 +229,7 @@ impl Ready {
     ) -> Result<Check> {
         let features = features(&self.model, 0.5 * self.size, run)?;
         let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
-        check_tested(mesh, intersecting, Some(against), run)
+        check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }
 }
 
@@ -260,6 +260,14 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         Some(places) if options.tolerance.is_none() => thin_out(part, &mut ready, (made, places), options, run),
         _ => Ok(made),
     }
+}
+
+/// Whatever the method, mesh and surface may be no farther from each other than the size, either way: marching cubes cuts off
+/// what is sharp within a cell, which is less.
+fn too_far(check: &Check, limit: f64) -> Option<Fault> {
+    let d = check.deviation?;
+    let distance = d.max.max(d.from_surface.unwrap_or(0.0));
+    (distance > limit).then_some(Fault::Far { distance, limit, triangles: None })
 }
 
 /// How far a mesh and the surface are from each other somewhere.
@@ -333,7 +341,13 @@ fn mesh_by_cells(
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     if method != Method::Leaf || !report.shortfalls.is_empty() {
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
-        report.shortfalls.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
+        let thin = thin_places(&ready.model, &walls, cell).into_iter().map(|p| Fault::ThinWall {
+            face: p.face,
+            at: p.at.to_array(),
+            thickness: p.thickness,
+            size: p.size,
+        });
+        report.shortfalls.extend(thin);
     }
     if method == Method::Leaf {
         let bent = creased(&mesh, &ImplicitOracle::new(&ready.model, &extracted), run);
@@ -350,13 +364,14 @@ fn mesh_by_cells(
         (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
         (false, Method::Leaf) => {
             let against = Against { points, ..Against::new(&oracle) };
-            check_tested(&mesh, intersecting, Some(against), run)?
+            check_tested(&mesh, intersecting, Expectation::default(), Some(against), run)?
         }
-        (false, _) => check_tested(&mesh, intersecting, None, run)?,
+        (false, _) => check_tested(&mesh, intersecting, Expectation::default(), None, run)?,
     };
     let many = (THIN * mesh.triangles.len() as f64) as usize;
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method == Method::Leaf && thin;
+    report.shortfalls.extend(too_far(&measured, ready.size));
     report.judge(measured);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
     let crowded = if away && complete {

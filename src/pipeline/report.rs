@@ -11,7 +11,7 @@ use crate::implicit::Implicit;
 use crate::implicit::part::Part;
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Step;
-use crate::quality::Check;
+use crate::quality::{Check, Fault};
 
 /// The report of one mesh.
 #[derive(Debug, Clone, Serialize)]
@@ -25,7 +25,7 @@ pub struct Report {
     /// Things worth knowing.
     pub warnings: Vec<String>,
     /// Where the mesh falls short of what was asked; a command exits with 1 if there are any.
-    pub shortfalls: Vec<String>,
+    pub shortfalls: Vec<Fault>,
     /// Faces of boundary representations that did not come out the plain way, and how they did.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ladder: Vec<FaceStep>,
@@ -106,7 +106,7 @@ impl Report {
         // Where marching cubes cuts a sharp edge off, triangles face either way.
         let away = check.deviation.map_or(0, |d| d.inverted);
         if away > 0 && self.method != Method::MarchingCubes.name() {
-            self.shortfalls.push(format!("{away} triangles face away from the surface"));
+            self.shortfalls.push(Fault::FacingAway { triangles: away });
         }
         self.check = Some(check);
     }
