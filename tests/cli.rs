@@ -123,11 +123,13 @@ fn an_open_soup_is_told_to_be_open_and_has_no_volume() {
 fn a_mesh_farther_from_the_surface_than_the_size_falls_short() {
     // No cell of this size sees the needle.
     let dir = TempDir::new().unwrap();
-    let source = "part(sphere(1) | cylinder(0.004, length=4))\n";
-    for method in ["mc", "operators"] {
-        let run = mesh_source(dir.path(), source, &["--size", "0.3", "--method", method]).success();
-        drop(run);
+    let source = "part(sphere(1) | cylinder(0.004, height=4))\n";
+    for extra in [&["--method", "mc"][..], &["--method", "operators"], &["--method", "mc", "-q"]] {
+        let run = mesh_source(dir.path(), source, &[&["--size", "0.3"], extra].concat()).code(1);
+        run.stderr(contains("apart somewhere, more than the size of 3.0000e-1"));
     }
+    // Edges that marching cubes cuts off are within a cell of it.
+    mesh_source(dir.path(), "part(box(size=(2, 2, 2)))\n", &["--size", "0.3", "--method", "mc"]).success();
 }
 
 #[test]

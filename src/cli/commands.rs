@@ -36,6 +36,7 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         thickness: how.thickness,
         refinements: how.refine.clone(),
         measure,
+        timed: false,
     }
 }
 
@@ -77,7 +78,8 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     let run = run(&a.common)?;
     // The leaf method measures always; the others fall short of what they are not measured for.
     let measure = a.report.is_some() || !a.common.quiet || a.method != Method::Leaf;
-    let how = options(&a.how, a.method, measure);
+    let timed = a.report.is_some() || a.verbose;
+    let how = MeshOptions { timed, ..options(&a.how, a.method, measure) };
     let made = if pipeline::is_step(&a.part.part) {
         pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
     } else if pipeline::is_mesh(&a.part.part) {
@@ -86,6 +88,10 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         pipeline::mesh_part(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
+    if a.verbose {
+        note("attempt", &made.report.attempts);
+        note("stage", &made.report.stages);
+    }
     if !a.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
         && !c.is_sound()

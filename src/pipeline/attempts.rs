@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
+use super::history::{Attempt, Clock, Tried};
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Ready, nothing_found};
 use crate::error::{Error, Result};
@@ -126,14 +127,14 @@ impl Scout {
         options: &MeshOptions,
         run: &Run,
         observer: &mut Option<&mut Observer<'_>>,
-    ) -> Result<Attempt> {
+    ) -> Result<Trial> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let wanted = exact_options(ready, options, self.cell);
         let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
         let flat = self.flat(&exact.mesh, ready);
-        Ok(Attempt { exact, missed, flat, scout: self })
+        Ok(Trial { exact, missed, flat, scout: self, number: 0 })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -145,19 +146,43 @@ impl Scout {
 }
 
 /// What one size of cells gave.
-pub(super) struct Attempt {
+pub(super) struct Trial {
     pub(super) exact: ExactMesh,
     /// Points of the surface that the mesh does not come near to.
     missed: Vec<SurfacePoint>,
     /// Points of faces that it comes near to with other faces only.
     flat: Vec<SurfacePoint>,
     pub(super) scout: Scout,
+    /// Its place in the list of attempts.
+    number: usize,
 }
 
-impl Attempt {
+impl Trial {
     fn badness(&self) -> (usize, bool, usize) {
         let lacking = self.scout.unresolved.len() + self.exact.report.astray.len() + self.flat.len();
         (self.faults(), !self.missed.is_empty(), lacking)
+    }
+
+    /// Adds itself to the attempts.
+    fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock) -> Self {
+        self.number = attempts.len();
+        let attempt = Attempt::new(tried, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
+        let edges_missing = self.exact.report.cut.unresolved.len();
+        let lacks = [
+            (!self.missed.is_empty(), "some of the surface is not in the mesh"),
+            (!self.flat.is_empty(), "a face is passed over"),
+            (!self.exact.report.astray.is_empty(), "borders go astray"),
+            (self.lost().is_some(), "something is thinner than the cells"),
+        ];
+        let lacks: Vec<&str> = lacks.iter().filter(|l| l.0).map(|l| l.1).collect();
+        attempts.push(Attempt { edges_missing, ..attempt }.because(lacks.join("; ")));
+        self
+    }
+
+    /// Ends the search with this one.
+    fn searched(self, crossed: bool, mut attempts: Vec<Attempt>) -> Searched {
+        attempts[self.number].kept = true;
+        Searched { best: self, crossed, attempts }
     }
 
     fn is_clean(&self) -> bool {
@@ -198,20 +223,30 @@ pub(super) fn at(p: DVec3) -> String {
     format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
 }
 
+/// What a search gave.
+pub(super) struct Searched {
+    pub(super) best: Trial,
+    /// Whether a mesh with all its edges was given up because its triangles crossed.
+    pub(super) crossed: bool,
+    /// What was tried.
+    pub(super) attempts: Vec<Attempt>,
+}
+
 /// The first attempt that comes out clean; otherwise the best: where exact edges were not found everywhere, that with the
-/// fewest places without. Also whether a mesh with all its edges was given up because its triangles crossed.
+/// fewest places without.
 pub(super) fn search(
     ready: &Ready,
     options: &MeshOptions,
     cells: &[f64],
     run: &Run,
     observer: &mut Option<&mut Observer<'_>>,
-) -> Result<(Attempt, bool)> {
-    let mut best: Option<Attempt> = None;
+) -> Result<Searched> {
+    let mut best: Option<Trial> = None;
     let mut crossed = false;
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
+    let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
         let cell = share * ready.size;
         let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
@@ -238,8 +273,9 @@ pub(super) fn search(
         let mut cut = if scout.gone || nothing { None } else { Some(scout.cut(ready, run)?) };
         let next = if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
             let this = scout.remesh(cut, ready, options, run, observer)?;
+            let this = this.told(Tried::Cut, &mut attempts, &mut clock);
             if this.is_clean() {
-                return Ok((this, crossed));
+                return Ok(this.searched(crossed, attempts));
             }
             let next = trimmed(&this.scout)?;
             if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
@@ -249,6 +285,10 @@ pub(super) fn search(
         } else {
             let next = trimmed(&scout)?;
             if !nothing {
+                let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
+                let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
+                let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
+                attempts.push(Attempt { edges_missing, ..attempt }.because(why));
                 others.push((scout, cut));
                 others.sort_by(|a, b| a.0.compare(&b.0));
                 others.truncate(OTHERS);
@@ -257,8 +297,9 @@ pub(super) fn search(
         };
         if let Some((scout, cut)) = next {
             let this = scout.remesh(cut, ready, options, run, observer)?;
+            let this = this.told(Tried::Trim, &mut attempts, &mut clock);
             if this.is_clean() {
-                return Ok((this, crossed));
+                return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;
             // Its faults cannot be left as extracted.
@@ -278,9 +319,11 @@ pub(super) fn search(
             continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
+        let this = this.told(Tried::Cut, &mut attempts, &mut clock);
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
             best = Some(this);
         }
     }
-    best.map(|b| (b, crossed)).ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))
+    let best = best.ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))?;
+    Ok(best.searched(crossed, attempts))
 }

@@ -8,6 +8,7 @@ use super::bodies::{EQUILATERAL, NAMED, remeshed};
 use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Action, Healed, heal_made, told as told_of};
+use super::history::{Attempt, Clock, Tried};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
@@ -144,8 +145,14 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         return Ok(made);
     }
     // What else can be wrong may be wrong because of what was cut off.
-    let whole = meshed(&solid, report, options, run)?;
-    Ok(if whole.report.shortfalls.len() < made.report.shortfalls.len() { whole } else { made })
+    let mut whole = meshed(&solid, report, options, run)?;
+    let mut made = made;
+    if whole.report.shortfalls.len() < made.report.shortfalls.len() {
+        whole.report.instead_of(&made.report, true, "trimmed, it lacks more than as it is");
+        return Ok(whole);
+    }
+    made.report.instead_of(&whole.report, false, "as it is, it lacks no less than trimmed");
+    Ok(made)
 }
 
 /// Says what was cut off.
@@ -185,6 +192,9 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     let mut looked = Looked::default();
     // Places where the first triangles crossed each other, and finer lengths.
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
+    let (mut attempts, mut clock, mut whole): (Vec<Attempt>, _, _) =
+        (Vec::new(), Clock::new(options.timed), Clock::new(options.timed));
+    let mut kept = 0;
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
         let grading = options.grading.unwrap_or(GENTLE);
         let chord = CHORD * STRICTER.powi(round as i32) * limit;
@@ -200,6 +210,11 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         let (mut made, mut followed) = first(&crossed, None, &mut told)?;
         // Walls thinner than the bends of their faces are high, within one body: finer triangles pass each other.
         let mut hits = crossings(&made.mesh, run)?;
+        let attempt = |made: &FaceMeshes, hits: usize, clock: &mut Clock| {
+            Attempt::new(Tried::Faces, size, made.mesh.triangles.len(), hits, clock)
+        };
+        attempts.push(attempt(&made, hits.len(), &mut clock));
+        let mut first_kept = attempts.len() - 1;
         for _ in 0..HALVINGS {
             if hits.is_empty() {
                 break;
@@ -210,15 +225,22 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
             let mut again_told = report.clone();
             let again = first(&crossed, Some(followed), &mut again_told)?;
             let left = crossings(&again.0.mesh, run)?;
+            attempts.push(attempt(&again.0, left.len(), &mut clock).because("edges halved where triangles cross"));
             if left.len() as f64 > LEFT * hits.len() as f64 {
                 crossed.truncate(known);
                 break;
             }
             ((made, followed), told, hits) = (again, again_told, left);
+            first_kept = attempts.len() - 1;
         }
         let exact = ExactOptions { distance: Some(limit), ..ExactOptions::new(followed.sizing, followed.grading) };
         let (mesh, crossing) = remeshed(solid, made, &exact, &mut told, run)?;
+        let flawed = crossing.unwrap_or(0);
+        attempts[first_kept].kept = true;
+        attempts.push(Attempt::new(Tried::Bodies, size, mesh.triangles.len(), flawed, &mut clock));
+        let number = attempts.len() - 1;
         if !measured {
+            kept = number;
             best = Some(((mesh, crossing), told));
             break;
         }
@@ -237,6 +259,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         // A finer mesh that falls short of something else is no better.
         if best.as_ref().is_none_or(|b| told.shortfalls.len() <= b.1.shortfalls.len()) {
             best = Some(((mesh, crossing), told));
+            kept = number;
         }
         if beyond.is_empty() {
             break;
@@ -246,6 +269,14 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     if let Some(d) = report.distance.filter(|d| d.beyond > 0 && d.asked.is_some()) {
         report.shortfalls.push(Fault::Far { distance: d.to_surface, limit, triangles: Some(d.beyond) });
     }
+    for (i, a) in attempts.iter_mut().enumerate().filter(|(_, a)| a.rung == Tried::Bodies) {
+        a.kept = i == kept;
+        if i != kept {
+            a.why = "farther from the surface, or lacking more".into();
+        }
+    }
+    report.attempts = attempts;
+    report.stage("mesh", mesh.triangles.len(), &mut whole);
     mesh.groups = groups;
     run.progress("check", 0.0);
     let expected = expected(&solid.brep, &report.shortfalls);
@@ -255,6 +286,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         mesh = healed.mesh;
         found = check(&mesh, expected, None, run)?;
     }
+    report.stage("check", mesh.triangles.len(), &mut whole);
     warn(&solid.brep, &found, &mut report);
     report.judge(found);
     Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
+use super::history::{Attempt, Clock, Tried};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
@@ -301,6 +302,8 @@ fn mesh_counted(
     let mut whole: Option<ExactMesh> = None;
     let mut left = false;
     let flaws = |m: &ExactMesh| m.report.inverted + m.report.slim.len();
+    let mut clock = Clock::new(options.timed);
+    let mut attempts: Vec<Attempt> = Vec::new();
     let made = loop {
         if kept.iter().all(|k| *k) {
             break None;
@@ -311,6 +314,8 @@ fn mesh_counted(
             0 => Vec::new(),
             _ => touching.others(&made.mesh, run)?,
         };
+        let flawed = bad.len() + made.report.inverted;
+        attempts.push(Attempt::new(Tried::Soup, size, made.mesh.triangles.len(), flawed, &mut clock));
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
         }
@@ -374,6 +379,12 @@ fn mesh_counted(
         let at = solid.mesh.centroid(first as u32).to_array();
         report.shortfalls.push(Fault::Kept { triangles: count, at });
     }
+    // The best is the one with as many triangles, of those the last.
+    if let Some(a) = attempts.iter_mut().rev().find(|a| !left && a.triangles == mesh.triangles.len()) {
+        a.kept = true;
+    }
+    report.attempts = attempts;
+    report.stage("mesh", mesh.triangles.len(), &mut Clock::new(false));
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
     let expected = Expectation { open, touching: false };

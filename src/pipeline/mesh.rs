@@ -1,5 +1,6 @@
 //! Part in, mesh out.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -9,6 +10,7 @@ use super::attempts::{CELLS, LOOSE, at};
 use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
 use super::heal::{heal_made, same_places, told};
+use super::history::{Attempt, Clock, Tried};
 use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
@@ -97,6 +99,8 @@ pub struct MeshOptions {
     /// Whether to measure distances and features too, not only what makes a mesh sound. The mesh is the same without: the leaf
     /// method measures distances always, as it does something about them.
     pub measure: bool,
+    /// Whether the report tells how long attempts and stages took. Reports are the same every time without.
+    pub timed: bool,
 }
 
 impl Default for MeshOptions {
@@ -115,6 +119,7 @@ impl Default for MeshOptions {
             thickness: None,
             refinements: Vec::new(),
             measure: true,
+            timed: false,
         }
     }
 }
@@ -289,12 +294,17 @@ pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run:
             break;
         }
         match mesh_by_cells(part, ready, options, cells, run) {
-            Ok(other) if 2.0 * apart(&other.0) < apart(&made) && wanting(&other.0) <= wanting(&made) => {
+            Ok(mut other) if 2.0 * apart(&other.0) < apart(&made) && wanting(&other.0) <= wanting(&made) => {
+                other.0.report.instead_of(&made.report, true, "far from the surface");
                 (made, crowded, cell) = other;
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // A crease that no cells see: what there is stands.
-            Ok(_) | Err(_) => break,
+            Ok(other) => {
+                made.report.instead_of(&other.0.report, false, "no nearer to the surface with smaller cells");
+                break;
+            }
+            Err(_) => break,
         }
     }
     Ok((made, crowded))
@@ -308,6 +318,7 @@ fn mesh_by_cells(
     cells: &[f64],
     run: &Run,
 ) -> Result<(Meshed, Crowded, f64)> {
+    let mut clock = Clock::new(options.timed);
     let made = if options.method == Method::Leaf {
         by_leaf(ready, options, cells, run, None)?
     } else {
@@ -317,12 +328,28 @@ fn mesh_by_cells(
             let oracle = ImplicitOracle::new(&ready.model, &extracted);
             improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
         }
-        ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
+        let tried = if options.method == Method::Operators { Tried::Operators } else { Tried::MarchingCubes };
+        let attempt = Attempt::new(tried, ready.size, mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
+        let made = ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new());
+        ByLeaf { attempts: vec![attempt], ..made }
     };
-    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls, .. } = made;
+    let ByLeaf {
+        mut mesh,
+        mut seams,
+        mut corners,
+        mut intersecting,
+        extracted,
+        cell,
+        method,
+        shortfalls,
+        attempts,
+        ..
+    } = made;
     let (crossed, complete) = (made.crossed, made.complete);
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
+    report.attempts = attempts;
+    report.stage("mesh", mesh.triangles.len(), &mut clock);
     report.warnings.extend(ready.wishes(options).warnings);
     if options.method != Method::Leaf && !options.refinements.is_empty() {
         report.warnings.push("refinements are not heeded by this method".into());
@@ -338,6 +365,7 @@ fn mesh_by_cells(
         corners = corners.iter().filter_map(|v| now(*v)).collect();
         (mesh, intersecting) = (healed.mesh, Some(0));
     }
+    report.stage("heal", mesh.triangles.len(), &mut clock);
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     if method != Method::Leaf || !report.shortfalls.is_empty() {
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
@@ -359,7 +387,12 @@ fn mesh_by_cells(
     finish_names(part, &mut mesh, &mut report);
     run.progress("check", 0.0);
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
-    let points = &extracted.mesh.nodes;
+    let mut points = Cow::Borrowed(&extracted.mesh.nodes);
+    if options.method != Method::Leaf {
+        // What the cells did not see is not in the extraction.
+        points.to_mut().extend(surface_points(&ready.model, &extracted, run)?.into_iter().map(|x| x.at));
+    }
+    let points = &points[..];
     let measured = match (options.measure, options.method) {
         (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
         (false, Method::Leaf) => {
@@ -373,6 +406,7 @@ fn mesh_by_cells(
     let away = method == Method::Leaf && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
     report.judge(measured);
+    report.stage("check", mesh.triangles.len(), &mut clock);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
     let crowded = if away && complete {
         let half = |t: u32| {
