@@ -133,6 +133,29 @@ fn a_mesh_farther_from_the_surface_than_the_size_falls_short() {
 }
 
 #[test]
+fn verbose_tells_of_every_attempt_and_stage() {
+    let dir = TempDir::new().unwrap();
+    let source = "part(sphere(1) | cylinder(0.004, height=4))\n";
+    let run = mesh_source(dir.path(), source, &["--size", "0.3", "-v", "-q", "--report", "r.json"]).success();
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    let attempts = report["attempts"].as_array().unwrap();
+    // Cells do not see the needle until they are small.
+    assert!(report["schema"] == 1 && attempts.len() > 3, "{report}");
+    assert_eq!(attempts.iter().filter(|a| a["kept"] == true).count(), 1, "{report}");
+    assert_eq!(text.lines().filter(|l| l.starts_with("attempt: ")).count(), attempts.len(), "{text}");
+    assert!(text.contains("not kept: cells miss some of the surface") && text.contains("stage: check: "), "{text}");
+    assert_eq!(attempts.last().unwrap()["triangles"], report["check"]["triangles"]);
+    assert!(attempts.iter().all(|a| a["seconds"].as_f64().unwrap() >= 0.0));
+    // The other gates.
+    fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
+    for (part, said) in [(data("troubles/torus.py"), "attempt: bodies "), ("box.off".into(), "attempt: soup ")] {
+        let args = ["mesh", &part, "-o", "other.off", "--size", "20%", "-v", "-q"];
+        rvachev().current_dir(&dir).args(args).assert().success().stderr(contains(said).and(contains(", kept")));
+    }
+}
+
+#[test]
 fn info_and_render_and_compare_answer() {
     let dir = TempDir::new().unwrap();
     rvachev().args(["info", &data("bracket.py")]).assert().success().stdout(contains("faces"));
