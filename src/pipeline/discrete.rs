@@ -254,6 +254,7 @@ fn mesh_counted(
 ) -> Result<(Meshed, usize)> {
     let mut report = Report::of("triangles", size, None);
     report.warnings.clone_from(&prepared.healed);
+    let mut timer = Clock::new(options.timed);
     let mesh = &prepared.at(size);
     let found = |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run)
     {
@@ -333,7 +334,9 @@ fn mesh_counted(
         let near = sizing.chord == plain.chord;
         if !near && !bad.is_empty() {
             let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-            return mesh_counted(prepared, size, &options, soup, run);
+            let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
+            strict.0.report.attempts.splice(0..0, attempts);
+            return Ok(strict);
         }
         if bad.is_empty() {
             if whole.as_ref().is_none_or(|w| flaws(&made) < flaws(w)) {
@@ -341,8 +344,9 @@ fn mesh_counted(
             }
             if poor && attempt >= FOLDED && !near {
                 let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-                let strict = mesh_counted(prepared, size, &options, soup, run)?;
+                let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
                 if whole.as_ref().is_none_or(|w| strict.1 < flaws(w)) {
+                    strict.0.report.attempts.splice(0..0, attempts);
                     return Ok(strict);
                 }
             }
@@ -384,7 +388,7 @@ fn mesh_counted(
         a.kept = true;
     }
     report.attempts = attempts;
-    report.stage("mesh", mesh.triangles.len(), &mut Clock::new(false));
+    report.stage("mesh", mesh.triangles.len(), &mut timer);
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
     let expected = Expectation { open, touching: false };
@@ -396,6 +400,7 @@ fn mesh_counted(
         report.shortfalls.push(Fault::Touching { triangles: touching.len() });
     }
     report.judge(measured);
+    report.stage("check", mesh.triangles.len(), &mut timer);
     Ok((Meshed { mesh, seams, corners, report }, count))
 }
 

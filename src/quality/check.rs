@@ -61,7 +61,6 @@ pub struct Check {
     /// Triangles that intersect another one, by exact predicates; where bodies may touch, another one of their body.
     pub self_intersections: usize,
     /// Triangles that only intersect ones of other bodies, where that was expected.
-    #[serde(skip_serializing_if = "is_zero")]
     pub touching: usize,
     /// Pieces.
     pub components: usize,
@@ -153,11 +152,6 @@ pub fn check_tested(
     };
     check.certificate = Certificate::of(mesh, &check, &defects, &crossings, expected).with(angles(mesh, &shapes));
     Ok(check)
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature serde asks for")]
-fn is_zero(n: &usize) -> bool {
-    *n == 0
 }
 
 /// Triangles that intersect others; where bodies may touch only those of one body, and how many more intersect other bodies'.
