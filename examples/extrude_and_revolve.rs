@@ -61,7 +61,8 @@ fn main() -> Result<()> {
         let sound = made.report.check.as_ref().is_some_and(|c| c.certificate.is_sound());
         println!("{} triangles, sound: {sound}", made.mesh.triangles.len());
         if !sound {
-            return Err(rvachev::Error::Failed(made.report.shortfalls.join("; ")));
+            let why: Vec<String> = made.report.shortfalls.iter().map(ToString::to_string).collect();
+            return Err(rvachev::Error::Failed(why.join("; ")));
         }
     }
     println!("{open} sheets with open edges");

@@ -95,6 +95,66 @@ fn check_against_the_part_measures_deviation_and_features() {
     assert!(f["recall"].as_f64().unwrap() > 0.9, "{f}");
 }
 
+/// The six sides of a cube but the last, two triangles each.
+const BOX_WITHOUT_LID: &str = "OFF\n8 10 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n\
+3 0 2 1\n3 0 3 2\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n";
+
+#[test]
+fn an_open_soup_is_told_to_be_open_and_has_no_volume() {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
+    let args = ["mesh", "box.off", "-o", "out.off", "--size", "0.2", "--report", "r.json"];
+    let run = rvachev().current_dir(&dir).args(args).assert().success();
+    run.stdout(contains("certificate: sound, open;").and(contains("closed NO")).and(contains("volume").not()));
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    let check = &report["check"];
+    assert!(check["volume"].is_null() && check["closed"] == false && check["certificate"]["open"] == true, "{report}");
+    assert_eq!(report["shortfalls"].as_array().unwrap().len(), 0, "{report}");
+    // Nobody said that it may be.
+    rvachev()
+        .current_dir(&dir)
+        .args(["check", "out.off"])
+        .assert()
+        .code(1)
+        .stdout(contains("not closed: 20 open edges"));
+}
+
+#[test]
+fn a_mesh_farther_from_the_surface_than_the_size_falls_short() {
+    // No cell of this size sees the needle.
+    let dir = TempDir::new().unwrap();
+    let source = "part(sphere(1) | cylinder(0.004, height=4))\n";
+    for extra in [&["--method", "mc"][..], &["--method", "operators"], &["--method", "mc", "-q"]] {
+        let run = mesh_source(dir.path(), source, &[&["--size", "0.3"], extra].concat()).code(1);
+        run.stderr(contains("apart somewhere, more than the size of 3.0000e-1"));
+    }
+    // Edges that marching cubes cuts off are within a cell of it.
+    mesh_source(dir.path(), "part(box(size=(2, 2, 2)))\n", &["--size", "0.3", "--method", "mc"]).success();
+}
+
+#[test]
+fn verbose_tells_of_every_attempt_and_stage() {
+    let dir = TempDir::new().unwrap();
+    let source = "part(sphere(1) | cylinder(0.004, height=4))\n";
+    let run = mesh_source(dir.path(), source, &["--size", "0.3", "-v", "-q", "--report", "r.json"]).success();
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    let attempts = report["attempts"].as_array().unwrap();
+    // Cells do not see the needle until they are small.
+    assert!(report["schema"] == 1 && attempts.len() > 3, "{report}");
+    assert_eq!(attempts.iter().filter(|a| a["kept"] == true).count(), 1, "{report}");
+    assert_eq!(text.lines().filter(|l| l.starts_with("attempt: ")).count(), attempts.len(), "{text}");
+    assert!(text.contains("not kept: cells miss some of the surface") && text.contains("stage: check: "), "{text}");
+    assert_eq!(attempts.last().unwrap()["triangles"], report["check"]["triangles"]);
+    assert!(attempts.iter().all(|a| a["seconds"].as_f64().unwrap() >= 0.0));
+    // The other gates.
+    fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
+    for (part, said) in [(data("troubles/torus.py"), "attempt: bodies "), ("box.off".into(), "attempt: soup ")] {
+        let args = ["mesh", &part, "-o", "other.off", "--size", "20%", "-v", "-q"];
+        rvachev().current_dir(&dir).args(args).assert().success().stderr(contains(said).and(contains(", kept")));
+    }
+}
+
 #[test]
 fn info_and_render_and_compare_answer() {
     let dir = TempDir::new().unwrap();

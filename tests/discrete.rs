@@ -35,7 +35,7 @@ fn an_l_keeps_its_corners_edges_and_faces() {
     assert_eq!((made.mesh.faces.len(), check.genus), (8, Some(0)));
     assert!(input.nodes.iter().all(|p| has_node(&made.mesh, *p)));
     // Planes and straight edges: nothing is lost to chords.
-    assert!((check.volume - input.volume()).abs() < 1e-12 && (check.area - input.area()).abs() < 1e-12);
+    assert!((check.volume.unwrap() - input.volume()).abs() < 1e-12 && (check.area - input.area()).abs() < 1e-12);
     assert!(check.quality.min_angle > 30.0 && check.quality.mean_radius_ratio > 0.97, "{:?}", check.quality);
     let wanted = input.area() / (3f64.sqrt() / 4.0 * 0.01);
     assert!((made.mesh.triangles.len() as f64 / wanted - 1.0).abs() < 0.15);
@@ -151,7 +151,12 @@ fn long_facets_of_a_bore_are_not_flipped_through_the_block() {
     // Without a look at the surface nearly all triangles would have to stay as they are.
     assert!(check.certificate.is_sound() && made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     assert_eq!((check.components, check.genus), (1, Some(1)));
-    assert!((check.volume / input.volume() - 1.0).abs() < 1e-3, "{} {}", check.volume, input.volume());
+    assert!(
+        (check.volume.unwrap() / input.volume() - 1.0).abs() < 1e-3,
+        "{} {}",
+        check.volume.unwrap(),
+        input.volume()
+    );
     assert!(check.quality.min_angle > 20.0 && check.deviation.as_ref().unwrap().max < 0.24 * size, "{check:?}");
 }
 
@@ -240,7 +245,7 @@ fn slits_narrower_than_the_size_are_not_bridged() {
         let check = made.report.check.as_ref().unwrap();
         assert!(check.certificate.is_sound(), "{:?}", made.report.shortfalls);
         assert!(
-            !made.report.shortfalls.iter().any(|s| s.contains("stay as they were")),
+            !made.report.shortfalls.iter().any(|s| s.to_string().contains("stay as they were")),
             "{:?}",
             made.report.shortfalls
         );

@@ -23,7 +23,7 @@ fn rvachev(dir: &Path) -> Command {
 /// What the report lists under a name.
 fn listed(dir: &Path, name: &str) -> Vec<String> {
     let report: Value = serde_json::from_slice(&fs::read(dir.join("report.json")).unwrap()).unwrap();
-    report[name].as_array().unwrap().iter().map(|w| w.as_str().unwrap().to_string()).collect()
+    report[name].as_array().unwrap().iter().map(|w| w.as_str().or(w["message"].as_str()).unwrap().to_string()).collect()
 }
 
 fn square(z: f64) -> Wire {

@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat};
 use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features};
 use rvachev::optimize::{Options, Report, improve, paper_sequence};
-use rvachev::quality::{Against, Check, FeatureRecovery, check, recovery};
+use rvachev::quality::{Against, Check, Expectation, FeatureRecovery, check, recovery};
 use rvachev::{DVec3, Run};
 
 /// Cells per side of a box of half side 1.237, the yardsticks' meshing region.
@@ -37,7 +37,7 @@ fn run_part(solid: &Solid, size: f64, change: impl FnOnce(&mut Options)) -> (Rep
     let truth = features(&model, size, &run).unwrap();
     let against = Against { features: Some(&truth), pieces: Some(&oracle), ..Against::new(&oracle) };
     let found = recovery(&mesh, &truth, Some(&oracle), size, &run).unwrap();
-    (report, check(&mesh, Some(against), &run).unwrap(), found)
+    (report, check(&mesh, Expectation::default(), Some(against), &run).unwrap(), found)
 }
 
 #[test]

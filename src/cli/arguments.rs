@@ -134,6 +134,9 @@ pub struct Mesh {
     /// Write a picture here (PNG)
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
+    /// Tell what was tried and how long it took, on standard error
+    #[arg(short, long)]
+    pub verbose: bool,
     #[command(flatten)]
     pub common: Common,
 }

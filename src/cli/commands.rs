@@ -36,6 +36,7 @@ fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         thickness: how.thickness,
         refinements: how.refine.clone(),
         measure,
+        timed: false,
     }
 }
 
@@ -75,8 +76,10 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     }
     a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
-    let measure = a.report.is_some() || !a.common.quiet;
-    let how = options(&a.how, a.method, measure);
+    // The leaf method measures always; the others fall short of what they are not measured for.
+    let measure = a.report.is_some() || !a.common.quiet || a.method != Method::Leaf;
+    let timed = a.report.is_some() || a.verbose;
+    let how = MeshOptions { timed, ..options(&a.how, a.method, measure) };
     let made = if pipeline::is_step(&a.part.part) {
         pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
     } else if pipeline::is_mesh(&a.part.part) {
@@ -85,6 +88,10 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         pipeline::mesh_part(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
+    if a.verbose {
+        note("attempt", &made.report.attempts);
+        note("stage", &made.report.stages);
+    }
     if !a.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
         && !c.is_sound()
@@ -94,8 +101,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         }
         drop(run);
         note("falls short", &made.report.shortfalls);
-        let why = c.faults.join("; ");
-        return Err(Error::Failed(format!("the mesh is not sound and is not written ({why}); --force writes it")));
+        return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
     }
     let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
     if !a.output.is_empty() {
@@ -165,7 +171,7 @@ pub fn check(a: &Check) -> Result<bool> {
             let part = pipeline::load_part(path, &a.define)?;
             pipeline::against(&mesh, &part, &run).map_err(|e| e.in_file(path))?
         }
-        None => quality::check(&mesh, None, &run).map_err(|e| e.in_file(&a.mesh))?,
+        None => quality::check(&mesh, quality::Expectation::default(), None, &run).map_err(|e| e.in_file(&a.mesh))?,
     };
     drop(run);
     say(&if a.json { to_json(&check)? } else { check.to_string() });

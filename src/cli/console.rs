@@ -98,7 +98,7 @@ pub fn say(text: &str) {
 }
 
 /// Warnings and shortfalls, to standard error.
-pub fn note(kind: &str, lines: &[String]) {
+pub fn note(kind: &str, lines: &[impl std::fmt::Display]) {
     for l in lines {
         eprintln!("{kind}: {l}");
     }

@@ -166,6 +166,16 @@ impl TriMesh {
         Topology { components, euler, genus: good.then_some((2 * components as i64 - euler) / 2) }
     }
 
+    /// For each triangle a number of the body it is of: triangles joined by nodes have the same.
+    pub fn bodies(&self) -> Vec<u32> {
+        let mut sets = Sets::new(self.nodes.len());
+        for [a, b, c] in &self.triangles {
+            sets.join(*a, *b);
+            sets.join(*a, *c);
+        }
+        self.triangles.iter().map(|t| sets.find(t[0])).collect()
+    }
+
     /// Edges of exactly two triangles: their ends and the two triangles, ascending by ends.
     pub fn inner_edges(&self) -> Vec<([u32; 2], [u32; 2])> {
         sides(self)

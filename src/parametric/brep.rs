@@ -64,6 +64,8 @@ pub struct Note {
     pub line: usize,
     /// What is wrong.
     pub message: String,
+    /// Whether something of the model is missing for it.
+    pub lost: bool,
 }
 
 impl std::fmt::Display for Note {

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
+use super::history::{Attempt, Clock, Tried};
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Ready, nothing_found};
 use crate::error::{Error, Result};
@@ -12,6 +13,7 @@ use crate::geometry::Pieces;
 use crate::implicit::{Extracted, ImplicitOracle, SurfacePoint, drop_splinters, surface_points, trimmed};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
+use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
@@ -30,8 +32,6 @@ const MISSED: f64 = 0.1;
 pub(super) const LOOSE: f64 = 2.0;
 /// Of what did not come out well that is left aside which lacks more than this many times the exact edges of what was remeshed.
 const FAR_WORSE: usize = 4;
-/// How many unresolved places a report names.
-const NAMED: usize = 5;
 
 /// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
@@ -127,14 +127,14 @@ impl Scout {
         options: &MeshOptions,
         run: &Run,
         observer: &mut Option<&mut Observer<'_>>,
-    ) -> Result<Attempt> {
+    ) -> Result<Trial> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let wanted = exact_options(ready, options, self.cell);
         let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
         let flat = self.flat(&exact.mesh, ready);
-        Ok(Attempt { exact, missed, flat, scout: self })
+        Ok(Trial { exact, missed, flat, scout: self, number: 0 })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -146,19 +146,43 @@ impl Scout {
 }
 
 /// What one size of cells gave.
-pub(super) struct Attempt {
+pub(super) struct Trial {
     pub(super) exact: ExactMesh,
     /// Points of the surface that the mesh does not come near to.
     missed: Vec<SurfacePoint>,
     /// Points of faces that it comes near to with other faces only.
     flat: Vec<SurfacePoint>,
     pub(super) scout: Scout,
+    /// Its place in the list of attempts.
+    number: usize,
 }
 
-impl Attempt {
+impl Trial {
     fn badness(&self) -> (usize, bool, usize) {
         let lacking = self.scout.unresolved.len() + self.exact.report.astray.len() + self.flat.len();
         (self.faults(), !self.missed.is_empty(), lacking)
+    }
+
+    /// Adds itself to the attempts.
+    fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock) -> Self {
+        self.number = attempts.len();
+        let attempt = Attempt::new(tried, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
+        let edges_missing = self.exact.report.cut.unresolved.len();
+        let lacks = [
+            (!self.missed.is_empty(), "some of the surface is not in the mesh"),
+            (!self.flat.is_empty(), "a face is passed over"),
+            (!self.exact.report.astray.is_empty(), "borders go astray"),
+            (self.lost().is_some(), "something is thinner than the cells"),
+        ];
+        let lacks: Vec<&str> = lacks.iter().filter(|l| l.0).map(|l| l.1).collect();
+        attempts.push(Attempt { edges_missing, ..attempt }.because(lacks.join("; ")));
+        self
+    }
+
+    /// Ends the search with this one.
+    fn searched(self, crossed: bool, mut attempts: Vec<Attempt>) -> Searched {
+        attempts[self.number].kept = true;
+        Searched { best: self, crossed, attempts }
     }
 
     fn is_clean(&self) -> bool {
@@ -176,24 +200,21 @@ impl Attempt {
     }
 
     /// What the mesh lacks, for the report.
-    pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<String> {
+    pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<Fault> {
         let unresolved = &self.exact.report.cut.unresolved;
-        let mut list: Vec<String> = Vec::new();
-        list.extend(self.missed.first().map(|x| {
-            let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
-            let more = self.missed.len() - 1;
-            format!("the surface near {} on {face} is not in the mesh, nor are {more} more points of it", at(x.at))
+        let face =
+            |x: &SurfacePoint| ready.model.faces().get(x.face as usize).map_or_else(String::new, |f| f.name.clone());
+        let mut list: Vec<Fault> = Vec::new();
+        list.extend(self.missed.first().map(|x| Fault::SurfaceMissing {
+            face: face(x),
+            at: x.at.to_array(),
+            more: self.missed.len() - 1,
         }));
-        list.extend(self.flat.first().map(|x| {
-            let face = ready.model.faces().get(x.face as usize).map_or("", |f| f.name.as_str());
-            format!("{face} is smaller than the cells near {} and is not in the mesh there", at(x.at))
-        }));
-        let place = |p: &DVec3| format!("no exact edge found near {}: two faces come too close there", at(*p));
-        list.extend(unresolved.iter().take(NAMED).map(place));
-        if unresolved.len() > NAMED {
-            list.push(format!("and at {} more places", unresolved.len() - NAMED));
+        list.extend(self.flat.first().map(|x| Fault::FaceMissing { face: face(x), at: x.at.to_array() }));
+        if !unresolved.is_empty() {
+            list.push(Fault::edges_missing(unresolved));
         }
-        list.extend(self.lost().map(|p| format!("the solid, or a gap, is thinner than the cells near {}", at(p))));
+        list.extend(self.lost().map(|p| Fault::Thin { at: p.to_array() }));
         list
     }
 }
@@ -202,20 +223,30 @@ pub(super) fn at(p: DVec3) -> String {
     format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
 }
 
+/// What a search gave.
+pub(super) struct Searched {
+    pub(super) best: Trial,
+    /// Whether a mesh with all its edges was given up because its triangles crossed.
+    pub(super) crossed: bool,
+    /// What was tried.
+    pub(super) attempts: Vec<Attempt>,
+}
+
 /// The first attempt that comes out clean; otherwise the best: where exact edges were not found everywhere, that with the
-/// fewest places without. Also whether a mesh with all its edges was given up because its triangles crossed.
+/// fewest places without.
 pub(super) fn search(
     ready: &Ready,
     options: &MeshOptions,
     cells: &[f64],
     run: &Run,
     observer: &mut Option<&mut Observer<'_>>,
-) -> Result<(Attempt, bool)> {
-    let mut best: Option<Attempt> = None;
+) -> Result<Searched> {
+    let mut best: Option<Trial> = None;
     let mut crossed = false;
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
+    let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
         let cell = share * ready.size;
         let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
@@ -242,8 +273,9 @@ pub(super) fn search(
         let mut cut = if scout.gone || nothing { None } else { Some(scout.cut(ready, run)?) };
         let next = if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
             let this = scout.remesh(cut, ready, options, run, observer)?;
+            let this = this.told(Tried::Cut, &mut attempts, &mut clock);
             if this.is_clean() {
-                return Ok((this, crossed));
+                return Ok(this.searched(crossed, attempts));
             }
             let next = trimmed(&this.scout)?;
             if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
@@ -253,6 +285,10 @@ pub(super) fn search(
         } else {
             let next = trimmed(&scout)?;
             if !nothing {
+                let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
+                let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
+                let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
+                attempts.push(Attempt { edges_missing, ..attempt }.because(why));
                 others.push((scout, cut));
                 others.sort_by(|a, b| a.0.compare(&b.0));
                 others.truncate(OTHERS);
@@ -261,8 +297,9 @@ pub(super) fn search(
         };
         if let Some((scout, cut)) = next {
             let this = scout.remesh(cut, ready, options, run, observer)?;
+            let this = this.told(Tried::Trim, &mut attempts, &mut clock);
             if this.is_clean() {
-                return Ok((this, crossed));
+                return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;
             // Its faults cannot be left as extracted.
@@ -282,9 +319,11 @@ pub(super) fn search(
             continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
+        let this = this.told(Tried::Cut, &mut attempts, &mut clock);
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
             best = Some(this);
         }
     }
-    best.map(|b| (b, crossed)).ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))
+    let best = best.ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))?;
+    Ok(best.searched(crossed, attempts))
 }

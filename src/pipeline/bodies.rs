@@ -14,6 +14,7 @@ use crate::numeric::Sets;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
+use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -68,19 +69,22 @@ pub(super) fn remeshed(
     for r in results {
         let part = r?;
         crossing = (count == 1 && part.sound).then_some(0);
-        if let Some(why) = part.shortfall {
+        if let Some(reason) = part.shortfall {
+            let fault = Fault::FirstTriangulation { reason };
+            let why = fault.to_string();
             let mut faces = part.mesh.labels.clone();
             faces.sort_unstable();
             faces.dedup();
             report
                 .ladder
                 .extend(faces.into_iter().map(|f| FaceStep::of(solid, f, Rung::FirstTriangulation, why.clone())));
-            report.shortfalls.push(why);
+            report.shortfalls.push(fault);
         }
         for f in part.dropped {
             let face = &solid.brep.faces[f as usize];
             let why = "however it is triangulated its triangles cross others, or double their edges";
-            report.shortfalls.push(format!("face {} (#{}) has no mesh: {why}", face.name, face.source));
+            let (name, source, reason) = (face.name.clone(), face.source, why.to_string());
+            report.shortfalls.push(Fault::NoMesh { face: name, source, surface: None, reason });
             report.ladder.push(FaceStep::of(solid, f, Rung::None, why.into()));
         }
         kept.extend(part.kept);
@@ -147,6 +151,7 @@ struct Remeshed {
     stayed: usize,
     /// Faces that were left out.
     dropped: Vec<u32>,
+    /// Why it is as it was first triangulated, where it is.
     shortfall: Option<String>,
     /// Whether no triangles intersect others.
     sound: bool,
@@ -228,7 +233,7 @@ fn remeshed_body(
     let as_it_was = |why: String| {
         let mut part = part.clone();
         part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
-        let shortfall = Some(format!("a body is left as it was first triangulated: {why}"));
+        let shortfall = Some(why);
         Ok(Remeshed { mesh: part, kept: Vec::new(), stayed: 0, dropped: Vec::new(), shortfall, sound: false })
     };
     let sizes = as_spaced(part, sizes);
@@ -324,30 +329,14 @@ fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
     sizes.iter().zip(&sums).map(own).collect()
 }
 
-/// A number for each triangle that is the same for all of a connected part.
-pub(super) fn body_of(mesh: &TriMesh) -> Vec<u32> {
-    let mut sets = joined(mesh);
-    mesh.triangles.iter().map(|t| sets.find(t[0])).collect()
-}
-
-/// Nodes joined by triangles.
-fn joined(mesh: &TriMesh) -> Sets {
-    let mut sets = Sets::new(mesh.nodes.len());
-    for [a, b, c] in &mesh.triangles {
-        sets.join(*a, *b);
-        sets.join(*a, *c);
-    }
-    sets
-}
-
 /// The connected parts of a mesh, each with the old numbers of its nodes.
 pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
-    let mut sets = joined(mesh);
+    let body = mesh.bodies();
     let mut number = vec![u32::MAX; mesh.nodes.len()];
     let mut place = vec![u32::MAX; mesh.nodes.len()];
     let mut parts: Vec<(TriMesh, Vec<u32>)> = Vec::new();
-    for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
-        let l = sets.find(t[0]) as usize;
+    for ((t, label), l) in mesh.triangles.iter().zip(&mesh.labels).zip(body) {
+        let l = l as usize;
         if number[l] == u32::MAX {
             number[l] = parts.len() as u32;
             parts.push((TriMesh { faces: mesh.faces.clone(), ..TriMesh::default() }, Vec::new()));

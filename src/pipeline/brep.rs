@@ -4,10 +4,11 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::bodies::{EQUILATERAL, NAMED, body_of, remeshed};
+use super::bodies::{EQUILATERAL, NAMED, remeshed};
 use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Action, Healed, heal_made, told as told_of};
+use super::history::{Attempt, Clock, Tried};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
@@ -22,7 +23,7 @@ use crate::parametric::brep::Brep;
 use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
 use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes};
 use crate::parametric::step::{StepModel, interpret};
-use crate::quality::{Check, check, check_tested};
+use crate::quality::{Check, Expectation, Fault, check, check_tested};
 use crate::run::Run;
 use crate::spatial::Graded;
 
@@ -119,7 +120,8 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     if notes.len() > NAMED {
         report.warnings.push(format!("and {} more such notes", notes.len() - NAMED));
     }
-    report.shortfalls.extend(notes.iter().filter(|n| n.message.contains("left out")).map(ToString::to_string));
+    let lost = notes.iter().filter(|n| n.lost);
+    report.shortfalls.extend(lost.map(|n| Fault::NotRead { record: n.id, line: n.line, reason: n.message.clone() }));
     let asked = options.trim.map(length);
     let within = 0.5 * options.tolerance.unwrap_or(DISTANCE * diagonal);
     let steps = match asked {
@@ -143,8 +145,14 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
         return Ok(made);
     }
     // What else can be wrong may be wrong because of what was cut off.
-    let whole = meshed(&solid, report, options, run)?;
-    Ok(if whole.report.shortfalls.len() < made.report.shortfalls.len() { whole } else { made })
+    let mut whole = meshed(&solid, report, options, run)?;
+    let mut made = made;
+    if whole.report.shortfalls.len() < made.report.shortfalls.len() {
+        whole.report.instead_of(&made.report, true, "trimmed, it lacks more than as it is");
+        return Ok(whole);
+    }
+    made.report.instead_of(&whole.report, false, "as it is, it lacks no less than trimmed");
+    Ok(made)
 }
 
 /// Says what was cut off.
@@ -184,6 +192,9 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     let mut looked = Looked::default();
     // Places where the first triangles crossed each other, and finer lengths.
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
+    let (mut attempts, mut clock, mut whole): (Vec<Attempt>, _, _) =
+        (Vec::new(), Clock::new(options.timed), Clock::new(options.timed));
+    let mut kept = 0;
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
         let grading = options.grading.unwrap_or(GENTLE);
         let chord = CHORD * STRICTER.powi(round as i32) * limit;
@@ -199,6 +210,11 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         let (mut made, mut followed) = first(&crossed, None, &mut told)?;
         // Walls thinner than the bends of their faces are high, within one body: finer triangles pass each other.
         let mut hits = crossings(&made.mesh, run)?;
+        let attempt = |made: &FaceMeshes, hits: usize, clock: &mut Clock| {
+            Attempt::new(Tried::Faces, size, made.mesh.triangles.len(), hits, clock)
+        };
+        attempts.push(attempt(&made, hits.len(), &mut clock));
+        let mut first_kept = attempts.len() - 1;
         for _ in 0..HALVINGS {
             if hits.is_empty() {
                 break;
@@ -209,15 +225,22 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
             let mut again_told = report.clone();
             let again = first(&crossed, Some(followed), &mut again_told)?;
             let left = crossings(&again.0.mesh, run)?;
+            attempts.push(attempt(&again.0, left.len(), &mut clock).because("edges halved where triangles cross"));
             if left.len() as f64 > LEFT * hits.len() as f64 {
                 crossed.truncate(known);
                 break;
             }
             ((made, followed), told, hits) = (again, again_told, left);
+            first_kept = attempts.len() - 1;
         }
         let exact = ExactOptions { distance: Some(limit), ..ExactOptions::new(followed.sizing, followed.grading) };
         let (mesh, crossing) = remeshed(solid, made, &exact, &mut told, run)?;
+        let flawed = crossing.unwrap_or(0);
+        attempts[first_kept].kept = true;
+        attempts.push(Attempt::new(Tried::Bodies, size, mesh.triangles.len(), flawed, &mut clock));
+        let number = attempts.len() - 1;
         if !measured {
+            kept = number;
             best = Some(((mesh, crossing), told));
             break;
         }
@@ -236,6 +259,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
         // A finer mesh that falls short of something else is no better.
         if best.as_ref().is_none_or(|b| told.shortfalls.len() <= b.1.shortfalls.len()) {
             best = Some(((mesh, crossing), told));
+            kept = number;
         }
         if beyond.is_empty() {
             break;
@@ -243,19 +267,27 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
     }
     let Some(((mut mesh, crossing), mut report)) = best else { return Err(Error::Failed("no mesh was made".into())) };
     if let Some(d) = report.distance.filter(|d| d.beyond > 0 && d.asked.is_some()) {
-        let what = format!("{} triangles are farther from the surface than asked for", d.beyond);
-        report.shortfalls.push(format!("{what}: the farthest by {:.4e}", d.to_surface));
+        report.shortfalls.push(Fault::Far { distance: d.to_surface, limit, triangles: Some(d.beyond) });
     }
+    for (i, a) in attempts.iter_mut().enumerate().filter(|(_, a)| a.rung == Tried::Bodies) {
+        a.kept = i == kept;
+        if i != kept {
+            a.why = "farther from the surface, or lacking more".into();
+        }
+    }
+    report.attempts = attempts;
+    report.stage("mesh", mesh.triangles.len(), &mut whole);
     mesh.groups = groups;
     run.progress("check", 0.0);
-    let mut found = check_tested(&mesh, crossing, None, run)?;
+    let expected = expected(&solid.brep, &report.shortfalls);
+    let mut found = check_tested(&mesh, crossing, expected, None, run)?;
     if let Some(healed) = heal(solid, &mesh, &found, run)? {
         report.warnings.extend(told_of(&healed.report));
         mesh = healed.mesh;
-        found = check(&mesh, None, run)?;
+        found = check(&mesh, expected, None, run)?;
     }
-    excuse_open(solid, &mut found, &mut report);
-    excuse_overlaps(&mesh, &mut found, &mut report, run)?;
+    report.stage("check", mesh.triangles.len(), &mut whole);
+    warn(&solid.brep, &found, &mut report);
     report.judge(found);
     Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
 }
@@ -264,7 +296,7 @@ fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &R
 fn crossings(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
     let mut all = self_intersections(mesh, run)?;
     if !all.is_empty() {
-        let body = body_of(mesh);
+        let body = mesh.bodies();
         all.retain(|[t, u]| body[*t as usize] == body[*u as usize]);
     }
     Ok(all)
@@ -385,11 +417,13 @@ fn first_mesh(
     for f in &made.failures {
         let face = &solid.brep.faces[f.face as usize];
         let kind = face.surface.kind();
-        report.shortfalls.push(format!("face {} (#{}, {kind}) has no mesh: {}", face.name, face.source, f.reason));
+        let (name, source, reason) = (face.name.clone(), face.source, f.reason.clone());
+        report.shortfalls.push(Fault::NoMesh { face: name, source, surface: Some(kind), reason });
         report.ladder.push(FaceStep::of(solid, f.face, Rung::None, f.reason.clone()));
     }
     if made.mesh.triangles.is_empty() {
-        return Err(Error::Failed(format!("no face could be meshed: {}", report.shortfalls.join("; "))));
+        let why: Vec<String> = report.shortfalls.iter().map(ToString::to_string).collect();
+        return Err(Error::Failed(format!("no face could be meshed: {}", why.join("; "))));
     }
     Ok((made, followed))
 }
@@ -397,11 +431,10 @@ fn first_mesh(
 /// Heals a mesh that is not sound. Where the model itself is open, no hole is filled: a sheet is to stay one; but faces that
 /// nearly meet are joined, if that closes the mesh. Bodies that overlap stay as they are.
 fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<Option<Healed>> {
-    if found.certificate.is_sound() {
+    if found.certificate.is_sound() && found.closed {
         return Ok(None);
     }
-    let within = if found.self_intersections > 0 { within_bodies(mesh, run)? } else { 0 };
-    if found.self_intersections > within || within as f64 > HEALED * mesh.triangles.len() as f64 {
+    if found.touching > 0 || found.self_intersections as f64 > HEALED * mesh.triangles.len() as f64 {
         return Ok(None);
     }
     if solid.brep.uses().contains(&1) {
@@ -412,42 +445,27 @@ fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<
     Ok(heal_made(mesh, None, Some(&brep_oracle::Trimmed::new(solid, run)?), run)?.filter(bounds))
 }
 
-/// A model with open edges, or one without the mesh of a face, has no closed mesh: that is told, but not a fault of the
-/// mesh.
-fn excuse_open(solid: &Parametric, check: &mut Check, report: &mut Report) {
-    let open = solid.brep.uses().iter().filter(|n| **n == 1).count();
-    if open > 0 && !check.closed {
+/// How many edges of a model have a face on one side only.
+fn open_edges(brep: &Brep) -> usize {
+    brep.uses().iter().filter(|n| **n == 1).count()
+}
+
+/// What the mesh of a model may be, given what is known to be lacking: a model with open edges, or one without the mesh of a
+/// face, has no closed mesh, and whether bodies overlap is the model's affair.
+pub(super) fn expected(brep: &Brep, lacking: &[Fault]) -> Expectation {
+    Expectation { open: open_edges(brep) > 0 || lacking.iter().any(Fault::leaves_open), touching: true }
+}
+
+/// Tells what was expected of the mesh and came true.
+fn warn(brep: &Brep, found: &Check, report: &mut Report) {
+    let open = open_edges(brep);
+    if open > 0 && !found.closed {
         report.warnings.push(format!("{open} edges of the model have a face on one side only: it is open there"));
     }
-    if open > 0 || !report.shortfalls.is_empty() {
-        check.certificate.faults.retain(|f| !f.contains("open") && !f.contains("closed") && !f.contains("volume"));
-    }
-}
-
-/// How many triangles intersect others of the body they are on.
-fn within_bodies(mesh: &TriMesh, run: &Run) -> Result<usize> {
-    let mut hit: Vec<u32> = crossings(mesh, run)?.into_iter().flatten().collect();
-    hit.sort_unstable();
-    hit.dedup();
-    Ok(hit.len())
-}
-
-/// Triangles of bodies that have no node in common may intersect: then the model's bodies overlap or touch.
-fn excuse_overlaps(mesh: &TriMesh, check: &mut Check, report: &mut Report, run: &Run) -> Result<()> {
-    if check.self_intersections == 0 || check.components < 2 {
-        return Ok(());
-    }
-    let within = within_bodies(mesh, run)?;
-    let between = check.self_intersections - within.min(check.self_intersections);
-    if between > 0 {
+    if found.touching > 0 {
+        let between = found.touching;
         report.warnings.push(format!("bodies overlap or touch: {between} triangles intersect ones of other bodies"));
     }
-    check.self_intersections = within;
-    check.certificate.faults.retain(|f| !f.contains("intersect"));
-    if within > 0 {
-        check.certificate.faults.push(format!("{within} triangles intersect others of their body"));
-    }
-    Ok(())
 }
 
 /// One group for every body where there are several, one for every color.

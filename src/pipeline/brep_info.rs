@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
 use crate::parametric::step::StepModel;
-use crate::quality::{Against, Check, check as measured};
+use crate::quality::{Against, Check, Expectation, check as measured};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -203,5 +203,5 @@ impl fmt::Display for BrepInfo {
 pub fn against_step(mesh: &TriMesh, model: StepModel, run: &Run) -> Result<Check> {
     let solid = Parametric::new(model.brep, run)?;
     let oracle = Trimmed::new(&solid, run)?;
-    measured(mesh, Some(Against { points: oracle.points(), ..Against::new(&oracle) }), run)
+    measured(mesh, Expectation::default(), Some(Against { points: oracle.points(), ..Against::new(&oracle) }), run)
 }

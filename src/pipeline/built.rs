@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::brep::mesh_step;
+use super::brep::{expected, mesh_step};
 use super::mesh::{MeshOptions, Meshed, finish_names};
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
@@ -18,7 +18,7 @@ use crate::parametric::build::{
 use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
 use crate::parametric::step::write_step;
 use crate::parametric::{Curve, Frame, Similarity};
-use crate::quality::check;
+use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 
 /// The unit of a part that names none.
@@ -128,6 +128,7 @@ pub fn build(part: &Part, run: &Run) -> Result<Option<Brep>> {
 /// Meshes a part whose solids are built from edges, beside its solid of R-functions where it has one.
 pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let sized = MeshOptions { size: options.size.or(part.mesh.size), ..options.clone() };
+    let open = expected(&brep, &[]).open;
     let mut made = mesh_step(brep.into(), &sized, run)?;
     made.report.units.clone_from(&part.units);
     // Groups by name: faces without triangles are dropped below.
@@ -144,7 +145,9 @@ pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &R
         made.report.warnings.extend(other.report.warnings);
         made.report.shortfalls.extend(other.report.shortfalls);
         made.report.method = "faces and leaf";
-        made.report.check = Some(check(&made.mesh, None, run)?);
+        let open = open || made.report.shortfalls.iter().any(Fault::leaves_open);
+        let expected = Expectation { open, touching: false };
+        made.report.check = Some(check(&made.mesh, expected, None, run)?);
         let faults = made.report.check.iter().flat_map(|c| &c.certificate.faults).cloned().collect::<Vec<_>>();
         for f in faults {
             if !made.report.shortfalls.contains(&f) {

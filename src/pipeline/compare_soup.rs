@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactOptions, Filling, Patchwork, remesh_patchwork};
 use crate::optimize::size::GRADATION;
-use crate::quality::{Against, check};
+use crate::quality::{Against, Expectation, check};
 use crate::render::View;
 use crate::run::Run;
 
@@ -29,8 +29,9 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let sizes = feature_sizes(&solid, &sizing, options.tolerance, &mut Report::of("triangles", size, None));
     let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
     let mut rows = Vec::new();
+    let expected = Expectation { open: !named.defects().is_closed(), touching: false };
     let mut row = |method, stage: &str, mesh: TriMesh| -> Result<()> {
-        let check = check(&mesh, Some(Against::new(&solid)), run)?;
+        let check = check(&mesh, expected, Some(Against::new(&solid)), run)?;
         rows.push(Row { method, stage: stage.into(), check, mesh });
         Ok(())
     };

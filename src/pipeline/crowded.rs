@@ -7,6 +7,7 @@ use super::leaf::finer;
 use super::mesh::{MeshOptions, Meshed, Ready, mesh_ready};
 use crate::error::{Error, Result};
 use crate::implicit::part::Part;
+use crate::quality::Fault;
 use crate::run::Run;
 
 /// Where a mesh fell short for its edges' length: places that are known, perhaps none, with a length to try.
@@ -24,7 +25,8 @@ const FINER: [f64; 2] = [2.0, 4.0];
 pub(super) fn wanting(made: &Meshed) -> usize {
     let check = made.report.check.as_ref();
     let away = check.and_then(|c| c.deviation).map_or(0, |d| d.inverted + d.across);
-    made.report.shortfalls.len() + away + check.map_or(0, |c| c.self_intersections)
+    let short: usize = made.report.shortfalls.iter().map(Fault::weight).sum();
+    short + away + check.map_or(0, |c| c.self_intersections)
 }
 
 /// A mesh with shorter edges than the one made, where that is better; it says so in its report.
@@ -48,9 +50,11 @@ pub(super) fn thin_out(
         let Some((mut other, crowded)) = anew(ready, options)? else { break };
         let (now, then) = (wanting(&made), wanting(&other));
         if !other.report.shortfalls.is_empty() || then as f64 > LEFT * now as f64 {
+            made.report.instead_of(&other.report, false, "shorter edges at thin walls do not help");
             break;
         }
         other.report.warnings.push(format!("curved walls are thin: edges are shorter at {} places", ready.finer.len()));
+        other.report.instead_of(&made.report, true, "walls are thinner than chords are high");
         made = other;
         match crowded {
             Some(more) => places = more,
@@ -67,12 +71,16 @@ pub(super) fn thin_out(
         let (now, then) = (wanting(&made), wanting(&other));
         // Walls are not what it lacks.
         if made.report.shortfalls.is_empty() && then >= now {
+            made.report.instead_of(&other.report, false, "shorter edges do not help");
             break;
         }
         if other.report.shortfalls.is_empty() && (then == 0 || !made.report.shortfalls.is_empty()) {
             let what = format!("curved walls are thin: made with {times} times as many edges to a length");
             other.report.warnings.push(what);
+            other.report.instead_of(&made.report, true, "walls are thinner than chords are high");
             made = other;
+        } else {
+            made.report.instead_of(&other.report, false, "it falls short with shorter edges too");
         }
         if then == 0 {
             break;

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
+use super::history::{Attempt, Clock, Tried};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
@@ -21,7 +22,7 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
 use crate::optimize::size::GRADATION;
-use crate::quality::{Against, Check, check_tested};
+use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
@@ -253,6 +254,7 @@ fn mesh_counted(
 ) -> Result<(Meshed, usize)> {
     let mut report = Report::of("triangles", size, None);
     report.warnings.clone_from(&prepared.healed);
+    let mut timer = Clock::new(options.timed);
     let mesh = &prepared.at(size);
     let found = |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run)
     {
@@ -301,6 +303,8 @@ fn mesh_counted(
     let mut whole: Option<ExactMesh> = None;
     let mut left = false;
     let flaws = |m: &ExactMesh| m.report.inverted + m.report.slim.len();
+    let mut clock = Clock::new(options.timed);
+    let mut attempts: Vec<Attempt> = Vec::new();
     let made = loop {
         if kept.iter().all(|k| *k) {
             break None;
@@ -311,6 +315,8 @@ fn mesh_counted(
             0 => Vec::new(),
             _ => touching.others(&made.mesh, run)?,
         };
+        let flawed = bad.len() + made.report.inverted;
+        attempts.push(Attempt::new(Tried::Soup, size, made.mesh.triangles.len(), flawed, &mut clock));
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
         }
@@ -328,7 +334,9 @@ fn mesh_counted(
         let near = sizing.chord == plain.chord;
         if !near && !bad.is_empty() {
             let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-            return mesh_counted(prepared, size, &options, soup, run);
+            let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
+            strict.0.report.attempts.splice(0..0, attempts);
+            return Ok(strict);
         }
         if bad.is_empty() {
             if whole.as_ref().is_none_or(|w| flaws(&made) < flaws(w)) {
@@ -336,8 +344,9 @@ fn mesh_counted(
             }
             if poor && attempt >= FOLDED && !near {
                 let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
-                let strict = mesh_counted(prepared, size, &options, soup, run)?;
+                let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
                 if whole.as_ref().is_none_or(|w| strict.1 < flaws(w)) {
+                    strict.0.report.attempts.splice(0..0, attempts);
                     return Ok(strict);
                 }
             }
@@ -362,7 +371,7 @@ fn mesh_counted(
         if more || attempt < LAST {
             continue;
         }
-        report.shortfalls.push("left as it was: remeshing made it intersect itself".into());
+        report.shortfalls.push(Fault::NotRemeshed);
         left = true;
         break None;
     };
@@ -371,24 +380,27 @@ fn mesh_counted(
     let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
     if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
         let count = kept.iter().filter(|k| **k).count();
-        let p = solid.mesh.centroid(first as u32);
-        report.shortfalls.push(format!(
-            "{count} triangles stay as they were, at ({:.6}, {:.6}, {:.6}) and elsewhere: the surface comes too close to itself there",
-            p.x, p.y, p.z
-        ));
+        let at = solid.mesh.centroid(first as u32).to_array();
+        report.shortfalls.push(Fault::Kept { triangles: count, at });
     }
+    // The best is the one with as many triangles, of those the last.
+    if let Some(a) = attempts.iter_mut().rev().find(|a| !left && a.triangles == mesh.triangles.len()) {
+        a.kept = true;
+    }
+    report.attempts = attempts;
+    report.stage("mesh", mesh.triangles.len(), &mut timer);
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
-    let mut measured = check_tested(&mesh, intersecting, against, run)?;
+    let expected = Expectation { open, touching: false };
+    let measured = check_tested(&mesh, intersecting, expected, against, run)?;
     if open {
         report.warnings.push("the surface is open: its border is kept".into());
-        excuse_open(&mut measured);
     }
     if !touching.is_empty() {
-        let count = touching.len();
-        report.shortfalls.push(format!("{count} triangles touch others where healing found no room to part them"));
+        report.shortfalls.push(Fault::Touching { triangles: touching.len() });
     }
     report.judge(measured);
+    report.stage("check", mesh.triangles.len(), &mut timer);
     Ok((Meshed { mesh, seams, corners, report }, count))
 }
 
@@ -401,11 +413,6 @@ fn tell_removed(solid: &Discrete, report: &mut Report) {
     if solid.removed.len() > NAMED {
         report.warnings.push(format!("and {} more features not kept", solid.removed.len() - NAMED));
     }
-}
-
-/// An open surface has no closed mesh.
-fn excuse_open(check: &mut Check) {
-    check.certificate.faults.retain(|f| !f.contains("closed") && !f.contains("volume"));
 }
 
 /// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as

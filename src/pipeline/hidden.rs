@@ -1,6 +1,7 @@
 //! Creases inside black boxes: closures, and formulas that do not fall into leaves. The leaf method knows nothing of them and
 //! cuts them off; the operators of \[LIS14\], which see only the surface, find them.
 
+use super::history::{Attempt, Clock, Tried};
 use super::leaf::ByLeaf;
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
@@ -24,6 +25,7 @@ pub(super) fn hidden_creases(
     if cut_off == 0 || by_leaf.method != Method::Leaf {
         return Ok(None);
     }
+    let mut clock = Clock::new(options.timed);
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut mesh = extracted.mesh.clone();
@@ -33,5 +35,12 @@ pub(super) fn hidden_creases(
     if !sound || left as f64 > RECOVERED * cut_off as f64 {
         return Ok(None);
     }
-    Ok(Some(ByLeaf::by_other(mesh, extracted, ready.size, Method::Operators, Vec::new())))
+    let mut attempts = by_leaf.attempts.clone();
+    for a in attempts.iter_mut().filter(|a| a.kept) {
+        a.kept = false;
+        a.why = format!("{cut_off} triangles cut off creases inside a closure or formula");
+    }
+    attempts.push(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), 0, &mut clock).kept());
+    let made = ByLeaf::by_other(mesh, extracted, ready.size, Method::Operators, Vec::new());
+    Ok(Some(ByLeaf { attempts, ..made }))
 }

@@ -1,12 +1,14 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
-use super::attempts::{Attempt, Scout, at, search};
+use super::attempts::{Scout, Searched, Trial, search};
+use super::history::{Attempt, Clock, Tried};
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, Raw, remesh_pieces};
 use crate::optimize::{Sizing, improve};
+use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded};
 
@@ -39,11 +41,13 @@ pub(super) struct ByLeaf {
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
     pub(super) method: Method,
-    pub(super) shortfalls: Vec<String>,
+    pub(super) shortfalls: Vec<Fault>,
     /// Whether some mesh with all its edges was given up because its triangles crossed.
     pub(super) crossed: bool,
     /// Whether it has all its edges.
     pub(super) complete: bool,
+    /// What was tried.
+    pub(super) attempts: Vec<Attempt>,
 }
 
 impl ByLeaf {
@@ -53,7 +57,7 @@ impl ByLeaf {
         extracted: Extracted,
         cell: f64,
         method: Method,
-        shortfalls: Vec<String>,
+        shortfalls: Vec<Fault>,
     ) -> Self {
         let (seams, corners) = (Vec::new(), Vec::new());
         Self {
@@ -67,6 +71,7 @@ impl ByLeaf {
             shortfalls,
             crossed: false,
             complete: true,
+            attempts: Vec::new(),
         }
     }
 }
@@ -123,18 +128,24 @@ pub(super) fn by_leaf(
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let (mut best, crossed) = search(ready, options, cells, run, &mut observer)?;
+    let Searched { mut best, crossed, mut attempts } = search(ready, options, cells, run, &mut observer)?;
     let found = best.exact.report.clone();
-    let left = if best.faults() > 0 { leave(ready, options, &mut best, run, observer)? } else { Vec::new() };
+    let mut clock = Clock::new(options.timed);
+    let mut left = Vec::new();
+    if best.faults() > 0 {
+        left = leave(ready, options, &mut best, run, observer)?;
+        let (cell, triangles) = (best.scout.cell, best.exact.mesh.triangles.len());
+        let attempt = Attempt::new(Tried::Leave, cell, triangles, best.faults(), &mut clock);
+        let kept = best.faults() == 0;
+        attempts.iter_mut().for_each(|a| a.kept = false);
+        attempts.push(Attempt { kept, edges_missing: best.exact.report.cut.unresolved.len(), ..attempt });
+    }
     let mut shortfalls = best.shortfalls(ready);
     let complete = best.exact.report.cut.unresolved.is_empty();
     if best.faults() == 0 {
-        shortfalls.extend(left.first().map(|b| {
-            let more = left.len() - 1;
-            let what = "left as marching cubes made it around";
-            format!("{what} {} and {more} more places: exact edges there make triangles intersect", at(b.center()))
-        }));
-        let Attempt { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
+        shortfalls
+            .extend(left.first().map(|b| Fault::LeftAsExtracted { at: b.center().to_array(), more: left.len() - 1 }));
+        let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let (intersecting, method) = (Some(0), Method::Leaf);
         return Ok(ByLeaf {
@@ -148,26 +159,25 @@ pub(super) fn by_leaf(
             shortfalls,
             crossed,
             complete,
+            attempts,
         });
     }
-    let found = [(found.self_intersections, "intersect others"), (found.inverted, "are turned over")];
-    let found = found.iter().filter(|f| f.0 > 0).map(|(n, what)| format!("{n} {what}"));
-    let found: Vec<String> = found.collect();
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut mesh = extracted.mesh.clone();
     let improved = improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
     let mut method = Method::Operators;
-    if improved.self_intersections + improved.after.inverted > 0 {
+    let flawed = improved.self_intersections + improved.after.inverted;
+    let operators = Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed, &mut clock);
+    attempts.push(Attempt { kept: flawed == 0, ..operators });
+    if flawed > 0 {
         mesh = extracted.mesh.clone();
         method = Method::MarchingCubes;
+        attempts.push(Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0, &mut clock).kept());
     }
-    shortfalls.push(format!(
-        "with exact edges, of the triangles {}: made by {} instead",
-        found.join(" and "),
-        method.name()
-    ));
-    Ok(ByLeaf { crossed, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
+    let (crossing, inverted) = (found.self_intersections, found.inverted);
+    shortfalls.push(Fault::OtherMethod { crossing, inverted, method: method.name() });
+    Ok(ByLeaf { crossed, attempts, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
 }
 
 /// Makes an attempt again, and again, with ever more of what lies around its faults left as it was extracted, until there are
@@ -175,7 +185,7 @@ pub(super) fn by_leaf(
 fn leave(
     ready: &Ready,
     options: &MeshOptions,
-    attempt: &mut Attempt,
+    attempt: &mut Trial,
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<Vec<Aabb>> {

@@ -1,5 +1,6 @@
 //! Part in, mesh out.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -10,6 +11,7 @@ use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
 use super::heal::{heal_made, same_places, told};
 use super::hidden::hidden_creases;
+use super::history::{Attempt, Clock, Tried};
 use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
@@ -23,7 +25,7 @@ use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
-use crate::quality::{Against, Check, check_tested, facing_away};
+use crate::quality::{Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
@@ -98,6 +100,8 @@ pub struct MeshOptions {
     /// Whether to measure distances and features too, not only what makes a mesh sound. The mesh is the same without: the leaf
     /// method measures distances always, as it does something about them.
     pub measure: bool,
+    /// Whether the report tells how long attempts and stages took. Reports are the same every time without.
+    pub timed: bool,
 }
 
 impl Default for MeshOptions {
@@ -116,6 +120,7 @@ impl Default for MeshOptions {
             thickness: None,
             refinements: Vec::new(),
             measure: true,
+            timed: false,
         }
     }
 }
@@ -230,7 +235,7 @@ impl Ready {
     ) -> Result<Check> {
         let features = features(&self.model, 0.5 * self.size, run)?;
         let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
-        check_tested(mesh, intersecting, Some(against), run)
+        check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }
 }
 
@@ -263,6 +268,14 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     }
 }
 
+/// Whatever the method, mesh and surface may be no farther from each other than the size, either way: marching cubes cuts off
+/// what is sharp within a cell, which is less.
+fn too_far(check: &Check, limit: f64) -> Option<Fault> {
+    let d = check.deviation?;
+    let distance = d.max.max(d.from_surface.unwrap_or(0.0));
+    (distance > limit).then_some(Fault::Far { distance, limit, triangles: None })
+}
+
 /// How far a mesh and the surface are from each other somewhere.
 fn apart(made: &Meshed) -> f64 {
     let deviation = made.report.check.as_ref().and_then(|c| c.deviation);
@@ -282,12 +295,17 @@ pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run:
             break;
         }
         match mesh_by_cells(part, ready, options, cells, run) {
-            Ok(other) if 2.0 * apart(&other.0) < apart(&made) && wanting(&other.0) <= wanting(&made) => {
+            Ok(mut other) if 2.0 * apart(&other.0) < apart(&made) && wanting(&other.0) <= wanting(&made) => {
+                other.0.report.instead_of(&made.report, true, "far from the surface");
                 (made, crowded, cell) = other;
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // A crease that no cells see: what there is stands.
-            Ok(_) | Err(_) => break,
+            Ok(other) => {
+                made.report.instead_of(&other.0.report, false, "no nearer to the surface with smaller cells");
+                break;
+            }
+            Err(_) => break,
         }
     }
     Ok((made, crowded))
@@ -301,6 +319,7 @@ fn mesh_by_cells(
     cells: &[f64],
     run: &Run,
 ) -> Result<(Meshed, Crowded, f64)> {
+    let mut clock = Clock::new(options.timed);
     let made = if options.method == Method::Leaf {
         let made = by_leaf(ready, options, cells, run, None)?;
         match hidden_creases(ready, &made, options, run)? {
@@ -314,12 +333,28 @@ fn mesh_by_cells(
             let oracle = ImplicitOracle::new(&ready.model, &extracted);
             improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
         }
-        ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new())
+        let tried = if options.method == Method::Operators { Tried::Operators } else { Tried::MarchingCubes };
+        let attempt = Attempt::new(tried, ready.size, mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
+        let made = ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new());
+        ByLeaf { attempts: vec![attempt], ..made }
     };
-    let ByLeaf { mut mesh, mut seams, mut corners, mut intersecting, extracted, cell, method, shortfalls, .. } = made;
+    let ByLeaf {
+        mut mesh,
+        mut seams,
+        mut corners,
+        mut intersecting,
+        extracted,
+        cell,
+        method,
+        shortfalls,
+        attempts,
+        ..
+    } = made;
     let (crossed, complete) = (made.crossed, made.complete);
     let mut report = Report::new(method, ready.size, part.units.clone());
     report.shortfalls = shortfalls;
+    report.attempts = attempts;
+    report.stage("mesh", mesh.triangles.len(), &mut clock);
     report.warnings.extend(ready.wishes(options).warnings);
     if options.method != Method::Leaf && !options.refinements.is_empty() {
         report.warnings.push("refinements are not heeded by this method".into());
@@ -335,10 +370,17 @@ fn mesh_by_cells(
         corners = corners.iter().filter_map(|v| now(*v)).collect();
         (mesh, intersecting) = (healed.mesh, Some(0));
     }
+    report.stage("heal", mesh.triangles.len(), &mut clock);
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     if method != Method::Leaf || !report.shortfalls.is_empty() {
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
-        report.shortfalls.extend(thin_places(&ready.model, &walls, cell).iter().map(ToString::to_string));
+        let thin = thin_places(&ready.model, &walls, cell).into_iter().map(|p| Fault::ThinWall {
+            face: p.face,
+            at: p.at.to_array(),
+            thickness: p.thickness,
+            size: p.size,
+        });
+        report.shortfalls.extend(thin);
     }
     if options.method == Method::Leaf {
         if method == Method::Operators && report.shortfalls.is_empty() {
@@ -355,19 +397,26 @@ fn mesh_by_cells(
     finish_names(part, &mut mesh, &mut report);
     run.progress("check", 0.0);
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
-    let points = &extracted.mesh.nodes;
+    let mut points = Cow::Borrowed(&extracted.mesh.nodes);
+    if options.method != Method::Leaf {
+        // What the cells did not see is not in the extraction.
+        points.to_mut().extend(surface_points(&ready.model, &extracted, run)?.into_iter().map(|x| x.at));
+    }
+    let points = &points[..];
     let measured = match (options.measure, options.method) {
         (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
         (false, Method::Leaf) => {
             let against = Against { points, ..Against::new(&oracle) };
-            check_tested(&mesh, intersecting, Some(against), run)?
+            check_tested(&mesh, intersecting, Expectation::default(), Some(against), run)?
         }
-        (false, _) => check_tested(&mesh, intersecting, None, run)?,
+        (false, _) => check_tested(&mesh, intersecting, Expectation::default(), None, run)?,
     };
     let many = (THIN * mesh.triangles.len() as f64) as usize;
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method == Method::Leaf && thin;
+    report.shortfalls.extend(too_far(&measured, ready.size));
     report.judge(measured);
+    report.stage("check", mesh.triangles.len(), &mut clock);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
     let crowded = if away && complete {
         let half = |t: u32| {

@@ -5,17 +5,23 @@ use std::fmt;
 use serde::Serialize;
 
 use super::distance::Distance;
+use super::history::{Attempt, Stage};
 use super::mesh::Method;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Implicit;
 use crate::implicit::part::Part;
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Step;
-use crate::quality::Check;
+use crate::quality::{Check, Fault};
+
+/// The version of the report as JSON, described in `docs/report.md`. It grows when a field goes or changes its meaning.
+pub const SCHEMA: u32 = 1;
 
 /// The report of one mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
+    /// The version of this layout as JSON: [`SCHEMA`].
+    pub schema: u32,
     /// The method's name.
     pub method: &'static str,
     /// Cell size, in the part's unit.
@@ -25,7 +31,11 @@ pub struct Report {
     /// Things worth knowing.
     pub warnings: Vec<String>,
     /// Where the mesh falls short of what was asked; a command exits with 1 if there are any.
-    pub shortfalls: Vec<String>,
+    pub shortfalls: Vec<Fault>,
+    /// What was tried, in the order of time.
+    pub attempts: Vec<Attempt>,
+    /// The stages of the mesh that was kept.
+    pub stages: Vec<Stage>,
     /// Faces of boundary representations that did not come out the plain way, and how they did.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ladder: Vec<FaceStep>,
@@ -89,11 +99,14 @@ impl Report {
     /// The report of a mesh made in a way of its own.
     pub(super) fn of(method: &'static str, size: f64, units: Option<String>) -> Self {
         Self {
+            schema: SCHEMA,
             method,
             size,
             units,
             warnings: Vec::new(),
             shortfalls: Vec::new(),
+            attempts: Vec::new(),
+            stages: Vec::new(),
             ladder: Vec::new(),
             distance: None,
             check: None,
@@ -106,7 +119,7 @@ impl Report {
         // Where marching cubes cuts a sharp edge off, triangles face either way.
         let away = check.deviation.map_or(0, |d| d.inverted);
         if away > 0 && self.method != Method::MarchingCubes.name() {
-            self.shortfalls.push(format!("{away} triangles face away from the surface"));
+            self.shortfalls.push(Fault::FacingAway { triangles: away });
         }
         self.check = Some(check);
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::certificate::{Certificate, angles};
+use super::certificate::{Certificate, Crossings, Expectation, angles};
 use super::deviation::{Deviation, deviation};
 use super::features::{FeatureRecovery, recovery};
 use super::metrics::{Quality, shapes, summed_up};
@@ -52,14 +52,16 @@ pub struct Check {
     pub nodes: usize,
     /// Triangles.
     pub triangles: usize,
-    /// No open edge.
+    /// No open edge, and some triangle.
     pub closed: bool,
     /// No edge of more than two triangles, one fan at every node.
     pub manifold: bool,
     /// Neighbors agree on which side is out.
     pub oriented: bool,
-    /// Triangles that intersect another one, by exact predicates.
+    /// Triangles that intersect another one, by exact predicates; where bodies may touch, another one of their body.
     pub self_intersections: usize,
+    /// Triangles that only intersect ones of other bodies, where that was expected.
+    pub touching: usize,
     /// Pieces.
     pub components: usize,
     /// Nodes - edges + triangles.
@@ -68,8 +70,8 @@ pub struct Check {
     pub genus: Option<i64>,
     /// Area.
     pub area: f64,
-    /// Enclosed volume; meaningful if closed and oriented.
-    pub volume: f64,
+    /// Enclosed volume of a closed, oriented mesh; no other has one.
+    pub volume: Option<f64>,
     /// Shape of the triangles.
     pub quality: Quality,
     /// The faces, then the groups.
@@ -84,11 +86,11 @@ pub struct Check {
     pub features: Option<FeatureRecovery>,
 }
 
-/// Measures a mesh, independently of how it was made.
+/// Measures a mesh, independently of how it was made, and judges it by what is expected of it.
 ///
 /// Errors: a mesh that is not [valid](TriMesh::validate); cancellation.
-pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<Check> {
-    check_tested(mesh, None, against, run)
+pub fn check(mesh: &TriMesh, expected: Expectation, against: Option<Against<'_>>, run: &Run) -> Result<Check> {
+    check_tested(mesh, None, expected, against, run)
 }
 
 /// Like [`check`], for a mesh that [`self_intersections`] has been asked about already: `intersecting` triangles were found
@@ -96,6 +98,7 @@ pub fn check(mesh: &TriMesh, against: Option<Against<'_>>, run: &Run) -> Result<
 pub fn check_tested(
     mesh: &TriMesh,
     intersecting: Option<usize>,
+    expected: Expectation,
     against: Option<Against<'_>>,
     run: &Run,
 ) -> Result<Check> {
@@ -103,15 +106,9 @@ pub fn check_tested(
     run.progress("topology", 0.0);
     let defects = mesh.defects();
     let topology = mesh.topology(&defects);
-    let intersecting = match intersecting {
-        Some(known) => known,
-        None => {
-            run.progress("intersections", 0.0);
-            let mut hit: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-            hit.sort_unstable();
-            hit.dedup();
-            hit.len()
-        }
+    let (crossings, touching) = match intersecting {
+        Some(known) if known == 0 || !expected.touching => (Crossings { triangles: known, ..Crossings::default() }, 0),
+        _ => crossings(mesh, expected, run)?,
     };
     let mut groups: Vec<GroupSummary> =
         mesh.faces.iter().map(|f| GroupSummary { name: f.clone(), triangles: 0, area: 0.0 }).collect();
@@ -140,20 +137,41 @@ pub fn check_tested(
         closed: defects.is_closed() && !mesh.triangles.is_empty(),
         manifold: defects.is_manifold(),
         oriented: defects.is_oriented(),
-        self_intersections: intersecting,
+        self_intersections: crossings.triangles,
+        touching,
         components: topology.components,
         euler: topology.euler,
         genus: topology.genus,
         area: mesh.area(),
-        volume: mesh.volume(),
+        volume: (defects.is_closed() && defects.is_oriented() && !mesh.triangles.is_empty()).then(|| mesh.volume()),
         quality: summed_up(&shapes),
         groups,
         deviation: far,
         certificate: Certificate::default(),
         features,
     };
-    check.certificate = Certificate::of(&check, angles(mesh, &shapes));
+    check.certificate = Certificate::of(mesh, &check, &defects, &crossings, expected).with(angles(mesh, &shapes));
     Ok(check)
+}
+
+/// Triangles that intersect others; where bodies may touch only those of one body, and how many more intersect other bodies'.
+fn crossings(mesh: &TriMesh, expected: Expectation, run: &Run) -> Result<(Crossings, usize)> {
+    run.progress("intersections", 0.0);
+    let distinct = |pairs: &[[u32; 2]]| {
+        let mut hit: Vec<u32> = pairs.as_flattened().to_vec();
+        hit.sort_unstable();
+        hit.dedup();
+        hit
+    };
+    let mut pairs = self_intersections(mesh, run)?;
+    let mut known = distinct(&pairs);
+    let all = known.len();
+    if expected.touching && all > 0 {
+        let body = mesh.bodies();
+        pairs.retain(|[t, u]| body[*t as usize] == body[*u as usize]);
+        known = distinct(&pairs);
+    }
+    Ok((Crossings { triangles: known.len(), known: known.clone() }, all - known.len()))
 }
 
 impl fmt::Display for Check {
@@ -173,7 +191,11 @@ impl fmt::Display for Check {
         if let Some(g) = self.genus {
             write!(f, ", genus {g}")?;
         }
-        writeln!(f, ", area {:.8}, volume {:.8}", self.area, self.volume)?;
+        write!(f, ", area {:.8}", self.area)?;
+        if let Some(volume) = self.volume {
+            write!(f, ", volume {volume:.8}")?;
+        }
+        writeln!(f)?;
         writeln!(
             f,
             "angles: smallest {:.3}, 5th percentile {:.2}, largest {:.2}; mean 2r/R {:.4}; below 20 degrees {:.3} %",
@@ -201,12 +223,7 @@ impl fmt::Display for Check {
             )?;
         }
         let c = &self.certificate;
-        let verdict = if c.faults.is_empty() { "sound".to_string() } else { c.faults.join("; ") };
-        writeln!(
-            f,
-            "certificate: {verdict}; {} angles below 30 degrees, {} of them the part's own",
-            c.below_30, c.excused
-        )?;
+        writeln!(f, "certificate: {c}; {} angles below 30 degrees, {} of them the part's own", c.below_30, c.excused)?;
         let width = self.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0);
         for (i, g) in self.groups.iter().enumerate() {
             let end = if i + 1 < self.groups.len() { "\n" } else { "" };

@@ -3,13 +3,15 @@
 mod certificate;
 mod check;
 mod deviation;
+mod fault;
 mod features;
 mod metrics;
 #[cfg(test)]
 mod tests;
 
-pub use certificate::{Certificate, SMALLEST_ANGLE};
+pub use certificate::{Certificate, Expectation, SMALLEST_ANGLE};
 pub use check::{Against, Check, GroupSummary, check, check_tested};
 pub use deviation::{Deviation, deviation, facing_away};
+pub use fault::Fault;
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
 pub use metrics::{Quality, Shape, quality, shape};

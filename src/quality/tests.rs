@@ -70,11 +70,16 @@ fn shapes_of_known_triangles() {
 #[test]
 fn a_sphere_of_chords_is_as_far_as_chords_are() {
     let m = ball(5);
-    let c =
-        check(&m, Some(Against { features: Some(&Features::default()), ..Against::new(&Ball) }), &Run::new()).unwrap();
+    let c = check(
+        &m,
+        Expectation::default(),
+        Some(Against { features: Some(&Features::default()), ..Against::new(&Ball) }),
+        &Run::new(),
+    )
+    .unwrap();
     assert!(c.closed && c.manifold && c.oriented && c.self_intersections == 0);
     assert_eq!((c.euler, c.genus, c.components), (2, Some(0), 1));
-    assert!((c.area - 4.0 * PI).abs() < 0.01 && (c.volume - 4.0 / 3.0 * PI).abs() < 0.01);
+    assert!((c.area - 4.0 * PI).abs() < 0.01 && (c.volume.unwrap() - 4.0 / 3.0 * PI).abs() < 0.01);
     let d = c.deviation.unwrap();
     // the farthest point of a chordal triangle is its circumcenter, 1 - sqrt(1 - R^2) below the sphere
     let deepest = (0..m.triangles.len())
@@ -132,14 +137,105 @@ fn intersecting_and_open_meshes_are_told() {
     m.nodes.extend(other.nodes.iter().map(|p| *p + DVec3::splat(0.5)));
     m.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + n)));
     m.labels.resize(m.triangles.len(), 0);
-    let c = check(&m, None, &Run::new()).unwrap();
+    let c = check(&m, Expectation::default(), None, &Run::new()).unwrap();
     assert!(c.closed && c.self_intersections > 0 && c.components == 2);
     m.triangles.truncate(5);
     m.labels.truncate(5);
-    let c = check(&m, None, &Run::new()).unwrap();
+    let c = check(&m, Expectation::default(), None, &Run::new()).unwrap();
     assert!(!c.closed && c.genus.is_none());
-    let empty = check(&TriMesh::default(), None, &Run::new()).unwrap();
+    let empty = check(&TriMesh::default(), Expectation::default(), None, &Run::new()).unwrap();
     assert!(!empty.closed && empty.triangles == 0);
     m.nodes[0].x = f64::NAN;
-    assert!(check(&m, None, &Run::new()).is_err());
+    assert!(check(&m, Expectation::default(), None, &Run::new()).is_err());
+}
+
+#[test]
+fn what_is_expected_is_said_before_judging() {
+    let run = Run::new();
+    let verdict = |m: &TriMesh, open, touching| check(m, Expectation { open, touching }, None, &run).unwrap();
+    let mut sheet = cube();
+    sheet.triangles.truncate(10);
+    sheet.labels.truncate(10);
+    let c = verdict(&sheet, false, false);
+    assert!(matches!(&c.certificate.faults[..], [Fault::Open { edges: 4, places }] if places.len() == 4), "{c}");
+    assert!(c.volume.is_none() && !c.to_string().contains("volume"), "{c}");
+    assert!(c.certificate.to_string().starts_with("the mesh is not closed: 4 open edges, the first near ("), "{c}");
+    let c = verdict(&sheet, true, false);
+    assert!(c.certificate.is_sound() && !c.closed && c.volume.is_none());
+    assert!(c.to_string().contains("certificate: sound, open; "), "{c}");
+    assert!(serde_json::to_value(&c).unwrap()["volume"].is_null());
+    // what may be open need not be
+    let c = verdict(&cube(), true, true);
+    assert_eq!((c.certificate.to_string().as_str(), c.volume), ("sound", Some(1.0)));
+    let mut turned = cube();
+    turned.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    assert_eq!(verdict(&turned, false, false).certificate.faults, [Fault::Inverted { volume: -1.0 }]);
+    // two cubes, one corner of each inside the other
+    let mut two = cube();
+    two.nodes.extend(cube().nodes.iter().map(|p| *p + DVec3::splat(0.5)));
+    two.triangles.extend(cube().triangles.iter().map(|t| t.map(|v| v + 8)));
+    two.labels.resize(24, 0);
+    let (strict, lenient) = (verdict(&two, false, false), verdict(&two, false, true));
+    let n = strict.self_intersections;
+    assert!(n > 0 && strict.touching == 0 && lenient.self_intersections == 0 && lenient.touching == n);
+    assert!(!strict.certificate.is_sound() && lenient.certificate.is_sound());
+    assert!(strict.certificate.to_string().starts_with(&format!("{n} triangles intersect others, the first near (")));
+}
+
+#[test]
+fn faults_tell_what_they_hold() {
+    let at = [1.0, 0.5, -2.0];
+    let edges = |n: usize| Fault::edges_missing(&vec![DVec3::from(at); n]);
+    let face = || "face1".to_string();
+    for (fault, kind, message) in [
+        (Fault::Open { edges: 0, places: Vec::new() }, "open", "the mesh is not closed"),
+        (
+            Fault::NonManifold { count: 2, places: vec![at] },
+            "non_manifold",
+            "the mesh is not a manifold: 2 edges and nodes, the first near (1.000000, 0.500000, -2.000000)",
+        ),
+        (
+            Fault::Crossing { triangles: 3, own_body: true, places: Vec::new() },
+            "crossing",
+            "3 triangles intersect others of their body",
+        ),
+        (
+            Fault::Far { distance: 0.25, limit: 0.125, triangles: None },
+            "far",
+            "mesh and surface are 2.5000e-1 apart somewhere, more than the size of 1.2500e-1",
+        ),
+        (
+            Fault::Far { distance: 0.25, limit: 0.125, triangles: Some(7) },
+            "far",
+            "7 triangles are farther from the surface than asked for: the farthest by 2.5000e-1",
+        ),
+        (
+            edges(1),
+            "edges_missing",
+            "no exact edge found near (1.000000, 0.500000, -2.000000): two faces come too close there",
+        ),
+        (
+            Fault::NoMesh { face: face(), source: 4, surface: Some("plane"), reason: "it is narrow".into() },
+            "no_mesh",
+            "face face1 (#4, plane) has no mesh: it is narrow",
+        ),
+        (
+            Fault::OtherMethod { crossing: 2, inverted: 1, method: "mc" },
+            "other_method",
+            "with exact edges, of the triangles 2 intersect others and 1 are turned over: made by mc instead",
+        ),
+        (Fault::NotRemeshed, "not_remeshed", "left as it was: remeshing made it intersect itself"),
+    ] {
+        let json = serde_json::to_value(&fault).unwrap();
+        assert_eq!((json["kind"].as_str(), json["message"].as_str()), (Some(kind), Some(message)));
+        assert_eq!(fault.to_string(), message);
+    }
+    let json = serde_json::to_value(Fault::FaceMissing { face: face(), at }).unwrap();
+    assert_eq!(
+        (json["face"].as_str(), json["at"][2].as_f64(), json.as_object().unwrap().len()),
+        (Some("face1"), Some(-2.0), 4)
+    );
+    // one is one to those who compare, many are no more than can be listed
+    assert_eq!([1, 3, 6, 600].map(|n| edges(n).weight()), [1, 3, 6, 6]);
+    assert!(edges(9).to_string().ends_with("two faces come too close there, and at 4 more places"));
 }

@@ -52,7 +52,7 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
     let look = Lookup { file };
     let mut b = Builder { look, brep: Brep::default(), notes: Vec::new(), colors: colors(look) };
     for (line, what) in &file.unreadable {
-        b.notes.push(Note { id: 0, line: *line, message: what.clone() });
+        b.notes.push(Note { id: 0, line: *line, message: what.clone(), lost: false });
     }
     let tree = Tree::new(look, &mut b.notes);
     // Roots that are products come first; other representations may list the same bodies again.
@@ -371,7 +371,7 @@ impl<'a> Tree<'a> {
         at.run.check()?;
         if depth > DEEPEST || at.b.brep.bodies.len() > MOST_BODIES {
             let message = "the assembly is too deep or too large: parts of it are left out".into();
-            at.b.notes.push(Note { id: self.members[group][0], line: 0, message });
+            at.b.notes.push(Note { id: self.members[group][0], line: 0, message, lost: true });
             return Ok(());
         }
         let product = self.members[group].iter().find_map(|r| self.names.get(r)).cloned().unwrap_or_default();

@@ -89,7 +89,7 @@ impl Builder<'_> {
                     Err(n) => {
                         let line = self.look.file.get(f).map_or(0, |r| r.line);
                         let message = format!("the face is left out, because of {n}");
-                        self.notes.push(Note { id: f, line, message });
+                        self.notes.push(Note { id: f, line, message, lost: true });
                     }
                 }
             }
@@ -250,7 +250,7 @@ impl Builder<'_> {
             list = chain;
         }
         let message = "edges of the loop were out of order or the wrong way round".into();
-        self.notes.push(Note { id: a.record.id, line: a.record.line, message });
+        self.notes.push(Note { id: a.record.id, line: a.record.line, message, lost: false });
         Ok(list)
     }
 
@@ -327,7 +327,7 @@ impl Builder<'_> {
         let along = along != turned;
         if turned {
             let message = "the curve runs from the second vertex to the first, not as same_sense says".into();
-            self.notes.push(Note { id, line: a.record.line, message });
+            self.notes.push(Note { id, line: a.record.line, message, lost: false });
         }
         let straight = matches!(curve, Curve::Line { .. });
         let length = if straight { p.distance(q) } else { curve.length(range) };

@@ -23,12 +23,17 @@ pub(super) struct Args<'a> {
 }
 
 pub(super) fn note<T>(record: &Record, message: impl Into<String>) -> Read<T> {
-    Err(Note { id: record.id, line: record.line, message: message.into() })
+    Err(Note { id: record.id, line: record.line, message: message.into(), lost: false })
 }
 
 impl<'a> Lookup<'a> {
     pub(super) fn record(&self, id: u64) -> Read<&'a Record> {
-        self.file.get(id).ok_or_else(|| Note { id, line: 0, message: "is referred to but not there".into() })
+        self.file.get(id).ok_or_else(|| Note {
+            id,
+            line: 0,
+            message: "is referred to but not there".into(),
+            lost: false,
+        })
     }
 
     /// The first part of one of these names; the arguments of simple records start with the entity's name.

@@ -1,0 +1,153 @@
+//! What was tried on the way to a mesh, with what came of it, and the stages of the mesh that was kept.
+
+use std::fmt;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::report::Report;
+
+/// What an attempt did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tried {
+    /// Marching cubes, cut where leaves meet, remeshed.
+    Cut,
+    /// The leaves' own surfaces cut by each other, remeshed.
+    Trim,
+    /// The same with the surroundings of faults left as they were extracted.
+    Leave,
+    /// Marching cubes with the operators of \[LIS14\].
+    Operators,
+    /// Marching cubes alone.
+    MarchingCubes,
+    /// Faces of a boundary representation triangulated for the first time.
+    Faces,
+    /// Bodies of a boundary representation remeshed.
+    Bodies,
+    /// A soup remeshed.
+    Soup,
+}
+
+/// One attempt at a mesh, in the order of time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Attempt {
+    /// What was done.
+    pub rung: Tried,
+    /// The size of the cells, or the length of edges that was asked for.
+    pub size: f64,
+    /// How many triangles came of it.
+    pub triangles: usize,
+    /// At how many places edges between faces were not found.
+    pub edges_missing: usize,
+    /// How many triangles were at fault: they intersect others or are turned over.
+    pub faults: usize,
+    /// Whether the mesh is made of it.
+    pub kept: bool,
+    /// What was wrong with it, or why it was not kept; empty if nothing was.
+    pub why: String,
+    /// How long it took, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+}
+
+/// One stage on the way to the mesh that was kept.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// How many triangles there were after it.
+    pub triangles: usize,
+    /// How long it took, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+}
+
+/// Measures seconds for those who ask; the others get none, and the same bytes every time.
+pub(super) struct Clock(Option<Instant>);
+
+impl Clock {
+    pub(super) fn new(timed: bool) -> Self {
+        Self(timed.then(Instant::now))
+    }
+
+    /// Seconds since the last lap, or the start.
+    pub(super) fn lap(&mut self) -> Option<f64> {
+        let start = self.0?;
+        let now = Instant::now();
+        self.0 = Some(now);
+        Some(now.duration_since(start).as_secs_f64())
+    }
+}
+
+impl Attempt {
+    /// One that has triangles, of which so many are at fault.
+    pub(super) fn new(rung: Tried, size: f64, triangles: usize, faults: usize, clock: &mut Clock) -> Self {
+        let seconds = clock.lap();
+        Self { rung, size, triangles, edges_missing: 0, faults, kept: false, why: String::new(), seconds }
+    }
+
+    pub(super) fn kept(self) -> Self {
+        Self { kept: true, ..self }
+    }
+
+    pub(super) fn because(self, why: impl Into<String>) -> Self {
+        Self { why: why.into(), ..self }
+    }
+}
+
+impl Report {
+    pub(super) fn stage(&mut self, name: &'static str, triangles: usize, clock: &mut Clock) {
+        self.stages.push(Stage { name, triangles, seconds: clock.lap() });
+    }
+
+    /// Adds what was tried for a mesh that was dropped for this one, before or after it.
+    pub(super) fn instead_of(&mut self, dropped: &Report, before: bool, why: &str) {
+        let mut other = dropped.attempts.clone();
+        for a in other.iter_mut().filter(|a| a.kept) {
+            a.kept = false;
+            a.why = if a.why.is_empty() { why.to_string() } else { format!("{why}; {}", a.why) };
+        }
+        if before {
+            self.attempts.splice(0..0, other);
+        } else {
+            self.attempts.extend(other);
+        }
+    }
+}
+
+fn seconds(f: &mut fmt::Formatter<'_>, seconds: Option<f64>) -> fmt::Result {
+    seconds.map_or(Ok(()), |s| write!(f, ", {s:.2} s"))
+}
+
+impl fmt::Display for Attempt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self.rung {
+            Tried::Cut => "cut",
+            Tried::Trim => "trim",
+            Tried::Leave => "leave",
+            Tried::Operators => "operators",
+            Tried::MarchingCubes => "mc",
+            Tried::Faces => "faces",
+            Tried::Bodies => "bodies",
+            Tried::Soup => "soup",
+        };
+        write!(f, "{name} at size {:.4e}: {} triangles", self.size, self.triangles)?;
+        if self.edges_missing > 0 {
+            write!(f, ", {} places without exact edges", self.edges_missing)?;
+        }
+        if self.faults > 0 {
+            write!(f, ", {} faults", self.faults)?;
+        }
+        seconds(f, self.seconds)?;
+        f.write_str(if self.kept { ", kept" } else { ", not kept" })?;
+        if self.why.is_empty() { Ok(()) } else { write!(f, ": {}", self.why) }
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {} triangles", self.name, self.triangles)?;
+        seconds(f, self.seconds)
+    }
+}
