@@ -17,6 +17,18 @@ impl Line {
         }
     }
 
+    /// Lets `fill` add words, with a comma before each blank between them.
+    pub(super) fn commas(&mut self, fill: impl FnOnce(&mut Self)) -> &mut Self {
+        let begin = self.0.len();
+        fill(self);
+        let words = self.0.split_off(begin);
+        for c in words {
+            self.0.extend((c == b' ').then_some(b','));
+            self.0.push(c);
+        }
+        self
+    }
+
     /// Adds a word as it is.
     pub(super) fn word(&mut self, word: &str) -> &mut Self {
         self.part();
