@@ -12,6 +12,8 @@ use super::sets::Sets;
 
 /// Numbers to a line of a set: Abaqus takes no more.
 const PER_LINE: usize = 16;
+/// Characters of a number that CalculiX reads.
+const NUMBER: usize = 20;
 /// Letters of a name that both codes keep.
 pub(super) const LONGEST_NAME: usize = 80;
 
@@ -21,7 +23,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<()> {
     let mut number = 0;
     each_node(sets.mesh, 0..sets.mesh.node_count(), run, |p| {
         number += 1;
-        line.commas(|l| _ = l.whole(number).reals(p));
+        line.commas(|l| _ = l.whole(number).narrow(p, NUMBER));
         line.end(out)
     })?;
     for (k, (name, set)) in sets.named().enumerate() {

@@ -36,6 +36,31 @@ impl Line {
         self
     }
 
+    /// Lets `fill` add words, with parentheses around them.
+    pub(super) fn parentheses(&mut self, fill: impl FnOnce(&mut Self)) -> &mut Self {
+        self.0.push(b'(');
+        let mut inside = Self::default();
+        fill(&mut inside);
+        self.0.extend(inside.0);
+        self.0.push(b')');
+        self
+    }
+
+    /// Adds numbers of at most `width` characters, as near as that allows; 20 hold thirteen digits of any number.
+    pub(super) fn narrow(&mut self, numbers: impl Into<[f64; 3]>, width: usize) -> &mut Self {
+        for x in numbers.into() {
+            let mut buffer = zmij::Buffer::new();
+            let text = buffer.format(x);
+            if text.len() <= width {
+                self.word(text);
+                continue;
+            }
+            let shorter = (1..17).rev().map(|digits| format!("{x:.digits$e}")).find(|t| t.len() <= width);
+            self.word(&shorter.unwrap_or_else(|| format!("{x:e}")));
+        }
+        self
+    }
+
     /// Adds a number.
     pub(super) fn real(&mut self, x: f64) -> &mut Self {
         self.word(zmij::Buffer::new().format(x))

@@ -1,4 +1,4 @@
-//! Mesh files: STL, OBJ, PLY, OFF and gmsh MSH both ways; VTU, gmsh GEO, Abaqus INP and Nastran BDF out.
+//! Mesh files: STL, OBJ, PLY, OFF and gmsh MSH both ways; VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -26,10 +26,12 @@
 mod atomic;
 mod bdf;
 mod build;
+mod emesh;
 mod geo;
 mod inp;
 mod layout;
 mod line;
+mod medit;
 mod msh;
 mod msh_read;
 mod names;
@@ -38,9 +40,12 @@ mod off;
 mod ply;
 mod regions;
 mod sets;
+mod sharp;
 pub mod step;
 mod stl;
+mod su2;
 mod text;
+mod vtp;
 mod vtu;
 
 #[cfg(test)]
@@ -83,11 +88,19 @@ pub enum Format {
     Inp,
     /// Nastran bulk data, extension `bdf` or `nas`; written only.
     Bdf,
+    /// Medit mesh with ridges and corners, extension `mesh`; written only.
+    Medit,
+    /// SU2 boundary with markers, extension `su2`; written only.
+    Su2,
+    /// OpenFOAM list of sharp edges, extension `emesh`; written only.
+    EMesh,
+    /// VTK polygon data in XML, extension `vtp`; written only.
+    Vtp,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 12] = [
+    pub const EXTENSIONS: [(&'static str, Format); 16] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -100,11 +113,15 @@ impl Format {
         ("inp", Format::Inp),
         ("bdf", Format::Bdf),
         ("nas", Format::Bdf),
+        ("mesh", Format::Medit),
+        ("su2", Format::Su2),
+        ("emesh", Format::EMesh),
+        ("vtp", Format::Vtp),
     ];
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
     pub fn has_sets(self) -> bool {
-        matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf)
+        matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf | Self::Medit | Self::Su2 | Self::Vtp)
     }
 
     /// The format the file's extension stands for, whatever its case.
@@ -172,7 +189,7 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
         Format::Ply => ply::read(bytes, run),
         Format::Off => off::read(bytes, run),
         Format::Msh => msh_read::read(bytes, run),
-        Format::Vtu | Format::Geo | Format::Inp | Format::Bdf => {
+        _ => {
             let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF or MSH";
             Err(Error::Usage(what.into()))
         }
@@ -275,7 +292,7 @@ pub fn encode(
         Format::Off => off::write(out, mesh, run),
         Format::Vtu => vtu::write(out, mesh, encoding != Encoding::Text, run),
         Format::Geo => Err(Error::Usage("a script is written by its path, as it names the mesh file beside it".into())),
-        Format::Msh | Format::Inp | Format::Bdf => return encode_sets(out, mesh, format, options, run),
+        _ => return encode_sets(out, mesh, format, options, run),
     }?;
     Ok(Written::default())
 }
@@ -300,11 +317,27 @@ fn encode_sets(
         }?;
         return Ok(written);
     }
+    if format == Format::Vtp {
+        vtp::write(out, mesh, &regions, options.encoding != Encoding::Text, run)?;
+        return Ok(written);
+    }
+    if format == Format::EMesh {
+        let sharp = sharp::SharpEdges::new(mesh, &layout, options, run)?;
+        emesh::write(out, mesh, &sharp)?;
+        return Ok(written);
+    }
+    let overlapping = &regions.sets[regions.parts..];
+    if !overlapping.is_empty() && matches!(format, Format::Medit | Format::Su2) {
+        let names: Vec<_> = overlapping.iter().map(|set| &set.name[..]).collect();
+        written.warnings.push(format!("sets of this format do not overlap, left out are {}", names.join(", ")));
+    }
     let cleaned = regions.clean(format);
     written.renamed = cleaned.changed;
     let sets = sets::Sets::new(mesh, &regions, cleaned.names)?;
     match format {
         Format::Inp => inp::write(out, &sets, run),
+        Format::Su2 => su2::write(out, &sets, run),
+        Format::Medit => medit::write(out, &sets, &sharp::SharpEdges::new(mesh, &layout, options, run)?, run),
         _ => bdf::write(out, &sets, run),
     }?;
     Ok(written)

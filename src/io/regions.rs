@@ -189,7 +189,7 @@ impl Regions {
     pub(super) fn clean(&self, format: Format) -> Cleaned {
         let names = self.sets.iter().map(|set| &set.name[..]);
         match format {
-            Format::Inp => clean(names, super::inp::LONGEST_NAME),
+            Format::Inp | Format::Su2 => clean(names, super::inp::LONGEST_NAME),
             // Names are comments there: any that stay on their line will do.
             _ => {
                 let names = names.map(|name| escape(name).into_owned());

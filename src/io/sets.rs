@@ -44,6 +44,11 @@ impl<'a> Sets<'a> {
         self.names.iter().map(String::as_str).zip(&self.regions.sets)
     }
 
+    /// The sets that share no triangle.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&str, &NamedSet)> {
+        self.named().take(self.regions.parts)
+    }
+
     /// Hands every triangle of a set to `take` with its number.
     pub(super) fn each_triangle(
         &self,

@@ -273,7 +273,9 @@ fn formats_by_extension() {
     for bad in ["a", "a.step", ".stl", "stl"] {
         let message = Format::from_path(Path::new(bad)).unwrap_err().to_string();
         assert!(
-            message.contains(".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas"),
+            message.contains(
+                ".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas, .mesh, .su2, .emesh, .vtp"
+            ),
             "{message}"
         );
     }
