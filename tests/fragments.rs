@@ -51,7 +51,7 @@ fn files_written_from_fragments_are_those_of_the_mesh() {
             let paths = ["view", "arrays"].map(|name| folder.path().join(format!("{name}.{ending}")));
             let meshes: [&dyn MeshView; 2] = [&view, &made.mesh];
             for (path, mesh) in paths.iter().zip(meshes) {
-                io::write(path, mesh, &Run::new()).unwrap();
+                io::write(path, mesh, &io::WriteOptions::default(), &Run::new()).unwrap();
             }
             let [a, b] = paths.map(|path| std::fs::read(path).unwrap());
             assert!(a == b, "{gate}, {ending}");

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use rvachev::io::Grouping;
 use rvachev::pipeline::Method;
 use rvachev::pipeline::{Refinement, SizeRequest};
 
@@ -125,6 +126,8 @@ pub struct Mesh {
     /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014); leaf: exact edges from the tree
     #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
     pub method: Method,
+    #[command(flatten)]
+    pub files: Files,
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
     #[arg(long)]
     pub force: bool,
@@ -139,6 +142,18 @@ pub struct Mesh {
     pub verbose: bool,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// How mesh files are written.
+#[derive(Debug, Args)]
+pub struct Files {
+    /// What triangles are named by. faces: each by its face; user: by the group that holds its face, else by the face,
+    /// so that each triangle has one name; all: by its face and all groups, where the format allows it
+    #[arg(long, default_value = "user", value_name = "WHICH", value_parser = grouping)]
+    pub groups: Grouping,
+    /// Version of .msh files: 4.1 or 2.2
+    #[arg(long, default_value = "4.1", value_name = "VERSION", value_parser = ["4.1", "2.2"])]
+    pub msh_version: String,
 }
 
 #[derive(Debug, Args)]
@@ -183,6 +198,8 @@ pub struct Heal {
     /// Mesh file to write; the ending tells the format; may be given more than once
     #[arg(short, long, required = true, value_name = "MESH")]
     pub output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub files: Files,
     /// Leave contours of more open edges than this open
     #[arg(long, value_name = "N")]
     pub max_hole: Option<usize>,
@@ -257,6 +274,10 @@ fn width(s: &str) -> Result<SizeRequest, String> {
 
 fn refinement(s: &str) -> Result<Refinement, String> {
     s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn grouping(s: &str) -> Result<Grouping, String> {
+    s.parse()
 }
 
 fn method(s: &str) -> Result<Method, String> {

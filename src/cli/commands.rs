@@ -1,16 +1,17 @@
 //! The commands. Each returns whether what was asked for was reached.
 
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
-use rvachev::io;
-use rvachev::mesh::TriMesh;
+use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
+use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::pipeline::{self, MeshOptions, Method, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
-use super::arguments::{Check, Compare, Convert, Heal, How, Info, Mesh, Render, Triangles};
+use super::arguments::{Check, Compare, Convert, Files, Heal, How, Info, Mesh, Render, Triangles};
 use super::console::{note, run, say, writable};
 
 /// Pictures of a comparison stand in rows of this many.
@@ -70,6 +71,42 @@ fn paint(mesh: &TriMesh, run: &Run) -> Result<Picture> {
     draw::render(mesh, &RenderOptions::default(), run)
 }
 
+fn written_as(files: &Files) -> WriteOptions {
+    WriteOptions { groups: files.groups, old_msh: files.msh_version == "2.2", ..WriteOptions::default() }
+}
+
+/// Writes the files, and beside each that names sets of triangles a list of the names, one list for files of one
+/// stem. Returns warnings.
+fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Vec<String>> {
+    let mut told: Vec<String> = Vec::new();
+    let mut lists: BTreeMap<PathBuf, Vec<Renamed>> = BTreeMap::new();
+    for path in paths {
+        let written = io::write(path, mesh, options, run)?;
+        if Format::from_path(path)?.has_sets() {
+            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let list = lists.entry(path.with_extension("names.json")).or_default();
+            for [name, written] in &written.renamed {
+                list.push(Renamed { file: file.clone(), name: name.clone(), written: written.clone() });
+            }
+        }
+        if !written.renamed.is_empty() {
+            let changes: Vec<_> = written.renamed.iter().map(|[name, now]| format!("{name} is {now}")).collect();
+            told.push(format!("names that {} cannot hold: {}", path.display(), changes.join(", ")));
+        }
+        told.extend(written.warnings);
+    }
+    if !lists.is_empty() {
+        let names = io::names(mesh, options)?;
+        for (path, renamed) in lists {
+            write_json(&path, &Names { renamed, ..names.clone() })?;
+        }
+    }
+    // Files of one mesh have the same to tell.
+    let mut seen = BTreeSet::new();
+    told.retain(|line| seen.insert(line.clone()));
+    Ok(told)
+}
+
 pub fn mesh(a: &Mesh) -> Result<bool> {
     for path in &a.output {
         io::check_writable(path)?;
@@ -104,9 +141,11 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
     }
     let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
+    let mut told = Vec::new();
     if !a.output.is_empty() {
         let merged = made.merged()?;
-        a.output.iter().try_for_each(|path| io::write(path, &merged, &run))?;
+        let (seams, corners) = (made.seams.clone(), made.corners.clone());
+        told = write_meshes(&a.output, &merged, &WriteOptions { seams, corners, ..written_as(&a.files) }, &run)?;
     }
     if let (Some(path), Some(picture)) = (&a.png, &picture) {
         write_picture(path, picture)?;
@@ -123,6 +162,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
             say(&distance.to_string());
         }
         note("warning", &made.report.warnings);
+        note("warning", &told);
     }
     note("falls short", &made.report.shortfalls);
     Ok(made.report.shortfalls.is_empty())
@@ -186,14 +226,13 @@ pub fn heal(a: &Heal) -> Result<bool> {
     let mesh = io::read(&a.mesh, &run)?;
     let options = pipeline::HealOptions { max_hole: a.max_hole };
     let healed = pipeline::heal(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?;
-    for path in &a.output {
-        io::write(path, &healed.mesh, &run)?;
-    }
+    let told = write_meshes(&a.output, &healed.mesh, &written_as(&a.files), &run)?;
     drop(run);
     if a.json {
         say(&to_json(&healed.report)?);
     } else if !a.common.quiet {
         say(&healed.report.to_string());
+        note("warning", &told);
     }
     note("falls short", &healed.report.shortfalls);
     Ok(healed.report.shortfalls.is_empty())

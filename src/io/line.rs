@@ -17,10 +17,47 @@ impl Line {
         }
     }
 
+    /// Lets `fill` add words, with a comma before each blank between them.
+    pub(super) fn commas(&mut self, fill: impl FnOnce(&mut Self)) -> &mut Self {
+        let begin = self.0.len();
+        fill(self);
+        let words = self.0.split_off(begin);
+        for c in words {
+            self.0.extend((c == b' ').then_some(b','));
+            self.0.push(c);
+        }
+        self
+    }
+
     /// Adds a word as it is.
     pub(super) fn word(&mut self, word: &str) -> &mut Self {
         self.part();
         self.0.extend(word.as_bytes());
+        self
+    }
+
+    /// Lets `fill` add words, with parentheses around them.
+    pub(super) fn parentheses(&mut self, fill: impl FnOnce(&mut Self)) -> &mut Self {
+        self.0.push(b'(');
+        let mut inside = Self::default();
+        fill(&mut inside);
+        self.0.extend(inside.0);
+        self.0.push(b')');
+        self
+    }
+
+    /// Adds numbers of at most `width` characters, as near as that allows; 20 hold thirteen digits of any number.
+    pub(super) fn narrow(&mut self, numbers: impl Into<[f64; 3]>, width: usize) -> &mut Self {
+        for x in numbers.into() {
+            let mut buffer = zmij::Buffer::new();
+            let text = buffer.format(x);
+            if text.len() <= width {
+                self.word(text);
+                continue;
+            }
+            let shorter = (1..17).rev().map(|digits| format!("{x:.digits$e}")).find(|t| t.len() <= width);
+            self.word(&shorter.unwrap_or_else(|| format!("{x:e}")));
+        }
         self
     }
 

@@ -1,10 +1,10 @@
-//! Mesh files: STL, OBJ, PLY, OFF and gmsh MSH both ways, VTU out.
+//! Mesh files: STL, OBJ, PLY, OFF and gmsh MSH both ways; VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
 //! | format | coordinates | nodes' order | triangles' order | face names, labels | groups |
 //! |---|---|---|---|---|---|
-//! | MSH 4.1 | bit-exact | kept | kept | kept | kept |
+//! | MSH 4.1, 2.2 | bit-exact | kept | kept | kept | kept |
 //! | PLY | bit-exact | kept | kept | kept | kept |
 //! | OFF | bit-exact | kept | kept | lost | lost |
 //! | OBJ | bit-exact | kept | by face | kept, but faces without triangles | lost |
@@ -24,29 +24,43 @@
 //! written with `%` and two hexadecimal digits per byte, the empty name as a lone `%`, and read back as they were.
 
 mod atomic;
+mod bdf;
 mod build;
+mod emesh;
+mod geo;
+mod inp;
+mod layout;
 mod line;
+mod medit;
 mod msh;
 mod msh_read;
+mod names;
 mod obj;
 mod off;
 mod ply;
+mod regions;
+mod sets;
+mod sharp;
 pub mod step;
 mod stl;
+mod su2;
 mod text;
+mod vtp;
 mod vtu;
 
 #[cfg(test)]
 mod tests;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 pub use atomic::write_atomic;
+pub use names::{NamedPart, NamedVolume, NamedWhole, Names, Renamed};
+pub use regions::Grouping;
 
 /// How many items a loop handles between two looks at the cancel flag: some 0.1 ms of work.
 const CHECK_EVERY: usize = 4096;
@@ -66,13 +80,27 @@ pub enum Format {
     Off,
     /// VTK unstructured grid in XML, extension `vtu`; written only.
     Vtu,
-    /// gmsh mesh, extension `msh`; written as 4.1, read as 4.1 and as ASCII 2.2.
+    /// gmsh mesh, extension `msh`; written as 4.1 or 2.2, read as 4.1 and as ASCII 2.2.
     Msh,
+    /// gmsh script that fills the closed shells of the mesh file beside it, extension `geo`; written only, by [`write()`].
+    Geo,
+    /// Abaqus and CalculiX input, extension `inp`; written only.
+    Inp,
+    /// Nastran bulk data, extension `bdf` or `nas`; written only.
+    Bdf,
+    /// Medit mesh with ridges and corners, extension `mesh`; written only.
+    Medit,
+    /// SU2 boundary with markers, extension `su2`; written only.
+    Su2,
+    /// OpenFOAM list of sharp edges, extension `emesh`; written only.
+    EMesh,
+    /// VTK polygon data in XML, extension `vtp`; written only.
+    Vtp,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 8] = [
+    pub const EXTENSIONS: [(&'static str, Format); 16] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -81,7 +109,20 @@ impl Format {
         ("off", Format::Off),
         ("vtu", Format::Vtu),
         ("msh", Format::Msh),
+        ("geo", Format::Geo),
+        ("inp", Format::Inp),
+        ("bdf", Format::Bdf),
+        ("nas", Format::Bdf),
+        ("mesh", Format::Medit),
+        ("su2", Format::Su2),
+        ("emesh", Format::EMesh),
+        ("vtp", Format::Vtp),
     ];
+
+    /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
+    pub fn has_sets(self) -> bool {
+        matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf | Self::Medit | Self::Su2 | Self::Vtp)
+    }
 
     /// The format the file's extension stands for, whatever its case.
     ///
@@ -133,7 +174,7 @@ pub fn read(path: &Path, run: &Run) -> Result<TriMesh> {
 /// # Errors
 /// [`Error::Input`] with the line, byte or item for truncated files, counts that disagree with the size, coordinates that
 /// are not finite, indices out of range, files without triangles, and anything else that is not the format.
-/// [`Error::Usage`] for [`Format::Vtu`], which is written only.
+/// [`Error::Usage`] for formats that are written only.
 pub fn read_bytes(bytes: &[u8], format_hint: Format, name: &Path) -> Result<TriMesh> {
     decode(bytes, format_hint, &Run::new()).map_err(|e| e.in_file(name))
 }
@@ -148,7 +189,10 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
         Format::Ply => ply::read(bytes, run),
         Format::Off => off::read(bytes, run),
         Format::Msh => msh_read::read(bytes, run),
-        Format::Vtu => Err(Error::Usage("VTU files are written, not read; give STL, OBJ, PLY, OFF or MSH".into())),
+        _ => {
+            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF or MSH";
+            Err(Error::Usage(what.into()))
+        }
     }?;
     if mesh.triangles.is_empty() {
         return Err(Error::input(Place::Unknown, "the file holds no triangle"));
@@ -156,28 +200,90 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
     Ok(mesh)
 }
 
+/// How a mesh file is written.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WriteOptions {
+    /// How numbers are stored.
+    pub encoding: Encoding,
+    /// What triangles are named by.
+    pub groups: Grouping,
+    /// Write gmsh's older version 2.2 (always text) in place of 4.1.
+    pub old_msh: bool,
+    /// Sharp edges within faces (pairs of nodes), beside the borders between faces.
+    pub seams: Vec<[u32; 2]>,
+    /// Nodes at sharp corners, beside those where borders meet.
+    pub corners: Vec<u32>,
+}
+
+/// What a writer did that the names of the mesh do not tell.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Written {
+    /// What the user may not expect.
+    pub warnings: Vec<String>,
+    /// Names the format could not hold, with what stands there instead.
+    pub renamed: Vec<[String; 2]>,
+}
+
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
-/// The mesh is read as it is kept, in arrays or in fragments, and not copied. Cells of more than three corners stay as
-/// they are in OBJ, PLY, OFF and VTU files; STL gets fans around their first corners. MSH has a number for triangles and
-/// one for quadrilaterals, and none for other cells.
+/// The mesh is read as it is kept, in arrays or in fragments; formats with named sets take a copy of the triangles. Cells of more than three corners stay as
+/// they are in OBJ, PLY, OFF and VTU files; STL, INP and BDF get fans around their first corners. MSH has a number for triangles and
+/// one for quadrilaterals, and none for other cells. A script (GEO) gets its mesh beside it, `a.msh` for `a.geo`.
 ///
 /// # Errors
 /// Those of [`check_writable`]; [`Error::Input`] for a mesh with no triangle, a node that is not finite, or an index out
-/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL and for a cell MSH has no number for; [`Error::Io`]; [`Error::Cancelled`].
-pub fn write(path: &Path, mesh: &dyn MeshView, run: &Run) -> Result<()> {
+/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL, for a cell MSH has no number for, and
+/// for a script about a mesh without a closed shell; [`Error::Io`]; [`Error::Cancelled`].
+pub fn write(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Written> {
     let format = Format::from_path(path)?;
-    write_atomic(path, |out| encode(out, mesh, format, Encoding::Usual, run))
+    if format == Format::Geo {
+        return write_script(path, mesh, options, run);
+    }
+    let mut written = Written::default();
+    write_atomic(path, |out| {
+        written = encode(out, mesh, format, options, run)?;
+        Ok(())
+    })?;
+    Ok(written)
 }
 
-/// Writes a mesh as `format` to any stream; [`write()`] with a choice of encoding.
+/// The mesh file that goes with a script.
+fn mesh_of_script(path: &Path) -> PathBuf {
+    path.with_extension("msh")
+}
+
+fn write_script(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Written> {
+    build::check_mesh(mesh)?;
+    let layout = layout::Layout::new(mesh, options)?;
+    let regions = regions::Regions::new(mesh, options.groups, &layout);
+    let beside = mesh_of_script(path);
+    let name = beside.file_name().unwrap_or_default().to_string_lossy();
+    let mut script = Vec::new();
+    geo::write(&mut script, &name, &layout, &regions)?;
+    // Only 4.1 says which curves bound a surface.
+    let mut written = write(&beside, mesh, &WriteOptions { old_msh: false, ..options.clone() }, run)?;
+    write_atomic(path, |out| out.write_all(&script).map_err(atomic::write_failed))?;
+    if layout.open_shells > 0 {
+        written.warnings.push(format!("{} shells are open and are not filled", layout.open_shells));
+    }
+    Ok(written)
+}
+
+/// Writes a mesh as `format` to any stream; [`write()`] without a file.
 ///
-/// STL, OBJ and OFF have one encoding each and ignore `encoding`.
+/// STL, OBJ, OFF, INP and BDF have one encoding each and ignore that of the options.
 ///
 /// # Errors
-/// As [`write()`], without those about the path.
-pub fn encode(out: &mut dyn Write, mesh: &dyn MeshView, format: Format, encoding: Encoding, run: &Run) -> Result<()> {
+/// As [`write()`], without those about the path; [`Error::Usage`] for a script, which is about a file beside it.
+pub fn encode(
+    out: &mut dyn Write,
+    mesh: &dyn MeshView,
+    format: Format,
+    options: &WriteOptions,
+    run: &Run,
+) -> Result<Written> {
     build::check_mesh(mesh)?;
+    let encoding = options.encoding;
     match format {
         Format::StlBinary => stl::write_binary(out, mesh, run),
         Format::StlAscii => stl::write_ascii(out, mesh, run),
@@ -185,8 +291,67 @@ pub fn encode(out: &mut dyn Write, mesh: &dyn MeshView, format: Format, encoding
         Format::Ply => ply::write(out, mesh, encoding != Encoding::Text, run),
         Format::Off => off::write(out, mesh, run),
         Format::Vtu => vtu::write(out, mesh, encoding != Encoding::Text, run),
-        Format::Msh => msh::write(out, mesh, encoding == Encoding::Binary, run),
+        Format::Geo => Err(Error::Usage("a script is written by its path, as it names the mesh file beside it".into())),
+        _ => return encode_sets(out, mesh, format, options, run),
+    }?;
+    Ok(Written::default())
+}
+
+/// Formats that name sets of triangles.
+fn encode_sets(
+    out: &mut dyn Write,
+    mesh: &dyn MeshView,
+    format: Format,
+    options: &WriteOptions,
+    run: &Run,
+) -> Result<Written> {
+    let layout = layout::Layout::new(mesh, options)?;
+    let regions = regions::Regions::new(mesh, options.groups, &layout);
+    let mut written = Written { warnings: regions.warnings.clone(), renamed: Vec::new() };
+    if format == Format::Msh {
+        let gmsh = msh::Gmsh { mesh, layout: &layout, regions: &regions };
+        if options.old_msh {
+            gmsh.write_old(out, run)
+        } else {
+            gmsh.write(out, options.encoding == Encoding::Binary, run)
+        }?;
+        return Ok(written);
     }
+    if format == Format::Vtp {
+        vtp::write(out, mesh, &regions, options.encoding != Encoding::Text, run)?;
+        return Ok(written);
+    }
+    if format == Format::EMesh {
+        let sharp = sharp::SharpEdges::new(mesh, &layout, options, run)?;
+        emesh::write(out, mesh, &sharp)?;
+        return Ok(written);
+    }
+    let overlapping = &regions.sets[regions.parts..];
+    if !overlapping.is_empty() && matches!(format, Format::Medit | Format::Su2) {
+        let names: Vec<_> = overlapping.iter().map(|set| &set.name[..]).collect();
+        written.warnings.push(format!("sets of this format do not overlap, left out are {}", names.join(", ")));
+    }
+    let cleaned = regions.clean(format);
+    written.renamed = cleaned.changed;
+    let sets = sets::Sets::new(mesh, &regions, cleaned.names)?;
+    match format {
+        Format::Inp => inp::write(out, &sets, run),
+        Format::Su2 => su2::write(out, &sets, run),
+        Format::Medit => medit::write(out, &sets, &sharp::SharpEdges::new(mesh, &layout, options, run)?, run),
+        _ => bdf::write(out, &sets, run),
+    }?;
+    Ok(written)
+}
+
+/// The names in files of this mesh, and what they stand for.
+///
+/// # Errors
+/// As [`write()`], without those about the path and the format.
+pub fn names(mesh: &dyn MeshView, options: &WriteOptions) -> Result<Names> {
+    build::check_mesh(mesh)?;
+    let layout = layout::Layout::new(mesh, options)?;
+    let regions = regions::Regions::new(mesh, options.groups, &layout);
+    Ok(Names::new(mesh, options.groups, &layout, &regions))
 }
 
 /// Whether [`write()`] could work on this path, so that a command can refuse before the computation.
@@ -194,6 +359,8 @@ pub fn encode(out: &mut dyn Write, mesh: &dyn MeshView, format: Format, encoding
 /// # Errors
 /// [`Error::Usage`] for an unknown extension, a missing folder or a path that is a folder; each names it.
 pub fn check_writable(path: &Path) -> Result<()> {
-    Format::from_path(path)?;
+    if Format::from_path(path)? == Format::Geo {
+        atomic::check_folder(&mesh_of_script(path))?;
+    }
     atomic::check_folder(path)
 }

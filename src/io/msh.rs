@@ -1,24 +1,31 @@
-//! gmsh MSH 4.1 out.
+//! gmsh MSH 4.1 and 2.2 out.
 //!
-//! Every face becomes one discrete surface entity. Its physical tags are its own, then those of the groups that hold it;
-//! physical surfaces `1..=F` are the faces, `F+1..=F+G` the groups. Nodes and elements stand in blocks by entity, as gmsh
-//! wants them, and carry their numbers in the mesh plus one, so that a reader finds the mesh's own order again. A node
-//! shared by faces stands with the first of them. Format: gmsh reference manual, "MSH file format", version 4.1.
+//! Every connected piece of a face becomes one discrete surface, every chain of edges between two pieces a discrete curve,
+//! and its ends points; a curve's physical name is that of the faces beside it (`bore|body.xmin`). Which physical surfaces
+//! there are is told by [`Grouping`](super::Grouping). Cells carry their numbers in the mesh plus one, and nodes too, so that a reader finds the
+//! mesh's own order again. A section `$Comments`, which gmsh passes over, holds faces and groups for our own reader.
+//! Format: gmsh reference manual, "MSH file format", versions 4.1 and 2.2.
 
+use std::collections::BTreeMap;
 use std::io::Write;
-use std::ops::Range;
+
+use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::mesh::MeshView;
-use crate::mesh::view::extend;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
+use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
+use super::layout::{Layout, NodeOwner, SurfaceEntity};
 use super::line::Line;
+use super::regions::Regions;
 use super::text::escape;
 
+/// gmsh's number of the two-node line.
+const LINE: i32 = 1;
 /// gmsh's number of the three-node triangle.
 pub(super) const TRIANGLE: i32 = 2;
 /// gmsh's number of the four-node quadrilateral.
@@ -48,6 +55,20 @@ impl Row<'_> {
         if self.binary { self.line.flush(self.out) } else { self.line.end(self.out) }
     }
 
+    fn ints(&mut self, list: &[i32]) {
+        list.iter().for_each(|x| self.int(*x));
+    }
+
+    fn bounds(&mut self, b: &Aabb) {
+        b.lo.to_array().into_iter().chain(b.hi.to_array()).for_each(|x| self.real(x));
+    }
+
+    /// A count, then as many numbers.
+    fn list(&mut self, list: &[i32]) {
+        self.size(list.len());
+        self.ints(list);
+    }
+
     /// A line of plain text, in binary files too.
     fn text(&mut self, text: &str) -> Result<()> {
         writeln!(self.out, "{text}").map_err(write_failed)
@@ -60,138 +81,281 @@ impl Row<'_> {
     }
 }
 
-pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run: &Run) -> Result<()> {
-    let faces = mesh.face_names().len();
-    let physicals = faces + mesh.groups().len();
-    if physicals >= i32::MAX as usize {
-        return Err(Error::Failed(format!("gmsh files hold fewer than {} faces and groups", i32::MAX)));
-    }
-    let blocks = blocks(mesh, run)?;
-    let nodes = mesh.nodes_of_faces();
-    let mut row = Row { out, binary, line: Line::default() };
+/// What is written: the mesh, cut up and named.
+pub(super) struct Gmsh<'a> {
+    pub(super) mesh: &'a dyn MeshView,
+    pub(super) layout: &'a Layout,
+    pub(super) regions: &'a Regions,
+}
 
-    row.text(&format!("$MeshFormat\n4.1 {} 8", u8::from(binary)))?;
-    if binary {
-        // By this number readers tell the byte order.
-        row.int(1);
-        row.end()?;
+impl Gmsh<'_> {
+    /// Physical tags of the surfaces of a face, its part first.
+    fn surface_tags(&self, label: u32) -> Vec<i32> {
+        let part = self.regions.part_of_face[label as usize] as i32 + 1;
+        let further = self.regions.sets.iter().enumerate().skip(self.regions.parts);
+        let further = further.filter(|(_, set)| set.faces.contains(&label)).map(|(k, _)| k as i32 + 1);
+        [part].into_iter().chain(further).collect()
     }
-    row.close("MeshFormat")?;
 
-    row.text(&format!("$PhysicalNames\n{physicals}"))?;
-    for (i, name) in mesh.face_names().iter().chain(mesh.groups().iter().map(|g| &g.name)).enumerate() {
-        row.text(&format!("2 {} \"{}\"", i + 1, escape(name)))?;
-    }
-    row.text("$EndPhysicalNames")?;
-
-    let mut groups_of_face = vec![Vec::new(); faces];
-    for (g, group) in mesh.groups().iter().enumerate() {
-        for f in &group.faces {
-            let tag = (faces + g + 1) as i32;
-            if groups_of_face[*f as usize].last() != Some(&tag) {
-                groups_of_face[*f as usize].push(tag);
-            }
+    /// Names of curves by the labels beside them, and their physical tags.
+    fn curve_names(&self) -> BTreeMap<&[u32], (i32, String)> {
+        let mut names = BTreeMap::new();
+        for curve in &self.layout.curves {
+            let fresh = names.len() as i32 + 1;
+            names.entry(&curve.labels[..]).or_insert_with(|| {
+                let faces: Vec<&str> = curve.labels.iter().map(|l| &self.mesh.face_names()[*l as usize][..]).collect();
+                // A seam lies within one face, the rim of a sheet has one beside it: both are told by one name.
+                (fresh, if faces.len() == 1 { format!("{}|", faces[0]) } else { faces.join("|") })
+            });
         }
+        names
     }
-    row.text("$Entities")?;
-    [0, 0, faces, 0].iter().for_each(|n| row.size(*n));
-    row.end()?;
-    let bounds = bounds(mesh, run)?;
-    for (f, bounds) in bounds.into_iter().enumerate() {
-        row.int(f as i32 + 1);
-        bounds.lo.to_array().into_iter().chain(bounds.hi.to_array()).for_each(|x| row.real(x));
-        row.size(1 + groups_of_face[f].len());
-        row.int(f as i32 + 1);
-        groups_of_face[f].iter().for_each(|tag| row.int(*tag));
-        row.size(0);
-        row.end()?;
-    }
-    row.close("Entities")?;
 
-    row.text("$Nodes")?;
-    let count = mesh.node_count();
-    let filled = nodes.iter().filter(|list| !list.is_empty()).count();
-    [filled, count, 1, count].iter().for_each(|n| row.size(*n));
-    row.end()?;
-    for (f, ranges) in nodes.into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
-        [2, f as i32 + 1, 0].iter().for_each(|x| row.int(*x));
-        row.size(ranges.iter().map(|range| range.len()).sum());
-        row.end()?;
-        for v in ranges.iter().cloned().flatten() {
-            row.size(v + 1);
+    /// Names for the section of physical names, curves before surfaces.
+    fn names(&self, row: &mut Row) -> Result<()> {
+        let curves = self.curve_names();
+        let sets = &self.regions.sets;
+        row.text(&format!("$PhysicalNames\n{}", curves.len() + sets.len()))?;
+        let mut curves: Vec<_> = curves.into_values().collect();
+        curves.sort_unstable();
+        for (tag, name) in curves {
+            row.text(&format!("1 {tag} \"{}\"", escape(&name)))?;
+        }
+        for (k, set) in sets.iter().enumerate() {
+            row.text(&format!("2 {} \"{}\"", k + 1, escape(&set.name)))?;
+        }
+        row.text("$EndPhysicalNames")
+    }
+
+    /// All that [`TriMesh`](crate::mesh::TriMesh) knows of faces and groups: names, groups as lists of faces, and for each
+    /// surface its face.
+    fn comments(&self, row: &mut Row) -> Result<()> {
+        row.text("$Comments\nrvachev 1")?;
+        for name in self.mesh.face_names() {
+            row.text(&format!("face {}", escape(name)))?;
+        }
+        let numbers = |list: &[u32]| {
+            let words: Vec<_> = list.iter().map(u32::to_string).collect();
+            if words.is_empty() { "-".into() } else { words.join(",") }
+        };
+        for group in self.mesh.groups() {
+            row.text(&format!("group {} {}", numbers(&group.faces), escape(&group.name)))?;
+        }
+        for (s, surface) in self.layout.surfaces.iter().enumerate() {
+            row.text(&format!("surface {} {}", s + 1, surface.label))?;
+        }
+        row.text("$EndComments")
+    }
+
+    fn check(&self) -> Result<()> {
+        if self.regions.sets.len() >= i32::MAX as usize {
+            return Err(Error::Failed(format!("gmsh files hold fewer than {} faces and groups", i32::MAX)));
+        }
+        Ok(())
+    }
+
+    /// Version 4.1.
+    pub(super) fn write(&self, out: &mut dyn Write, binary: bool, run: &Run) -> Result<()> {
+        self.check()?;
+        let blocks = blocks(self.mesh, &self.layout.surfaces)?;
+        let mut row = Row { out, binary, line: Line::default() };
+        row.text(&format!("$MeshFormat\n4.1 {} 8", u8::from(binary)))?;
+        if binary {
+            // By this number readers tell the byte order.
+            row.int(1);
             row.end()?;
         }
-        for range in ranges {
-            each_node(mesh, range, run, |p| {
-                p.to_array().iter().for_each(|x| row.real(*x));
-                row.end()
-            })?;
-        }
+        row.close("MeshFormat")?;
+        self.comments(&mut row)?;
+        self.names(&mut row)?;
+        self.entities(&mut row)?;
+        self.nodes(&mut row, run)?;
+        self.elements(&mut row, &blocks, run)
     }
-    row.close("Nodes")?;
 
-    row.text("$Elements")?;
-    let count = mesh.cell_count();
-    [blocks.len(), count, 1, count].iter().for_each(|n| row.size(*n));
-    row.end()?;
-    for Block { face, corners, ranges } in blocks {
-        [2, face as i32 + 1, if corners == 3 { TRIANGLE } else { QUADRILATERAL }].iter().for_each(|x| row.int(*x));
-        row.size(ranges.iter().map(|range| range.len()).sum());
+    fn entities(&self, row: &mut Row) -> Result<()> {
+        let Layout { points, curves, surfaces, .. } = self.layout;
+        row.text("$Entities")?;
+        [points.len(), curves.len(), surfaces.len(), 0].iter().for_each(|n| row.size(*n));
         row.end()?;
-        for range in ranges {
-            let mut number = range.start;
-            each_cell(mesh, range, run, |cell, _| {
+        for (p, v) in points.iter().enumerate() {
+            row.int(p as i32 + 1);
+            self.mesh.node(*v as usize).to_array().into_iter().for_each(|x| row.real(x));
+            row.size(0);
+            row.end()?;
+        }
+        let names = self.curve_names();
+        for (c, curve) in curves.iter().enumerate() {
+            row.int(c as i32 + 1);
+            row.bounds(&Aabb::around(curve.nodes.iter().map(|v| self.mesh.node(*v as usize))));
+            row.list(&[names[&curve.labels[..]].0]);
+            row.list(&[curve.ends[0] as i32 + 1, -(curve.ends[1] as i32 + 1)]);
+            row.end()?;
+        }
+        for (s, surface) in surfaces.iter().enumerate() {
+            row.int(s as i32 + 1);
+            row.bounds(&surface.bounds);
+            row.list(&self.surface_tags(surface.label));
+            let curves: Vec<i32> = surface.curves.iter().map(|c| *c as i32 + 1).collect();
+            row.list(&curves);
+            row.end()?;
+        }
+        row.close("Entities")
+    }
+
+    fn nodes(&self, row: &mut Row, run: &Run) -> Result<()> {
+        let mut blocks: BTreeMap<(i32, i32), Vec<u32>> = BTreeMap::new();
+        for (v, owner) in self.layout.owners.iter().enumerate() {
+            let key = match owner {
+                NodeOwner::Point(p) => (0, *p as i32 + 1),
+                NodeOwner::Curve(c) => (1, *c as i32 + 1),
+                NodeOwner::Surface(s) => (2, *s as i32 + 1),
+            };
+            blocks.entry(key).or_default().push(v as u32);
+        }
+        row.text("$Nodes")?;
+        let count = self.mesh.node_count();
+        [blocks.len(), count, 1, count].iter().for_each(|n| row.size(*n));
+        row.end()?;
+        for ((dimension, tag), nodes) in blocks {
+            run.check()?;
+            row.ints(&[dimension, tag, 0]);
+            row.size(nodes.len());
+            row.end()?;
+            for v in &nodes {
+                row.size(*v as usize + 1);
+                row.end()?;
+            }
+            for v in &nodes {
+                self.mesh.node(*v as usize).to_array().iter().for_each(|x| row.real(*x));
+                row.end()?;
+            }
+        }
+        row.close("Nodes")
+    }
+
+    fn elements(&self, row: &mut Row, blocks: &[Block], run: &Run) -> Result<()> {
+        let Layout { curves, .. } = self.layout;
+        let lines: usize = curves.iter().map(|c| c.nodes.len() - 1).sum();
+        let cells = self.mesh.cell_count();
+        row.text("$Elements")?;
+        [curves.len() + blocks.len(), lines + cells, 1, lines + cells].iter().for_each(|n| row.size(*n));
+        row.end()?;
+        let mut number = cells;
+        for (c, curve) in curves.iter().enumerate() {
+            row.ints(&[1, c as i32 + 1, LINE]);
+            row.size(curve.nodes.len() - 1);
+            row.end()?;
+            for pair in curve.nodes.windows(2) {
                 number += 1;
                 row.size(number);
+                pair.iter().for_each(|v| row.size(*v as usize + 1));
+                row.end()?;
+            }
+        }
+        for Block { surface, corners, cells } in blocks {
+            row.ints(&[2, *surface as i32 + 1, if *corners == 3 { TRIANGLE } else { QUADRILATERAL }]);
+            row.size(cells.len());
+            row.end()?;
+            each_listed(self.mesh, cells, run, |number, cell| {
+                row.size(number as usize + 1);
                 cell.iter().for_each(|v| row.size(*v as usize + 1));
                 row.end()
             })?;
         }
+        row.close("Elements")
     }
-    row.close("Elements")
-}
 
-/// Cells of one face with as many corners each: gmsh keeps one kind of element in a block.
-struct Block {
-    face: usize,
-    corners: usize,
-    ranges: Vec<Range<usize>>,
-}
-
-fn blocks(mesh: &dyn MeshView, run: &Run) -> Result<Vec<Block>> {
-    let mut blocks = Vec::new();
-    for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate() {
-        let mut kinds: [Vec<Range<usize>>; 2] = Default::default();
-        for range in ranges {
-            let mut number = range.start;
-            each_cell(mesh, range, run, |cell, _| {
-                let kind = match cell.len() {
-                    3 => 0,
-                    4 => 1,
-                    n => {
-                        let message = "gmsh files hold triangles and quadrilaterals; write another format";
-                        return Err(Error::Failed(format!("cell {number} has {n} corners, but {message}")));
-                    }
-                };
-                extend(&mut kinds[kind], number..number + 1);
-                number += 1;
-                Ok(())
-            })?;
+    /// Version 2.2, as text. An element of several physical surfaces comes once for each, as gmsh itself writes them.
+    pub(super) fn write_old(&self, out: &mut dyn Write, run: &Run) -> Result<()> {
+        self.check()?;
+        let blocks = blocks(self.mesh, &self.layout.surfaces)?;
+        let mut row = Row { out, binary: false, line: Line::default() };
+        row.text("$MeshFormat\n2.2 0 8\n$EndMeshFormat")?;
+        self.comments(&mut row)?;
+        self.names(&mut row)?;
+        row.text(&format!("$Nodes\n{}", self.mesh.node_count()))?;
+        let mut number = 0;
+        each_node(self.mesh, 0..self.mesh.node_count(), run, |p: DVec3| {
+            number += 1;
+            row.line.whole(number).reals(p);
+            row.end()
+        })?;
+        let tags: Vec<Vec<i32>> = self.layout.surfaces.iter().map(|s| self.surface_tags(s.label)).collect();
+        let lines: usize = self.layout.curves.iter().map(|c| c.nodes.len() - 1).sum();
+        let repeated: usize = blocks.iter().map(|b| (tags[b.surface].len() - 1) * b.cells.len()).sum();
+        let cells = self.mesh.cell_count();
+        row.text(&format!("$EndNodes\n$Elements\n{}", cells + repeated + lines))?;
+        let mut next = cells as u64;
+        for Block { surface, corners, cells } in &blocks {
+            let kind = if *corners == 3 { TRIANGLE } else { QUADRILATERAL };
+            for (k, tag) in tags[*surface].iter().enumerate() {
+                each_listed(self.mesh, cells, run, |number, cell| {
+                    next += u64::from(k > 0);
+                    let number = if k == 0 { u64::from(number) + 1 } else { next };
+                    row.line.whole(number).wholes([kind, 2, *tag, *surface as i32 + 1]);
+                    row.line.wholes(cell.iter().map(|v| u64::from(*v) + 1));
+                    row.end()
+                })?;
+            }
         }
-        let kinds = kinds.into_iter().zip([3, 4]).filter(|(ranges, _)| !ranges.is_empty());
-        blocks.extend(kinds.map(|(ranges, corners)| Block { face, corners, ranges }));
+        let names = self.curve_names();
+        for (c, curve) in self.layout.curves.iter().enumerate() {
+            for pair in curve.nodes.windows(2) {
+                next += 1;
+                row.line.whole(next).wholes([LINE, 2, names[&curve.labels[..]].0, c as i32 + 1]);
+                row.line.wholes(pair.iter().map(|v| u64::from(*v) + 1));
+                row.end()?;
+            }
+        }
+        row.text("$EndElements")
+    }
+}
+
+/// Cells of one surface with as many corners each: gmsh keeps one kind of element in a block.
+struct Block {
+    surface: usize,
+    corners: usize,
+    cells: Vec<u32>,
+}
+
+fn blocks(mesh: &dyn MeshView, surfaces: &[SurfaceEntity]) -> Result<Vec<Block>> {
+    let mut corners = Vec::with_capacity(mesh.cell_count());
+    each_cell(mesh, 0..mesh.cell_count(), &Run::new(), |cell, _| {
+        if cell.len() > 4 {
+            let message = "gmsh files hold triangles and quadrilaterals; write another format";
+            let (number, n) = (corners.len(), cell.len());
+            return Err(Error::Failed(format!("cell {number} has {n} corners, but {message}")));
+        }
+        corners.push(cell.len() as u8);
+        Ok(())
+    })?;
+    let mut blocks = Vec::new();
+    for (surface, entity) in surfaces.iter().enumerate() {
+        for size in [3, 4] {
+            let cells: Vec<u32> =
+                entity.cells.iter().copied().filter(|c| usize::from(corners[*c as usize]) == size).collect();
+            if !cells.is_empty() {
+                blocks.push(Block { surface, corners: size, cells });
+            }
+        }
     }
     Ok(blocks)
 }
 
-/// The box around the cells of each face; around the first node for a face without cells.
-fn bounds(mesh: &dyn MeshView, run: &Run) -> Result<Vec<Aabb>> {
-    let mut bounds = vec![None; mesh.face_names().len()];
-    each_cell(mesh, 0..mesh.cell_count(), run, |cell, label| {
-        let around = Aabb::around(cell.iter().map(|v| mesh.node(*v as usize)));
-        let slot: &mut Option<Aabb> = &mut bounds[label as usize];
-        *slot = Some(slot.map_or(around, |b| b.union(&around)));
-        Ok(())
-    })?;
-    Ok(bounds.into_iter().map(|b| b.unwrap_or_else(|| Aabb::around([mesh.node(0)]))).collect())
+/// Hands the listed cells to `take` with their numbers, in runs where the numbers follow each other.
+pub(super) fn each_listed(
+    mesh: &dyn MeshView,
+    cells: &[u32],
+    run: &Run,
+    mut take: impl FnMut(u32, &[u32]) -> Result<()>,
+) -> Result<()> {
+    for stretch in cells.chunk_by(|a, b| a + 1 == *b).flat_map(|s| s.chunks(CHECK_EVERY)) {
+        let mut number = stretch[0];
+        each_cell(mesh, stretch[0] as usize..stretch[0] as usize + stretch.len(), run, |cell, _| {
+            number += 1;
+            take(number - 1, cell)
+        })?;
+    }
+    Ok(())
 }

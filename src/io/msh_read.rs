@@ -1,6 +1,6 @@
 //! gmsh MSH in: 4.1 as text or binary, 2.2 as text.
 //!
-//! Surface entities with the same list of physical tags are one face, called by the first tag. Every further tag is a
+//! Faces and groups of our own files stand in a section `$Comments`. In files of others surface entities with the same list of physical tags are one face, called by the first tag. Every further tag is a
 //! group, and so is a first tag that several lists share: then its faces are told apart by their entities' numbers.
 //! Triangles and quadrangles are taken, points, lines and volumes passed over; elements of higher order are refused.
 
@@ -22,6 +22,8 @@ use super::text::{Lines, at, count, ended, float, quote, unescape};
 const QUADRANGLE: i32 = 3;
 /// Node counts of gmsh's linear elements 1..=7 (line, triangle, quadrangle, tetrahedron, hexahedron, prism, pyramid).
 const LINEAR: [usize; 7] = [2, 3, 4, 4, 8, 6, 5];
+/// gmsh's number of the two-node line.
+const LINE: i32 = 1;
 /// gmsh's number of the point element.
 const POINT: i32 = 15;
 
@@ -140,9 +142,25 @@ struct Raw {
     triangles: Vec<(u64, i32, [u64; 3])>,
     /// Whether elements were passed over, whose nodes then belong to nothing here.
     partial: bool,
+    /// What our own writer left in the comments.
+    own: Option<Own>,
+}
+
+/// Faces and groups as our own writer knows them.
+#[derive(Default)]
+struct Own {
+    faces: Vec<String>,
+    groups: Vec<Group>,
+    /// Indices of faces by entity.
+    face_of_entity: BTreeMap<i32, u32>,
 }
 
 impl Raw {
+    /// Lines and points of our own files lie on surfaces: they have no nodes of their own.
+    fn pass_over(&mut self, kind: i32) {
+        self.partial |= self.own.is_none() || !matches!(kind, LINE | POINT);
+    }
+
     fn polygon(&mut self, tag: u64, entity: i32, corners: &[u64]) {
         for pair in corners[1..].windows(2) {
             self.triangles.push((tag, entity, [corners[0], pair[0], pair[1]]));
@@ -192,6 +210,9 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         let old = version != "4.1";
         if name == "PhysicalNames" {
             read_names(&mut lines, &mut raw)?;
+        } else if name == "Comments" {
+            raw.own = read_comments(&mut lines)?.or(raw.own);
+            continue;
         } else if matches!(name.as_str(), "Entities" | "Nodes" | "Elements") {
             let start = bytes.len() - lines.rest().len();
             let mut source = Source { bytes, at: start, line: lines.number() + 1, big };
@@ -242,6 +263,50 @@ fn read_names(lines: &mut Lines, raw: &mut Raw) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Reads comments to their end. Those of others, and such that do not fit together, are passed over.
+fn read_comments(lines: &mut Lines) -> Result<Option<Own>> {
+    let mut own = Own::default();
+    let (mut ours, mut first) = (false, true);
+    loop {
+        let (_, line) = lines.expect("`$EndComments`")?;
+        let line = line.trim();
+        if line == "$EndComments" {
+            break;
+        }
+        if first {
+            (ours, first) = (line == "rvachev 1", false);
+            continue;
+        }
+        if ours {
+            ours = own.take(line).is_some();
+        }
+    }
+    let count = own.faces.len() as u32;
+    let known = |f: &u32| *f < count;
+    let whole = own.face_of_entity.values().all(known) && own.groups.iter().all(|g| g.faces.iter().all(known));
+    Ok((ours && whole).then_some(own))
+}
+
+impl Own {
+    fn take(&mut self, line: &str) -> Option<()> {
+        let (word, rest) = line.split_once(' ')?;
+        match word {
+            "face" => self.faces.push(unescape(rest)),
+            "group" => {
+                let (numbers, name) = rest.split_once(' ')?;
+                let numbers = numbers.split(',').filter(|n| *n != "-").map(|n| n.parse().ok());
+                self.groups.push(Group { name: unescape(name), faces: numbers.collect::<Option<_>>()? });
+            }
+            "surface" => {
+                let (entity, face) = rest.split_once(' ')?;
+                self.face_of_entity.insert(entity.parse().ok()?, face.parse().ok()?);
+            }
+            _ => return None,
+        }
+        Some(())
+    }
 }
 
 fn read_entities(s: &mut Source, raw: &mut Raw) -> Result<()> {
@@ -317,7 +382,7 @@ fn read_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
             }
             match kind {
                 TRIANGLE | QUADRANGLE => raw.polygon(tag, entity, &corners),
-                _ => raw.partial = true,
+                _ => raw.pass_over(kind),
             }
         }
     }
@@ -357,13 +422,21 @@ fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
         let tags = (0..tags).map(|_| s.int()).collect::<Result<Vec<_>>>()?;
         let corners = (0..nodes).map(|_| s.size()).collect::<Result<Vec<_>>>()?;
         if !matches!(kind, TRIANGLE | QUADRANGLE) {
-            raw.partial = true;
+            raw.pass_over(kind);
             continue;
         }
         let physical = tags.first().copied().unwrap_or(0);
         let elementary = tags.get(1).copied().unwrap_or(0);
         let mut key = [0; 4];
         key[..nodes].copy_from_slice(&corners);
+        if raw.own.is_some() && elementary > 0 {
+            // Surfaces have numbers of their own in our files: what comes again is a repetition.
+            let fresh = *first.entry((elementary, key)).or_insert((elementary, physical));
+            if fresh.1 == physical {
+                raw.polygon(tag, elementary, &corners);
+            }
+            continue;
+        }
         let (home, home_physical) = *first.entry((elementary, key)).or_insert_with(|| {
             let fresh = entities.len() as i32 + 1;
             (*entities.entry((physical, elementary)).or_insert(fresh), physical)
@@ -390,11 +463,18 @@ fn assemble(mut raw: Raw) -> Result<TriMesh> {
     let number: FxHashMap<u64, u32> = raw.nodes.iter().enumerate().map(|(i, n)| (n.0, i as u32)).collect();
     raw.triangles.sort_by_key(|t| t.0);
 
+    let own = raw.own.take().filter(|own| raw.triangles.iter().all(|t| own.face_of_entity.contains_key(&t.1)));
     for (_, entity, _) in &raw.triangles {
         raw.surfaces.entry(*entity).or_default();
     }
     let mut mesh = TriMesh { nodes: raw.nodes.iter().map(|n| n.1).collect(), ..Default::default() };
-    let face_of_entity = name_faces(&raw, &mut mesh);
+    let face_of_entity = match own {
+        Some(own) => {
+            (mesh.faces, mesh.groups) = (own.faces, own.groups);
+            own.face_of_entity
+        }
+        None => name_faces(&raw, &mut mesh),
+    };
     for (tag, entity, corners) in &raw.triangles {
         let mut triangle = [0; 3];
         for (slot, v) in triangle.iter_mut().zip(corners) {

@@ -1,8 +1,10 @@
 //! Stanford PLY: ASCII and both binary byte orders in, little-endian binary or ASCII out.
 //!
-//! Each face carries an `int` property `label`; comments of the header name the faces (`comment face 2 top`) and hold the
+//! Each face of a text file carries an `int` property `label`. In a binary file readers may take lists and numbers of one
+//! face for those of all faces, so labels stand in comments (`comment labels 0*12 1*4`: twelve faces, then four). Comments of the header name the faces (`comment face 2 top`) and hold the
 //! groups (`comment group 0,2 clamped`).
 
+use std::collections::VecDeque;
 use std::io::Write;
 
 use glam::DVec3;
@@ -80,6 +82,8 @@ struct Header {
     elements: Vec<Element>,
     faces: Vec<(usize, String)>,
     groups: Vec<Group>,
+    /// Labels of faces in a row, and how many there are of each.
+    runs: Vec<(i64, usize)>,
 }
 
 fn read_header(lines: &mut Lines) -> Result<Header> {
@@ -88,7 +92,8 @@ fn read_header(lines: &mut Lines) -> Result<Header> {
         return Err(at(number, format!("a PLY file begins with `ply`, not {}", quote(magic.trim()))));
     }
     let mut coding = None;
-    let mut header = Header { coding: Coding::Ascii, elements: Vec::new(), faces: Vec::new(), groups: Vec::new() };
+    let mut header =
+        Header { coding: Coding::Ascii, elements: Vec::new(), faces: Vec::new(), groups: Vec::new(), runs: Vec::new() };
     loop {
         let (number, line) = lines.expect("`end_header`")?;
         let mut words = line.split_whitespace();
@@ -142,6 +147,11 @@ fn read_header(lines: &mut Lines) -> Result<Header> {
 
 /// Takes names of faces and groups out of a comment; any other comment is passed over.
 fn read_comment(line: &str, header: &mut Header) {
+    if let Some(runs) = line.strip_prefix("comment labels ") {
+        let read = |word: &str| word.split_once('*').and_then(|(l, n)| Some((l.parse().ok()?, n.parse().ok()?)));
+        header.runs.extend(runs.split_whitespace().filter_map(read));
+        return;
+    }
     let mut words = line.splitn(4, ' ');
     let (_, what, numbers, name) = (words.next(), words.next(), words.next(), words.next());
     match (what, numbers, name) {
@@ -167,9 +177,22 @@ struct Body<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
+    /// Labels of the faces to come, and how many there are of each.
+    runs: VecDeque<(i64, usize)>,
 }
 
 impl Body<'_> {
+    /// The label the comments give to the next face.
+    fn next_label(&mut self) -> Option<i64> {
+        let (label, left) = self.runs.front_mut()?;
+        let label = *label;
+        *left = left.saturating_sub(1);
+        if *left == 0 {
+            self.runs.pop_front();
+        }
+        Some(label)
+    }
+
     fn place(&self) -> Place {
         if self.coding == Coding::Ascii { Place::Line(self.line) } else { Place::Byte(self.at as u64) }
     }
@@ -236,9 +259,10 @@ impl Body<'_> {
 
 pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     let mut lines = Lines::new(bytes);
-    let header = read_header(&mut lines)?;
+    let mut header = read_header(&mut lines)?;
     let at = bytes.len() - lines.rest().len();
-    let mut body = Body { coding: header.coding, bytes, at, line: lines.number() + 1 };
+    let runs = std::mem::take(&mut header.runs).into();
+    let mut body = Body { coding: header.coding, bytes, at, line: lines.number() + 1, runs };
     let mut builder = Builder::default();
     let mut labels = Vec::new();
     let mut polygons = 0;
@@ -329,7 +353,7 @@ fn read_faces(
         if i % CHECK_EVERY == 0 {
             run.check()?;
         }
-        let mut label = 0;
+        let mut label = body.next_label().unwrap_or(0);
         for property in &element.properties {
             if is_corners(property) {
                 let n = property.list.map_or(Ok(0), |kind| body.length(kind))?;
@@ -381,6 +405,22 @@ fn name_faces(mesh: &mut TriMesh, labels: Vec<i64>, header: Header) -> Result<()
     Ok(())
 }
 
+/// Labels of all cells as comments, the same ones in a row counted.
+fn label_runs(mesh: &dyn MeshView, run: &Run) -> Result<String> {
+    /// Runs to a line.
+    const AT_A_TIME: usize = 16;
+    let mut runs: Vec<(u32, usize)> = Vec::new();
+    each_cell(mesh, 0..mesh.cell_count(), run, |_, label| {
+        match runs.last_mut() {
+            Some((last, n)) if *last == label => *n += 1,
+            _ => runs.push((label, 1)),
+        }
+        Ok(())
+    })?;
+    let words = |some: &[(u32, usize)]| some.iter().map(|(l, n)| format!(" {l}*{n}")).collect::<String>();
+    Ok(runs.chunks(AT_A_TIME).map(|some| format!("comment labels{}\n", words(some))).collect())
+}
+
 pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run: &Run) -> Result<()> {
     let format = if binary { "binary_little_endian" } else { "ascii" };
     let mut head = format!("ply\nformat {format} 1.0\n");
@@ -393,10 +433,14 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
         head.push_str(&format!("comment group {list} {}\n", escape(&group.name)));
     }
     let (nodes, cells) = (mesh.node_count(), mesh.cell_count());
+    if binary {
+        head.push_str(&label_runs(mesh, run)?);
+    }
     head.push_str(&format!("element vertex {nodes}\n"));
     ["x", "y", "z"].iter().for_each(|axis| head.push_str(&format!("property double {axis}\n")));
     head.push_str(&format!("element face {cells}\n"));
-    head.push_str("property list uchar int vertex_indices\nproperty int label\nend_header\n");
+    head.push_str("property list uchar int vertex_indices\n");
+    head.push_str(if binary { "end_header\n" } else { "property int label\nend_header\n" });
     out.write_all(head.as_bytes()).map_err(write_failed)?;
     if nodes > i32::MAX as usize {
         return Err(Error::Failed("PLY files number nodes by 32-bit integers, this mesh has more".into()));
@@ -416,7 +460,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
         if binary {
             record.clear();
             record.push(size);
-            cell.iter().chain([&label]).for_each(|x| record.extend(x.to_le_bytes()));
+            cell.iter().for_each(|x| record.extend(x.to_le_bytes()));
             return out.write_all(&record).map_err(write_failed);
         }
         line.whole(size).wholes(cell.iter().copied().chain([label])).end(out)

@@ -28,9 +28,13 @@ fn cube() -> TriMesh {
     mesh
 }
 
+fn encoded(encoding: Encoding) -> WriteOptions {
+    WriteOptions { encoding, ..WriteOptions::default() }
+}
+
 fn bytes_of(mesh: &TriMesh, format: Format, encoding: Encoding) -> Vec<u8> {
     let mut bytes = Vec::new();
-    encode(&mut bytes, mesh, format, encoding, &Run::new()).unwrap();
+    encode(&mut bytes, mesh, format, &encoded(encoding), &Run::new()).unwrap();
     bytes
 }
 
@@ -101,7 +105,7 @@ fn binary_stl_rounds_to_the_nearest_f32() {
     }
     let mut huge = cube();
     huge.nodes[2].x = 1e39;
-    let error = encode(&mut Vec::new(), &huge, Format::StlBinary, Encoding::Usual, &Run::new()).unwrap_err();
+    let error = encode(&mut Vec::new(), &huge, Format::StlBinary, &WriteOptions::default(), &Run::new()).unwrap_err();
     assert!(error.to_string().contains("node 2"), "{error}");
 }
 
@@ -268,7 +272,12 @@ fn formats_by_extension() {
     }
     for bad in ["a", "a.step", ".stl", "stl"] {
         let message = Format::from_path(Path::new(bad)).unwrap_err().to_string();
-        assert!(message.contains(".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh"), "{message}");
+        assert!(
+            message.contains(
+                ".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas, .mesh, .su2, .emesh, .vtp"
+            ),
+            "{message}"
+        );
     }
 }
 
@@ -279,20 +288,21 @@ fn files_appear_whole_or_not_at_all() {
     let files = || std::fs::read_dir(folder.path()).unwrap().count();
     let token = CancelToken::new();
     token.cancel();
-    let cancelled = write(&path, &cube(), &Run::new().with_cancel(token)).unwrap_err();
+    let cancelled = write(&path, &cube(), &WriteOptions::default(), &Run::new().with_cancel(token)).unwrap_err();
     assert!(matches!(cancelled, Error::Cancelled) && files() == 0);
     let failed = write_atomic(&path, |out| {
         out.write_all(b"half").unwrap();
         Err(Error::Failed("no".into()))
     });
     assert!(failed.is_err() && files() == 0);
-    write(&path, &cube(), &Run::new()).unwrap();
+    write(&path, &cube(), &WriteOptions::default(), &Run::new()).unwrap();
     assert_eq!((read(&path, &Run::new()).unwrap(), files()), (cube(), 1));
-    assert!(write(&path, &TriMesh::default(), &Run::new()).is_err());
+    assert!(write(&path, &TriMesh::default(), &WriteOptions::default(), &Run::new()).is_err());
     assert_eq!(read(&path, &Run::new()).unwrap(), cube());
 
     let missing = folder.path().join("nowhere").join("a.stl");
-    for message in [check_writable(&missing), write(&missing, &cube(), &Run::new())].map(|r| r.unwrap_err().to_string())
+    for message in [check_writable(&missing), write(&missing, &cube(), &WriteOptions::default(), &Run::new()).map(drop)]
+        .map(|r| r.unwrap_err().to_string())
     {
         assert!(message.contains("nowhere does not exist"), "{message}");
     }
@@ -313,7 +323,7 @@ fn meshes_no_reader_takes_are_not_written() {
     for (damage, wanted) in breaks {
         let mut mesh = cube();
         damage(&mut mesh);
-        let error = encode(&mut Vec::new(), &mesh, Format::Obj, Encoding::Usual, &Run::new()).unwrap_err();
+        let error = encode(&mut Vec::new(), &mesh, Format::Obj, &WriteOptions::default(), &Run::new()).unwrap_err();
         assert!(error.to_string().contains(wanted), "{error}");
     }
 }

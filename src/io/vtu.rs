@@ -17,15 +17,15 @@ const VTK_POLYGON: u8 = 7;
 const VTK_QUAD: u8 = 9;
 
 /// Writes data arrays either as text or as base64 with a length of 64 bits before the bytes.
-struct Arrays<'a> {
-    out: &'a mut dyn Write,
-    binary: bool,
-    run: &'a Run,
+pub(super) struct Arrays<'a> {
+    pub(super) out: &'a mut dyn Write,
+    pub(super) binary: bool,
+    pub(super) run: &'a Run,
 }
 
 impl Arrays<'_> {
     /// An array of `count` values, which `values` hands out one after the other.
-    fn array<T: Copy, const N: usize>(
+    pub(super) fn array<T: Copy, const N: usize>(
         &mut self,
         attributes: &str,
         count: usize,
@@ -58,7 +58,7 @@ impl Arrays<'_> {
         self.line("</DataArray>")
     }
 
-    fn line(&mut self, text: &str) -> Result<()> {
+    pub(super) fn line(&mut self, text: &str) -> Result<()> {
         writeln!(self.out, "{text}").map_err(write_failed)
     }
 }
@@ -102,7 +102,7 @@ fn base64(data: &[u8]) -> Vec<u8> {
 }
 
 /// A name as the value of an XML attribute; characters XML cannot hold become `_`.
-fn attribute(name: &str) -> String {
+pub(super) fn attribute(name: &str) -> String {
     name.chars()
         .map(|c| match c {
             '&' => "&amp;".into(),

@@ -1,0 +1,221 @@
+//! Our files, read by gmsh and meshio: every triangle comes, once, under the name it should have.
+//!
+//! The first use makes a virtual environment below `target/formats-env` from `tests/formats/requirements.txt`; that needs
+//! Python 3.10 or newer with `venv`, the package index, and what gmsh is linked against (Debian: libglu1-mesa libxrender1
+//! libxcursor1 libxft2 libxinerama1).
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn here(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+fn done(command: &mut Command) -> String {
+    let out = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
+    let said = [&out.stdout[..], &out.stderr[..]].map(|s| String::from_utf8_lossy(s).into_owned());
+    assert!(out.status.success(), "{command:?}: {}\n{}", out.status, said.concat());
+    said[0].clone()
+}
+
+/// The Python with gmsh and meshio in it.
+fn python() -> &'static Path {
+    static PYTHON: OnceLock<PathBuf> = OnceLock::new();
+    PYTHON.get_or_init(|| {
+        let requirements = here("tests/formats/requirements.txt");
+        let all = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("formats-env");
+        fs::create_dir_all(&all).unwrap();
+        let lock = fs::File::create(all.join("lock")).unwrap();
+        lock.lock().unwrap();
+        let (folder, ready) = (all.join("env"), all.join("ready"));
+        let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+        let wanted = fs::read_to_string(&requirements).unwrap();
+        if fs::read_to_string(&ready).ok().as_ref() != Some(&wanted) {
+            let _ = fs::remove_dir_all(&folder);
+            done(Command::new("python3").args(["-m", "venv"]).arg(&folder));
+            done(Command::new(&python).args(["-m", "pip", "install", "--quiet", "-r"]).arg(&requirements));
+            fs::write(&ready, wanted).unwrap();
+        }
+        python
+    })
+}
+
+/// What a program finds in a file.
+fn ask(program: &str, dir: &TempDir, file: &str) -> Value {
+    let script = here("tests/formats/read.py");
+    let said = done(Command::new(python()).current_dir(dir).arg(script).arg(program).arg(file));
+    let last = said.trim().lines().last().unwrap_or_default();
+    serde_json::from_str::<Value>(last).unwrap_or_else(|e| panic!("{e}: {said}"))[0].clone()
+}
+
+/// Meshes a part file with the given further arguments; returns what stands in `a.names.json`.
+fn mesh(dir: &TempDir, source: &str, arguments: &[&str]) -> Value {
+    fs::write(dir.path().join("part.py"), source).unwrap();
+    let program = Command::new(env!("CARGO_BIN_EXE_rvachev"))
+        .current_dir(dir)
+        .args(["mesh", "part.py", "--size", "0.2", "-q"])
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert!(program.status.success(), "{}", String::from_utf8_lossy(&program.stderr));
+    serde_json::from_slice(&fs::read(dir.path().join("a.names.json")).unwrap()).unwrap()
+}
+
+fn cube() -> String {
+    fs::read_to_string(here("data/cube_with_holes.py")).unwrap()
+}
+
+/// Triangles of each part by its name.
+fn parts(names: &Value) -> BTreeMap<String, u64> {
+    let list = names["parts"].as_array().unwrap().iter();
+    list.map(|p| (p["name"].as_str().unwrap().to_owned(), p["triangles"].as_u64().unwrap())).collect()
+}
+
+/// Triangles by name as gmsh tells them.
+fn surfaces(found: &Value) -> BTreeMap<String, u64> {
+    let list = found["groups"].as_object().unwrap().iter();
+    list.filter_map(|(name, n)| Some((name.strip_prefix("2 ")?.to_owned(), n.as_u64()?))).collect()
+}
+
+const NAMES: [&str; 7] = ["body.ymax", "body.ymin", "body.zmax", "body.zmin", "bores", "clamped", "loaded"];
+
+#[test]
+fn each_triangle_is_in_one_physical_group() {
+    let dir = TempDir::new().unwrap();
+    for version in ["4.1", "2.2"] {
+        let names = mesh(&dir, &cube(), &["-o", "a.msh", "--msh-version", version]);
+        let parts = parts(&names);
+        assert_eq!(parts.keys().collect::<Vec<_>>(), NAMES);
+        let gmsh = ask("gmsh", &dir, "a.msh");
+        assert_eq!(surfaces(&gmsh), parts, "{version}");
+        assert_eq!(gmsh["most"], 1, "{version}");
+        assert_eq!(gmsh["triangles"].as_u64(), Some(parts.values().sum()), "{version}");
+        // Twelve edges of the cube, two rims on each of the bores, four creases where they cross.
+        let curves = gmsh["groups"].as_object().unwrap().keys().filter(|name| name.starts_with("1 ")).count();
+        assert_eq!(curves, 12 + 4 + 1, "{version}");
+        let area = |name: &str| {
+            let list = names["parts"].as_array().unwrap();
+            list.iter().find(|p| p["name"] == name).unwrap()["area"].as_f64().unwrap()
+        };
+        // A side of the cube, and one with a hole of radius 0.4.
+        assert!((area("body.ymin") - 4.0).abs() < 1e-9);
+        assert!((area("clamped") - (4.0 - 0.16 * std::f64::consts::PI)).abs() < 0.02);
+    }
+}
+
+#[test]
+fn faces_in_two_groups_are_a_part_of_their_own() {
+    let dir = TempDir::new().unwrap();
+    let source = cube() + "group(\"held\", faces(\"body.x*\"))\n";
+    let names = mesh(&dir, &source, &["-o", "a.msh"]);
+    let user = parts(&names);
+    assert!(user.contains_key("clamped+held") && user.contains_key("loaded+held"), "{user:?}");
+    assert!(!user.contains_key("clamped") && !user.contains_key("held"), "{user:?}");
+    let held = names["groups"].as_array().unwrap().iter().find(|g| g["name"] == "held").unwrap();
+    assert_eq!(held["parts"], serde_json::json!(["clamped+held", "loaded+held"]));
+    assert_eq!(ask("gmsh", &dir, "a.msh")["most"], 1);
+
+    let faces = parts(&mesh(&dir, &source, &["-o", "a.msh", "--groups", "faces"]));
+    assert_eq!(faces.len(), 8);
+    assert_eq!(surfaces(&ask("gmsh", &dir, "a.msh")), faces);
+    let all = parts(&mesh(&dir, &source, &["-o", "a.msh", "--groups", "all"]));
+    assert_eq!(all["held"], all["clamped"] + all["loaded"]);
+    assert_eq!(all["body.xmin"], all["clamped"]);
+    let gmsh = ask("gmsh", &dir, "a.msh");
+    assert_eq!((surfaces(&gmsh), &gmsh["most"]), (all, &Value::from(3)));
+}
+
+#[test]
+fn a_script_fills_the_solid_and_keeps_its_names() {
+    let dir = TempDir::new().unwrap();
+    let names = mesh(&dir, &cube(), &["-o", "a.geo"]);
+    let gmsh = ask("gmsh", &dir, "a.geo");
+    assert_eq!(surfaces(&gmsh), parts(&names));
+    assert!(gmsh["groups"]["3 solid"].as_u64().unwrap() > 1000, "{gmsh}");
+    let (theirs, ours) = (gmsh["volume"].as_f64().unwrap(), names["solids"][0]["volume"].as_f64().unwrap());
+    assert!((theirs / ours - 1.0).abs() < 1e-9, "{theirs} in {ours}");
+}
+
+#[test]
+fn a_script_leaves_voids_empty_and_fills_what_is_in_them() {
+    let dir = TempDir::new().unwrap();
+    let names = mesh(&dir, "part((sphere(1) - sphere(.7)) | sphere(.4))\n", &["-o", "a.geo"]);
+    assert_eq!(names["solids"].as_array().unwrap().iter().map(|s| s["shells"].as_u64().unwrap()).max(), Some(2));
+    let gmsh = ask("gmsh", &dir, "a.geo");
+    let truth = 4.0 / 3.0 * std::f64::consts::PI * (1.0 - 0.343 + 0.064);
+    let volume = gmsh["volume"].as_f64().unwrap();
+    assert!((volume / truth - 1.0).abs() < 0.05, "{volume}, in truth {truth}");
+}
+
+#[test]
+fn meshio_reads_sets_of_solvers() {
+    let dir = TempDir::new().unwrap();
+    let outputs = ["a.msh", "a.inp", "a.bdf", "a.mesh", "a.su2", "a.vtp", "a.vtu", "a.ply", "a.obj", "a.off", "a.stl"];
+    let arguments: Vec<&str> = outputs.iter().flat_map(|o| ["-o", o]).collect();
+    let names = mesh(&dir, &cube(), &arguments);
+    let parts = parts(&names);
+    let whole: u64 = parts.values().sum();
+    let plain: BTreeMap<String, u64> = parts.iter().map(|(name, n)| (name.replace('.', "_"), *n)).collect();
+    let listed = names["parts"].as_array().unwrap().iter();
+    let numbered: BTreeMap<String, u64> =
+        listed.map(|p| (p["number"].to_string(), p["triangles"].as_u64().unwrap())).collect();
+    let counts = |v: &Value| -> BTreeMap<String, u64> {
+        v.as_object().unwrap().iter().map(|(k, n)| (k.clone(), n.as_u64().unwrap())).collect()
+    };
+    for file in outputs.iter().filter(|f| **f != "a.vtp") {
+        let found = ask("meshio", &dir, file);
+        assert_eq!(found["triangles"].as_u64(), Some(whole), "{file}: {found}");
+        for (side, truth) in [-1.0, 1.0].into_iter().enumerate() {
+            for x in found["box"][side].as_array().unwrap() {
+                assert!((x.as_f64().unwrap() - truth).abs() < 1e-12, "{file}: {found}");
+            }
+        }
+        match *file {
+            "a.inp" => {
+                assert_eq!(counts(&found["sets"]), plain);
+                assert_eq!(found["point_sets"].as_object().unwrap().len(), plain.len() + 1, "{found}");
+            }
+            "a.bdf" => assert_eq!(counts(&found["refs"]["nastran:ref"]), numbered),
+            "a.mesh" => assert_eq!(counts(&found["refs"]["medit:ref"]), numbered),
+            "a.su2" => assert_eq!(found["refs"]["su2:tag"].as_object().unwrap().len(), parts.len(), "{found}"),
+            _ => {}
+        }
+    }
+    let gmsh = ask("gmsh", &dir, "a.mesh");
+    assert_eq!(gmsh["triangles"].as_u64(), Some(whole));
+    assert!(gmsh["lines"].as_u64().unwrap() > 100);
+    let renamed = names["renamed"].as_array().unwrap();
+    assert!(renamed.iter().any(|r| r["file"] == "a.inp" && r["name"] == "body.ymin" && r["written"] == "body_ymin"));
+}
+
+#[test]
+fn sharp_edges_go_to_openfoam_and_medit() {
+    let dir = TempDir::new().unwrap();
+    mesh(&dir, "part(box(size=(2, 2, 2)).name(\"body\"))\n", &["-o", "a.emesh", "-o", "a.mesh"]);
+    let text = fs::read_to_string(dir.path().join("a.emesh")).unwrap();
+    let body = text.split_once("}\n").unwrap().1;
+    let numbers: Vec<f64> =
+        body.split(|c: char| c.is_whitespace() || "()".contains(c)).filter_map(|w| w.parse().ok()).collect();
+    let nodes = numbers[0] as usize;
+    let points = &numbers[1..1 + 3 * nodes];
+    let edges = &numbers[2 + 3 * nodes..];
+    assert_eq!(edges.len(), 2 * numbers[1 + 3 * nodes] as usize);
+    let length: f64 = edges
+        .chunks_exact(2)
+        .map(|e| {
+            let [a, b] = [e[0], e[1]].map(|v| &points[3 * v as usize..3 * v as usize + 3]);
+            (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+        })
+        .sum();
+    // Twelve edges of length two.
+    assert!((length - 24.0).abs() < 1e-9, "{length}");
+    let medit = fs::read_to_string(dir.path().join("a.mesh")).unwrap();
+    assert!(medit.contains(&format!("Ridges\n{}\n", edges.len() / 2)), "{medit}");
+    assert!(medit.contains("Corners\n8\n"));
+}

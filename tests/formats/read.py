@@ -1,0 +1,66 @@
+"""What gmsh and meshio find in mesh files, as JSON.
+
+    read.py gmsh FILE ...      physical groups with how many elements they have; a script is filled first
+    read.py meshio FILE ...    nodes, triangles, names of sets with how many triangles they have
+"""
+import json
+import sys
+
+
+def of_gmsh(path):
+    import gmsh
+
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.open(path)
+    if path.endswith(".geo"):
+        gmsh.model.mesh.generate(3)
+    groups, seen = {}, {}
+    for dim, tag in gmsh.model.getPhysicalGroups():
+        tags = []
+        for entity in gmsh.model.getEntitiesForPhysicalGroup(dim, tag):
+            for list_ in gmsh.model.mesh.getElements(dim, entity)[1]:
+                tags += [int(t) for t in list_]
+        name = gmsh.model.getPhysicalName(dim, tag) or str(tag)
+        groups[f"{dim} {name}"] = len(tags)
+        for t in tags if dim == 2 else []:
+            seen[t] = seen.get(t, 0) + 1
+    count = {d: sum(len(t) for t in gmsh.model.mesh.getElements(d)[1]) for d in (1, 2, 3)}
+    volume = 0.0
+    if count[3]:
+        tags = [int(t) for ts in gmsh.model.mesh.getElements(3)[1] for t in ts]
+        volume = float(gmsh.model.mesh.getElementQualities(tags, "volume").sum())
+    gmsh.finalize()
+    most = max(seen.values(), default=0)
+    return {"groups": groups, "lines": count[1], "triangles": count[2], "tetrahedra": count[3], "most": most, "volume": volume}
+
+
+def of_meshio(path):
+    import meshio
+
+    mesh = meshio.read(path)
+    counts = [len(block.data) if block.type == "triangle" else 0 for block in mesh.cells]
+    sets = {}
+    for name, blocks in mesh.cell_sets.items():
+        sizes = [len(b) for b, block in zip(blocks, mesh.cells) if b is not None and block.type == "triangle"]
+        sets[name] = sum(sizes)
+    refs = {}
+    for key, data in mesh.cell_data.items():
+        for values, block in zip(data, mesh.cells):
+            if block.type == "triangle" and getattr(values, "dtype", None) is not None and values.dtype.kind in "iu":
+                for v in values.tolist():
+                    refs.setdefault(key, {}).setdefault(str(v), 0)
+                    refs[key][str(v)] += 1
+    points = {name: len(list_) for name, list_ in mesh.point_sets.items()}
+    box = [mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist()]
+    return {"nodes": len(mesh.points), "triangles": sum(counts), "sets": sets, "refs": refs, "point_sets": points, "box": box}
+
+
+def main(arguments):
+    read = {"gmsh": of_gmsh, "meshio": of_meshio}[arguments[0]]
+    # meshio talks on standard output: the answer is the last line.
+    print("\n" + json.dumps([read(path) for path in arguments[1:]]))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
