@@ -114,7 +114,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     // The leaf method measures always; the others fall short of what they are not measured for.
-    let measure = a.report.is_some() || !a.common.quiet || a.method != Method::Leaf;
+    let measure = a.report.is_some() || !a.common.quiet || !a.method.is_exact();
     let timed = a.report.is_some() || a.verbose;
     let how = MeshOptions { timed, ..options(&a.how, a.method, measure) };
     let made = if pipeline::is_step(&a.part.part) {

@@ -6,6 +6,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::slopes::Slopes;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
 
@@ -322,6 +323,25 @@ impl Formula {
                 }
             };
             r.push(i);
+        }
+        r[r.len() - 1]
+    }
+}
+
+impl Formula {
+    /// Bounds of value and gradient over a box.
+    pub(crate) fn slopes(&self, b: &[Interval; 3]) -> Slopes {
+        let mut r: Vec<Slopes> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            let reg = |a: u32| r[a as usize];
+            r.push(match *op {
+                Op::Const(c) => Slopes::constant(c),
+                Op::Coordinate(k) => Slopes::coordinate(k as usize % 3, b[k as usize % 3]),
+                Op::Square(a) => reg(a).square(),
+                Op::Unary(u, a) => reg(a).unary(u),
+                Op::Binary(o, x, y) => reg(x).binary(o, reg(y)),
+                Op::Select(c, x, y) => reg(x).select(reg(c).value, reg(y)),
+            });
         }
         r[r.len() - 1]
     }

@@ -7,10 +7,13 @@ use glam::DVec3;
 
 use super::history::{Attempt, Clock, Tried};
 use super::leaf::exact_options;
-use super::mesh::{MeshOptions, Ready, nothing_found};
+use super::mesh::{MeshOptions, Method, Ready, nothing_found};
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
-use crate::implicit::{Extracted, ImplicitOracle, SurfacePoint, drop_splinters, surface_points, trimmed};
+use crate::implicit::{
+    Extracted, ImplicitOracle, SurfacePoint, Trimmed, Unproved, arranged, can_arrange, drop_splinters, surface_points,
+    trimmed,
+};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
 use crate::quality::Fault;
@@ -19,6 +22,9 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
 pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// The grid of an arrangement has cells of so many sizes: it is smaller where it must be, and the remesher makes triangles of the
+/// size wanted in flat places.
+const ARRANGED: f64 = 2.0;
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
@@ -81,6 +87,8 @@ pub(super) struct Scout {
     /// Places without an exact edge, once it is cut, and whether [cutting was given up](CutReport::bridged).
     unresolved: Vec<DVec3>,
     bridged: bool,
+    /// Places where the arrangement it was made from was not proved.
+    pub(super) unproved: Vec<(DVec3, Unproved)>,
 }
 
 impl Scout {
@@ -88,7 +96,8 @@ impl Scout {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
-        Ok(Self { extracted, cell, points, gone, splinters, unresolved: Vec::new(), bridged: false })
+        let (unresolved, unproved) = (Vec::new(), Vec::new());
+        Ok(Self { extracted, cell, points, gone, splinters, unresolved, bridged: false, unproved })
     }
 
     fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
@@ -101,16 +110,37 @@ impl Scout {
     /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
     fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, Cutting)>> {
         let Some(made) = trimmed(&ready.model, &self.extracted, run)? else { return Ok(None) };
+        Ok(self.made_anew(ready, made))
+    }
+
+    /// The same cells with a mesh in which every triangle lies on one leaf, if it is a manifold.
+    fn made_anew(&self, ready: &Ready, made: Trimmed) -> Option<(Self, Cutting)> {
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let Ok(cut) = patch_pieces(&made.mesh, &made.leaves, &oracle, self.cell) else { return Ok(None) };
+        let cut = patch_pieces(&made.mesh, &made.leaves, &oracle, self.cell).ok()?;
         let mesh = made.mesh;
         let face = |t: usize| oracle.face_at(mesh.labels[t], mesh.centroid(t)).unwrap_or(0);
         extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
         let (cell, points, splinters) = (self.cell, self.points.clone(), self.splinters.clone());
-        let made = Self { extracted, cell, points, gone: false, splinters, unresolved: Vec::new(), bridged: false };
-        Ok(Some((made, cut)))
+        let (unresolved, unproved) = (Vec::new(), Vec::new());
+        Some((Self { extracted, cell, points, gone: false, splinters, unresolved, bridged: false, unproved }, cut))
+    }
+
+    /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
+    fn arranged(&self, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<Option<(Self, Cutting)>> {
+        if !can_arrange(&ready.model) {
+            return Ok(None);
+        }
+        let made = match arranged(&ready.model, ARRANGED * self.cell, options.memory, run) {
+            Ok(made) => made,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // Too many cells, or too much in one: there are other ways.
+            Err(_) => return Ok(None),
+        };
+        let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
+        scout.unproved = made.unproved;
+        Ok(Some((scout, cut)))
     }
 
     /// What makes one worse than another: parts of the surface that are not there, then places without an exact edge; with
@@ -269,6 +299,12 @@ pub(super) fn search(
             first_error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
         }
         let trimmed = |scout: &Scout| scout.trimmed(ready, run);
+        if options.method == Method::Complex
+            && let Some((made, cut)) = scout.arranged(ready, options, run)?
+        {
+            let this = made.remesh(cut, ready, options, run, observer)?;
+            return Ok(this.told(Tried::Arrange, &mut attempts, &mut clock).searched(crossed, attempts));
+        }
         // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
         let mut cut = if scout.gone || nothing { None } else { Some(scout.cut(ready, run)?) };
         let next = if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {

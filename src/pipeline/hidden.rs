@@ -22,7 +22,7 @@ pub(super) fn hidden_creases(
 ) -> Result<Option<ByLeaf>> {
     let oracle = ImplicitOracle::new(&ready.model, &by_leaf.extracted);
     let cut_off = creased(&by_leaf.mesh, &oracle, run).len();
-    if cut_off == 0 || by_leaf.method != Method::Leaf {
+    if cut_off == 0 || !by_leaf.method.is_exact() {
         return Ok(None);
     }
     let mut clock = Clock::new(options.timed);

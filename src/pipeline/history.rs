@@ -11,6 +11,8 @@ use super::report::Report;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tried {
+    /// The boundary of the leaves' arrangement on an adaptive grid, remeshed.
+    Arrange,
     /// Marching cubes, cut where leaves meet, remeshed.
     Cut,
     /// The leaves' own surfaces cut by each other, remeshed.
@@ -123,6 +125,7 @@ fn seconds(f: &mut fmt::Formatter<'_>, seconds: Option<f64>) -> fmt::Result {
 impl fmt::Display for Attempt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = match self.rung {
+            Tried::Arrange => "arrange",
             Tried::Cut => "cut",
             Tried::Trim => "trim",
             Tried::Leave => "leave",

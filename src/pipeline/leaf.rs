@@ -132,7 +132,7 @@ pub(super) fn by_leaf(
     let found = best.exact.report.clone();
     let mut clock = Clock::new(options.timed);
     let mut left = Vec::new();
-    if best.faults() > 0 {
+    if best.faults() > 0 && options.method != Method::Complex {
         left = leave(ready, options, &mut best, run, observer)?;
         let (cell, triangles) = (best.scout.cell, best.exact.mesh.triangles.len());
         let attempt = Attempt::new(Tried::Leave, cell, triangles, best.faults(), &mut clock);
@@ -142,12 +142,14 @@ pub(super) fn by_leaf(
     }
     let mut shortfalls = best.shortfalls(ready);
     let complete = best.exact.report.cut.unresolved.is_empty();
-    if best.faults() == 0 {
+    if best.faults() == 0 || options.method == Method::Complex {
         shortfalls
             .extend(left.first().map(|b| Fault::LeftAsExtracted { at: b.center().to_array(), more: left.len() - 1 }));
+        let best_faults = best.faults();
         let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
-        let (intersecting, method) = (Some(0), Method::Leaf);
+        let intersecting = (best_faults == 0).then_some(0);
+        let method = options.method;
         return Ok(ByLeaf {
             mesh,
             seams,

@@ -42,11 +42,13 @@ pub enum Method {
     /// [`optimize::exact`](crate::optimize::exact).
     #[default]
     Leaf,
+    /// The same from the arrangement of the leaves on an adaptive grid, with no other way tried where that does not come out.
+    Complex,
 }
 
 impl Method {
     /// All methods, in the order they are compared in.
-    pub const ALL: [Method; 3] = [Method::MarchingCubes, Method::Operators, Method::Leaf];
+    pub const ALL: [Method; 4] = [Method::MarchingCubes, Method::Operators, Method::Leaf, Method::Complex];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -54,7 +56,15 @@ impl Method {
             Method::MarchingCubes => "mc",
             Method::Operators => "operators",
             Method::Leaf => "leaf",
+            Method::Complex => "complex",
         }
+    }
+}
+
+impl Method {
+    /// Whether edges and corners come from the tree.
+    pub fn is_exact(self) -> bool {
+        matches!(self, Method::Leaf | Method::Complex)
     }
 }
 
@@ -288,7 +298,7 @@ fn apart(made: &Meshed) -> f64 {
 pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, Crowded)> {
     let (mut made, mut crowded, mut cell) = mesh_by_cells(part, ready, options, &CELLS, run)?;
     let near = (APART * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
-    while options.method == Method::Leaf && apart(&made) > near {
+    while options.method.is_exact() && apart(&made) > near {
         let left = CELLS.iter().position(|share| share * ready.size < 0.75 * cell).unwrap_or(CELLS.len());
         let cells = &CELLS[left..];
         if cells.len() < 2 {
@@ -320,7 +330,7 @@ fn mesh_by_cells(
     run: &Run,
 ) -> Result<(Meshed, Crowded, f64)> {
     let mut clock = Clock::new(options.timed);
-    let made = if options.method == Method::Leaf {
+    let made = if options.method.is_exact() {
         let made = by_leaf(ready, options, cells, run, None)?;
         match hidden_creases(ready, &made, options, run)? {
             Some(recovered) => recovered,
@@ -356,7 +366,7 @@ fn mesh_by_cells(
     report.attempts = attempts;
     report.stage("mesh", mesh.triangles.len(), &mut clock);
     report.warnings.extend(ready.wishes(options).warnings);
-    if options.method != Method::Leaf && !options.refinements.is_empty() {
+    if !options.method.is_exact() && !options.refinements.is_empty() {
         report.warnings.push("refinements are not heeded by this method".into());
     }
     // What the leaf method calls sound is: a closed manifold by construction, tested for intersections.
@@ -372,7 +382,7 @@ fn mesh_by_cells(
     }
     report.stage("heal", mesh.triangles.len(), &mut clock);
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
-    if method != Method::Leaf || !report.shortfalls.is_empty() {
+    if !method.is_exact() || !report.shortfalls.is_empty() {
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
         let thin = thin_places(&ready.model, &walls, cell).into_iter().map(|p| Fault::ThinWall {
             face: p.face,
@@ -382,7 +392,7 @@ fn mesh_by_cells(
         });
         report.shortfalls.extend(thin);
     }
-    if options.method == Method::Leaf {
+    if options.method.is_exact() {
         if method == Method::Operators && report.shortfalls.is_empty() {
             let what =
                 "creases inside a closure or formula: the mesh is by the operators, which find edges on the surface";
@@ -398,14 +408,14 @@ fn mesh_by_cells(
     run.progress("check", 0.0);
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut points = Cow::Borrowed(&extracted.mesh.nodes);
-    if options.method != Method::Leaf {
+    if !options.method.is_exact() {
         // What the cells did not see is not in the extraction.
         points.to_mut().extend(surface_points(&ready.model, &extracted, run)?.into_iter().map(|x| x.at));
     }
     let points = &points[..];
     let measured = match (options.measure, options.method) {
         (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
-        (false, Method::Leaf) => {
+        (false, m) if m.is_exact() => {
             let against = Against { points, ..Against::new(&oracle) };
             check_tested(&mesh, intersecting, Expectation::default(), Some(against), run)?
         }
@@ -413,7 +423,7 @@ fn mesh_by_cells(
     };
     let many = (THIN * mesh.triangles.len() as f64) as usize;
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
-    let away = method == Method::Leaf && thin;
+    let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut clock);

@@ -1,0 +1,326 @@
+//! From the facets of all tetrahedra to one mesh: common nodes, triangles, copies where inside sectors touch.
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::cell::{Cut, Facet, Vertex};
+use super::grid::{Octree, Point};
+
+/// What a node is: the grid points of the simplex it lies in, and the leaves that vanish there, both ascending.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Key {
+    pub(super) points: [u64; 4],
+    pub(super) leaves: [u32; 3],
+}
+
+impl Key {
+    /// The grid points.
+    pub(super) fn corners(&self) -> impl Iterator<Item = Point> + '_ {
+        self.points.iter().filter(|p| **p != u64::MAX).map(|p| Point(*p))
+    }
+
+    /// The leaves.
+    pub(super) fn on(&self) -> Vec<u32> {
+        self.leaves.iter().copied().filter(|l| *l != NONE).collect()
+    }
+}
+
+/// Nothing there.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A triangle of the boundary.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Triangle {
+    pub(super) nodes: [u32; 3],
+    pub(super) leaf: u32,
+    /// Whether the leaf's positive side is inside.
+    pub(super) plus: bool,
+}
+
+/// The boundary within some tetrahedra, with nodes of its own.
+#[derive(Default)]
+pub(super) struct Piece {
+    pub(super) keys: Vec<Key>,
+    pub(super) places: Vec<DVec3>,
+    pub(super) triangles: Vec<Triangle>,
+    index: FxHashMap<Key, u32>,
+}
+
+impl Piece {
+    fn node(&mut self, key: Key, place: DVec3) -> u32 {
+        let Self { keys, places, index, .. } = self;
+        *index.entry(key).or_insert_with(|| {
+            keys.push(key);
+            places.push(place);
+            keys.len() as u32 - 1
+        })
+    }
+
+    /// Adds the facets of one tetrahedron.
+    pub(super) fn add(&mut self, tree: &Octree, corners: &[Point; 4], cut: &Cut<'_>, facets: &[Facet]) {
+        let points = corners.map(|p| tree.point(p));
+        for f in facets {
+            let leaf = cut.leaves[f.leaf as usize];
+            let mut rings: Vec<Vec<(u32, DVec3)>> = Vec::new();
+            for ring in &f.loops {
+                let mut nodes = Vec::with_capacity(ring.len());
+                for v in ring {
+                    let (key, place) = (key(corners, cut, v), place(corners, &points, cut, v));
+                    let n = self.node(key, place);
+                    nodes.push((n, self.places[n as usize]));
+                }
+                rings.push(nodes);
+            }
+            let ring = bridged(rings);
+            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus: f.plus }));
+        }
+    }
+
+    /// Adds what another piece has.
+    pub(super) fn append(&mut self, other: &Piece) {
+        let to: Vec<u32> = other.keys.iter().zip(&other.places).map(|(k, p)| self.node(*k, *p)).collect();
+        self.triangles
+            .extend(other.triangles.iter().map(|t| Triangle { nodes: t.nodes.map(|n| to[n as usize]), ..*t }));
+    }
+}
+
+fn key(corners: &[Point; 4], cut: &Cut<'_>, v: &Vertex) -> Key {
+    let mut points = [u64::MAX; 4];
+    let mut n = 0;
+    for c in (0..4).filter(|c| v.corners >> c & 1 == 1) {
+        points[n] = corners[c].0;
+        n += 1;
+    }
+    points.sort_unstable();
+    let mut leaves = [NONE; 3];
+    for (k, l) in v.leaves.iter().take(n - 1).enumerate() {
+        leaves[k] = cut.leaves[*l as usize];
+    }
+    Key { points, leaves }
+}
+
+/// Where the linear functions vanish.
+fn place(corners: &[Point; 4], points: &[DVec3; 4], cut: &Cut<'_>, v: &Vertex) -> DVec3 {
+    // In one order on all sides.
+    let mut which: Vec<usize> = (0..4).filter(|c| v.corners >> c & 1 == 1).collect();
+    which.sort_by_key(|c| corners[*c]);
+    let row = |k: usize| -> Vec<f64> { which.iter().map(|c| cut.values[v.leaves[k] as usize][*c]).collect() };
+    let mut w: Vec<f64> = match which.len() {
+        2 => {
+            let f = row(0);
+            vec![f[1], -f[0]]
+        }
+        3 => {
+            let (f, g) = (row(0), row(1));
+            let (f, g) = (DVec3::new(f[0], f[1], f[2]), DVec3::new(g[0], g[1], g[2]));
+            f.normalize_or_zero().cross(g.normalize_or_zero()).to_array().to_vec()
+        }
+        _ => {
+            let r = [row(0), row(1), row(2)];
+            let minor = |skip: usize| {
+                let c: Vec<usize> = (0..4).filter(|k| *k != skip).collect();
+                let v = |k: usize| DVec3::new(r[k][c[0]], r[k][c[1]], r[k][c[2]]);
+                let d = v(0).dot(v(1).cross(v(2)));
+                if skip % 2 == 0 { d } else { -d }
+            };
+            (0..4).map(minor).collect()
+        }
+    };
+    let sum: f64 = w.iter().sum();
+    w.iter_mut().for_each(|x| *x = (*x / sum).clamp(0.0, 1.0));
+    let sum: f64 = w.iter().sum();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return which.iter().map(|c| points[*c]).sum::<DVec3>() / which.len() as f64;
+    }
+    which.iter().zip(&w).map(|(c, x)| points[*c] * (x / sum)).sum()
+}
+
+/// One ring of several, joined by edges there and back.
+fn bridged(mut rings: Vec<Vec<(u32, DVec3)>>) -> Vec<(u32, DVec3)> {
+    let Some(mut ring) = rings.pop() else { return Vec::new() };
+    while !rings.is_empty() {
+        let mut best = (f64::INFINITY, 0, 0, 0);
+        for (r, other) in rings.iter().enumerate() {
+            for (i, a) in ring.iter().enumerate() {
+                for (k, b) in other.iter().enumerate() {
+                    let d = a.1.distance_squared(b.1);
+                    if d < best.0 {
+                        best = (d, r, i, k);
+                    }
+                }
+            }
+        }
+        let (_, r, i, k) = best;
+        let other = rings.swap_remove(r);
+        let mut inner: Vec<_> = other[k..].iter().chain(&other[..=k]).copied().collect();
+        inner.push(ring[i]);
+        ring.splice(i + 1..i + 1, inner);
+    }
+    ring
+}
+
+/// Cuts ears off a ring in a plane.
+fn triangulate(mut ring: Vec<(u32, DVec3)>, out: &mut dyn FnMut([u32; 3])) {
+    let normal: DVec3 =
+        (1..ring.len().max(2) - 1).map(|k| (ring[k].1 - ring[0].1).cross(ring[k + 1].1 - ring[0].1)).sum();
+    while ring.len() > 3 {
+        let n = ring.len();
+        let at = |k: usize| ring[k % n].1;
+        // The ear that is widest, of those with nothing inside.
+        let quality = |k: usize| {
+            let (a, b, c) = (at(k + n - 1), at(k), at(k + 1));
+            let area = (b - a).cross(c - b).dot(normal);
+            let long = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+            let inside = |p: DVec3| {
+                let s = |u: DVec3, v: DVec3| (v - u).cross(p - u).dot(normal) >= 0.0;
+                s(a, b) && s(b, c) && s(c, a)
+            };
+            let ids = [ring[(k + n - 1) % n].0, ring[k].0, ring[(k + 1) % n].0];
+            let blocked = area > 0.0 && (0..n).any(|m| !ids.contains(&ring[m].0) && inside(ring[m].1));
+            if blocked { f64::NEG_INFINITY } else { area / long.max(f64::MIN_POSITIVE) }
+        };
+        let k = (0..n).max_by(|a, b| quality(*a).total_cmp(&quality(*b))).unwrap_or(0);
+        out([ring[(k + n - 1) % n].0, ring[k].0, ring[(k + 1) % n].0]);
+        ring.remove(k);
+    }
+    if let [a, b, c] = ring[..] {
+        out([a.0, b.0, c.0]);
+    }
+}
+
+/// Sides of triangles by edge: three times the triangle, and which of its sides.
+fn sides(triangles: &[Triangle]) -> FxHashMap<[u32; 2], Vec<u32>> {
+    let mut of_edge: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+    for (t, tri) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (tri.nodes[k], tri.nodes[(k + 1) % 3]);
+            of_edge.entry([a.min(b), a.max(b)]).or_default().push(3 * t as u32 + k as u32);
+        }
+    }
+    of_edge
+}
+
+/// Halves edges of more than two triangles: where both ends lie in one part of the inside, its copies could not be told from
+/// each other.
+pub(super) fn divided(keys: &mut Vec<Key>, places: &mut Vec<DVec3>, triangles: &mut Vec<Triangle>) {
+    let mut crowded: Vec<([u32; 2], Vec<u32>)> = sides(triangles).into_iter().filter(|e| e.1.len() > 2).collect();
+    crowded.sort_unstable();
+    // A triangle may have several such edges: one at a time, and again.
+    while !crowded.is_empty() {
+        let mut touched: FxHashSet<u32> = FxHashSet::default();
+        for ([a, b], sides) in &crowded {
+            if sides.iter().any(|h| touched.contains(&(h / 3))) {
+                continue;
+            }
+            let mut leaves = [NONE; 3];
+            let common =
+                keys[*a as usize].leaves.into_iter().filter(|l| keys[*b as usize].leaves.contains(l) && *l != NONE);
+            common.enumerate().for_each(|(k, l)| leaves[k] = l);
+            let middle = places.len() as u32;
+            keys.push(Key { leaves, ..keys[*a as usize] });
+            places.push((places[*a as usize] + places[*b as usize]) * 0.5);
+            for h in sides {
+                let (t, k) = ((h / 3) as usize, (h % 3) as usize);
+                let mut other = triangles[t];
+                triangles[t].nodes[(k + 1) % 3] = middle;
+                other.nodes[k] = middle;
+                triangles.push(other);
+                touched.insert(t as u32);
+            }
+        }
+        let again: Vec<[u32; 2]> =
+            crowded.iter().filter(|(_, sides)| sides.iter().any(|h| touched.contains(&(h / 3)))).map(|e| e.0).collect();
+        let now = sides(triangles);
+        let left = again.into_iter().filter_map(|e| Some((e, now.get(&e)?.clone())));
+        crowded = left.filter(|e| e.1.len() > 2).collect();
+    }
+}
+
+/// Copies of nodes where parts of the inside touch along edges or in points: each part gets its own. The node each new node is
+/// a copy of, itself for those that were there.
+pub(super) fn parted(places: &[DVec3], triangles: &mut [Triangle]) -> Vec<u32> {
+    let of_edge = sides(triangles);
+    let mut joined: Vec<u32> = (0..3 * triangles.len() as u32).collect();
+    let find = |joined: &mut Vec<u32>, mut i: u32| {
+        while joined[i as usize] != i {
+            joined[i as usize] = joined[joined[i as usize] as usize];
+            i = joined[i as usize];
+        }
+        i
+    };
+    for t in 0..triangles.len() {
+        for k in 0..3 {
+            let (a, b) = (triangles[t].nodes[k], triangles[t].nodes[(k + 1) % 3]);
+            let (a, b) = (a.min(b), a.max(b));
+            let sides = &of_edge[&[a, b]];
+            if sides[0] != 3 * t as u32 + k as u32 {
+                continue;
+            }
+            for [s, o] in pairs(places, triangles, sides, [a, b]) {
+                // The corner at the start of one is that at the end of the other.
+                let next = |h: u32| h - h % 3 + (h + 1) % 3;
+                for (x, y) in [(s, next(o)), (next(s), o)] {
+                    let (p, q) = (find(&mut joined, x), find(&mut joined, y));
+                    joined[p.max(q) as usize] = p.min(q);
+                }
+            }
+        }
+    }
+    let mut copies: Vec<u32> = (0..places.len() as u32).collect();
+    let mut of_root: FxHashMap<u32, u32> = FxHashMap::default();
+    let mut taken = vec![false; places.len()];
+    for t in 0..triangles.len() {
+        for k in 0..3 {
+            let r = find(&mut joined, 3 * t as u32 + k as u32);
+            let v = triangles[t].nodes[k];
+            let id = *of_root.entry(r).or_insert_with(|| {
+                if taken[v as usize] {
+                    copies.push(v);
+                    copies.len() as u32 - 1
+                } else {
+                    taken[v as usize] = true;
+                    v
+                }
+            });
+            triangles[t].nodes[k] = id;
+        }
+    }
+    copies
+}
+
+fn forward(triangles: &[Triangle], h: u32) -> bool {
+    let n = &triangles[(h / 3) as usize].nodes;
+    n[(h % 3) as usize] < n[((h + 1) % 3) as usize]
+}
+
+/// Which sides of triangles along an edge go together: those with some of the inside between them.
+fn pairs(places: &[DVec3], triangles: &[Triangle], sides: &[u32], [a, b]: [u32; 2]) -> Vec<[u32; 2]> {
+    if let [s, o] = *sides {
+        return vec![[s, o]];
+    }
+    let (p, q) = (places[a as usize], places[b as usize]);
+    let (u, v) = (q - p).normalize_or(DVec3::X).any_orthonormal_pair();
+    let flip = u.cross(v).dot(q - p) < 0.0;
+    let mut around: Vec<(f64, u32)> = sides
+        .iter()
+        .map(|h| {
+            let c = triangles[(h / 3) as usize].nodes[((h + 2) % 3) as usize];
+            let d = places[c as usize] - p;
+            let angle = d.dot(v).atan2(d.dot(u));
+            (if flip { -angle } else { angle }, *h)
+        })
+        .collect();
+    around.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+    let n = around.len();
+    let mut out = Vec::new();
+    // Outside is counterclockwise from a triangle that runs along the edge: its partner is the one before it.
+    for k in 0..n {
+        if forward(triangles, around[k].1) {
+            let before = around[(k + n - 1) % n].1;
+            if !forward(triangles, before) {
+                out.push([around[k].1, before]);
+            }
+        }
+    }
+    out
+}

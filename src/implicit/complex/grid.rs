@@ -1,0 +1,331 @@
+//! An adaptive grid of cubes, and the tetrahedra between the centers of neighbors and their common edges.
+//!
+//! For each minimal edge of an octree and each two different cells that follow each other around it there is a tetrahedron of
+//! their centers and the edge. These fill the box and meet face to face, whatever the levels of the cells.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::super::leaf::Leaf;
+use super::super::tape::{Pruned, Scratch, Tape};
+use crate::error::{Error, Result};
+use crate::run::Run;
+use crate::spatial::Aabb;
+
+/// Bits of a coordinate of a [`Point`].
+const BITS: u32 = 21;
+/// The grid's planes are shifted against the box's faces by shares of a cell that no simple ratio of lengths hits, so that
+/// faces rarely fall on them; at least one layer of cells is outside.
+const SHIFT: DVec3 = DVec3::new(1.371, 1.433, 1.292);
+/// Cells beside the box along an axis, on both sides together: more than the shift, and a layer beyond.
+const MARGIN: f64 = 4.0;
+
+/// No cell.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A cube of the octree; coordinates in the smallest cubes.
+#[derive(Debug, Clone)]
+pub(super) struct Cube {
+    pub(super) at: [u32; 3],
+    pub(super) level: u8,
+    /// The first of eight children, in the order of their bits x, y, z.
+    pub(super) children: u32,
+    /// What holds in the cube, if it is not all inside or all outside.
+    pub(super) tape: Option<Arc<Tape>>,
+    /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns.
+    pub(super) wide: Option<Arc<Tape>>,
+}
+
+/// A point of the grid, by its coordinates in halves of the smallest cube.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Point(pub(super) u64);
+
+impl Point {
+    fn new(c: [u64; 3]) -> Self {
+        Self(c[0] | c[1] << BITS | c[2] << (2 * BITS))
+    }
+
+    pub(super) fn coordinates(self) -> [u64; 3] {
+        let m = (1 << BITS) - 1;
+        [self.0 & m, self.0 >> BITS & m, self.0 >> (2 * BITS)]
+    }
+}
+
+/// Two cells' centers and an edge of the smaller one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tetrahedron {
+    /// The smaller of the two cells.
+    pub(super) owner: u32,
+    /// Positively oriented.
+    pub(super) corners: [Point; 4],
+}
+
+/// What a grid is wanted for.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    pub(super) leaves: &'a [Leaf],
+    pub(super) tape: &'a Arc<Tape>,
+    pub(super) bounds: Aabb,
+    pub(super) size: f64,
+    /// How often cells may be halved for what is not simple.
+    pub(super) deeper: u8,
+    /// How many cells there may be.
+    pub(super) most: usize,
+}
+
+/// Cubes within cubes.
+pub(super) struct Octree {
+    pub(super) origin: DVec3,
+    /// Side of the smallest cube.
+    pub(super) unit: f64,
+    pub(super) cubes: Vec<Cube>,
+}
+
+impl Octree {
+    pub(super) fn point(&self, p: Point) -> DVec3 {
+        let c = p.coordinates();
+        self.origin + DVec3::new(c[0] as f64, c[1] as f64, c[2] as f64) * (0.5 * self.unit)
+    }
+
+    pub(super) fn bounds(&self, at: [u32; 3], level: u8) -> Aabb {
+        let corner = |d: u32| self.origin + DVec3::from_array(at.map(|c| f64::from(c + d))) * self.unit;
+        Aabb::new(corner(0), corner(1 << level))
+    }
+
+    /// Cubes of about `size` around the surface, halved up to `deeper` times where `simple` does not hold.
+    ///
+    /// Errors: cells too small for the numbers of nodes, or more of them than `most`; cancellation.
+    pub(super) fn build(
+        wanted: &Wanted<'_>,
+        simple: &(dyn Fn(&Tape, &Aabb) -> bool + Sync),
+        run: &Run,
+    ) -> Result<Self> {
+        let Wanted { leaves, tape, bounds, size, deeper, most } = *wanted;
+        let longest = bounds.size().max_element() + MARGIN * size;
+        let levels = (longest / size).log2().ceil().max(0.0);
+        if !(levels + f64::from(deeper) < f64::from(BITS - 1)) {
+            return Err(Error::Usage(format!("size {size} is too small for a part {longest} long")));
+        }
+        let level = levels as u8 + deeper;
+        let (tape, wide) = (Some(tape.clone()), Some(tape.clone()));
+        let root = Cube { at: [0; 3], level, children: NONE, tape, wide };
+        let unit = size / f64::from(1u32 << deeper);
+        let mut tree = Octree { origin: bounds.lo - SHIFT * size, unit, cubes: vec![root] };
+        let mut layer = vec![0u32];
+        while !layer.is_empty() {
+            run.check()?;
+            if tree.cubes.len() > most {
+                return Err(Error::Usage(format!("size {size} needs more than {most} cells")));
+            }
+            let tree_now = &tree;
+            let wants = |i: &u32| {
+                let c = &tree_now.cubes[*i as usize];
+                let complex = |t: &Arc<Tape>| c.level > deeper || !simple(t, &tree_now.bounds(c.at, c.level));
+                c.level > 0 && c.tape.as_ref().is_some_and(complex)
+            };
+            let split: Vec<u32> = layer.par_iter().copied().filter(wants).collect();
+            layer = tree.split(leaves, &split);
+        }
+        tree.balance(leaves, run)?;
+        Ok(tree)
+    }
+
+    /// Gives cubes children; the numbers of these.
+    fn split(&mut self, leaves: &[Leaf], which: &[u32]) -> Vec<u32> {
+        let made: Vec<[Cube; 8]> = which
+            .par_iter()
+            .map_init(Scratch::default, |scratch, i| {
+                let c = &self.cubes[*i as usize];
+                let level = c.level - 1;
+                std::array::from_fn(|k| {
+                    let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
+                    let own = self.bounds(at, level);
+                    let mut pruned = |t: &Option<Arc<Tape>>, b: &Aabb| {
+                        let t = t.as_ref()?;
+                        match t.prune(leaves, b, scratch) {
+                            Pruned::Outside | Pruned::Inside => None,
+                            Pruned::Same => Some(t.clone()),
+                            Pruned::Smaller(t) => Some(Arc::new(t)),
+                        }
+                    };
+                    let tape = pruned(&c.tape, &own);
+                    let wide = pruned(&c.wide, &own.grown(own.hi.x - own.lo.x));
+                    Cube { at, level, children: NONE, tape, wide }
+                })
+            })
+            .collect();
+        let mut children = Vec::with_capacity(8 * made.len());
+        for (i, eight) in which.iter().zip(made) {
+            let first = self.cubes.len() as u32;
+            self.cubes[*i as usize].children = first;
+            children.extend(first..first + 8);
+            self.cubes.extend(eight);
+        }
+        children
+    }
+
+    /// The smallest cube, of no lower level than `least`, that holds a unit cube.
+    fn find(&self, at: [i64; 3], least: u8) -> Option<u32> {
+        let top = &self.cubes[0];
+        if at.iter().any(|c| *c < 0 || *c >= 1 << top.level) {
+            return None;
+        }
+        let mut i = 0;
+        loop {
+            let c = &self.cubes[i as usize];
+            if c.children == NONE || c.level <= least {
+                return Some(i);
+            }
+            let bit = c.level - 1;
+            let child = (0..3).fold(0, |m, k| m | ((at[k] >> bit & 1) as u32) << k);
+            i = c.children + child;
+        }
+    }
+
+    /// Halves cubes until neighbors across faces differ by one level at most, where either may hold the surface.
+    fn balance(&mut self, leaves: &[Leaf], run: &Run) -> Result<()> {
+        let mut layer: Vec<u32> =
+            (0..self.cubes.len() as u32).filter(|i| self.cubes[*i as usize].children == NONE).collect();
+        while !layer.is_empty() {
+            run.check()?;
+            let tree = &*self;
+            let mut coarse: Vec<u32> = layer
+                .par_iter()
+                .flat_map_iter(|i| {
+                    let c = &tree.cubes[*i as usize];
+                    let side = 1i64 << c.level;
+                    let at = c.at.map(i64::from);
+                    (0..6).filter_map(move |f| {
+                        let mut n = at;
+                        n[f / 2] += if f % 2 == 0 { -1 } else { side };
+                        let j = tree.find(n, c.level)?;
+                        (c.children == NONE && tree.cubes[j as usize].level > c.level + 1).then_some(j)
+                    })
+                })
+                .collect();
+            coarse.sort_unstable();
+            coarse.dedup();
+            let made = self.split(leaves, &coarse);
+            // What was too fine may be so again.
+            layer.retain(|i| self.cubes[*i as usize].children == NONE);
+            if coarse.is_empty() {
+                break;
+            }
+            layer.extend(made);
+        }
+        Ok(())
+    }
+
+    /// All tetrahedra of which one cell at least may hold some of the surface.
+    pub(super) fn tetrahedra(&self) -> Vec<Tetrahedron> {
+        let mut out = Vec::new();
+        self.cell(0, &mut out);
+        out
+    }
+
+    fn is_leaf(&self, i: u32) -> bool {
+        self.cubes[i as usize].children == NONE
+    }
+
+    /// The child of a cube, or the cube itself if it has none.
+    fn child(&self, i: u32, bits: u32) -> u32 {
+        let c = self.cubes[i as usize].children;
+        if c == NONE { i } else { c + bits }
+    }
+
+    fn cell(&self, i: u32, out: &mut Vec<Tetrahedron>) {
+        if self.is_leaf(i) {
+            return;
+        }
+        for k in 0..8 {
+            self.cell(self.child(i, k), out);
+        }
+        for axis in 0..3 {
+            let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+            for k in 0..4 {
+                let bits = (k & 1) << b | (k >> 1) << c;
+                self.face(axis, [self.child(i, bits), self.child(i, bits | 1 << axis)], out);
+            }
+            for half in 0..2 {
+                let around = std::array::from_fn(|k| {
+                    let k = k as u32;
+                    self.child(i, half << axis | (k & 1) << b | (k >> 1) << c)
+                });
+                self.edge(axis, around, out);
+            }
+        }
+    }
+
+    fn face(&self, axis: usize, pair: [u32; 2], out: &mut Vec<Tetrahedron>) {
+        if pair.iter().all(|i| self.is_leaf(*i)) {
+            return;
+        }
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        for k in 0..4u32 {
+            let bits = (k & 1) << b | (k >> 1) << c;
+            self.face(axis, [self.child(pair[0], bits | 1 << axis), self.child(pair[1], bits)], out);
+        }
+        for (along, other) in [(b, c), (c, b)] {
+            for half in 0..2u32 {
+                let mut around = [0; 4];
+                for side in 0..2u32 {
+                    for far in 0..2u32 {
+                        let bits = half << along | far << other | (1 - side) << axis;
+                        let first = (along + 1) % 3;
+                        let slot = if axis == first { side | far << 1 } else { far | side << 1 };
+                        around[slot as usize] = self.child(pair[side as usize], bits);
+                    }
+                }
+                self.edge(along, around, out);
+            }
+        }
+    }
+
+    /// Four cubes around an edge along an axis, by the bits of the two axes that follow it.
+    fn edge(&self, axis: usize, around: [u32; 4], out: &mut Vec<Tetrahedron>) {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        if !around.iter().all(|i| self.is_leaf(*i)) {
+            for half in 0..2u32 {
+                let inner = std::array::from_fn(|k| {
+                    let k = k as u32;
+                    self.child(around[k as usize], half << axis | (1 - (k & 1)) << b | (1 - (k >> 1)) << c)
+                });
+                self.edge(axis, inner, out);
+            }
+            return;
+        }
+        if around.iter().all(|i| self.cubes[*i as usize].tape.is_none()) {
+            return;
+        }
+        let k = (0..4).min_by_key(|k| self.cubes[around[*k] as usize].level).unwrap_or(0);
+        let small = &self.cubes[around[k] as usize];
+        let side = 1u64 << small.level;
+        let mut end = small.at.map(|x| 2 * u64::from(x));
+        end[b] += if k & 1 == 0 { 2 * side } else { 0 };
+        end[c] += if k >> 1 == 0 { 2 * side } else { 0 };
+        let mut other = end;
+        other[axis] += 2 * side;
+        for (x, y) in [(0, 1), (1, 3), (3, 2), (2, 0)] {
+            let (i, j) = (around[x], around[y]);
+            let (p, q) = (&self.cubes[i as usize], &self.cubes[j as usize]);
+            if i == j || (p.tape.is_none() && q.tape.is_none()) {
+                continue;
+            }
+            let center = |c: &Cube| c.at.map(|x| 2 * u64::from(x) + (1 << c.level));
+            let mut corners = [center(p), center(q), end, other];
+            if volume(&corners) < 0 {
+                corners.swap(2, 3);
+            }
+            let owner = if (q.level, j) < (p.level, i) { j } else { i };
+            out.push(Tetrahedron { owner, corners: corners.map(Point::new) });
+        }
+    }
+}
+
+fn volume(p: &[[u64; 3]; 4]) -> i128 {
+    let d = |k: usize| std::array::from_fn::<i128, 3, _>(|i| i128::from(p[k][i]) - i128::from(p[0][i]));
+    let (a, b, c) = (d(1), d(2), d(3));
+    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+}

@@ -1,0 +1,185 @@
+//! The arrangement of a solid's leaves on an adaptive grid, and its boundary.
+//!
+//! To extract a surface and look for its edges afterwards finds edges that the surface need not have. This goes the other way
+//! round: the grid adapts until intervals show that the leaves in each cell are arranged as planes are, or a floor is reached.
+//! In each of its tetrahedra the leaves' linear interpolants cut space into cells; what bounds the cells that are inside is the
+//! mesh. Nodes then go to where their leaves vanish.
+//!
+//! *Guarantees*: a closed, oriented manifold before nodes move, whatever the leaves do: solids that touch along edges or in
+//! points are parted there. Every triangle lies on one leaf, every border on two, every corner on three. The same bytes for any
+//! number of threads. Places that were not proved are listed with the reason.
+//! *Does not guarantee*: that no triangles intersect after nodes moved; that borders are where the leaves meet in cells that
+//! were not proved. Leaves known only point by point (closures, blends) are seen at corners of cells, not proved.
+//!
+//! References: Du, Zhou, Carr, Ju, Robust computation of implicit surface networks for piecewise linear functions (ACM TOG
+//! 2022); Ju, Du, Zhou, Carr, Ju, Adaptive grid generation for discretizing implicit complexes (ACM TOG 2024). Here the grid is
+//! an octree with tetrahedra between centers of neighbors, proofs are by intervals, and nodes are exact.
+
+mod assemble;
+mod cell;
+mod exact;
+mod grid;
+mod proof;
+mod settle;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::leaf::Leaf;
+use super::model::Implicit;
+use super::newton::leaves_of;
+use super::tape::Tape;
+use super::trim::Trimmed;
+use crate::error::{Error, Result};
+use crate::mesh::TriMesh;
+use crate::run::Run;
+use assemble::{Key, Piece, divided, parted};
+use cell::Cut;
+use grid::{Octree, Tetrahedron, Wanted};
+pub use proof::Unproved;
+use proof::unproved;
+use settle::Nodes;
+
+/// How often cells are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
+/// a 20th of a cell wide, as in `data/small_features.py`.
+const DEEPER: u8 = 4;
+
+/// Bytes a cell takes with its share of tetrahedra and mesh, measured on `data/lattice.py`.
+const BYTES_PER_CELL: u64 = 4_000;
+
+/// Groups of tetrahedra that are worked on at a time: enough for threads to share, few enough to join.
+const GROUPS: usize = 256;
+
+/// The boundary of a solid from the arrangement of its leaves.
+#[derive(Debug, Clone)]
+pub(crate) struct Arranged {
+    /// The mesh and the leaves of its nodes.
+    pub(crate) made: Trimmed,
+    /// Cells of the grid that hold some of the surface.
+    pub(crate) cells: usize,
+    /// The centers of those in which the arrangement is not proved, with the reason.
+    pub(crate) unproved: Vec<(DVec3, Unproved)>,
+    /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
+    pub(crate) astray: Vec<u32>,
+}
+
+/// Whether all leaves are functions that the arrangement may interpolate: fillets end, and jump there.
+pub(crate) fn can_arrange(model: &Implicit) -> bool {
+    !model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)))
+}
+
+/// The boundary of a solid on a grid of cells of about `size`, smaller where that shows more.
+///
+/// Errors: cells too small for the part, or for `memory` bytes; cancellation.
+pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> Result<Arranged> {
+    run.install(|| {
+        let (leaves, scale) = (&model.leaves[..], model.bounds().diagonal());
+        let most = (memory / BYTES_PER_CELL) as usize;
+        let wanted = Wanted { leaves, tape: &model.tape, bounds: model.bounds(), size, deeper: DEEPER, most };
+        run.progress("cells", 0.0);
+        let tree = Octree::build(&wanted, &|t, b| unproved(leaves, t, b).is_none(), run)?;
+        let mut tetrahedra = tree.tetrahedra();
+        tetrahedra.par_sort_by_key(|t| t.owner);
+        let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
+        run.progress("arrange", 0.0);
+        let pieces: Result<Vec<Piece>> = groups
+            .par_chunks(GROUPS)
+            .map(|some| {
+                run.check()?;
+                let mut piece = Piece::default();
+                some.iter().try_for_each(|g| within(leaves, &tree, g, &mut piece))?;
+                Ok(piece)
+            })
+            .collect();
+        let mut all = Piece::default();
+        pieces?.iter().for_each(|p| all.append(p));
+        run.check()?;
+        let Piece { mut keys, mut places, mut triangles, .. } = all;
+        divided(&mut keys, &mut places, &mut triangles);
+        let copies = parted(&places, &mut triangles);
+        let on: Vec<Vec<u32>> = copies.iter().map(|c| keys[*c as usize].on()).collect();
+        let reach: Vec<f64> = copies.iter().map(|c| extent(&tree, &keys[*c as usize])).collect();
+        let places = copies.iter().map(|c| places[*c as usize]).collect();
+        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale };
+        let astray = nodes.settle();
+        nodes.untangle(&triangles, run)?;
+        let mesh = TriMesh {
+            nodes: nodes.places,
+            triangles: triangles.iter().map(|t| t.nodes).collect(),
+            labels: triangles.iter().map(|t| t.leaf).collect(),
+            faces: (0..leaves.len()).map(|l| format!("leaf{l}")).collect(),
+            ..TriMesh::default()
+        };
+        let held: Vec<&grid::Cube> =
+            tree.cubes.iter().filter(|c| c.children == grid::NONE && c.tape.is_some()).collect();
+        let left = held.par_iter().filter_map(|c| {
+            let b = tree.bounds(c.at, c.level);
+            Some((b.center(), unproved(leaves, c.tape.as_ref()?, &b)?))
+        });
+        let unproved = left.collect();
+        Ok(Arranged { made: Trimmed { mesh, leaves: on }, cells: held.len(), unproved, astray })
+    })
+}
+
+/// The size of the simplex a node was made in.
+fn extent(tree: &Octree, key: &Key) -> f64 {
+    let corners: Vec<DVec3> = key.corners().map(|p| tree.point(p)).collect();
+    let longest = |a: &DVec3| corners.iter().map(|b| a.distance(*b)).fold(0.0, f64::max);
+    corners.iter().map(longest).fold(0.0, f64::max)
+}
+
+/// The boundary in the tetrahedra that one cell owns.
+fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Piece) -> Result<()> {
+    let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
+    let tape: &Tape = tape;
+    let mine = leaves_of(tape);
+    let mut points: Vec<grid::Point> = group.iter().flat_map(|t| t.corners).collect();
+    points.sort_unstable();
+    points.dedup();
+    let n = points.len();
+    let at: Vec<DVec3> = points.iter().map(|p| tree.point(*p)).collect();
+    let along = |k: usize| at.iter().map(|p| p[k]).collect::<Vec<f64>>();
+    let (xs, ys, zs) = (along(0), along(1), along(2));
+    let mut values = vec![0.0; n * mine.len()];
+    for (l, values) in mine.iter().zip(values.chunks_mut(n)) {
+        leaves[*l as usize].eval(&xs, &ys, &zs, values);
+    }
+    let (mut cutting, mut cut_values, mut fixed) = (Vec::new(), Vec::new(), vec![false; mine.len()]);
+    for t in group {
+        let corners = t.corners.map(|p| points.binary_search(&p).unwrap_or(0));
+        cutting.clear();
+        cut_values.clear();
+        for (k, l) in mine.iter().enumerate() {
+            let v = corners.map(|i| values[k * n + i]);
+            // The rule for ties: zero is positive.
+            let plus = v.map(|v| v >= 0.0);
+            fixed[k] = plus[0];
+            if plus != [plus[0]; 4] {
+                cutting.push(*l);
+                cut_values.push(v);
+            }
+        }
+        if cutting.is_empty() {
+            continue;
+        }
+        if cutting.len() > MOST_CUTTING {
+            let at = tree.point(t.corners[0]);
+            return Err(Error::Failed(format!("more than {MOST_CUTTING} surfaces pass a cell near {at}")));
+        }
+        let cut = Cut { leaves: &cutting, values: &cut_values };
+        let facets = cut.boundary(&|sides| {
+            tape.inside_by(|leaf| match cutting.binary_search(&leaf) {
+                Ok(k) => sides[k],
+                Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
+            })
+        });
+        out.add(tree, &t.corners, &cut, &facets);
+    }
+    Ok(())
+}
+
+/// Leaves that may cut one tetrahedron: their places in a list are bytes, with room for faces beside them. With twenty there is
+/// no more to be told apart.
+const MOST_CUTTING: usize = 200;

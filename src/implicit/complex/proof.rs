@@ -1,0 +1,160 @@
+//! Whether the leaves in a box are arranged as planes are, shown by intervals.
+
+use super::super::leaf::Leaf;
+use super::super::newton::leaves_of;
+use super::super::tape::Tape;
+use crate::numeric::Interval;
+use crate::spatial::Aabb;
+use glam::DVec3;
+
+/// The gradients of a leaf in a box turn away from that in the middle by an angle of which this is the cosine at most.
+const CONE: f64 = 0.3;
+/// The sine of the angle between two surfaces that cross is at least this.
+const CROSSING: f64 = 0.02;
+
+/// What was not shown of a box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Unproved {
+    /// A leaf may bend back, or be singular.
+    Bent,
+    /// Two leaves may touch.
+    Touching,
+    /// Three leaves may have a curve in common, or meet more than once.
+    Dependent,
+    /// More than three leaves may meet in a point.
+    Crowded,
+}
+
+/// A leaf in a box, scaled so that its gradient in the middle has length 1: value there, and bounds of the gradient.
+struct Local {
+    value: f64,
+    gradient: [Interval; 3],
+    middle: DVec3,
+}
+
+fn dot(g: &[Interval; 3], d: DVec3) -> Interval {
+    g[0].scale(d.x) + g[1].scale(d.y) + g[2].scale(d.z)
+}
+
+fn local(leaf: &Leaf, cell: &Aabb) -> Local {
+    let c = cell.center();
+    let d = leaf.gradient(c);
+    let gradient = match leaf.slopes(cell) {
+        Some(s) => s.gradient,
+        None => {
+            // Seen, not shown: the gradients at the corners.
+            let mut g = d.g.to_array().map(Interval::point);
+            for p in cell.corners() {
+                let q = leaf.gradient(p).g;
+                g = std::array::from_fn(|k| g[k].hull(Interval::point(q[k])));
+            }
+            g
+        }
+    };
+    let scale = 1.0 / d.g.length().max(f64::MIN_POSITIVE);
+    Local { value: d.v * scale, gradient: gradient.map(|g| g.scale(scale)), middle: d.g * scale }
+}
+
+/// Whether a sum of leaves with factors has no zero in the box.
+fn apart(all: &[(&Local, f64)], half: DVec3) -> bool {
+    let value: f64 = all.iter().map(|(l, k)| l.value * k).sum();
+    let mut reach = 0.0;
+    for axis in 0..3 {
+        let g = all.iter().fold(Interval::point(0.0), |g, (l, k)| g + l.gradient[axis].scale(*k));
+        reach += g.lo.abs().max(g.hi.abs()) * half[axis];
+    }
+    value.abs() > reach
+}
+
+fn cross(a: &[Interval; 3], b: &[Interval; 3]) -> [Interval; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// What is not shown of the leaves of a tape in a box; `None` if all is.
+pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unproved> {
+    let half = cell.size() * 0.5;
+    let mut here: Vec<Local> = Vec::new();
+    for l in leaves_of(tape) {
+        let leaf = &leaves[l as usize];
+        if !leaf.range(cell).contains(0.0) {
+            continue;
+        }
+        let l = local(leaf, cell);
+        if apart(&[(&l, 1.0)], half) {
+            continue;
+        }
+        let largest = l.gradient.iter().map(|g| g.lo.abs().max(g.hi.abs())).fold(0.0, |s, g| s + g * g).sqrt();
+        if !(dot(&l.gradient, l.middle).lo > CONE.max(0.3 * CONE * largest)) {
+            return Some(Unproved::Bent);
+        }
+        here.push(l);
+    }
+    let n = here.len();
+    let mut meet = vec![false; n * n];
+    for i in 0..n {
+        for j in i + 1..n {
+            let (a, b) = (&here[i], &here[j]);
+            let s = a.value.hypot(b.value);
+            let ways = [(a.value / s, b.value / s), (1.0, 1.0), (1.0, -1.0)];
+            if ways.iter().any(|(x, y)| apart(&[(a, *x), (b, *y)], half)) {
+                continue;
+            }
+            let t = a.middle.cross(b.middle);
+            if !(t.length() > CROSSING) || !(dot(&cross(&a.gradient, &b.gradient), t / t.length()).lo > 0.0) {
+                return Some(Unproved::Touching);
+            }
+            meet[i * n + j] = true;
+        }
+    }
+    let mut triples: Vec<[usize; 3]> = Vec::new();
+    for i in 0..n {
+        for j in (i + 1..n).filter(|j| meet[i * n + j]) {
+            for k in (j + 1..n).filter(|k| meet[i * n + k] && meet[j * n + k]) {
+                let (a, b, c) = (&here[i], &here[j], &here[k]);
+                let v = DVec3::new(a.value, b.value, c.value);
+                let mut ways = vec![v / v.length(), weights(a, b, c)];
+                ways.extend([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| DVec3::new(1.0, x, y)));
+                if ways.iter().any(|w| apart(&[(a, w.x), (b, w.y), (c, w.z)], half)) {
+                    continue;
+                }
+                let det = cross(&a.gradient, &b.gradient);
+                let det = det[0] * c.gradient[0] + det[1] * c.gradient[1] + det[2] * c.gradient[2];
+                if det.contains(0.0) {
+                    return Some(Unproved::Dependent);
+                }
+                triples.push([i, j, k]);
+            }
+        }
+    }
+    for (m, [i, j, k]) in triples.iter().enumerate() {
+        for other in &triples[m + 1..] {
+            if other[0] == *i && other[1] == *j && triples.contains(&[*i, *k, other[2]]) {
+                let all = [*i, *j, *k, other[2]].map(|x| &here[x]);
+                let s = all.iter().map(|l| l.value * l.value).sum::<f64>().sqrt();
+                let ways: Vec<(&Local, f64)> = all.iter().map(|l| (*l, l.value / s)).collect();
+                if !apart(&ways, half) {
+                    return Some(Unproved::Crowded);
+                }
+            }
+        }
+    }
+    None
+}
+
+/// Factors with which the gradients in the middle cancel best.
+fn weights(a: &Local, b: &Local, c: &Local) -> DVec3 {
+    let w = DVec3::new(
+        b.middle.cross(c.middle).length(),
+        c.middle.cross(a.middle).length(),
+        a.middle.cross(b.middle).length(),
+    );
+    let mut best = (f64::INFINITY, DVec3::X);
+    for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+        let u = w * DVec3::new(1.0, x, y);
+        let left = (a.middle * u.x + b.middle * u.y + c.middle * u.z).length() / u.length();
+        if left < best.0 {
+            best = (left, u / u.length());
+        }
+    }
+    best.1
+}

@@ -1,0 +1,116 @@
+//! From linear to exact: nodes go to where their leaves vanish, and triangles that this turns over are set right.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::super::leaf::Leaf;
+use super::super::newton::nearest;
+use super::assemble::Triangle;
+use crate::error::Result;
+use crate::run::Run;
+
+/// A triangle lies badly on its leaf if twice its area, seen along the leaf's normal, is less than this share of the square of
+/// its longest side.
+const FLAT: f64 = 0.02;
+/// Rounds in which nodes around such triangles move: one or two do, on all parts measured, where all is proved.
+const ROUNDS: usize = 8;
+/// Rounds end when fewer than this share of the bad triangles go.
+const GOES: f64 = 0.1;
+
+/// Nodes, what they lie on, and how far they may be from it.
+pub(super) struct Nodes<'a> {
+    pub(super) places: Vec<DVec3>,
+    pub(super) on: &'a [Vec<u32>],
+    /// The sizes of the tetrahedra they were made in.
+    pub(super) reach: &'a [f64],
+    pub(super) leaves: &'a [Leaf],
+    /// The size of the part.
+    pub(super) scale: f64,
+}
+
+impl Nodes<'_> {
+    /// Puts each node where its leaves vanish, if that is near. Those for which it is not stay, and are returned.
+    pub(super) fn settle(&mut self) -> Vec<u32> {
+        let exact: Vec<Option<DVec3>> = (0..self.places.len())
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| nearest(self.leaves, &self.on[i], self.places[i], self.reach[i], self.scale))
+            .collect();
+        let mut stay = Vec::new();
+        for (i, q) in exact.into_iter().enumerate() {
+            match q {
+                Some(q) => self.places[i] = q,
+                None => stay.push(i as u32),
+            }
+        }
+        stay
+    }
+
+    /// How well a triangle lies on its leaf, if node `v` were at `p`.
+    fn lies(&self, t: &Triangle, v: u32, p: DVec3) -> f64 {
+        let [a, b, c] = t.nodes.map(|u| if u == v { p } else { self.places[u as usize] });
+        let n = self.leaves[t.leaf as usize].slope((a + b + c) / 3.0).normalize_or_zero();
+        let n = if t.plus { -n } else { n };
+        let long = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        (b - a).cross(c - a).dot(n) / long.max(f64::MIN_POSITIVE)
+    }
+
+    /// Moves nodes around triangles that are turned over or flat, along what they lie on, to the middle of their neighbors there
+    /// or part of the way, as long as the worst triangle around them gets better.
+    pub(super) fn untangle(&mut self, triangles: &[Triangle], run: &Run) -> Result<()> {
+        let mut around: Vec<Vec<u32>> = vec![Vec::new(); self.places.len()];
+        for (t, triangle) in triangles.iter().enumerate() {
+            triangle.nodes.iter().for_each(|v| around[*v as usize].push(t as u32));
+        }
+        let mut looked: Vec<u32> = (0..triangles.len() as u32).collect();
+        let mut before = usize::MAX;
+        for _ in 0..ROUNDS {
+            run.check()?;
+            let is_bad = |t: &u32| self.lies(&triangles[*t as usize], u32::MAX, DVec3::ZERO) < FLAT;
+            let bad: Vec<u32> = looked.into_par_iter().with_min_len(512).filter(is_bad).collect();
+            if bad.is_empty() || bad.len() as f64 > (1.0 - GOES) * before as f64 {
+                break;
+            }
+            before = bad.len();
+            let mut nodes: Vec<u32> = bad.iter().flat_map(|t| triangles[*t as usize].nodes).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            nodes.iter().for_each(|v| self.relax(*v, &around[*v as usize], triangles));
+            looked = nodes.iter().flat_map(|v| around[*v as usize].iter().copied()).collect();
+            looked.sort_unstable();
+            looked.dedup();
+        }
+        Ok(())
+    }
+
+    fn relax(&mut self, v: u32, around: &[u32], triangles: &[Triangle]) {
+        let which = &self.on[v as usize];
+        if which.len() > 2 {
+            return;
+        }
+        // The middle of the neighbors that lie on all that it lies on.
+        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+        for u in around.iter().flat_map(|t| triangles[*t as usize].nodes).filter(|u| *u != v) {
+            if which.iter().all(|l| self.on[u as usize].contains(l)) {
+                sum += self.places[u as usize];
+                count += 1.0;
+            }
+        }
+        if count == 0.0 {
+            return;
+        }
+        let worst = |p| around.iter().map(|t| self.lies(&triangles[*t as usize], v, p)).fold(f64::INFINITY, f64::min);
+        let from = self.places[v as usize];
+        let mut best = (worst(from), from);
+        for share in [1.0, 0.5, 0.25] {
+            let p = from + (sum / count - from) * share;
+            if let Some(q) = nearest(self.leaves, which, p, self.reach[v as usize], self.scale) {
+                let w = worst(q);
+                if w > best.0 {
+                    best = (w, q);
+                }
+            }
+        }
+        self.places[v as usize] = best.1;
+    }
+}

@@ -1,0 +1,245 @@
+//! Arrangements against known truth: all patterns of signs on one tetrahedron with ties, and whole parts.
+
+use glam::DVec3;
+
+use super::cell::{Cut, Facet, Vertex};
+use super::exact::{MOST, Matrix, positive, sign};
+use super::*;
+use crate::implicit::{Expr, RSystem, Solid};
+use crate::spatial::Aabb;
+
+/// Boolean functions of up to three sides: meeting, joining, differences, touching sectors.
+const BOOLEANS: [fn(&[bool; 3]) -> bool; 6] = [
+    |s| s[0] && s[1] && s[2],
+    |s| s[0] || s[1] || s[2],
+    |s| s[0] && !s[1] || s[2],
+    |s| (s[0] || s[1]) && s[2],
+    |s| s[0] == s[1],
+    |s| (s[0] != s[1]) != s[2],
+];
+
+/// The boundary in a tetrahedron; leaves that do not cut it have one side.
+fn boundary(values: &[[f64; 4]], inside: fn(&[bool; 3]) -> bool) -> Vec<Facet> {
+    let cuts = |v: &[f64; 4]| v.iter().any(|x| (*x >= 0.0) != (v[0] >= 0.0));
+    let which: Vec<usize> = (0..values.len()).filter(|k| cuts(&values[*k])).collect();
+    let leaves: Vec<u32> = which.iter().map(|k| *k as u32).collect();
+    let cutting: Vec<[f64; 4]> = which.iter().map(|k| values[*k]).collect();
+    let cut = Cut { leaves: &leaves, values: &cutting };
+    let mut facets = cut.boundary(&|sides| {
+        let mut all = [true; 3];
+        for (k, v) in values.iter().enumerate() {
+            all[k] = which.iter().position(|w| *w == k).map_or(v[0] >= 0.0, |at| sides[at]);
+        }
+        inside(&all)
+    });
+    // By the leaves' own numbers.
+    for f in &mut facets {
+        f.leaf = leaves[f.leaf as usize] as u8;
+        for v in f.loops.iter_mut().flatten() {
+            v.leaves.iter_mut().filter(|l| **l != u8::MAX).for_each(|l| *l = leaves[*l as usize] as u8);
+        }
+    }
+    facets
+}
+
+/// Directed edges of the boundary with the leaf they bound.
+fn edges(facets: &[Facet]) -> Vec<(Vertex, Vertex, u8)> {
+    let mut all = Vec::new();
+    for f in facets {
+        for ring in &f.loops {
+            all.extend((0..ring.len()).map(|k| (ring[k], ring[(k + 1) % ring.len()], f.leaf)));
+        }
+    }
+    all.sort_unstable();
+    all
+}
+
+/// Whether the boundary closes up inside, and its edges on the face of corners 0, 1 and 2.
+fn on_face(facets: &[Facet], what: &dyn Fn() -> String) -> Vec<(Vertex, Vertex, u8)> {
+    let all = edges(facets);
+    let common = |a: &Vertex, b: &Vertex| a.corners | b.corners;
+    let inner: Vec<_> = all.iter().filter(|e| common(&e.0, &e.1) == 0b1111).collect();
+    for e in &inner {
+        let there = inner.iter().filter(|x| (x.0, x.1) == (e.0, e.1)).count();
+        let back = inner.iter().filter(|x| (x.0, x.1) == (e.1, e.0)).count();
+        assert_eq!(there, back, "{e:?} has no partner: {}", what());
+    }
+    all.into_iter().filter(|e| common(&e.0, &e.1) & 0b1000 == 0).collect()
+}
+
+/// All values of one leaf at three corners, and at the fourth.
+fn faces() -> impl Iterator<Item = [f64; 3]> + Clone {
+    const VALUES: [f64; 3] = [-1.0, 0.0, 2.0];
+    (0..27).map(|m| [VALUES[m % 3], VALUES[m / 3 % 3], VALUES[m / 9]])
+}
+
+fn agree(faces: &[[f64; 3]], fourths: &[f64], inside: fn(&[bool; 3]) -> bool) {
+    let n = faces.len();
+    let mut known: Option<Vec<(Vertex, Vertex, u8)>> = None;
+    for m in 0..fourths.len().pow(n as u32) {
+        let fourth = |k: usize| fourths[m / fourths.len().pow(k as u32) % fourths.len()];
+        let values: Vec<[f64; 4]> = (0..n).map(|k| [faces[k][0], faces[k][1], faces[k][2], fourth(k)]).collect();
+        let seen = on_face(&boundary(&values, inside), &|| format!("{values:?}"));
+        match &known {
+            Some(known) => assert_eq!(known, &seen, "{values:?}"),
+            None => known = Some(seen),
+        }
+    }
+}
+
+#[test]
+fn neighbors_see_the_same_on_their_common_face_whatever_lies_beyond() {
+    for inside in BOOLEANS {
+        for a in faces() {
+            agree(&[a], &[-1.0, 0.0, 1.5], inside);
+            for b in faces() {
+                agree(&[a, b], &[-1.0, 0.0, 1.5], inside);
+            }
+        }
+    }
+    // Three leaves: every third pattern with every pattern of the others, two values beyond.
+    for inside in BOOLEANS {
+        for a in faces() {
+            for b in faces().step_by(2) {
+                for c in faces().step_by(3) {
+                    agree(&[a, b, c], &[-1.0, 1.5], inside);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn signs_are_exact_and_ties_are_those_of_shifted_leaves() {
+    let mut state = 5u64;
+    let mut small = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) % 5) as f64 - 2.0
+    };
+    let (mut ties, mut zeros) = (0, 0);
+    for _ in 0..20_000 {
+        let n = 2 + (small() as i64 + 2) as usize % 3;
+        let mut m: Matrix = [[0.0; MOST]; MOST];
+        m.iter_mut().take(n).for_each(|r| r.iter_mut().take(n).for_each(|v| *v = small()));
+        // Whole numbers: by elimination over the integers.
+        let whole = |m: &Matrix| -> i64 {
+            fn det(rows: &[Vec<i64>]) -> i64 {
+                let Some(first) = rows.first() else { return 1 };
+                (0..first.len())
+                    .map(|k| {
+                        let rest: Vec<Vec<i64>> = rows[1..]
+                            .iter()
+                            .map(|r| r.iter().enumerate().filter(|x| x.0 != k).map(|x| *x.1).collect())
+                            .collect();
+                        first[k] * det(&rest) * if k % 2 == 0 { 1 } else { -1 }
+                    })
+                    .sum()
+            }
+            det(&(0..n).map(|r| (0..n).map(|c| m[r][c] as i64).collect()).collect::<Vec<Vec<i64>>>())
+        };
+        assert_eq!(i64::from(sign(&m, n)), whole(&m).signum());
+        let mut tiny = m;
+        tiny.iter_mut().for_each(|r| r.iter_mut().for_each(|v| *v *= 1e-170));
+        assert_eq!(i64::from(sign(&tiny, n)), whole(&m).signum());
+        // The others must have one point in common.
+        let mut ones = m;
+        ones[0] = [1.0; MOST];
+        if whole(&ones) == 0 {
+            zeros += 1;
+            continue;
+        }
+        ties += usize::from(whole(&m) == 0);
+        // Shifts far smaller than any value, and each far smaller than the one before, as whole numbers.
+        let order = [1u32, 0, 3, 2];
+        let scale = 10f64.powi(12);
+        let mut shifted = m;
+        for (k, row) in shifted.iter_mut().enumerate().take(n) {
+            let shift = 10f64.powi(9 - 3 * order[k] as i32);
+            row.iter_mut().take(n).for_each(|v| *v = *v * scale + shift);
+        }
+        let value = sign(&shifted, n);
+        assert_eq!(positive(&m, n, &order[..n]), value == whole(&ones).signum() as i32, "{m:?} {n}");
+    }
+    assert!(ties > 500 && zeros > 500, "{ties} ties, {zeros} without a point");
+}
+
+fn made(solid: &Solid, size: f64) -> Arranged {
+    let model = Implicit::new(solid, RSystem::R0, Some(Aabb::new(DVec3::splat(-3.0), DVec3::splat(3.0)))).unwrap();
+    arranged(&model, size, 1 << 32, &Run::new()).unwrap()
+}
+
+fn sound(a: &Arranged) {
+    let mesh = &a.made.mesh;
+    mesh.validate().unwrap();
+    let d = mesh.defects();
+    assert!(d.is_closed() && d.is_manifold() && d.is_oriented());
+    assert_eq!(mesh.nodes.len(), a.made.leaves.len());
+}
+
+#[test]
+fn boxes_on_a_grid_have_their_volume_whatever_they_share() {
+    let cube = |x: f64, y: f64, z: f64, s: f64| Solid::cuboid(DVec3::new(x, y, z), DVec3::new(x + s, y + s, z + s));
+    // Side by side, by an edge, by a corner, and one hollow whose walls are others' walls.
+    let cases = [
+        (cube(0.0, 0.0, 0.0, 1.0) | cube(1.0, 0.0, 0.0, 1.0), 2.0),
+        (cube(0.0, 0.0, 0.0, 1.0) | cube(1.0, 1.0, 0.0, 1.0), 2.0),
+        (cube(0.0, 0.0, 0.0, 1.0) | cube(1.0, 1.0, 1.0, 1.0), 2.0),
+        (
+            cube(0.0, 0.0, 0.0, 1.0) | cube(1.0, 1.0, 0.0, 1.0) | cube(0.0, 1.0, 1.0, 1.0) | cube(1.0, 0.0, 1.0, 1.0),
+            4.0,
+        ),
+        (cube(-1.0, -1.0, -1.0, 3.0) - cube(0.0, 0.0, 0.0, 1.0) - cube(1.0, 1.0, 0.0, 1.0), 25.0),
+    ];
+    for (solid, volume) in cases {
+        for size in [0.11, 0.3, 0.5] {
+            let a = made(&solid, size);
+            sound(&a);
+            let v = a.made.mesh.volume();
+            assert!((v - volume).abs() < 1e-9, "{v} {volume}");
+        }
+    }
+}
+
+#[test]
+fn a_part_that_is_proved_has_its_corners_and_says_so() {
+    let bore = |a: DVec3, r: f64| Solid::cylinder(r, a, DVec3::ZERO, None);
+    let cube = Solid::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0));
+    let a = made(&(cube.clone() - bore(DVec3::X, 0.4) - bore(DVec3::Z, 0.3)), 0.15);
+    sound(&a);
+    assert!(a.unproved.is_empty() && a.astray.is_empty(), "{:?}", a.unproved);
+    assert_eq!(a.made.leaves.iter().filter(|l| l.len() == 3).count(), 8);
+    // Bores of one radius cross in curves that touch in two points: these are named, and nothing else.
+    let a = made(&(cube - bore(DVec3::X, 0.4) - bore(DVec3::Z, 0.4)), 0.15);
+    sound(&a);
+    assert!(!a.unproved.is_empty() && a.unproved.iter().all(|u| u.1 == Unproved::Touching));
+    let near = |p: &DVec3| p.distance(DVec3::new(0.0, 0.4_f64.copysign(p.y), 0.0)) < 0.05;
+    assert!(a.unproved.iter().all(|u| near(&u.0)), "{:?}", a.unproved);
+}
+
+#[test]
+fn what_is_far_thinner_than_a_cell_is_there() {
+    // A pin a tenth of a cell wide and a slit a twentieth of one.
+    let pin = Solid::cylinder(0.01, DVec3::X, DVec3::new(0.013, 0.021, 0.008), Some(1.7));
+    let slit = Solid::cuboid(DVec3::new(-0.501, -2.0, -2.0), DVec3::new(-0.491, 2.0, 2.0));
+    let a = made(&pin, 0.2);
+    sound(&a);
+    let v = std::f64::consts::PI * 1e-4 * 1.7;
+    assert!((a.made.mesh.volume() / v - 1.0).abs() < 0.2, "{} {v}", a.made.mesh.volume());
+    let a = made(&(Solid::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)) - slit), 0.2);
+    sound(&a);
+    assert!((a.made.mesh.volume() - (8.0 - 0.04)).abs() < 1e-9);
+}
+
+#[test]
+fn a_formula_that_bends_back_is_refined_until_it_does_not() {
+    // A sphere of a third of a cell, as a formula and beside another.
+    let q = |c: f64| {
+        let [x, y, z] = [Expr::x() - c, Expr::y(), Expr::z()].map(|e| e.clone() * e);
+        Solid::formula(Expr::constant(0.01) - (x + y + z))
+    };
+    let a = made(&(q(0.5) | q(-0.6)), 0.3);
+    sound(&a);
+    let topology = a.made.mesh.topology(&a.made.mesh.defects());
+    assert_eq!((topology.components, topology.euler), (2, 4));
+    assert!(a.unproved.is_empty());
+}

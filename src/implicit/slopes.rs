@@ -1,0 +1,219 @@
+//! Bounds of a leaf's gradient over a box: forward differentiation in interval arithmetic.
+
+use glam::DVec3;
+
+use super::expr::{Binary, Unary};
+use super::leaf::{Frame, Leaf};
+use crate::numeric::Interval;
+use crate::spatial::Aabb;
+
+/// Bounds of a value and of its three partial derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slopes {
+    pub(crate) value: Interval,
+    pub(crate) gradient: [Interval; 3],
+}
+
+const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
+
+fn each(f: impl Fn(usize) -> Interval) -> [Interval; 3] {
+    std::array::from_fn(f)
+}
+
+impl Slopes {
+    pub(crate) fn constant(c: f64) -> Self {
+        Self { value: Interval::point(c), gradient: [ZERO; 3] }
+    }
+
+    /// A coordinate that has the given bounds.
+    pub(crate) fn coordinate(axis: usize, value: Interval) -> Self {
+        Self { value, gradient: each(|k| Interval::point(f64::from(u8::from(k == axis)))) }
+    }
+
+    /// A function of it with the given value and derivative.
+    fn chain(self, value: Interval, slope: Interval) -> Self {
+        Self { value, gradient: each(|k| self.gradient[k] * slope) }
+    }
+
+    fn hull(self, other: Self) -> Self {
+        Self { value: self.value.hull(other.value), gradient: each(|k| self.gradient[k].hull(other.gradient[k])) }
+    }
+
+    fn negated(self) -> Self {
+        Self { value: -self.value, gradient: self.gradient.map(|g| -g) }
+    }
+
+    pub(crate) fn square(self) -> Self {
+        self.chain(self.value.square(), self.value.scale(2.0))
+    }
+
+    pub(crate) fn unary(self, op: Unary) -> Self {
+        let v = self.value;
+        match op {
+            Unary::Neg => self.negated(),
+            Unary::Abs if v.lo >= 0.0 => self,
+            Unary::Abs if v.hi <= 0.0 => self.negated(),
+            Unary::Abs => Self { value: v.abs(), ..self.hull(self.negated()) },
+            Unary::Sqrt => {
+                let r = v.sqrt();
+                self.chain(r, Interval::point(0.5) / r)
+            }
+            Unary::Exp => self.chain(v.exp(), v.exp()),
+            Unary::Log => self.chain(v.ln(), Interval::point(1.0) / v),
+            Unary::Sin => self.chain(v.sin(), v.cos()),
+            Unary::Cos => self.chain(v.cos(), -v.sin()),
+            Unary::Tan => {
+                let t = v.tan();
+                self.chain(t, Interval::point(1.0) + t.square())
+            }
+        }
+    }
+
+    pub(crate) fn binary(self, op: Binary, other: Self) -> Self {
+        let (a, b) = (self.value, other.value);
+        let (ga, gb) = (self.gradient, other.gradient);
+        match op {
+            Binary::Add => Self { value: a + b, gradient: each(|k| ga[k] + gb[k]) },
+            Binary::Sub => Self { value: a - b, gradient: each(|k| ga[k] - gb[k]) },
+            Binary::Mul => Self { value: a * b, gradient: each(|k| ga[k] * b + gb[k] * a) },
+            Binary::Div => {
+                let q = a / b;
+                Self { value: q, gradient: each(|k| (ga[k] - gb[k] * q) / b) }
+            }
+            Binary::Pow if gb == [ZERO; 3] => {
+                let less = b - Interval::point(1.0);
+                // An exponent that is one number stays one.
+                let less = if b.lo == b.hi { Interval::point(b.lo - 1.0) } else { less };
+                self.chain(a.pow(b), a.pow(less) * b)
+            }
+            Binary::Pow => {
+                let v = a.pow(b);
+                Self { value: v, gradient: each(|k| (gb[k] * a.ln() + ga[k] * (b / a)) * v) }
+            }
+            Binary::Min if a.hi < b.lo => self,
+            Binary::Min if b.hi < a.lo => other,
+            Binary::Min => Self { value: a.min(b), ..self.hull(other) },
+            Binary::Max if a.lo > b.hi => self,
+            Binary::Max if b.lo > a.hi => other,
+            Binary::Max => Self { value: a.max(b), ..self.hull(other) },
+            Binary::Atan2 => {
+                let q = a.square() + b.square();
+                Self { value: a.atan2(b), gradient: each(|k| (ga[k] * b - gb[k] * a) / q) }
+            }
+            Binary::Hypot => {
+                let h = a.hypot(b);
+                Self { value: h, gradient: each(|k| (ga[k] * a + gb[k] * b) / h) }
+            }
+        }
+    }
+
+    /// `self` where the condition is not negative, else `other`.
+    pub(crate) fn select(self, condition: Interval, other: Self) -> Self {
+        if condition.lo >= 0.0 {
+            self
+        } else if condition.hi < 0.0 {
+            other
+        } else {
+            self.hull(other)
+        }
+    }
+}
+
+/// The coordinates of a box in a frame at a point, along `u`, `v` and `a`.
+fn local(c: DVec3, f: &Frame, b: &[Interval; 3]) -> [Slopes; 3] {
+    [f.u, f.v, f.a].map(|e| {
+        let term = |k: usize| (b[k] - Interval::point(c[k])).scale(e[k]);
+        Slopes { value: term(0) + term(1) + term(2), gradient: each(|k| Interval::point(e[k])) }
+    })
+}
+
+impl Leaf {
+    /// Bounds of value and gradient over a box; `None` for what is only known point by point.
+    pub(crate) fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
+        let b: [Interval; 3] = each(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        let scaled = |s: Slopes, k: f64| Slopes { value: s.value.scale(k), gradient: s.gradient.map(|g| g.scale(k)) };
+        let constant = Slopes::constant;
+        let gradient = match self {
+            Leaf::Plane { n, .. } => each(|k| Interval::point(-n[k])),
+            Leaf::Sphere { c, r } => each(|k| (Interval::point(c[k]) - b[k]).scale(1.0 / r)),
+            Leaf::Cylinder { c, frame, r } => {
+                let [u, v, _] = local(*c, frame, &b);
+                let sum = u.square().binary(Binary::Add, v.square());
+                scaled(sum, -0.5 / r).gradient
+            }
+            Leaf::Cone { c, frame, k, m, .. } => {
+                let [u, v, t] = local(*c, frame, &b);
+                let rho = u.binary(Binary::Hypot, v);
+                scaled(rho, -k).binary(Binary::Sub, scaled(t, *m)).gradient
+            }
+            Leaf::Torus { c, frame, major, minor } => {
+                let [u, v, t] = local(*c, frame, &b);
+                let q = u.binary(Binary::Hypot, v).binary(Binary::Sub, constant(*major));
+                scaled(q.square().binary(Binary::Add, t.square()), -0.5 / minor).gradient
+            }
+            Leaf::Formula(f) => return Some(f.slopes(&b)),
+            Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => return None,
+        };
+        Some(Slopes { value: self.range(cell), gradient })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::expr::Expr;
+    use crate::implicit::formula::Formula;
+    use crate::implicit::lower::lower;
+    use crate::implicit::{Placement, Primitive, Solid};
+
+    #[test]
+    fn slopes_hold_the_gradients_of_random_leaves_on_random_boxes() {
+        let mut state = 7u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
+        let (un, bi) = (Expr::unary, Expr::binary);
+        let formulas = [
+            x.clone() * y.clone() / (z.clone() * z.clone() + 0.3),
+            un(Unary::Sin, x.clone() * 3.0) * un(Unary::Cos, y.clone() * 2.0) + un(Unary::Exp, z.clone()),
+            un(Unary::Sqrt, x.clone() * x.clone() + 0.1) + un(Unary::Abs, y.clone() - z.clone()),
+            bi(Binary::Pow, x.clone() + 2.0, Expr::constant(1.5)) - bi(Binary::Atan2, y.clone(), x.clone() + 2.0),
+            bi(Binary::Max, x.clone(), bi(Binary::Min, y.clone(), z.clone() * 2.0)) + un(Unary::Tan, z.clone()),
+            Expr::select(x.clone() - y.clone(), x.clone() * z.clone(), bi(Binary::Hypot, y.clone(), z.clone() + 1.0)),
+            un(Unary::Log, bi(Binary::Pow, x + 2.0, y + 0.5)) - bi(Binary::Pow, z, Expr::constant(3.0)),
+        ];
+        for _ in 0..200 {
+            let mut v = |s: f64| DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5) * s;
+            let (at, axis, radii) = (v(2.0), v(1.0).normalize(), v(1.0).abs() + 0.1);
+            let solids: [Solid; 5] = [
+                Solid::half_space(axis, at),
+                Solid::sphere(radii.x, at),
+                Solid::cylinder(radii.x, axis, at, None),
+                Primitive::Cone { r0: radii.x, r1: radii.y, height: radii.z, axis, at }.into(),
+                Primitive::Torus { major: radii.x, minor: radii.y, axis, at }.into(),
+            ];
+            let mut leaves: Vec<Leaf> = solids.iter().flat_map(|s| lower(s).unwrap().leaves).collect();
+            leaves.extend(formulas.iter().map(|e| Leaf::Formula(Formula::compile(e, &Placement::IDENTITY))));
+            for leaf in leaves {
+                let lo = v(2.0);
+                let cell = Aabb::new(lo, lo + v(0.8).abs());
+                let bounds = leaf.slopes(&cell).unwrap();
+                for _ in 0..30 {
+                    let p = cell.lo + (cell.hi - cell.lo) * (v(1.0) + 0.5);
+                    let d = leaf.gradient(p);
+                    for k in 0..3 {
+                        let i = bounds.gradient[k];
+                        let slack = 1e-12 * (1.0 + d.g[k].abs());
+                        assert!(
+                            d.g[k].is_nan() || (i.lo - slack <= d.g[k] && d.g[k] <= i.hi + slack),
+                            "{leaf:?} {cell:?} {p} {k} {} {i:?}",
+                            d.g[k]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
