@@ -5,14 +5,13 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Proof, Tried};
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Method, Ready, nothing_found};
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::implicit::{
-    Extracted, ImplicitOracle, SurfacePoint, Trimmed, Unproved, arranged, can_arrange, drop_splinters, surface_points,
-    trimmed,
+    Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, can_arrange, drop_splinters, surface_points, trimmed,
 };
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
@@ -74,6 +73,7 @@ fn far_from<T: Copy>(
 type Cutting = (Patchwork, CutReport);
 
 /// What one size of cells gave before remeshing.
+#[derive(Clone)]
 pub(super) struct Scout {
     /// What was extracted, or made of the leaves' own surfaces.
     pub(super) extracted: Extracted,
@@ -87,8 +87,8 @@ pub(super) struct Scout {
     /// Places without an exact edge, once it is cut, and whether [cutting was given up](CutReport::bridged).
     unresolved: Vec<DVec3>,
     bridged: bool,
-    /// Places where the arrangement it was made from was not proved.
-    pub(super) unproved: Vec<(DVec3, Unproved)>,
+    /// What was shown of the arrangement it was made from, if it was.
+    proof: Option<Proof>,
 }
 
 impl Scout {
@@ -96,8 +96,8 @@ impl Scout {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
-        let (unresolved, unproved) = (Vec::new(), Vec::new());
-        Ok(Self { extracted, cell, points, gone, splinters, unresolved, bridged: false, unproved })
+        let (unresolved, proof) = (Vec::new(), None);
+        Ok(Self { extracted, cell, points, gone, splinters, unresolved, bridged: false, proof })
     }
 
     fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
@@ -123,8 +123,8 @@ impl Scout {
         extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
         let (cell, points, splinters) = (self.cell, self.points.clone(), self.splinters.clone());
-        let (unresolved, unproved) = (Vec::new(), Vec::new());
-        Some((Self { extracted, cell, points, gone: false, splinters, unresolved, bridged: false, unproved }, cut))
+        let (unresolved, proof) = (Vec::new(), None);
+        Some((Self { extracted, cell, points, gone: false, splinters, unresolved, bridged: false, proof }, cut))
     }
 
     /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
@@ -138,8 +138,11 @@ impl Scout {
             // Too many cells, or too much in one: there are other ways.
             Err(_) => return Ok(None),
         };
+        let (proof, finest) = (Proof::of(made.cells, &made.unproved), made.finest);
         let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
-        scout.unproved = made.unproved;
+        // What is small calls for short edges, as where smaller cells were needed to find it.
+        scout.cell = finest.clamp(CELLS[CELLS.len() - 1] * self.cell, self.cell);
+        scout.proof = Some(proof);
         Ok(Some((scout, cut)))
     }
 
@@ -197,6 +200,7 @@ impl Trial {
     fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock) -> Self {
         self.number = attempts.len();
         let attempt = Attempt::new(tried, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
+        let attempt = Attempt { proof: self.scout.proof.take(), ..attempt };
         let edges_missing = self.exact.report.cut.unresolved.len();
         let lacks = [
             (!self.missed.is_empty(), "some of the surface is not in the mesh"),
@@ -276,6 +280,8 @@ pub(super) fn search(
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
+    // Its grid is as fine as it must be: smaller cells would find nothing more.
+    let mut arrange = options.method != Method::Cut;
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
         let cell = share * ready.size;
@@ -298,48 +304,52 @@ pub(super) fn search(
         if nothing {
             first_error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
         }
-        let trimmed = |scout: &Scout| scout.trimmed(ready, run);
-        if options.method == Method::Complex
-            && let Some((made, cut)) = scout.arranged(ready, options, run)?
-        {
-            let this = made.remesh(cut, ready, options, run, observer)?;
-            return Ok(this.told(Tried::Arrange, &mut attempts, &mut clock).searched(crossed, attempts));
+        let mut cut = None;
+        let mut first = None;
+        if options.method != Method::Complex && !scout.gone && !nothing {
+            // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
+            cut = Some(scout.cut(ready, run)?);
+            if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
+                let this = scout.clone().remesh(cut, ready, options, run, observer)?;
+                let this = this.told(Tried::Cut, &mut attempts, &mut clock);
+                if this.is_clean() {
+                    return Ok(this.searched(crossed, attempts));
+                }
+                first = Some(this);
+            }
         }
-        // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
-        let mut cut = if scout.gone || nothing { None } else { Some(scout.cut(ready, run)?) };
-        let next = if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
-            let this = scout.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(Tried::Cut, &mut attempts, &mut clock);
-            if this.is_clean() {
-                return Ok(this.searched(crossed, attempts));
-            }
-            let next = trimmed(&this.scout)?;
-            if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
-                best = Some(this);
-            }
-            next
-        } else {
-            let next = trimmed(&scout)?;
-            if !nothing {
-                let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
-                let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
-                let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
-                attempts.push(Attempt { edges_missing, ..attempt }.because(why));
-                others.push((scout, cut));
-                others.sort_by(|a, b| a.0.compare(&b.0));
-                others.truncate(OTHERS);
-            }
-            next
-        };
-        if let Some((scout, cut)) = next {
-            let this = scout.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(Tried::Trim, &mut attempts, &mut clock);
-            if this.is_clean() {
+        if options.method != Method::Complex && first.is_none() && !nothing {
+            let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
+            let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
+            let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
+            attempts.push(Attempt { edges_missing, ..attempt }.because(why));
+        }
+        let mut seconds = Vec::new();
+        for rung in [Tried::Arrange, Tried::Trim] {
+            let made = match rung {
+                Tried::Arrange if std::mem::take(&mut arrange) => scout.arranged(ready, options, run)?,
+                Tried::Trim => scout.trimmed(ready, run)?,
+                _ => None,
+            };
+            let Some((made, cut)) = made else { continue };
+            let this = made.remesh(cut, ready, options, run, observer)?;
+            let this = this.told(rung, &mut attempts, &mut clock);
+            if this.is_clean() || options.method == Method::Complex {
                 return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;
             // Its faults cannot be left as extracted.
-            if this.faults() == 0 && best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
+            if this.faults() == 0 {
+                seconds.push(this);
+            }
+        }
+        if first.is_none() && !nothing {
+            others.push((scout, cut));
+            others.sort_by(|a, b| a.0.compare(&b.0));
+            others.truncate(OTHERS);
+        }
+        for this in first.into_iter().chain(seconds) {
+            if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
                 best = Some(this);
             }
         }

@@ -3,9 +3,11 @@
 use std::fmt;
 use std::time::Instant;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::report::Report;
+use crate::implicit::Unproved;
 
 /// What an attempt did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -31,6 +33,36 @@ pub enum Tried {
     Soup,
 }
 
+/// How many places that were not proved are named.
+const NAMED: usize = 20;
+
+/// What intervals showed of the arrangement of a part's leaves.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Proof {
+    /// Cells of the grid that hold some of the surface.
+    pub cells: usize,
+    /// In how many of these the leaves are not shown to be arranged as planes are.
+    pub unproved: usize,
+    /// The centers of the first ones, with the reason.
+    pub places: Vec<UnprovedPlace>,
+}
+
+/// A place where the arrangement of leaves was not proved.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct UnprovedPlace {
+    /// Where.
+    pub at: [f64; 3],
+    /// Why not.
+    pub reason: Unproved,
+}
+
+impl Proof {
+    pub(super) fn of(cells: usize, unproved: &[(DVec3, Unproved)]) -> Self {
+        let place = |(at, reason): &(DVec3, Unproved)| UnprovedPlace { at: at.to_array(), reason: *reason };
+        Self { cells, unproved: unproved.len(), places: unproved.iter().take(NAMED).map(place).collect() }
+    }
+}
+
 /// One attempt at a mesh, in the order of time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Attempt {
@@ -44,6 +76,9 @@ pub struct Attempt {
     pub edges_missing: usize,
     /// How many triangles were at fault: they intersect others or are turned over.
     pub faults: usize,
+    /// What was shown of the arrangement it was made from, if it was made from one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub proof: Option<Proof>,
     /// Whether the mesh is made of it.
     pub kept: bool,
     /// What was wrong with it, or why it was not kept; empty if nothing was.
@@ -86,7 +121,7 @@ impl Attempt {
     /// One that has triangles, of which so many are at fault.
     pub(super) fn new(rung: Tried, size: f64, triangles: usize, faults: usize, clock: &mut Clock) -> Self {
         let seconds = clock.lap();
-        Self { rung, size, triangles, edges_missing: 0, faults, kept: false, why: String::new(), seconds }
+        Self { rung, size, triangles, edges_missing: 0, faults, proof: None, kept: false, why: String::new(), seconds }
     }
 
     pub(super) fn kept(self) -> Self {
@@ -141,6 +176,12 @@ impl fmt::Display for Attempt {
         }
         if self.faults > 0 {
             write!(f, ", {} faults", self.faults)?;
+        }
+        if let Some(p) = &self.proof {
+            write!(f, ", {} of {} cells not proved", p.unproved, p.cells)?;
+            if let Some(first) = p.places.first() {
+                write!(f, " (the first near {:.4?}: {})", first.at, first.reason)?;
+            }
         }
         seconds(f, self.seconds)?;
         f.write_str(if self.kept { ", kept" } else { ", not kept" })?;

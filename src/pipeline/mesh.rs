@@ -42,13 +42,17 @@ pub enum Method {
     /// [`optimize::exact`](crate::optimize::exact).
     #[default]
     Leaf,
-    /// The same from the arrangement of the leaves on an adaptive grid, with no other way tried where that does not come out.
+    /// The same from the arrangement of the leaves on an adaptive grid alone, with no other way tried where that does not come
+    /// out: what [`Leaf`](Self::Leaf) tries before anything else.
     Complex,
+    /// The same by cutting marching cubes and trimming the leaves' surfaces, with ever smaller cells: what
+    /// [`Leaf`](Self::Leaf) tries where the arrangement does not come out.
+    Cut,
 }
 
 impl Method {
     /// All methods, in the order they are compared in.
-    pub const ALL: [Method; 4] = [Method::MarchingCubes, Method::Operators, Method::Leaf, Method::Complex];
+    pub const ALL: [Method; 5] = [Method::MarchingCubes, Method::Operators, Method::Leaf, Method::Complex, Method::Cut];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -57,6 +61,7 @@ impl Method {
             Method::Operators => "operators",
             Method::Leaf => "leaf",
             Method::Complex => "complex",
+            Method::Cut => "cut",
         }
     }
 }
@@ -64,7 +69,7 @@ impl Method {
 impl Method {
     /// Whether edges and corners come from the tree.
     pub fn is_exact(self) -> bool {
-        matches!(self, Method::Leaf | Method::Complex)
+        matches!(self, Method::Leaf | Method::Complex | Method::Cut)
     }
 }
 

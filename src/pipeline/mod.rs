@@ -30,7 +30,7 @@ pub use compare_soup::compare_soup;
 pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_soup, soup_info};
 pub use distance::Distance;
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
-pub use history::{Attempt, Stage, Tried};
+pub use history::{Attempt, Proof, Stage, Tried, UnprovedPlace};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
 pub use refine::{Place, Refinement};
 pub use report::{FaceStep, Info, LeafInfo, Report, Rung, SCHEMA, info};

@@ -1,6 +1,7 @@
 //! From the facets of all tetrahedra to one mesh: common nodes, triangles, copies where inside sectors touch.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::cell::{Cut, Facet, Vertex};
@@ -188,25 +189,33 @@ fn triangulate(mut ring: Vec<(u32, DVec3)>, out: &mut dyn FnMut([u32; 3])) {
     }
 }
 
-/// Sides of triangles by edge: three times the triangle, and which of its sides.
-fn sides(triangles: &[Triangle]) -> FxHashMap<[u32; 2], Vec<u32>> {
-    let mut of_edge: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
-    for (t, tri) in triangles.iter().enumerate() {
-        for k in 0..3 {
-            let (a, b) = (tri.nodes[k], tri.nodes[(k + 1) % 3]);
-            of_edge.entry([a.min(b), a.max(b)]).or_default().push(3 * t as u32 + k as u32);
-        }
-    }
-    of_edge
+/// Sides of triangles by edge, ascending: the edge's nodes, then three times the triangle and which of its sides.
+fn sides(triangles: &[Triangle]) -> Vec<([u32; 2], u32)> {
+    let mut all: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32)
+        .into_par_iter()
+        .with_min_len(4096)
+        .map(|h| {
+            let n = &triangles[(h / 3) as usize].nodes;
+            let (a, b) = (n[(h % 3) as usize], n[((h + 1) % 3) as usize]);
+            ([a.min(b), a.max(b)], h)
+        })
+        .collect();
+    all.par_sort_unstable();
+    all
 }
 
 /// Halves edges of more than two triangles: where both ends lie in one part of the inside, its copies could not be told from
 /// each other.
 pub(super) fn divided(keys: &mut Vec<Key>, places: &mut Vec<DVec3>, triangles: &mut Vec<Triangle>) {
-    let mut crowded: Vec<([u32; 2], Vec<u32>)> = sides(triangles).into_iter().filter(|e| e.1.len() > 2).collect();
-    crowded.sort_unstable();
     // A triangle may have several such edges: one at a time, and again.
-    while !crowded.is_empty() {
+    loop {
+        let all = sides(triangles);
+        let of_one = |e: &&[([u32; 2], u32)]| e.len() > 2;
+        let crowded = all.chunk_by(|x, y| x.0 == y.0).filter(of_one);
+        let crowded: Vec<([u32; 2], Vec<u32>)> = crowded.map(|e| (e[0].0, e.iter().map(|x| x.1).collect())).collect();
+        if crowded.is_empty() {
+            return;
+        }
         let mut touched: FxHashSet<u32> = FxHashSet::default();
         for ([a, b], sides) in &crowded {
             if sides.iter().any(|h| touched.contains(&(h / 3))) {
@@ -228,18 +237,12 @@ pub(super) fn divided(keys: &mut Vec<Key>, places: &mut Vec<DVec3>, triangles: &
                 touched.insert(t as u32);
             }
         }
-        let again: Vec<[u32; 2]> =
-            crowded.iter().filter(|(_, sides)| sides.iter().any(|h| touched.contains(&(h / 3)))).map(|e| e.0).collect();
-        let now = sides(triangles);
-        let left = again.into_iter().filter_map(|e| Some((e, now.get(&e)?.clone())));
-        crowded = left.filter(|e| e.1.len() > 2).collect();
     }
 }
 
 /// Copies of nodes where parts of the inside touch along edges or in points: each part gets its own. The node each new node is
 /// a copy of, itself for those that were there.
 pub(super) fn parted(places: &[DVec3], triangles: &mut [Triangle]) -> Vec<u32> {
-    let of_edge = sides(triangles);
     let mut joined: Vec<u32> = (0..3 * triangles.len() as u32).collect();
     let find = |joined: &mut Vec<u32>, mut i: u32| {
         while joined[i as usize] != i {
@@ -248,21 +251,13 @@ pub(super) fn parted(places: &[DVec3], triangles: &mut [Triangle]) -> Vec<u32> {
         }
         i
     };
-    for t in 0..triangles.len() {
-        for k in 0..3 {
-            let (a, b) = (triangles[t].nodes[k], triangles[t].nodes[(k + 1) % 3]);
-            let (a, b) = (a.min(b), a.max(b));
-            let sides = &of_edge[&[a, b]];
-            if sides[0] != 3 * t as u32 + k as u32 {
-                continue;
-            }
-            for [s, o] in pairs(places, triangles, sides, [a, b]) {
-                // The corner at the start of one is that at the end of the other.
-                let next = |h: u32| h - h % 3 + (h + 1) % 3;
-                for (x, y) in [(s, next(o)), (next(s), o)] {
-                    let (p, q) = (find(&mut joined, x), find(&mut joined, y));
-                    joined[p.max(q) as usize] = p.min(q);
-                }
+    for edge in sides(triangles).chunk_by(|x, y| x.0 == y.0) {
+        for [s, o] in pairs(places, triangles, edge) {
+            // The corner at the start of one is that at the end of the other.
+            let next = |h: u32| h - h % 3 + (h + 1) % 3;
+            for (x, y) in [(s, next(o)), (next(s), o)] {
+                let (p, q) = (find(&mut joined, x), find(&mut joined, y));
+                joined[p.max(q) as usize] = p.min(q);
             }
         }
     }
@@ -294,8 +289,9 @@ fn forward(triangles: &[Triangle], h: u32) -> bool {
 }
 
 /// Which sides of triangles along an edge go together: those with some of the inside between them.
-fn pairs(places: &[DVec3], triangles: &[Triangle], sides: &[u32], [a, b]: [u32; 2]) -> Vec<[u32; 2]> {
-    if let [s, o] = *sides {
+fn pairs(places: &[DVec3], triangles: &[Triangle], sides: &[([u32; 2], u32)]) -> Vec<[u32; 2]> {
+    let [a, b] = sides[0].0;
+    if let [(_, s), (_, o)] = *sides {
         return vec![[s, o]];
     }
     let (p, q) = (places[a as usize], places[b as usize]);
@@ -303,7 +299,7 @@ fn pairs(places: &[DVec3], triangles: &[Triangle], sides: &[u32], [a, b]: [u32; 
     let flip = u.cross(v).dot(q - p) < 0.0;
     let mut around: Vec<(f64, u32)> = sides
         .iter()
-        .map(|h| {
+        .map(|(_, h)| {
             let c = triangles[(h / 3) as usize].nodes[((h + 2) % 3) as usize];
             let d = places[c as usize] - p;
             let angle = d.dot(v).atan2(d.dot(u));

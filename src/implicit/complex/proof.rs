@@ -5,15 +5,26 @@ use super::super::newton::leaves_of;
 use super::super::tape::Tape;
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
-use glam::DVec3;
+use std::fmt;
 
-/// The gradients of a leaf in a box turn away from that in the middle by an angle of which this is the cosine at most.
-const CONE: f64 = 0.3;
+use glam::DVec3;
+use serde::Serialize;
+
+/// The gradients of a leaf in a box turn away from that in the middle by an angle of which this is the cosine at most: less than
+/// a right angle, so that its zero set is a graph over the box, and less by as much as lets its nodes move to it.
+const GRAPH: f64 = 0.3;
+/// The largest partial derivatives together are no more than so many times longer than the gradient in the middle.
+const STEEPEST: f64 = 11.0;
 /// The sine of the angle between two surfaces that cross is at least this.
 const CROSSING: f64 = 0.02;
 
+/// Boxes with more leaves than this are halved unseen: their pairs and triples would be many, and hardly any box of so many is
+/// simple.
+const MOST_TOGETHER: usize = 16;
+
 /// What was not shown of a box.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Unproved {
     /// A leaf may bend back, or be singular.
     Bent,
@@ -23,6 +34,17 @@ pub enum Unproved {
     Dependent,
     /// More than three leaves may meet in a point.
     Crowded,
+}
+
+impl fmt::Display for Unproved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Unproved::Bent => "a surface may bend back",
+            Unproved::Touching => "two surfaces may touch",
+            Unproved::Dependent => "three surfaces may meet more than once",
+            Unproved::Crowded => "more than three surfaces may meet",
+        })
+    }
 }
 
 /// A leaf in a box, scaled so that its gradient in the middle has length 1: value there, and bounds of the gradient.
@@ -70,11 +92,24 @@ fn cross(a: &[Interval; 3], b: &[Interval; 3]) -> [Interval; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Whether some leaf really turns in a box by more than shows it to be a graph, seen at the corners.
+pub(super) fn bends(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> bool {
+    leaves_of(tape).into_iter().map(|l| &leaves[l as usize]).filter(|l| l.range(cell).contains(0.0)).any(|leaf| {
+        let slope = |p: DVec3| leaf.slope(p).normalize_or_zero();
+        let middle = slope(cell.center());
+        cell.corners().into_iter().any(|p| slope(p).dot(middle) < GRAPH)
+    })
+}
+
 /// What is not shown of the leaves of a tape in a box; `None` if all is.
 pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unproved> {
     let half = cell.size() * 0.5;
     let mut here: Vec<Local> = Vec::new();
-    for l in leaves_of(tape) {
+    let passing = leaves_of(tape);
+    if passing.len() > MOST_TOGETHER {
+        return Some(Unproved::Crowded);
+    }
+    for l in passing {
         let leaf = &leaves[l as usize];
         if !leaf.range(cell).contains(0.0) {
             continue;
@@ -84,7 +119,7 @@ pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unpr
             continue;
         }
         let largest = l.gradient.iter().map(|g| g.lo.abs().max(g.hi.abs())).fold(0.0, |s, g| s + g * g).sqrt();
-        if !(dot(&l.gradient, l.middle).lo > CONE.max(0.3 * CONE * largest)) {
+        if !(dot(&l.gradient, l.middle).lo > GRAPH && largest < STEEPEST) {
             return Some(Unproved::Bent);
         }
         here.push(l);
