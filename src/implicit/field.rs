@@ -14,6 +14,14 @@ pub trait Field: Send + Sync {
     /// Value at a point.
     fn value(&self, p: DVec3) -> f64;
 
+    /// Values at many points, `out` as long as `points`: the same, bit by bit, as [`value`](Self::value) gives one by one. Where a
+    /// call is dear, as into another language, this is the method to override; most points come through it, hundreds at once.
+    fn values(&self, points: &[DVec3], out: &mut [f64]) {
+        for (v, p) in out.iter_mut().zip(points) {
+            *v = self.value(*p);
+        }
+    }
+
     /// Gradient at a point; central differences with a step of 1e-6 of `1 + |p|` unless overridden.
     fn gradient(&self, p: DVec3) -> DVec3 {
         let step = 1e-6 * (1.0 + p.length());
