@@ -115,19 +115,29 @@ impl Field for PyField {
     }
 
     fn gradient(&self, p: DVec3) -> DVec3 {
-        if let Some(gradient) = &self.gradient {
-            let mut g = [f64::NAN; 3];
-            let _ = self.ask(gradient, &[p], &mut g, 3);
-            return DVec3::from_array(g);
+        match &self.gradient {
+            Some(gradient) => {
+                let mut g = [f64::NAN; 3];
+                let _ = self.ask(gradient, &[p], &mut g, 3);
+                DVec3::from_array(g)
+            }
+            None => self.value_and_gradient(p).1,
+        }
+    }
+
+    fn value_and_gradient(&self, p: DVec3) -> (f64, DVec3) {
+        if self.gradient.is_some() {
+            return (self.value(p), self.gradient(p));
         }
         let step = 1e-6 * (1.0 + p.length());
-        let around: [DVec3; 6] = std::array::from_fn(|i| {
-            let d = DVec3::AXES[i / 2] * step;
-            if i % 2 == 0 { p + d } else { p - d }
+        let around: [DVec3; 7] = std::array::from_fn(|i| match i {
+            6 => p,
+            _ if i % 2 == 0 => p + DVec3::AXES[i / 2] * step,
+            _ => p - DVec3::AXES[i / 2] * step,
         });
-        let mut v = [f64::NAN; 6];
+        let mut v = [f64::NAN; 7];
         self.values(&around, &mut v);
-        DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * step)
+        (v[6], DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * step))
     }
 
     fn range(&self, cell: &Aabb) -> (f64, f64) {

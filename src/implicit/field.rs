@@ -29,6 +29,11 @@ pub trait Field: Send + Sync {
         DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
     }
 
+    /// Value and gradient at a point. To be overridden where one call for both is cheaper.
+    fn value_and_gradient(&self, p: DVec3) -> (f64, DVec3) {
+        (self.value(p), self.gradient(p))
+    }
+
     /// Bounds `(lo, hi)` of the value over a box. The default knows nothing: correct, but nothing can be skipped, so the
     /// cost grows with the volume. A Lipschitz constant L gives `value(center) -+ L * half diagonal`.
     fn range(&self, cell: &Aabb) -> (f64, f64) {

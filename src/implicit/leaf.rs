@@ -156,6 +156,10 @@ impl Leaf {
             Leaf::Formula(f) => f.gradient(p),
             Leaf::Blend(b) => b.gradient(p),
             Leaf::Fillet(f) => f.gradient(p),
+            Leaf::Field(f, place) => {
+                let (v, g) = f.value_and_gradient(unplace(place, p));
+                Dual::new(v * place.scale, place.turn(g))
+            }
             _ => Dual::new(self.value(p), self.slope(p)),
         }
     }
