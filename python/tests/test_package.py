@@ -41,7 +41,7 @@ def volume(points, triangles):
 @contextlib.contextmanager
 def quiet():
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.simplefilter("error", rv.NotTraced)
         yield
 
 
