@@ -141,7 +141,8 @@ impl Leaf {
             Leaf::Cone { c, frame, k, m, d } => cone(c, frame, [*k, *m, *d], p),
             Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
             Leaf::Fillet(f) => f.value(p),
-            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) => {
+            Leaf::Field(f, place) => f.value(unplace(place, p)) * place.scale,
+            Leaf::Formula(_) | Leaf::Blend(_) => {
                 let mut out = [0.0];
                 self.eval(&[p.x], &[p.y], &[p.z], &mut out);
                 out[0]
@@ -155,6 +156,10 @@ impl Leaf {
             Leaf::Formula(f) => f.gradient(p),
             Leaf::Blend(b) => b.gradient(p),
             Leaf::Fillet(f) => f.gradient(p),
+            Leaf::Field(f, place) => {
+                let (v, g) = f.value_and_gradient(unplace(place, p));
+                Dual::new(v * place.scale, place.turn(g))
+            }
             _ => Dual::new(self.value(p), self.slope(p)),
         }
     }
@@ -281,9 +286,9 @@ impl Leaf {
             }
             Leaf::Formula(f) => f.eval(xs, ys, zs, out),
             Leaf::Field(f, place) => {
-                for i in 0..n {
-                    out[i] = f.value(unplace(place, DVec3::new(xs[i], ys[i], zs[i]))) * place.scale;
-                }
+                let points: Vec<DVec3> = (0..n).map(|i| unplace(place, DVec3::new(xs[i], ys[i], zs[i]))).collect();
+                f.values(&points, out);
+                out.iter_mut().for_each(|v| *v *= place.scale);
             }
             Leaf::Blend(b) => b.eval(xs, ys, zs, out),
             Leaf::Fillet(f) => f.eval(xs, ys, zs, out),

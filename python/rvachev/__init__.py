@@ -1,0 +1,195 @@
+"""Solids to triangle surface meshes an engineer can compute on.
+
+A solid is built of primitives, formulas and functions by set operations; a part is a solid with a unit and named groups of faces;
+a mesh is arrays of numpy that know the face of each triangle:
+
+>>> import rvachev as rv
+>>> body = rv.box(size=(2, 2, 2)).name("body")
+>>> part = rv.Part(body - rv.cylinder(0.4).name("bore"), units="mm")
+>>> points, triangles = part.mesh(size="4%")
+
+Lengths are in the part's own unit, angles in degrees. Inside is where functions are positive; triangles wind counter-clockwise seen
+from outside. Names and arguments are those of part files.
+"""
+
+from __future__ import annotations
+
+import math as _math
+from functools import reduce as _reduce
+
+import numpy as _np
+
+from ._errors import Cancelled, Error, Failed, InputError, NotTraced, Shortfall, Told
+from ._rvachev import (
+    Built,
+    Edges,
+    Expr,
+    Mesh,
+    Part,
+    Solid,
+    __version__,
+    blend,
+    check,
+    evaluate,
+    field,
+    heal,
+    intersection,
+    mesh,
+    read_triangles,
+    remesh,
+    solid,
+    union,
+    x,
+    y,
+    z,
+)
+from ._rvachev import made as _made
+
+__all__ = [
+    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "InputError", "Mesh", "NotTraced", "Part", "Shortfall", "Solid", "Told",
+    "arc", "bezier", "blend", "box", "chain", "check", "circle", "cone", "cylinder", "diamond", "ellipse", "ellipsoid", "evaluate",
+    "extrude", "extrude_edges", "field", "flat_face", "gyroid", "half_space", "heal", "intersection", "loft", "mesh", "polygon",
+    "polyline", "read_triangles", "remesh", "revolve", "revolve_edges", "ruled", "schwarz_p", "sew", "solid", "sphere", "spline",
+    "sweep_edges", "torus", "union", "x", "y", "z",
+]
+
+# What part files call numpy's functions.
+pi = _math.pi
+sqrt, exp, log, sin, cos, tan, hypot, atan2 = _np.sqrt, _np.exp, _np.log, _np.sin, _np.cos, _np.tan, _np.hypot, _np.arctan2
+
+
+def _all(items):
+    return items[0] if len(items) == 1 else items
+
+
+def min(*items):  # noqa: A001 - the name part files have
+    """The smallest of numbers and formulas."""
+    return _reduce(_np.minimum, _all(items))
+
+
+def max(*items):  # noqa: A001 - the name part files have
+    """The largest of numbers and formulas."""
+    return _reduce(_np.maximum, _all(items))
+
+
+# ----------------------------------------------------------------------------------------------------------- primitives
+
+
+def box(size=None, at=None, *, lo=None, hi=None) -> Solid:
+    """A box by its three sizes and its center (the origin), or by its extreme corners lo and hi. Faces xmin xmax ymin ymax zmin zmax."""
+    return _made("solid", "box", size=size, at=at, lo=lo, hi=hi)
+
+
+def sphere(r, at=None) -> Solid:
+    """A sphere of radius r about a point. One face."""
+    return _made("solid", "sphere", r=r, at=at)
+
+
+def ellipsoid(radii, at=None) -> Solid:
+    """An ellipsoid by its three half axes. One face."""
+    return _made("solid", "ellipsoid", radii=radii, at=at)
+
+
+def cylinder(r, axis=None, at=None, height=None) -> Solid:
+    """A cylinder of radius r about an axis ("x", "y", "z" or a vector; z); infinite without a height. Faces side, bottom, top."""
+    return _made("solid", "cylinder", r=r, axis=axis, at=at, height=height)
+
+
+def cone(r0, r1, height, axis=None, at=None) -> Solid:
+    """A truncated cone centered at a point: radius r0 at the bottom, r1 at the top; one may be 0. Faces side, bottom, top."""
+    return _made("solid", "cone", r0=r0, r1=r1, height=height, axis=axis, at=at)
+
+
+def torus(R, r, axis=None, at=None) -> Solid:
+    """A torus: R from the axis to the middle of the tube, r the tube's radius. One face."""
+    return _made("solid", "torus", R=R, r=r, axis=axis, at=at)
+
+
+def half_space(normal, at=None) -> Solid:
+    """The side of a plane through a point its normal points away from. One face."""
+    return _made("solid", "half_space", normal=normal, at=at)
+
+
+def gyroid(period, thickness, at=None) -> Solid:
+    """The sheet of a gyroid. Faces plus and minus."""
+    return _made("solid", "gyroid", period=period, thickness=thickness, at=at)
+
+
+def schwarz_p(period, thickness, at=None) -> Solid:
+    """The sheet of Schwarz' surface P. Faces plus and minus."""
+    return _made("solid", "schwarz_p", period=period, thickness=thickness, at=at)
+
+
+def diamond(period, thickness, at=None) -> Solid:
+    """The sheet of Schwarz' surface D. Faces plus and minus."""
+    return _made("solid", "diamond", period=period, thickness=thickness, at=at)
+
+
+def polygon(points):
+    """A simple polygon of points (x, y) in order, for extrude and revolve; gives the points."""
+    points = tuple(tuple(float(c) for c in p) for p in points)
+    _made("solid", "extrude", points, 1.0)
+    return points
+
+
+def extrude(polygon, height, at=None) -> Solid:
+    """A polygon in the xy plane extruded along z, from -height / 2 to height / 2. Faces side0 side1 ... bottom top."""
+    return _made("solid", "extrude", polygon=polygon, height=height, at=at)
+
+
+def revolve(polygon) -> Solid:
+    """A polygon of points (radius, z) turned about the z axis. Faces side0 side1 ..."""
+    return _made("solid", "revolve", polygon=polygon)
+
+
+# ---------------------------------------------------------------------------------------------------- edges, and what they build
+
+
+def polyline(points, closed=None) -> Edges:
+    """Straight edges from point to point, (x, y) or (x, y, z)."""
+    return _made("edges", "polyline", points=points, closed=closed)
+
+
+def spline(points, closed=None, start=None, end=None) -> Edges:
+    """One cubic spline through points; start and end are derivatives there, both or neither."""
+    return _made("edges", "spline", points=points, closed=closed, start=start, end=end)
+
+
+def bezier(points, weights=None) -> Edges:
+    """A Bezier curve by its control points, rational with weights."""
+    return _made("edges", "bezier", points=points, weights=weights)
+
+
+def chain(edges) -> Edges:
+    """Joins chains of edges."""
+    return _made("edges", "chain", edges)
+
+
+def _edges(name, doc):
+    def function(*args, **kwargs) -> Edges:
+        return _made("edges", name, *args, **kwargs)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = doc
+    return function
+
+
+def _built(name, doc):
+    def function(*args, **kwargs) -> Built:
+        return _made("built", name, *args, **kwargs)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = doc
+    return function
+
+
+arc = _edges("arc", "A part of a circle; arguments as in part files.")
+circle = _edges("circle", "A whole circle; arguments as in part files.")
+ellipse = _edges("ellipse", "A whole ellipse; arguments as in part files.")
+extrude_edges = _built("extrude_edges", "Edges extruded along a direction; arguments as in part files.")
+revolve_edges = _built("revolve_edges", "Edges turned about an axis; arguments as in part files.")
+loft = _built("loft", "A surface through sections; arguments as in part files.")
+ruled = _built("ruled", "Straight surfaces from section to section; arguments as in part files.")
+sweep_edges = _built("sweep_edges", "Edges moved along a path; arguments as in part files.")
+flat_face = _built("flat_face", "A flat sheet within edges; arguments as in part files.")
+sew = _built("sew", "Sheets joined where they meet; arguments as in part files.")

@@ -1,0 +1,204 @@
+//! Functions of Python as leaves: called with many points at once, their exceptions kept for the end of the run.
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use rvachev::DVec3;
+use rvachev::implicit::{Field, Solid};
+use rvachev::spatial::Aabb;
+
+use crate::arrays::{floats, table};
+use crate::errors::{input, raise};
+use crate::solid::PySolid;
+use crate::work::watched;
+
+/// Bounds from a Lipschitz constant are widened by this share, for rounding.
+const SLACK: f64 = 1e-12;
+
+/// A function of Python.
+pub struct PyField {
+    function: Py<PyAny>,
+    /// Whether it takes three arrays of shape (N,) rather than one of shape (N, 3).
+    by_coordinates: bool,
+    gradient: Option<Py<PyAny>>,
+    lipschitz: Option<f64>,
+    /// Where it may be called; elsewhere the nearest point counts.
+    bounds: Option<Aabb>,
+}
+
+impl PyField {
+    /// A function of three arrays.
+    pub fn of_coordinates(function: Py<PyAny>) -> Self {
+        PyField { function, by_coordinates: true, gradient: None, lipschitz: None, bounds: None }
+    }
+
+    fn clamped(&self, p: DVec3) -> DVec3 {
+        self.bounds.map_or(p, |b| p.clamp(b.lo, b.hi))
+    }
+
+    /// Calls the function; exceptions stop the run, which raises them.
+    fn ask(&self, function: &Py<PyAny>, points: &[DVec3], out: &mut [f64], width: usize) -> Option<()> {
+        let watched = watched();
+        if watched.as_ref().is_some_and(|w| w.token.is_cancelled()) {
+            return None;
+        }
+        let asked = Python::attach(|py| self.call(py, function, points, (out, width)));
+        match (asked, watched) {
+            (Ok(()), _) => Some(()),
+            (Err(e), Some(w)) => {
+                w.fail(e);
+                None
+            }
+            (Err(_), None) => None,
+        }
+    }
+
+    fn call(
+        &self,
+        py: Python<'_>,
+        function: &Py<PyAny>,
+        points: &[DVec3],
+        (out, width): (&mut [f64], usize),
+    ) -> PyResult<()> {
+        let function = function.bind(py);
+        let points: Vec<DVec3> = points.iter().map(|p| self.clamped(*p)).collect();
+        let n = points.len();
+        let found = if self.by_coordinates {
+            let axis = |k: usize| PyArray1::from_iter(py, points.iter().map(|p| p[k]));
+            function.call1((axis(0), axis(1), axis(2)))?
+        } else {
+            let flat = PyArray1::from_iter(py, points.iter().flat_map(|p| p.to_array()));
+            function.call1((flat.reshape([n, 3])?,))?
+        };
+        let found: PyReadonlyArrayDyn<'_, f64> = floats(&found).map_err(|e| {
+            let what = format!("a field's function must return numbers in an array of shape {}", shape(n, width));
+            let error = PyTypeError::new_err(what);
+            error.set_cause(py, Some(e));
+            error
+        })?;
+        let values = found.as_slice()?;
+        let fits = match (width, found.shape()) {
+            (1, []) => self.by_coordinates || n == 1,
+            (1, [m]) => *m == n,
+            (_, [m, w]) => *m == n && *w == width,
+            _ => false,
+        };
+        if !fits {
+            let got = found.shape().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+            let what = format!("a field's function must return shape {}, not ({got})", shape(n, width));
+            return Err(PyValueError::new_err(what));
+        }
+        if values.len() == out.len() {
+            out.copy_from_slice(values);
+        } else {
+            out.fill(values[0]);
+        }
+        Ok(())
+    }
+}
+
+fn shape(n: usize, width: usize) -> String {
+    if width == 1 { format!("({n},)") } else { format!("({n}, {width})") }
+}
+
+impl Field for PyField {
+    fn value(&self, p: DVec3) -> f64 {
+        let mut out = [f64::NAN];
+        self.values(&[p], &mut out);
+        out[0]
+    }
+
+    fn values(&self, points: &[DVec3], out: &mut [f64]) {
+        if self.ask(&self.function, points, out, 1).is_none() {
+            out.fill(f64::NAN);
+        }
+    }
+
+    fn gradient(&self, p: DVec3) -> DVec3 {
+        match &self.gradient {
+            Some(gradient) => {
+                let mut g = [f64::NAN; 3];
+                let _ = self.ask(gradient, &[p], &mut g, 3);
+                DVec3::from_array(g)
+            }
+            None => self.value_and_gradient(p).1,
+        }
+    }
+
+    fn value_and_gradient(&self, p: DVec3) -> (f64, DVec3) {
+        if self.gradient.is_some() {
+            return (self.value(p), self.gradient(p));
+        }
+        let step = 1e-6 * (1.0 + p.length());
+        let around: [DVec3; 7] = std::array::from_fn(|i| match i {
+            6 => p,
+            _ if i % 2 == 0 => p + DVec3::AXES[i / 2] * step,
+            _ => p - DVec3::AXES[i / 2] * step,
+        });
+        let mut v = [f64::NAN; 7];
+        self.values(&around, &mut v);
+        (v[6], DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * step))
+    }
+
+    fn range(&self, cell: &Aabb) -> (f64, f64) {
+        let all = (f64::NEG_INFINITY, f64::INFINITY);
+        let Some(steep) = self.lipschitz.filter(|_| cell.is_finite()) else { return all };
+        let middle = self.value(cell.center());
+        let reach = 0.5 * cell.diagonal() * steep;
+        let slack = SLACK * (middle.abs() + reach);
+        let range = (middle - reach - slack, middle + reach + slack);
+        if range.0.is_nan() { all } else { range }
+    }
+}
+
+/// field(function, *, gradient=None, lipschitz=None, bounds=None): where a function of points is positive, as a solid.
+///
+/// function: called with float64 (N, 3), coordinates in the part's unit, from any thread; gives float64 (N,), positive inside. The
+/// same points must give the same values. Near the surface values should be roughly distances.
+/// gradient: called with float64 (N, 3), gives (N, 3); differences of the function without.
+/// lipschitz: values change by at most this much per length: what tells where no surface is. Without it every cell is asked.
+/// bounds: ((x0, y0, z0), (x1, y1, z1)): the function is called inside only, and what reaches the walls is cut off there.
+#[pyfunction]
+#[pyo3(signature = (function, *, gradient=None, lipschitz=None, bounds=None))]
+pub fn field(
+    py: Python<'_>,
+    function: &Bound<'_, PyAny>,
+    gradient: Option<&Bound<'_, PyAny>>,
+    lipschitz: Option<f64>,
+    bounds: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PySolid> {
+    for f in std::iter::once(function).chain(gradient) {
+        if !f.is_callable() {
+            return Err(PyTypeError::new_err(format!("field() takes functions, not {}", f.get_type().name()?)));
+        }
+    }
+    if let Some(l) = lipschitz.filter(|l| !(*l > 0.0 && l.is_finite())) {
+        return Err(raise(py, &input(format!("\"lipschitz\" of field() must be positive, not {l}"), "")));
+    }
+    let bounds = bounds.map(|b| domain(py, b)).transpose()?;
+    let field = PyField {
+        function: function.clone().unbind(),
+        by_coordinates: false,
+        gradient: gradient.map(|g| g.clone().unbind()),
+        lipschitz,
+        bounds,
+    };
+    let solid = Solid::field(field);
+    Ok(match bounds {
+        Some(b) => (solid & Solid::cuboid(b.lo, b.hi)).into(),
+        None => solid.into(),
+    })
+}
+
+/// Two points as a box.
+pub fn domain(py: Python<'_>, v: &Bound<'_, PyAny>) -> PyResult<Aabb> {
+    let ends = table(v, "bounds")?;
+    match &ends[..] {
+        [lo, hi] if lo.is_finite() && hi.is_finite() && lo.cmplt(*hi).all() => Ok(Aabb::new(*lo, *hi)),
+        [lo, hi] => {
+            let what = format!("bounds need finite lo < hi in all three coordinates, not {lo} and {hi}");
+            Err(raise(py, &input(what, "")))
+        }
+        _ => Err(raise(py, &input("bounds are two points: ((x0, y0, z0), (x1, y1, z1))", ""))),
+    }
+}

@@ -1,0 +1,45 @@
+//! The Python package's Rust half, `rvachev._rvachev`: what `rvachev` re-exports and describes in its stubs.
+//!
+//! The interpreter is free while the library works; it is taken for callbacks only.
+
+mod arrays;
+mod edges;
+mod errors;
+mod expr;
+mod field;
+mod mesh;
+mod options;
+mod part;
+mod solid;
+mod text;
+mod work;
+
+use pyo3::prelude::*;
+use rvachev::implicit::Expr;
+
+#[pymodule]
+fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<expr::PyExpr>()?;
+    m.add_class::<solid::PySolid>()?;
+    m.add_class::<edges::Edges>()?;
+    m.add_class::<edges::Built>()?;
+    m.add_class::<part::PyPart>()?;
+    m.add_class::<mesh::PyMesh>()?;
+    for (name, expr) in [("x", Expr::x()), ("y", Expr::y()), ("z", Expr::z())] {
+        m.add(name, expr::PyExpr { expr })?;
+    }
+    m.add_function(wrap_pyfunction!(solid::made, m)?)?;
+    m.add_function(wrap_pyfunction!(solid::solid, m)?)?;
+    m.add_function(wrap_pyfunction!(solid::union, m)?)?;
+    m.add_function(wrap_pyfunction!(solid::intersection, m)?)?;
+    m.add_function(wrap_pyfunction!(solid::blend, m)?)?;
+    m.add_function(wrap_pyfunction!(field::field, m)?)?;
+    m.add_function(wrap_pyfunction!(part::mesh, m)?)?;
+    m.add_function(wrap_pyfunction!(part::remesh, m)?)?;
+    m.add_function(wrap_pyfunction!(part::heal, m)?)?;
+    m.add_function(wrap_pyfunction!(part::check, m)?)?;
+    m.add_function(wrap_pyfunction!(part::evaluate, m)?)?;
+    m.add_function(wrap_pyfunction!(mesh::read_triangles, m)?)?;
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    Ok(())
+}

@@ -1,0 +1,417 @@
+//! Meshes: arrays on the library's own memory, faces and groups by name, the report, files.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::{PyKeyError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyIterator, PyTuple};
+use rvachev::implicit::part::glob;
+use rvachev::io::{self, Format, Grouping, Names, Renamed, WriteOptions};
+use rvachev::mesh::{MeshView, TriMesh};
+use rvachev::pipeline::{Healed, Meshed};
+use rvachev::{DVec3, Error, Run};
+
+use crate::errors::{raise, warn};
+use crate::options::Options;
+use crate::work::Listeners;
+
+/// Where a mesh comes from.
+enum Source {
+    Made(Meshed),
+    Healed(Healed),
+}
+
+/// A mesh of triangles: `points, triangles = mesh`.
+///
+/// Points are float64 (n, 3) in the part's unit, triangles int64 (m, 3), counter-clockwise seen from outside. Arrays lie on the
+/// library's memory and cannot be written to; `.copy()` makes one's own.
+#[pyclass(frozen, name = "Mesh", module = "rvachev")]
+pub struct PyMesh {
+    source: Source,
+    /// Node numbers, three for each triangle.
+    triangles: Vec<i64>,
+    faces: PyOnceLock<Py<PyDict>>,
+    groups: PyOnceLock<Py<PyDict>>,
+    report: PyOnceLock<Py<PyAny>>,
+}
+
+/// A value of the library as dicts and lists.
+pub fn from_json<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text =
+        serde_json::to_string(value).map_err(|e| raise(py, &Error::Failed(format!("cannot write JSON: {e}"))))?;
+    py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Points as numbers, three for each.
+fn flat(points: &[DVec3]) -> &[f64] {
+    const { assert!(size_of::<DVec3>() == 3 * size_of::<f64>() && align_of::<DVec3>() == align_of::<f64>()) };
+    // SAFETY: a DVec3 is three f64 in order without padding (repr(C)), as long and aligned as asserted above.
+    unsafe { std::slice::from_raw_parts(points.as_ptr().cast(), 3 * points.len()) }
+}
+
+impl PyMesh {
+    fn new(source: Source) -> Self {
+        let mesh = match &source {
+            Source::Made(m) => &m.mesh,
+            Source::Healed(h) => &h.mesh,
+        };
+        let triangles = mesh.triangles.iter().flatten().map(|v| i64::from(*v)).collect();
+        let (faces, groups, report) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        PyMesh { source, triangles, faces, groups, report }
+    }
+
+    /// What the stages made.
+    pub fn made(made: Meshed) -> Self {
+        Self::new(Source::Made(made))
+    }
+
+    /// What healing made.
+    pub fn healed(healed: Healed) -> Self {
+        Self::new(Source::Healed(healed))
+    }
+
+    /// The mesh itself.
+    pub fn mesh(&self) -> &TriMesh {
+        match &self.source {
+            Source::Made(m) => &m.mesh,
+            Source::Healed(h) => &h.mesh,
+        }
+    }
+
+    fn seams_and_corners(&self) -> (&[[u32; 2]], &[u32]) {
+        match &self.source {
+            Source::Made(m) => (&m.seams, &m.corners),
+            Source::Healed(_) => (&[], &[]),
+        }
+    }
+
+    fn short(&self) -> Vec<String> {
+        match &self.source {
+            Source::Made(m) => m.report.shortfalls.iter().map(ToString::to_string).collect(),
+            Source::Healed(h) => h.report.shortfalls.clone(),
+        }
+    }
+
+    /// Warns of what is worth knowing. A mesh that is not sound is an error, unless it is wanted all the same.
+    pub fn tell(&self, py: Python<'_>, force: bool) -> PyResult<()> {
+        if let Source::Made(m) = &self.source {
+            let unsound = m.report.check.as_ref().map(|c| &c.certificate).filter(|c| !c.is_sound());
+            if let (Some(c), false) = (unsound, force) {
+                let what = format!("the mesh is not sound ({c}); force=True gives it all the same");
+                return Err(raise(py, &Error::Failed(what)));
+            }
+            for text in &m.report.warnings {
+                warn(py, "Told", text)?;
+            }
+        }
+        for text in self.short() {
+            warn(py, "Shortfall", &text)?;
+        }
+        Ok(())
+    }
+
+    /// Triangles of faces, by face.
+    fn by_face(&self) -> Vec<Vec<i64>> {
+        let mesh = self.mesh();
+        let mut all = vec![Vec::new(); mesh.faces.len()];
+        for (t, label) in (0i64..).zip(&mesh.labels) {
+            all[*label as usize].push(t);
+        }
+        all
+    }
+
+    /// Faces a name stands for: a group, else faces by name or pattern.
+    fn named(&self, name: &str) -> Vec<u32> {
+        let mesh = self.mesh();
+        match mesh.groups.iter().find(|g| g.name == name) {
+            Some(g) => g.faces.clone(),
+            None => (0u32..).zip(&mesh.faces).filter(|(_, f)| glob(name, f)).map(|(i, _)| i).collect(),
+        }
+    }
+}
+
+/// An array that lies on memory of `owner`, which it keeps alive; it cannot be written to.
+fn locked<'py, T>(array: &Bound<'py, T>) -> PyResult<()>
+where
+    Bound<'py, T>: std::ops::Deref<Target = Bound<'py, PyAny>>,
+{
+    let flags = PyDict::new(array.py());
+    flags.set_item("write", false)?;
+    array.call_method("setflags", (), Some(&flags))?;
+    Ok(())
+}
+
+fn borrowed<'py, T: numpy::Element>(owner: &Bound<'py, PyMesh>, data: &[T]) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let view = ArrayView2::from_shape((data.len() / 3, 3), data).map_err(|e| PyTypeError::new_err(e.to_string()))?;
+    // SAFETY: the data are in the frozen mesh, which never changes them and lives as long as the array; nobody writes.
+    let array = unsafe { PyArray2::borrow_from_array(&view, owner.clone().into_any()) };
+    locked(&array)?;
+    Ok(array)
+}
+
+#[pymethods]
+impl PyMesh {
+    /// float64 (n, 3): coordinates in the part's unit.
+    #[getter]
+    fn points<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        borrowed(slf, flat(&slf.get().mesh().nodes))
+    }
+
+    /// int64 (m, 3): points of each triangle, counter-clockwise seen from outside.
+    #[getter]
+    fn triangles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        borrowed(slf, &slf.get().triangles)
+    }
+
+    /// uint32 (m,): the face of each triangle, an index into `face_names`.
+    #[getter]
+    fn labels<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let view = ArrayView1::from(&slf.get().mesh().labels);
+        // SAFETY: as in `borrowed`.
+        let array = unsafe { PyArray1::borrow_from_array(&view, slf.clone().into_any()) };
+        locked(&array)?;
+        Ok(array)
+    }
+
+    /// Names of the faces that have triangles.
+    #[getter]
+    fn face_names(&self) -> Vec<String> {
+        self.mesh().faces.clone()
+    }
+
+    fn __iter__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyIterator>> {
+        let both = [Self::points(slf)?.into_any(), Self::triangles(slf)?.into_any()];
+        PyTuple::new(slf.py(), both)?.try_iter()
+    }
+
+    /// Triangles of each face: name -> int64 (k,), ascending.
+    #[getter]
+    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let made = self.faces.get_or_try_init(py, || -> PyResult<Py<PyDict>> {
+            let out = PyDict::new(py);
+            for (name, list) in self.mesh().faces.iter().zip(self.by_face()) {
+                out.set_item(name, list.into_pyarray(py))?;
+            }
+            Ok(out.unbind())
+        })?;
+        made.bind(py).copy()
+    }
+
+    /// Triangles of each group: name -> int64 (k,), ascending.
+    #[getter]
+    fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let made = self.groups.get_or_try_init(py, || -> PyResult<Py<PyDict>> {
+            let (out, by_face) = (PyDict::new(py), self.by_face());
+            for g in &self.mesh().groups {
+                let mut list: Vec<i64> = g.faces.iter().flat_map(|f| &by_face[*f as usize]).copied().collect();
+                list.sort_unstable();
+                out.set_item(&g.name, list.into_pyarray(py))?;
+            }
+            Ok(out.unbind())
+        })?;
+        made.bind(py).copy()
+    }
+
+    /// int64 (k,): points of the triangles of a group, or of faces whose names fit a pattern; ascending, those on borders
+    /// included. KeyError where there is none.
+    fn nodes<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let mesh = self.mesh();
+        let faces = self.named(name);
+        if faces.is_empty() && !mesh.groups.iter().any(|g| g.name == name) {
+            return Err(PyKeyError::new_err(format!("there is no group and no face {name:?}")));
+        }
+        let mut wanted = vec![false; mesh.faces.len()];
+        faces.iter().for_each(|f| wanted[*f as usize] = true);
+        let mut on = vec![false; mesh.nodes.len()];
+        for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
+            if wanted[*label as usize] {
+                t.iter().for_each(|v| on[*v as usize] = true);
+            }
+        }
+        let list: Vec<i64> = (0i64..).zip(on).filter(|(_, on)| *on).map(|(v, _)| v).collect();
+        Ok(list.into_pyarray(py))
+    }
+
+    /// int64 (k, 2): edges between two faces, where two surfaces of one face meet, and open ones.
+    #[getter]
+    fn feature_edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        let mesh = self.mesh();
+        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
+        for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
+            sides.extend((0..3).map(|k| {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                ([a.min(b), a.max(b)], *label)
+            }));
+        }
+        sides.sort_unstable();
+        let mut edges: Vec<[u32; 2]> = sides
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|at| !matches!(at, [a, b] if a.1 == b.1))
+            .map(|at| at[0].0)
+            .collect();
+        edges.extend(self.seams_and_corners().0.iter().map(|[a, b]| [*a.min(b), *a.max(b)]));
+        edges.sort_unstable();
+        edges.dedup();
+        let flat: Vec<i64> = edges.iter().flatten().map(|v| i64::from(*v)).collect();
+        flat.into_pyarray(py).reshape([edges.len(), 2])
+    }
+
+    /// int64 (k,): points where borders of faces end or meet, and apexes. Empty where the method does not know them.
+    #[getter]
+    fn corners<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        let list: Vec<i64> = self.seams_and_corners().1.iter().map(|v| i64::from(*v)).collect();
+        list.into_pyarray(py)
+    }
+
+    /// float64 (m, 3): outward unit normals of the triangles; zero where one has no area.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let mesh = self.mesh();
+        let flat: Vec<f64> = (0..mesh.triangles.len()).flat_map(|t| mesh.normal(t).to_array()).collect();
+        flat.into_pyarray(py).reshape([mesh.triangles.len(), 3])
+    }
+
+    /// What is known of the mesh, as docs/report.md describes it (for healed meshes: what was repaired).
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let made = self.report.get_or_try_init(py, || -> PyResult<Py<PyAny>> {
+            Ok(match &self.source {
+                Source::Made(m) => from_json(py, &m.report)?,
+                Source::Healed(h) => from_json(py, &h.report)?,
+            }
+            .unbind())
+        })?;
+        Ok(made.bind(py).clone())
+    }
+
+    /// What the mesh is certified for: `faults` is empty for a sound one.
+    #[getter]
+    fn certificate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match &self.source {
+            Source::Made(m) => match &m.report.check {
+                Some(c) => from_json(py, &c.certificate),
+                None => Ok(py.None().into_bound(py)),
+            },
+            Source::Healed(h) => {
+                let (mesh, options) = (&h.mesh, rvachev::quality::Expectation::default());
+                let check = Listeners::default().work(py, |run| rvachev::quality::check(mesh, options, None, run))?;
+                from_json(py, &check.certificate)
+            }
+        }
+    }
+
+    /// Where the mesh falls short of what was asked, one sentence each.
+    #[getter]
+    fn shortfalls(&self) -> Vec<String> {
+        self.short()
+    }
+
+    /// Writes files, formats by extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo. Beside those that name
+    /// sets of triangles a list of the names, NAME.names.json.
+    #[pyo3(signature = (*paths, groups="all", msh_version="4.1"))]
+    fn write(&self, py: Python<'_>, paths: Vec<PathBuf>, groups: &str, msh_version: &str) -> PyResult<()> {
+        let groups = match groups {
+            "faces" => Grouping::Faces,
+            "user" => Grouping::User,
+            "all" => Grouping::All,
+            other => {
+                let what = format!("groups is \"faces\", \"user\" or \"all\", not {other:?}");
+                return Err(raise(py, &Error::Usage(what)));
+            }
+        };
+        let old_msh = match msh_version {
+            "4.1" => false,
+            "2.2" => true,
+            other => return Err(raise(py, &Error::Usage(format!("msh_version is \"4.1\" or \"2.2\", not {other:?}")))),
+        };
+        let (seams, corners) = self.seams_and_corners();
+        let options = WriteOptions {
+            groups,
+            old_msh,
+            seams: seams.to_vec(),
+            corners: corners.to_vec(),
+            ..WriteOptions::default()
+        };
+        let told = Listeners::default().work(py, |run| match &self.source {
+            Source::Made(m) => write_files(&paths, &m.merged()?, &options, run),
+            Source::Healed(h) => write_files(&paths, &h.mesh, &options, run),
+        })?;
+        told.iter().try_for_each(|text| warn(py, "Told", text))
+    }
+
+    /// As a meshio.Mesh, with the number of the face in cell data `face`, and faces and groups as cell sets.
+    fn to_meshio<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_meshio", (slf,))
+    }
+
+    /// As a trimesh.Trimesh with the same points in the same order; the number of the face is in `face_attributes["face"]`.
+    fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_trimesh", (slf,))
+    }
+
+    /// As a pyvista.PolyData, with the number of the face in cell data `face`.
+    fn to_pyvista<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_pyvista", (slf,))
+    }
+
+    fn __repr__(&self) -> String {
+        let m = self.mesh();
+        let (n, t, f) = (m.nodes.len(), m.triangles.len(), m.faces.len());
+        format!("<rvachev.Mesh: {n} points, {t} triangles, {f} faces>")
+    }
+}
+
+/// Reads a file of triangles as it is: `points`, `triangles`, names of faces and the face of each triangle.
+#[pyfunction]
+#[pyo3(signature = (path, **options))]
+pub fn read_triangles<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let o = Options::new(options, &["progress", "cancel", "threads"])?;
+    let mesh = o.listeners.work(py, |run| io::read(&path, run))?;
+    let points = flat(&mesh.nodes).to_vec().into_pyarray(py).reshape([mesh.nodes.len(), 3])?;
+    let triangles: Vec<i64> = mesh.triangles.iter().flatten().map(|v| i64::from(*v)).collect();
+    let triangles = triangles.into_pyarray(py).reshape([mesh.triangles.len(), 3])?;
+    PyTuple::new(py, [points.into_any(), triangles.into_any()])
+}
+
+/// Writes the files and lists of names; gives what is worth knowing.
+fn write_files(
+    paths: &[PathBuf],
+    mesh: &dyn MeshView,
+    options: &WriteOptions,
+    run: &Run,
+) -> rvachev::Result<Vec<String>> {
+    paths.iter().try_for_each(|p| io::check_writable(p))?;
+    let mut told: Vec<String> = Vec::new();
+    let mut lists: BTreeMap<PathBuf, Vec<Renamed>> = BTreeMap::new();
+    for path in paths {
+        let written = io::write(path, mesh, options, run)?;
+        if Format::from_path(path)?.has_sets() {
+            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let list = lists.entry(path.with_extension("names.json")).or_default();
+            for [name, now] in &written.renamed {
+                list.push(Renamed { file: file.clone(), name: name.clone(), written: now.clone() });
+            }
+        }
+        for [name, now] in &written.renamed {
+            told.push(format!("{}: the name {name} is written as {now}", path.display()));
+        }
+        told.extend(written.warnings);
+    }
+    for (path, renamed) in lists {
+        let names = Names { renamed, ..io::names(mesh, options)? };
+        let text =
+            serde_json::to_string_pretty(&names).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))?;
+        io::write_atomic(&path, |out| out.write_all(text.as_bytes()).map_err(|e| Error::io("write", &path, e)))?;
+    }
+    told.sort();
+    told.dedup();
+    Ok(told)
+}

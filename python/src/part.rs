@@ -1,0 +1,350 @@
+//! Parts: a solid with everything needed to mesh it, and what is asked of it.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use rayon::prelude::*;
+use rvachev::implicit::Implicit;
+use rvachev::implicit::part::{Part, PartGroup};
+use rvachev::pipeline::{self, Meshed};
+use rvachev::{DVec3, Place, Run};
+
+use crate::arrays::{surface, table};
+use crate::edges::Built;
+use crate::errors::{input, raise};
+use crate::field::domain;
+use crate::mesh::{PyMesh, from_json};
+use crate::options::Options;
+use crate::solid::PySolid;
+use crate::text::{call, literal, quoted, read};
+use crate::work::Listeners;
+
+/// Points a thread evaluates before it looks whether the run goes on.
+const BATCH: usize = 256;
+
+/// A part: a solid with a unit, groups of faces, and wishes for its mesh.
+///
+/// solid: a solid, one built from edges, or a list of such with at most one of R-functions.
+/// units: "m", "dm", "cm", "mm", "um", "in" or "ft"; only files are told.
+/// domain: ((x0, y0, z0), (x1, y1, z1)), where to cut off what may be infinite.
+/// rsystem: "R0", "minmax", ("Ralpha", a) or ("R0m", m).
+/// size, size_min: edge lengths, used where `mesh` is not asked for others.
+#[pyclass(frozen, name = "Part", module = "rvachev")]
+pub struct PyPart {
+    part: Mutex<Part>,
+}
+
+impl PyPart {
+    /// The part as it is at the moment.
+    pub fn part(&self) -> Part {
+        self.part.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// A mesh, told of and given, or an error where it is not sound.
+fn given(py: Python<'_>, made: Meshed, force: bool) -> PyResult<PyMesh> {
+    let mesh = PyMesh::made(made);
+    mesh.tell(py, force)?;
+    Ok(mesh)
+}
+
+#[pymethods]
+impl PyPart {
+    #[new]
+    #[pyo3(signature = (solid, *, units=None, domain=None, rsystem=None, size=None, size_min=None))]
+    fn new(
+        py: Python<'_>,
+        solid: &Bound<'_, PyAny>,
+        units: Option<&str>,
+        domain: Option<&Bound<'_, PyAny>>,
+        rsystem: Option<&Bound<'_, PyAny>>,
+        size: Option<&Bound<'_, PyAny>>,
+        size_min: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        // What is not a solid is read as a part file says it.
+        let mut text = String::new();
+        if let Some(units) = units {
+            text.push_str(&format!("units({})\n", quoted(units)));
+        }
+        let rsystem = rsystem.map(rsystem_text).transpose()?;
+        text.push_str(&format!("part(sphere(1){})\n", rsystem.unwrap_or_default()));
+        let wishes = PyDict::new(py);
+        wishes.set_item("size", size)?;
+        wishes.set_item("size_min", size_min)?;
+        text.push_str(&call("mesh", &PyTuple::empty(py), Some(&wishes))?);
+        let mut part = read(py, &text)?;
+        part.domain = domain.map(|d| self::domain(py, d)).transpose()?;
+        part.solid = None;
+        let items: Vec<Bound<'_, PyAny>> =
+            if solid.hasattr("__iter__")? { solid.try_iter()?.collect::<PyResult<_>>()? } else { vec![solid.clone()] };
+        for item in &items {
+            if let Ok(b) = item.cast::<Built>() {
+                part.built.extend(read(py, &format!("part({})", b.get().text))?.built);
+            } else if let Ok(s) = item.cast::<PySolid>() {
+                if part.solid.replace(s.get().solid.clone()).is_some() {
+                    let what = "a part is made of one solid of R-functions at most";
+                    return Err(raise(py, &input(what, "union([...]) makes one of several")));
+                }
+            } else {
+                return Err(PyTypeError::new_err(format!(
+                    "a part is made of solids, not of {}",
+                    item.get_type().name()?
+                )));
+            }
+        }
+        if items.is_empty() {
+            return Err(raise(py, &input("a part needs a solid", "")));
+        }
+        Ok(PyPart { part: Mutex::new(part) })
+    }
+
+    /// Reads a part file. `define` replaces numbers assigned at its top level.
+    #[staticmethod]
+    #[pyo3(signature = (path, define=None))]
+    fn load(py: Python<'_>, path: PathBuf, define: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let define: Vec<(String, f64)> = match define {
+            Some(d) => d.iter().map(|(k, v)| Ok((k.extract()?, v.extract()?))).collect::<PyResult<_>>()?,
+            None => Vec::new(),
+        };
+        let part = pipeline::load_part(&path, &define).map_err(|e| raise(py, &e))?;
+        Ok(PyPart { part: Mutex::new(part) })
+    }
+
+    /// Names a set of faces: those whose names fit one of the patterns (`*` stands for any characters, `?` for one). A pattern no
+    /// face answers to is a warning of the mesh.
+    #[pyo3(signature = (name, *faces))]
+    fn group(&self, py: Python<'_>, name: String, faces: Vec<String>) -> PyResult<()> {
+        let mut part = self.part.lock().unwrap_or_else(PoisonError::into_inner);
+        if part.groups.iter().any(|g| g.name == name) {
+            return Err(raise(py, &input(format!("there is a group {name:?} already"), "")));
+        }
+        if faces.is_empty() {
+            return Err(raise(py, &input(format!("group {name:?} names no faces"), "group(\"wall\", \"body.*\")")));
+        }
+        part.groups.push(PartGroup { name, patterns: faces, place: Place::Unknown });
+        Ok(())
+    }
+
+    /// The unit of length, where one was said.
+    #[getter]
+    fn units(&self) -> Option<String> {
+        self.part().units
+    }
+
+    /// Groups, by name: the patterns of names of faces.
+    #[getter]
+    fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for g in self.part().groups {
+            out.set_item(g.name, PyTuple::new(py, g.patterns)?)?;
+        }
+        Ok(out)
+    }
+
+    /// What is known before meshing: a dict of surfaces, a box around the part, the names of its faces and groups.
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let part = self.part();
+        let info = Listeners::default().work(py, |_| pipeline::info(&part))?;
+        from_json(py, &info)
+    }
+
+    /// Meshes the part. See the package's stubs for all options.
+    #[pyo3(signature = (size=None, **options))]
+    fn mesh(
+        &self,
+        py: Python<'_>,
+        size: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyMesh> {
+        let (part, o) = (self.part(), sized(Options::new(options, &[])?, size)?);
+        let how = o.mesh;
+        let made = o.listeners.work(py, |run| pipeline::mesh_part(&part, &how, run))?;
+        given(py, made, o.force)
+    }
+
+    fn __repr__(&self) -> String {
+        let part = self.part();
+        format!("<rvachev.Part: units {}, {} groups>", part.units.as_deref().unwrap_or("none"), part.groups.len())
+    }
+}
+
+fn rsystem_text(v: &Bound<'_, PyAny>) -> PyResult<String> {
+    let Ok(pair) = v.cast::<PyTuple>() else { return Ok(format!(", rsystem={}", literal(v)?)) };
+    let items = pair.iter().map(|x| literal(&x)).collect::<PyResult<Vec<_>>>()?;
+    Ok(format!(", rsystem=({},)", items.join(", ")))
+}
+
+fn sized(mut o: Options, size: Option<&Bound<'_, PyAny>>) -> PyResult<Options> {
+    if let Some(v) = size {
+        o.mesh.size = Some(crate::options::size(v)?);
+    }
+    Ok(o)
+}
+
+/// mesh(source, size=None, **options): meshes a Part, or a file: a part file, a STEP file, or a file of triangles.
+#[pyfunction]
+#[pyo3(signature = (source, size=None, **options))]
+pub fn mesh(
+    py: Python<'_>,
+    source: &Bound<'_, PyAny>,
+    size: Option<&Bound<'_, PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PyMesh> {
+    if let Ok(part) = source.cast::<PyPart>() {
+        return part.get().mesh(py, size, options);
+    }
+    if source.cast::<PySolid>().is_ok() || source.cast::<Built>().is_ok() {
+        return PyPart::new(py, source, None, None, None, None, None)?.mesh(py, size, options);
+    }
+    let path: PathBuf = source.extract()?;
+    let o = sized(Options::new(options, &[])?, size)?;
+    let (how, soup, define) = (o.mesh, o.soup, o.define);
+    let made = o.listeners.work(py, |run| {
+        let made = if pipeline::is_step(&path) {
+            pipeline::mesh_step(pipeline::load_step(&path, run)?, &how, run)
+        } else if pipeline::is_mesh(&path) {
+            pipeline::mesh_soup(&pipeline::load_mesh(&path, run)?, &how, &soup, run)
+        } else {
+            pipeline::mesh_part(&pipeline::load_part(&path, &define)?, &how, run)
+        };
+        made.map_err(|e| e.in_file(&path))
+    })?;
+    given(py, made, o.force)
+}
+
+/// remesh(points, triangles=None, size=None, **options): meshes a surface of triangles anew, its faces, edges and corners found.
+///
+/// points (n, 3) and triangles (m, 3), or a Mesh alone.
+#[pyfunction]
+#[pyo3(signature = (points, triangles=None, size=None, **options))]
+pub fn remesh(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    triangles: Option<&Bound<'_, PyAny>>,
+    size: Option<&Bound<'_, PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PyMesh> {
+    let o = sized(Options::new(options, &[])?, size)?;
+    let input = surface(points, triangles)?;
+    let (how, soup) = (o.mesh, o.soup);
+    let made = o.listeners.work(py, |run| pipeline::mesh_soup(&input, &how, &soup, run))?;
+    given(py, made, o.force)
+}
+
+/// heal(points, triangles=None, **options): sets right what is wrong with a mesh: gaps, holes, overlaps, intersections.
+#[pyfunction]
+#[pyo3(signature = (points, triangles=None, **options))]
+pub fn heal(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    triangles: Option<&Bound<'_, PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PyMesh> {
+    let o = Options::new(options, &["max_hole", "progress", "cancel", "threads", "force"])?;
+    let input = surface(points, triangles)?;
+    let how = o.heal;
+    let healed = o.listeners.work(py, |run| pipeline::heal(&input, &how, run))?;
+    let mesh = PyMesh::healed(healed);
+    mesh.tell(py, o.force)?;
+    Ok(mesh)
+}
+
+/// check(points, triangles=None, against=None, **options): measures a mesh; a dict as `mesh.report["check"]`.
+///
+/// against: a Part, or the path of a part file or STEP file whose surface it should be.
+#[pyfunction]
+#[pyo3(signature = (points, triangles=None, against=None, **options))]
+pub fn check<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    triangles: Option<&Bound<'py, PyAny>>,
+    against: Option<&Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let o = Options::new(options, &["progress", "cancel", "threads", "define"])?;
+    let input = surface(points, triangles)?;
+    let check = match against {
+        None => o
+            .listeners
+            .work(py, |run| rvachev::quality::check(&input, rvachev::quality::Expectation::default(), None, run))?,
+        Some(a) if a.cast::<PyPart>().is_ok() => {
+            let part = a.cast::<PyPart>()?.get().part();
+            o.listeners.work(py, |run| pipeline::against(&input, &part, run))?
+        }
+        Some(a) => {
+            let (path, define): (PathBuf, _) = (a.extract()?, o.define);
+            o.listeners.work(py, |run| {
+                let found = if pipeline::is_step(&path) {
+                    pipeline::against_step(&input, pipeline::load_step(&path, run)?, run)
+                } else {
+                    pipeline::against(&input, &pipeline::load_part(&path, &define)?, run)
+                };
+                found.map_err(|e| e.in_file(&path))
+            })?
+        }
+    };
+    from_json(py, &check)
+}
+
+/// Values, and gradients where they are asked for, of a solid of R-functions.
+fn values(model: &Implicit, points: &[DVec3], gradient: bool, run: &Run) -> rvachev::Result<(Vec<f64>, Vec<f64>)> {
+    let parts: Vec<rvachev::Result<(Vec<f64>, Vec<f64>)>> = points
+        .par_chunks(BATCH)
+        .map(|some| {
+            run.check()?;
+            let (mut v, mut g) = (Vec::with_capacity(some.len()), Vec::new());
+            for p in some {
+                if gradient {
+                    let (value, slope) = model.gradient(*p);
+                    v.push(value);
+                    g.extend(slope.to_array());
+                } else {
+                    v.push(model.value(*p));
+                }
+            }
+            Ok((v, g))
+        })
+        .collect();
+    let (mut v, mut g) = (Vec::with_capacity(points.len()), Vec::new());
+    for part in parts {
+        let (a, b) = part?;
+        v.extend(a);
+        g.extend(b);
+    }
+    Ok((v, g))
+}
+
+type Evaluated<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray2<f64>>>);
+
+/// evaluate(part, points, gradient=False): the part's function at points (N, 3): float64 (N,), positive inside, about the
+/// distance near the surface; with gradient=True also its gradient, (N, 3), which points inwards.
+#[pyfunction]
+#[pyo3(signature = (part, points, gradient=false))]
+pub fn evaluate<'py>(
+    py: Python<'py>,
+    part: &Bound<'py, PyAny>,
+    points: &Bound<'py, PyAny>,
+    gradient: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let part = match part.cast::<PyPart>() {
+        Ok(p) => p.get().part(),
+        Err(_) => PyPart::new(py, part, None, None, None, None, None)?.part(),
+    };
+    let Some(solid) = part.solid else {
+        return Err(raise(py, &input("only solids of R-functions have a function", "")));
+    };
+    let points = table(points, "points")?;
+    let (rsystem, domain) = (part.rsystem, part.domain);
+    let (v, g) = Listeners::default()
+        .work(py, |run| values(&Implicit::new(&solid, rsystem, domain)?, &points, gradient, run))?;
+    let v = v.into_pyarray(py);
+    if !gradient {
+        return Ok(v.into_any());
+    }
+    let both: Evaluated<'py> = (v, Some(g.into_pyarray(py).reshape([points.len(), 3])?));
+    Ok(PyTuple::new(py, [both.0.into_any(), both.1.into_pyobject(py)?.into_any()])?.into_any())
+}
