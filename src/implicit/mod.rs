@@ -41,7 +41,7 @@ mod thin;
 mod trim;
 
 pub use complex::Unproved;
-pub(crate) use complex::{arranged, can_arrange};
+pub(crate) use complex::{Arranged, arranged, can_arrange};
 pub use creased::creased;
 pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};

@@ -138,7 +138,7 @@ impl Scout {
             // Too many cells, or too much in one: there are other ways.
             Err(_) => return Ok(None),
         };
-        let (proof, finest) = (Proof::of(made.cells, &made.unproved), made.finest);
+        let (proof, finest) = (Proof::of(&made), made.finest);
         let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
         // What is small calls for short edges, as where smaller cells were needed to find it.
         scout.cell = finest.clamp(CELLS[CELLS.len() - 1] * self.cell, self.cell);

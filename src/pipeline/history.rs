@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::report::Report;
-use crate::implicit::Unproved;
+use crate::implicit::{Arranged, Unproved};
 
 /// What an attempt did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -45,6 +45,8 @@ pub struct Proof {
     pub unproved: usize,
     /// The centers of the first ones, with the reason.
     pub places: Vec<UnprovedPlace>,
+    /// Nodes that were not put on their surfaces, edges and corners before remeshing, as these do not pass nearby.
+    pub astray: usize,
 }
 
 /// A place where the arrangement of leaves was not proved.
@@ -57,9 +59,11 @@ pub struct UnprovedPlace {
 }
 
 impl Proof {
-    pub(super) fn of(cells: usize, unproved: &[(DVec3, Unproved)]) -> Self {
+    pub(super) fn of(made: &Arranged) -> Self {
+        let Arranged { cells, unproved, astray, .. } = made;
         let place = |(at, reason): &(DVec3, Unproved)| UnprovedPlace { at: at.to_array(), reason: *reason };
-        Self { cells, unproved: unproved.len(), places: unproved.iter().take(NAMED).map(place).collect() }
+        let places = unproved.iter().take(NAMED).map(place).collect();
+        Self { cells: *cells, unproved: unproved.len(), places, astray: astray.len() }
     }
 }
 
