@@ -267,3 +267,55 @@ fn solids_built_from_edges_are_told_of_converted_and_checked() {
         .stderr(contains("built from edges"));
     rvachev().current_dir(&dir).args(["convert", &part, "-o", "c.stl"]).assert().code(2).stderr(contains(".step"));
 }
+
+#[test]
+fn a_script_and_an_older_mesh_beside_it_need_two_names() {
+    let dir = TempDir::new().unwrap();
+    let part = "part(box(size=(1, 1, 1)))\n";
+    fs::write(dir.path().join("part.py"), part).unwrap();
+    let mesh = |outputs: [&str; 2]| {
+        let mut c = rvachev();
+        c.current_dir(&dir).args(["mesh", "part.py", "--msh-version", "2.2", "-o", outputs[0], "-o", outputs[1]]);
+        c.assert()
+    };
+    mesh(["a.msh", "./a.geo"]).code(2).stderr(contains("a.msh cannot be of version 2.2"));
+    nothing_left(dir.path());
+    mesh(["b.msh", "a.geo"]).success().stderr(contains("warning: a.msh beside a.geo is of version 4.1"));
+    let version =
+        |file: &str| fs::read_to_string(dir.path().join(file)).unwrap().lines().nth(1).unwrap()[..3].to_owned();
+    assert_eq!((version("a.msh"), version("b.msh")), ("4.1".into(), "2.2".into()));
+}
+
+#[test]
+fn a_group_of_no_face_is_an_error_where_it_stands() {
+    let dir = TempDir::new().unwrap();
+    let solid = "ball = sphere(1).name(\"ball\")\nhidden = sphere(.5).name(\"hidden\")\npart(ball | hidden)\n";
+    mesh_source(dir.path(), &format!("{solid}group(\"loaded\", faces(\"ball\", \"bal\"))\n"), &[])
+        .code(3)
+        .stderr(contains("part.py: line 4, column 1: group \"loaded\": no face is called \"bal\""))
+        .stderr(contains("the nearest name is \"ball\""));
+    nothing_left(dir.path());
+    // A face that is there without a triangle is another thing.
+    mesh_source(dir.path(), &format!("{solid}group(\"loaded\", faces(\"ball\", \"hidden\"))\n"), &["--method", "mc"])
+        .success();
+}
+
+#[test]
+fn names_in_files_do_not_command_the_terminal() {
+    let dir = TempDir::new().unwrap();
+    mesh_source(dir.path(), "a = 1\t# \u{1b}[2J\nb = \"\u{1b}]0;\u{7}\" + spher(1)\n", &[])
+        .code(3)
+        .stderr(contains("\\u001b]0;\\u0007").and(contains("did you mean \"sphere\"?")).and(contains("\u{1b}").not()));
+    let mut facets = String::from("solid \u{1b}[31mred\u{202e}\n");
+    let [o, x, y, z] = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    for [a, b, c] in [[o, y, x], [o, x, z], [o, z, y], [x, y, z]] {
+        facets += &format!("facet normal 0 0 0\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet\n");
+    }
+    facets += "endsolid\n";
+    fs::write(dir.path().join("red.stla"), facets).unwrap();
+    for more in [&[][..], &["--json"]] {
+        let out = rvachev().current_dir(&dir).args(["info", "red.stla"]).args(more).output().unwrap();
+        let said = String::from_utf8([out.stdout, out.stderr].concat()).unwrap();
+        assert!(said.contains("\\u001b[31mred") && !said.contains(['\u{1b}', '\u{202e}']), "{said:?}");
+    }
+}

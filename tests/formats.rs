@@ -153,6 +153,65 @@ fn a_script_leaves_voids_empty_and_fills_what_is_in_them() {
     assert!((volume / truth - 1.0).abs() < 0.05, "{volume}, in truth {truth}");
 }
 
+/// A mesh file of two cubes of side 2, the second of which may lack a triangle.
+fn two_cubes(open: bool) -> String {
+    let mut text = String::new();
+    let sides =
+        ["1 3 4", "1 4 2", "5 6 8", "5 8 7", "1 2 6", "1 6 5", "3 7 8", "3 8 4", "1 5 7", "1 7 3", "2 4 8", "2 8 6"];
+    for (k, at) in [0.0, 5.0].into_iter().enumerate() {
+        for v in 0..8 {
+            let [x, y, z] = [v & 1, v >> 1 & 1, v >> 2].map(|b| 2.0 * f64::from(b));
+            text += &format!("v {} {y} {z}\n", x + at);
+        }
+        for side in sides.iter().skip(usize::from(open && k == 1)) {
+            let corners = side.split(' ').map(|v| (v.parse::<usize>().unwrap() + 8 * k).to_string());
+            text += &format!("f {}\n", corners.collect::<Vec<_>>().join(" "));
+        }
+    }
+    text
+}
+
+#[test]
+fn a_script_that_cannot_fill_all_falls_short() {
+    let dir = TempDir::new().unwrap();
+    for (open, code, volume) in [(false, 0, 16.0), (true, 1, 8.0)] {
+        fs::write(dir.path().join("two.obj"), two_cubes(open)).unwrap();
+        let arguments = ["mesh", "two.obj", "--size", "1", "-q", "-o", "a.geo"];
+        let out = Command::new(env!("CARGO_BIN_EXE_rvachev")).current_dir(&dir).args(arguments).output().unwrap();
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(code), "{said}");
+        assert_eq!(said.contains("falls short: 1 shell is open and is not filled"), open, "{said}");
+        let gmsh = ask("gmsh", &dir, "a.geo");
+        assert!((gmsh["volume"].as_f64().unwrap() / volume - 1.0).abs() < 1e-9, "{gmsh}");
+    }
+}
+
+/// Needs `ccx` (Debian: calculix-ccx).
+#[test]
+#[ignore = "needs CalculiX"]
+fn calculix_computes_on_the_sets() {
+    let dir = TempDir::new().unwrap();
+    let names = mesh(&dir, &cube(), &["-o", "a.inp"]);
+    let mut deck = "*INCLUDE, INPUT=a.inp\n*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n".to_owned();
+    for part in parts(&names).keys() {
+        deck += &format!("*SHELL SECTION, ELSET={}, MATERIAL=STEEL\n0.01\n", part.replace('.', "_"));
+    }
+    deck +=
+        "*BOUNDARY\nclamped, 1, 3\n*STEP\n*STATIC\n*DLOAD\nloaded, P, 1.\n*NODE PRINT, NSET=clamped, TOTALS=ONLY\nRF\n";
+    deck += "*END STEP\n";
+    fs::write(dir.path().join("deck.inp"), deck).unwrap();
+    let said = done(Command::new("ccx").current_dir(&dir).args(["-i", "deck"]));
+    assert!(said.contains("Job finished") && !said.contains("*ERROR") && !said.contains("*WARNING"), "{said}");
+    // A pressure of one on the loaded side is borne by the clamped one.
+    let area =
+        |name: &str| names["parts"].as_array().unwrap().iter().find(|p| p["name"] == name).unwrap()["area"].as_f64();
+    let told = fs::read_to_string(dir.path().join("deck.dat")).unwrap();
+    let last = told.lines().rev().find(|line| !line.trim().is_empty()).unwrap();
+    let forces: Vec<f64> = last.split_whitespace().map(|w| w.parse().unwrap()).collect();
+    assert!((forces[0].abs() / area("loaded").unwrap() - 1.0).abs() < 1e-4, "{told}");
+    assert!(forces[1..].iter().all(|f| f.abs() < 1e-4), "{told}");
+}
+
 #[test]
 fn meshio_reads_sets_of_solvers() {
     let dir = TempDir::new().unwrap();
@@ -179,7 +238,9 @@ fn meshio_reads_sets_of_solvers() {
         match *file {
             "a.inp" => {
                 assert_eq!(counts(&found["sets"]), plain);
-                assert_eq!(found["point_sets"].as_object().unwrap().len(), plain.len() + 1, "{found}");
+                // meshio does not see the set of all nodes, named where nodes are.
+                let points = counts(&found["point_sets"]);
+                assert!(points.keys().eq(plain.keys()) && points.values().all(|n| *n > 100), "{found}");
             }
             "a.bdf" => assert_eq!(counts(&found["refs"]["nastran:ref"]), numbered),
             "a.mesh" => assert_eq!(counts(&found["refs"]["medit:ref"]), numbered),

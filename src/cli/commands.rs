@@ -75,10 +75,17 @@ fn written_as(files: &Files) -> WriteOptions {
     WriteOptions { groups: files.groups, old_msh: files.msh_version == "2.2", ..WriteOptions::default() }
 }
 
+/// What is to be told of files that were written.
+#[derive(Default)]
+struct Told {
+    warnings: Vec<String>,
+    shortfalls: Vec<String>,
+}
+
 /// Writes the files, and beside each that names sets of triangles a list of the names, one list for files of one
-/// stem. Returns warnings.
-fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Vec<String>> {
-    let mut told: Vec<String> = Vec::new();
+/// stem.
+fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Told> {
+    let mut told = Told::default();
     let mut lists: BTreeMap<PathBuf, Vec<Renamed>> = BTreeMap::new();
     for path in paths {
         let written = io::write(path, mesh, options, run)?;
@@ -91,9 +98,10 @@ fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, 
         }
         if !written.renamed.is_empty() {
             let changes: Vec<_> = written.renamed.iter().map(|[name, now]| format!("{name} is {now}")).collect();
-            told.push(format!("names that {} cannot hold: {}", path.display(), changes.join(", ")));
+            told.warnings.push(format!("names that {} cannot hold: {}", path.display(), changes.join(", ")));
         }
-        told.extend(written.warnings);
+        told.warnings.extend(written.warnings);
+        told.shortfalls.extend(written.shortfalls);
     }
     if !lists.is_empty() {
         let names = io::names(mesh, options)?;
@@ -103,14 +111,14 @@ fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, 
     }
     // Files of one mesh have the same to tell.
     let mut seen = BTreeSet::new();
-    told.retain(|line| seen.insert(line.clone()));
+    for list in [&mut told.warnings, &mut told.shortfalls] {
+        list.retain(|line| seen.insert(line.clone()));
+    }
     Ok(told)
 }
 
 pub fn mesh(a: &Mesh) -> Result<bool> {
-    for path in &a.output {
-        io::check_writable(path)?;
-    }
+    io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     // The leaf method measures always; the others fall short of what they are not measured for.
@@ -141,7 +149,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
     }
     let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
-    let mut told = Vec::new();
+    let mut told = Told::default();
     if !a.output.is_empty() {
         let merged = made.merged()?;
         let (seams, corners) = (made.seams.clone(), made.corners.clone());
@@ -162,10 +170,11 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
             say(&distance.to_string());
         }
         note("warning", &made.report.warnings);
-        note("warning", &told);
+        note("warning", &told.warnings);
     }
     note("falls short", &made.report.shortfalls);
-    Ok(made.report.shortfalls.is_empty())
+    note("falls short", &told.shortfalls);
+    Ok(made.report.shortfalls.is_empty() && told.shortfalls.is_empty())
 }
 
 pub fn compare(a: &Compare) -> Result<bool> {
@@ -219,9 +228,7 @@ pub fn check(a: &Check) -> Result<bool> {
 }
 
 pub fn heal(a: &Heal) -> Result<bool> {
-    for path in &a.output {
-        io::check_writable(path)?;
-    }
+    io::check_all_writable(&a.output, &written_as(&a.files))?;
     let run = run(&a.common)?;
     let mesh = io::read(&a.mesh, &run)?;
     let options = pipeline::HealOptions { max_hole: a.max_hole };
@@ -232,10 +239,11 @@ pub fn heal(a: &Heal) -> Result<bool> {
         say(&to_json(&healed.report)?);
     } else if !a.common.quiet {
         say(&healed.report.to_string());
-        note("warning", &told);
+        note("warning", &told.warnings);
     }
     note("falls short", &healed.report.shortfalls);
-    Ok(healed.report.shortfalls.is_empty())
+    note("falls short", &told.shortfalls);
+    Ok(healed.report.shortfalls.is_empty() && told.shortfalls.is_empty())
 }
 
 pub fn info(a: &Info) -> Result<bool> {

@@ -54,32 +54,31 @@ pub fn run(common: &Common) -> Result<Run> {
 
 /// Prints an error to standard error, with the source line where it has one.
 pub fn explain(e: &Error) {
-    let Error::Input { file, place, message, help } = e else {
-        eprintln!("error: {e}");
-        return;
-    };
+    let plainly = || eprintln!("error: {}", visible(&e.to_string()));
+    let Error::Input { file, place, message, help } = e else { return plainly() };
+    let (message, help) = (visible(message), help.as_deref().map(visible));
     let source = match (file, place) {
         (Some(f), Place::Text { .. }) => std::fs::read_to_string(f).ok().map(|text| (f, text)),
         _ => None,
     };
     let Some((file, text)) = source else {
-        eprintln!("error: {e}");
+        plainly();
         if let Some(h) = help {
             eprintln!("  help: {h}");
         }
         return;
     };
     let Place::Text { line, column, offset, len } = place else { return };
-    let mut d = MietteDiagnostic::new(message.clone()).with_severity(Severity::Error);
+    let mut d = MietteDiagnostic::new(&message).with_severity(Severity::Error);
     if let Some(h) = help {
-        d = d.with_help(h.clone());
+        d = d.with_help(h);
     }
-    d = d.with_label(LabeledSpan::new(
-        Some("here".into()),
-        *offset,
-        (*len).max(1).min(text.len().saturating_sub(*offset)),
-    ));
-    let name = file.display().to_string();
+    // The span in the text as it is shown, where control characters are longer.
+    let shown = |end: usize| text.get(..end.min(text.len())).map_or(end, |before| visible(before).len());
+    let (start, end) = (shown(*offset), shown(offset.saturating_add((*len).max(1))));
+    let text = visible(&text);
+    d = d.with_label(LabeledSpan::new(Some("here".into()), start, end.min(text.len()).saturating_sub(start)));
+    let name = visible(&file.display().to_string());
     let report = Report::new(d).with_source_code(NamedSource::new(&name, text));
     let theme =
         if std::io::stderr().is_terminal() { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
@@ -94,13 +93,30 @@ pub fn explain(e: &Error) {
 /// Prints to standard output; a closed pipe is not an error.
 pub fn say(text: &str) {
     use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{text}");
+    let _ = writeln!(std::io::stdout(), "{}", visible(text));
+}
+
+/// The text with control characters, and those that turn the direction of writing, as `\u001b`: names in files must not
+/// command a terminal. Ends of lines and tabs stay. It is how JSON writes them, so JSON stays what it is.
+fn visible(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut ahead = text.chars().peekable();
+    while let Some(c) = ahead.next() {
+        let ends_line = c == '\n' || c == '\r' && ahead.peek() == Some(&'\n');
+        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        if (c.is_control() || turns) && !ends_line && c != '\t' {
+            out.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            out.push(c);
+        }
+    }
+    out
 }
 
 /// Warnings and shortfalls, to standard error.
 pub fn note(kind: &str, lines: &[impl std::fmt::Display]) {
     for l in lines {
-        eprintln!("{kind}: {l}");
+        eprintln!("{kind}: {}", visible(&l.to_string()));
     }
 }
 

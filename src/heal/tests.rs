@@ -236,7 +236,10 @@ fn pairs_joined_over_triangles_are_no_contours_of_the_papers() {
     assert!(found_here.iter().any(|c| c.continued), "the paper's iteration stops here");
     let h = expect(&open, 0, 1);
     assert!(found(&h, Defect::Hole, Action::FilledByContinuation), "{}", h.report);
-    assert_eq!(h.report.repairs.iter().map(|r| r.count).sum::<usize>(), found_here.iter().map(|c| c.nodes.len()).sum::<usize>());
+    assert_eq!(
+        h.report.repairs.iter().map(|r| r.count).sum::<usize>(),
+        found_here.iter().map(|c| c.nodes.len()).sum::<usize>()
+    );
 
     let mesh = torus(24, 18);
     let around = |v: u32| {

@@ -1,7 +1,7 @@
 //! A solid made ready: leaves, tape, faces and bounds, and the questions one may ask of it at a point.
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeSet, BinaryHeap};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -199,7 +199,12 @@ impl Implicit {
 
     /// How many different surfaces the tree is made of.
     pub fn leaf_count(&self) -> usize {
-        self.leaves.len()
+        // Leaves for which another stands (see `unified`) are kept, but nothing refers to them.
+        let named = self.tape.ops.iter().filter_map(|op| match op {
+            Op::Leaf { leaf, .. } => Some(*leaf),
+            _ => None,
+        });
+        named.collect::<BTreeSet<u32>>().len()
     }
 
     /// How many operations the tree has, leaves and R-operations.

@@ -88,10 +88,19 @@ fn field(x: f64) -> String {
         let Some((mantissa, exponent)) = long.split_once('e') else { continue };
         let sign = if exponent.starts_with('-') { "" } else { "+" };
         let text = format!("{mantissa}{sign}{exponent}");
-        if text.len() <= WIDE {
-            offer(text, long.parse().unwrap_or(f64::INFINITY));
-            break;
+        if text.len() > WIDE {
+            continue;
         }
+        let value: f64 = long.parse().unwrap_or(f64::INFINITY);
+        if value.is_finite() {
+            offer(text, value);
+        } else {
+            // The largest numbers must not be rounded up to infinity.
+            let all = format!("{x:e}");
+            let cut = all.get(..mantissa.len()).unwrap_or(mantissa);
+            offer(format!("{cut}{sign}{exponent}"), format!("{cut}e{exponent}").parse().unwrap_or(f64::MAX));
+        }
+        break;
     }
     best.1
 }

@@ -220,6 +220,8 @@ pub struct WriteOptions {
 pub struct Written {
     /// What the user may not expect.
     pub warnings: Vec<String>,
+    /// What the file should hold and does not.
+    pub shortfalls: Vec<String>,
     /// Names the format could not hold, with what stands there instead.
     pub renamed: Vec<[String; 2]>,
 }
@@ -263,8 +265,14 @@ fn write_script(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &
     // Only 4.1 says which curves bound a surface.
     let mut written = write(&beside, mesh, &WriteOptions { old_msh: false, ..options.clone() }, run)?;
     write_atomic(path, |out| out.write_all(&script).map_err(atomic::write_failed))?;
-    if layout.open_shells > 0 {
-        written.warnings.push(format!("{} shells are open and are not filled", layout.open_shells));
+    if options.old_msh {
+        let what = "is of version 4.1, as 2.2 cannot say which curves bound a surface";
+        written.warnings.push(format!("{} beside {} {what}", beside.display(), path.display()));
+    }
+    match layout.open_shells {
+        0 => {}
+        1 => written.shortfalls.push("1 shell is open and is not filled".into()),
+        n => written.shortfalls.push(format!("{n} shells are open and are not filled")),
     }
     Ok(written)
 }
@@ -307,7 +315,7 @@ fn encode_sets(
 ) -> Result<Written> {
     let layout = layout::Layout::new(mesh, options)?;
     let regions = regions::Regions::new(mesh, options.groups, &layout);
-    let mut written = Written { warnings: regions.warnings.clone(), renamed: Vec::new() };
+    let mut written = Written { warnings: regions.warnings.clone(), ..Written::default() };
     if format == Format::Msh {
         let gmsh = msh::Gmsh { mesh, layout: &layout, regions: &regions };
         if options.old_msh {
@@ -363,4 +371,26 @@ pub fn check_writable(path: &Path) -> Result<()> {
         atomic::check_folder(&mesh_of_script(path))?;
     }
     atomic::check_folder(path)
+}
+
+/// Whether [`write()`] could work on all of these paths, none of which writes what another one has written.
+///
+/// # Errors
+/// Those of [`check_writable`]; [`Error::Usage`] for a `.msh` file of version 2.2 that is that of a script too, which needs 4.1.
+pub fn check_all_writable(paths: &[PathBuf], options: &WriteOptions) -> Result<()> {
+    paths.iter().try_for_each(|path| check_writable(path))?;
+    let plain = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    for script in paths {
+        if !options.old_msh || Format::from_path(script)? != Format::Geo {
+            continue;
+        }
+        let beside = mesh_of_script(script);
+        if paths.iter().any(|p| plain(p) == plain(&beside)) {
+            let (mesh, script) = (beside.display(), script.display());
+            let what =
+                format!("{mesh} cannot be of version 2.2, as {script} needs it to be of 4.1: give one another name");
+            return Err(Error::Usage(what));
+        }
+    }
+    Ok(())
 }

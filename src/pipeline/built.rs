@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::brep::{expected, mesh_step};
-use super::mesh::{MeshOptions, Meshed, finish_names};
+use super::mesh::{MeshOptions, Meshed, Ready, check_groups, finish_names};
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
 use crate::implicit::part::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe};
@@ -127,6 +127,11 @@ pub fn build(part: &Part, run: &Run) -> Result<Option<Brep>> {
 
 /// Meshes a part whose solids are built from edges, beside its solid of R-functions where it has one.
 pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    let mut names: Vec<String> = brep.faces.iter().map(|f| f.name.clone()).collect();
+    if part.solid.is_some() {
+        names.extend(Ready::new(part, options.size)?.model.faces().iter().map(|f| f.name.clone()));
+    }
+    check_groups(part, names.iter().map(String::as_str))?;
     let sized = MeshOptions { size: options.size.or(part.mesh.size), ..options.clone() };
     let open = expected(&brep, &[]).open;
     let mut made = mesh_step(brep.into(), &sized, run)?;

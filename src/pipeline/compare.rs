@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::attempts::CELLS;
 use super::leaf::by_leaf;
-use super::mesh::{MeshOptions, Ready, finish_names};
+use super::mesh::{MeshOptions, Ready, check_groups, finish_names};
 use super::report::Report;
 use crate::error::Result;
 use crate::implicit::part::Part;
@@ -52,6 +52,7 @@ pub struct Comparison {
 /// Runs every method on a part and measures the mesh after each stage.
 pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparison> {
     let ready = Ready::new(part, options.size)?;
+    check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut stages: Vec<(&'static str, String, TriMesh)> = vec![("mc", "MC33".into(), extracted.mesh.clone())];

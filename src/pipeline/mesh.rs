@@ -16,7 +16,7 @@ use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
-use crate::implicit::part::{Part, SizeRequest, glob, parse};
+use crate::implicit::part::{Part, SizeRequest, glob, nearest, parse};
 use crate::implicit::{
     ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features, surface_points, thin_places,
     thin_walls,
@@ -261,6 +261,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         return mesh_built(part, brep, options, run);
     }
     let mut ready = Ready::new(part, options.size)?;
+    check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
     let (made, crowded) = mesh_ready(part, &ready, options, run)?;
     match crowded {
         Some(places) if options.tolerance.is_none() => thin_out(part, &mut ready, (made, places), options, run),
@@ -459,7 +460,23 @@ pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
     ready.check(mesh, None, &oracle, &points, run)
 }
 
-/// Drops faces without triangles, makes the part's groups, and warns of names nothing answers to.
+/// Every pattern of a group must fit some face, whether that has triangles or not: a misspelled one would load nothing.
+///
+/// Errors: the first pattern that fits none, at its group's place, with the name nearest to it.
+pub(super) fn check_groups<'a>(part: &Part, names: impl Iterator<Item = &'a str> + Clone) -> Result<()> {
+    for g in &part.groups {
+        for p in g.patterns.iter().filter(|p| !names.clone().any(|n| glob(p, n))) {
+            let e = Error::input(g.place.clone(), format!("group {:?}: no face is called {p:?}", g.name));
+            return Err(match nearest(p, names.clone()) {
+                Some(name) => e.with_help(format!("the nearest name is {name:?}; `rvachev info` lists all")),
+                None => e,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Drops faces without triangles and makes the part's groups.
 pub(super) fn finish_names(part: &Part, mesh: &mut TriMesh, report: &mut Report) {
     let mut used = vec![false; mesh.faces.len()];
     mesh.labels.iter().for_each(|l| used[*l as usize] = true);
@@ -474,9 +491,6 @@ pub(super) fn finish_names(part: &Part, mesh: &mut TriMesh, report: &mut Report)
         report.warnings.push(format!("the solid reaches the domain's wall and is capped there: face {f}"));
     }
     for g in &part.groups {
-        for p in g.patterns.iter().filter(|p| !all.iter().any(|n| glob(p, n))) {
-            report.warnings.push(format!("{}group {:?}: no face is called {p:?}", g.place, g.name));
-        }
         let faces: Vec<u32> = (0..mesh.faces.len() as u32)
             .filter(|i| g.patterns.iter().any(|p| glob(p, &mesh.faces[*i as usize])))
             .collect();

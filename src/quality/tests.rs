@@ -166,10 +166,11 @@ fn what_is_expected_is_said_before_judging() {
     assert!(serde_json::to_value(&c).unwrap()["volume"].is_null());
     // what may be open need not be
     let c = verdict(&cube(), true, true);
-    assert_eq!((c.certificate.to_string().as_str(), c.volume), ("sound", Some(1.0)));
+    assert!(c.certificate.to_string() == "sound" && (c.volume.unwrap() - 1.0).abs() < 1e-12, "{c}");
     let mut turned = cube();
     turned.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    assert_eq!(verdict(&turned, false, false).certificate.faults, [Fault::Inverted { volume: -1.0 }]);
+    let c = verdict(&turned, false, false);
+    assert!(matches!(c.certificate.faults[..], [Fault::Inverted { volume }] if (volume + 1.0).abs() < 1e-12), "{c}");
     // two cubes, one corner of each inside the other
     let mut two = cube();
     two.nodes.extend(cube().nodes.iter().map(|p| *p + DVec3::splat(0.5)));
