@@ -228,6 +228,13 @@ fn meshio_reads_sets_of_solvers() {
         v.as_object().unwrap().iter().map(|(k, n)| (k.clone(), n.as_u64().unwrap())).collect()
     };
     for file in outputs.iter().filter(|f| **f != "a.vtp") {
+        if *file == "a.su2" {
+            // A boundary has no volume elements; meshio ends in an exception where it is told so.
+            let path = dir.path().join(file);
+            let text = fs::read_to_string(&path).unwrap();
+            assert_eq!(text.matches("NELEM= 0\n").count(), 1);
+            fs::write(path, text.replace("NELEM= 0\n", "")).unwrap();
+        }
         let found = ask("meshio", &dir, file);
         assert_eq!(found["triangles"].as_u64(), Some(whole), "{file}: {found}");
         for (side, truth) in [-1.0, 1.0].into_iter().enumerate() {
