@@ -219,7 +219,7 @@ def test_level_sets_of_numpy_functions():
     assert made.report["check"]["euler"] == 0
     assert np.abs(torus(made.points)).max() < 1e-6
     moved = rv.Part(level.scale(2).move((1, 0, 0)).rotate(90, "x"))
-    inside, on, outside = rv.evaluate(moved, [[3.0, 0, 0.1], [3.6, 0, 0], [3.0, 0, 0.7]])
+    inside, on, outside = rv.evaluate(moved, [[3.0, 0, 0.1], [3.6, 0, 0], [3.0, 0.7, 0]])
     assert inside > 0 and abs(on) < 1e-9 and outside < 0
 
 
