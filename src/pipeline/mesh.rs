@@ -480,7 +480,7 @@ pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
 /// Errors: the first pattern that fits none, at its group's place, with the name nearest to it.
 pub(super) fn check_groups<'a>(part: &Part, names: impl Iterator<Item = &'a str> + Clone) -> Result<()> {
     for g in &part.groups {
-        for p in g.patterns.iter().filter(|p| !names.clone().any(|n| glob(p, n))) {
+        if let Some(p) = g.patterns.iter().find(|p| !names.clone().any(|n| glob(p, n))) {
             let e = Error::input(g.place.clone(), format!("group {:?}: no face is called {p:?}", g.name));
             return Err(match nearest(p, names.clone()) {
                 Some(name) => e.with_help(format!("the nearest name is {name:?}; `rvachev info` lists all")),

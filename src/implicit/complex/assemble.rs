@@ -122,7 +122,7 @@ fn place(corners: &[Point; 4], points: &[DVec3; 4], cut: &Cut<'_>, v: &Vertex) -
                 let c: Vec<usize> = (0..4).filter(|k| *k != skip).collect();
                 let v = |k: usize| DVec3::new(r[k][c[0]], r[k][c[1]], r[k][c[2]]);
                 let d = v(0).dot(v(1).cross(v(2)));
-                if skip % 2 == 0 { d } else { -d }
+                if skip.is_multiple_of(2) { d } else { -d }
             };
             (0..4).map(minor).collect()
         }

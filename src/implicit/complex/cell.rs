@@ -63,10 +63,8 @@ impl Cut<'_> {
         let all = [leaf, v.leaves[0], v.leaves[1], v.leaves[2]];
         for (k, l) in all.iter().take(n).enumerate() {
             order[k] = self.leaves[*l as usize];
-            let mut to = 0;
-            for c in (0..4).filter(|c| v.corners >> c & 1 == 1) {
+            for (to, c) in (0..4).filter(|c| v.corners >> c & 1 == 1).enumerate() {
                 rows[k][to] = self.values[*l as usize][c];
-                to += 1;
             }
         }
         positive(&rows, n, &order[..n])

@@ -45,10 +45,8 @@ fn estimate(m: &Matrix, n: usize) -> (f64, f64) {
 fn minor(m: &Matrix, n: usize, k: usize) -> Matrix {
     let mut out = [[0.0; MOST]; MOST];
     for r in 1..n {
-        let mut to = 0;
-        for c in (0..n).filter(|c| *c != k) {
+        for (to, c) in (0..n).filter(|c| *c != k).enumerate() {
             out[r - 1][to] = m[r][c];
-            to += 1;
         }
     }
     out
