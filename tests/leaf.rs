@@ -740,3 +740,29 @@ fn creases_of_a_closure_are_recovered_by_default() {
     assert!(f.recall >= 0.99 && f.precision >= 0.97 && f.corners_found == 8, "{f:?}");
     assert!(c.certificate.is_sound() && c.deviation.unwrap().max < 0.2 * size);
 }
+
+#[test]
+fn the_arrangement_alone_makes_the_samples_exact() {
+    use rvachev::pipeline::{Method, Tried};
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    for name in [
+        "cube_with_holes",
+        "cube_with_holes_rotated",
+        "bracket",
+        "lattice",
+        "formula",
+        "gyroid_block",
+        "small_features",
+    ] {
+        let part = load_part(&data.join(name).with_extension("py"), &[]).unwrap();
+        let options = MeshOptions { method: Method::Complex, ..MeshOptions::default() };
+        let made = mesh_part(&part, &options, &Run::new()).unwrap();
+        assert_eq!(made.report.shortfalls.len(), 0, "{name}: {:?}", made.report.shortfalls);
+        let [attempt] = &made.report.attempts[..] else { panic!("{name}: {:?}", made.report.attempts) };
+        let proof = attempt.proof.as_ref().unwrap();
+        assert!(attempt.rung == Tried::Arrange && attempt.kept && proof.astray == 0, "{name}: {attempt:?}");
+        assert!(proof.unproved * 20 < proof.cells, "{name}: {proof:?}");
+        let f = made.report.check.unwrap().features.unwrap();
+        assert!(f.recall > 0.99 && f.corners_found == f.corners_true, "{name}: {f:?}");
+    }
+}

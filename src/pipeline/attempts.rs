@@ -138,6 +138,9 @@ impl Scout {
             // Too many cells, or too much in one: there are other ways.
             Err(_) => return Ok(None),
         };
+        if made.made.mesh.triangles.is_empty() {
+            return Ok(None);
+        }
         let (proof, finest) = (Proof::of(&made), made.finest);
         let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
         // What is small calls for short edges, as where smaller cells were needed to find it.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::cell::{Cut, Facet, Vertex};
+use super::cell::{Crossed, Facet, Vertex};
 use super::grid::{Octree, Point};
 
 /// What a node is: the grid points of the simplex it lies in, and the leaves that vanish there, both ascending.
@@ -40,14 +40,14 @@ pub(super) struct Triangle {
 
 /// The boundary within some tetrahedra, with nodes of its own.
 #[derive(Default)]
-pub(super) struct Piece {
+pub(super) struct Skin {
     pub(super) keys: Vec<Key>,
     pub(super) places: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     index: FxHashMap<Key, u32>,
 }
 
-impl Piece {
+impl Skin {
     fn node(&mut self, key: Key, place: DVec3) -> u32 {
         let Self { keys, places, index, .. } = self;
         *index.entry(key).or_insert_with(|| {
@@ -58,7 +58,7 @@ impl Piece {
     }
 
     /// Adds the facets of one tetrahedron.
-    pub(super) fn add(&mut self, tree: &Octree, corners: &[Point; 4], cut: &Cut<'_>, facets: &[Facet]) {
+    pub(super) fn add(&mut self, tree: &Octree, corners: &[Point; 4], cut: &Crossed<'_>, facets: &[Facet]) {
         let points = corners.map(|p| tree.point(p));
         for f in facets {
             let leaf = cut.leaves[f.leaf as usize];
@@ -78,14 +78,14 @@ impl Piece {
     }
 
     /// Adds what another piece has.
-    pub(super) fn append(&mut self, other: &Piece) {
+    pub(super) fn append(&mut self, other: &Skin) {
         let to: Vec<u32> = other.keys.iter().zip(&other.places).map(|(k, p)| self.node(*k, *p)).collect();
         self.triangles
             .extend(other.triangles.iter().map(|t| Triangle { nodes: t.nodes.map(|n| to[n as usize]), ..*t }));
     }
 }
 
-fn key(corners: &[Point; 4], cut: &Cut<'_>, v: &Vertex) -> Key {
+fn key(corners: &[Point; 4], cut: &Crossed<'_>, v: &Vertex) -> Key {
     let mut points = [u64::MAX; 4];
     let mut n = 0;
     for c in (0..4).filter(|c| v.corners >> c & 1 == 1) {
@@ -101,7 +101,7 @@ fn key(corners: &[Point; 4], cut: &Cut<'_>, v: &Vertex) -> Key {
 }
 
 /// Where the linear functions vanish.
-fn place(corners: &[Point; 4], points: &[DVec3; 4], cut: &Cut<'_>, v: &Vertex) -> DVec3 {
+fn place(corners: &[Point; 4], points: &[DVec3; 4], cut: &Crossed<'_>, v: &Vertex) -> DVec3 {
     // In one order on all sides.
     let mut which: Vec<usize> = (0..4).filter(|c| v.corners >> c & 1 == 1).collect();
     which.sort_by_key(|c| corners[*c]);
@@ -207,20 +207,20 @@ fn sides(triangles: &[Triangle]) -> Vec<([u32; 2], u32)> {
 /// Halves edges of more than two triangles: where both ends lie in one part of the inside, its copies could not be told from
 /// each other.
 pub(super) fn divided(keys: &mut Vec<Key>, places: &mut Vec<DVec3>, triangles: &mut Vec<Triangle>) {
-    // A triangle may have several such edges: one at a time, and again.
-    loop {
+    let crowd = |e: &&[([u32; 2], u32)]| e.len() > 2;
+    let all = sides(triangles);
+    let mut waiting: FxHashSet<[u32; 2]> = all.chunk_by(|x, y| x.0 == y.0).filter(crowd).map(|e| e[0].0).collect();
+    // A triangle may have several such edges: one at a time, and again. Halves have as many triangles, but a middle of their own.
+    while !waiting.is_empty() {
         let all = sides(triangles);
-        let of_one = |e: &&[([u32; 2], u32)]| e.len() > 2;
-        let crowded = all.chunk_by(|x, y| x.0 == y.0).filter(of_one);
+        let crowded = all.chunk_by(|x, y| x.0 == y.0).filter(|e| waiting.contains(&e[0].0));
         let crowded: Vec<([u32; 2], Vec<u32>)> = crowded.map(|e| (e[0].0, e.iter().map(|x| x.1).collect())).collect();
-        if crowded.is_empty() {
-            return;
-        }
         let mut touched: FxHashSet<u32> = FxHashSet::default();
         for ([a, b], sides) in &crowded {
             if sides.iter().any(|h| touched.contains(&(h / 3))) {
                 continue;
             }
+            waiting.remove(&[*a, *b]);
             let mut leaves = [NONE; 3];
             let common =
                 keys[*a as usize].leaves.into_iter().filter(|l| keys[*b as usize].leaves.contains(l) && *l != NONE);

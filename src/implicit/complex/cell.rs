@@ -41,7 +41,7 @@ pub(super) struct Facet {
 }
 
 /// Leaves that change sign in a tetrahedron.
-pub(super) struct Cut<'a> {
+pub(super) struct Crossed<'a> {
     /// Their numbers, ascending.
     pub(super) leaves: &'a [u32],
     /// Their values at the corners; corners 1, 2, 3 turn counterclockwise seen from corner 0's other side.
@@ -50,7 +50,7 @@ pub(super) struct Cut<'a> {
 
 const FACES: [u8; 4] = [0b1110, 0b1101, 0b1011, 0b0111];
 
-impl Cut<'_> {
+impl Crossed<'_> {
     fn plus(&self, leaf: u8, corner: usize) -> bool {
         self.values[leaf as usize][corner] >= 0.0
     }

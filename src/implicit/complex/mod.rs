@@ -35,8 +35,8 @@ use super::trim::Trimmed;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use assemble::{Key, Piece, divided, parted};
-use cell::Cut;
+use assemble::{Key, Skin, divided, parted};
+use cell::Crossed;
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::{bends, unproved};
@@ -86,19 +86,19 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let pieces: Result<Vec<Piece>> = groups
+        let pieces: Result<Vec<Skin>> = groups
             .par_chunks(GROUPS)
             .map(|some| {
                 run.check()?;
-                let mut piece = Piece::default();
+                let mut piece = Skin::default();
                 some.iter().try_for_each(|g| within(leaves, &tree, g, &mut piece))?;
                 Ok(piece)
             })
             .collect();
-        let mut all = Piece::default();
+        let mut all = Skin::default();
         pieces?.iter().for_each(|p| all.append(p));
         run.check()?;
-        let Piece { mut keys, mut places, mut triangles, .. } = all;
+        let Skin { mut keys, mut places, mut triangles, .. } = all;
         divided(&mut keys, &mut places, &mut triangles);
         let copies = parted(&places, &mut triangles);
         let on: Vec<Vec<u32>> = copies.iter().map(|c| keys[*c as usize].on()).collect();
@@ -138,7 +138,7 @@ fn extent(tree: &Octree, key: &Key) -> f64 {
 }
 
 /// The boundary in the tetrahedra that one cell owns.
-fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Piece) -> Result<()> {
+fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
     let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
     let tape: &Tape = tape;
     let mine = leaves_of(tape);
@@ -175,7 +175,7 @@ fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Piece
             let at = tree.point(t.corners[0]);
             return Err(Error::Failed(format!("more than {MOST_CUTTING} surfaces pass a cell near {at}")));
         }
-        let cut = Cut { leaves: &cutting, values: &cut_values };
+        let cut = Crossed { leaves: &cutting, values: &cut_values };
         let facets = cut.boundary(&|sides| {
             tape.inside_by(|leaf| match cutting.binary_search(&leaf) {
                 Ok(k) => sides[k],

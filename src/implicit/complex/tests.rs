@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cell::{Cut, Facet, Vertex};
+use super::cell::{Crossed, Facet, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
 use crate::implicit::{Expr, RSystem, Solid};
@@ -24,7 +24,7 @@ fn boundary(values: &[[f64; 4]], inside: fn(&[bool; 3]) -> bool) -> Vec<Facet> {
     let which: Vec<usize> = (0..values.len()).filter(|k| cuts(&values[*k])).collect();
     let leaves: Vec<u32> = which.iter().map(|k| *k as u32).collect();
     let cutting: Vec<[f64; 4]> = which.iter().map(|k| values[*k]).collect();
-    let cut = Cut { leaves: &leaves, values: &cutting };
+    let cut = Crossed { leaves: &leaves, values: &cutting };
     let mut facets = cut.boundary(&|sides| {
         let mut all = [true; 3];
         for (k, v) in values.iter().enumerate() {
