@@ -283,8 +283,8 @@ pub(super) fn search(
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
-    // Its grid is as fine as it must be: smaller cells would find nothing more.
-    let mut arrange = options.method != Method::Cut;
+    // Not by default yet: in narrow places its borders are not as good. Its grid is as fine as it must be, so it is tried once.
+    let mut arrange = options.method == Method::Complex;
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
         let cell = share * ready.size;

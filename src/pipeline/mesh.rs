@@ -42,17 +42,13 @@ pub enum Method {
     /// [`optimize::exact`](crate::optimize::exact).
     #[default]
     Leaf,
-    /// The same from the arrangement of the leaves on an adaptive grid alone, with no other way tried where that does not come
-    /// out: what [`Leaf`](Self::Leaf) tries before anything else.
+    /// The same from the arrangement of the leaves on an adaptive grid, with no other way tried where that does not come out.
     Complex,
-    /// The same by cutting marching cubes and trimming the leaves' surfaces, with ever smaller cells: what
-    /// [`Leaf`](Self::Leaf) tries where the arrangement does not come out.
-    Cut,
 }
 
 impl Method {
     /// All methods, in the order they are compared in.
-    pub const ALL: [Method; 5] = [Method::MarchingCubes, Method::Operators, Method::Leaf, Method::Complex, Method::Cut];
+    pub const ALL: [Method; 4] = [Method::MarchingCubes, Method::Operators, Method::Leaf, Method::Complex];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -61,7 +57,6 @@ impl Method {
             Method::Operators => "operators",
             Method::Leaf => "leaf",
             Method::Complex => "complex",
-            Method::Cut => "cut",
         }
     }
 }
@@ -69,7 +64,7 @@ impl Method {
 impl Method {
     /// Whether edges and corners come from the tree.
     pub fn is_exact(self) -> bool {
-        matches!(self, Method::Leaf | Method::Complex | Method::Cut)
+        matches!(self, Method::Leaf | Method::Complex)
     }
 }
 
