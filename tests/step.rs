@@ -104,8 +104,8 @@ fn a_distance_asked_for_is_kept_on_step_files() {
 #[test]
 fn places_of_step_files_are_refined() {
     let dir = TempDir::new().unwrap();
+    let file = step("torus.step");
     let mesh = |more: &[&str]| {
-        let file = step("torus.step");
         rvachev()
             .current_dir(&dir)
             .args([
@@ -147,8 +147,9 @@ fn places_of_step_files_are_refined() {
     }
     let (fine, _) = mesh(&["--refine", &format!("face=*:{wish}")]);
     assert!(longest(&fine, far, 1.0) < 0.7 * bend && longest(&fine, at, 1.0) < 0.7 * bend);
-    let told = mesh(&["--refine", "face=nothing:0.2"]).1["warnings"].to_string();
-    assert!(told.contains("nothing"), "{told}");
+    let wrong = rvachev().args(["mesh", file.to_str().unwrap(), "--refine", "face=nothing:0.2"]).assert().code(2);
+    let told = String::from_utf8_lossy(&wrong.get_output().stderr).into_owned();
+    assert!(told.contains("\"nothing\"") && told.contains("nearest"), "{told}");
 }
 
 /// After Boolean operations files may give a closed edge two vertices, both at one place.

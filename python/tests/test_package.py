@@ -290,12 +290,20 @@ def test_input_errors_tell_where(tmp_path):
         assert issubclass(kind, rv.Error)
 
 
-def test_what_falls_short_is_a_warning():
+def test_patterns_that_match_no_face_are_errors():
     part = rv.Part(cube())
     part.group("lost", "no-such-face")
-    with pytest.warns(rv.Told, match="no-such-face"):
-        made = part.mesh(size="5%")
-    assert len(made.groups["lost"]) == 0
+    with pytest.raises(rv.InputError, match="no-such-face"):
+        part.mesh(size="5%")
+    with pytest.raises(rv.InputError, match="no-such-face"):
+        rv.Part(cube()).mesh(size="5%", refine=["face=no-such-face:0.1"])
+
+
+def test_what_is_worth_knowing_is_a_warning():
+    part = rv.Part(solid(1 - x**2 - y**2), domain=((-2, -2, -1), (2, 2, 1)))
+    with pytest.warns(rv.Told, match="domain"):
+        made = part.mesh(size="10%")
+    assert "domain.zmin" in made.faces
 
 
 def test_classes_are_frozen(mesh):

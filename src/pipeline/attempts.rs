@@ -141,10 +141,10 @@ impl Scout {
         if made.made.mesh.triangles.is_empty() {
             return Ok(None);
         }
-        let (proof, finest) = (Proof::of(&made), made.finest);
+        let proof = Proof::of(&made);
         let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
-        // What is small calls for short edges, as where smaller cells were needed to find it.
-        scout.cell = finest.clamp(CELLS[CELLS.len() - 1] * self.cell, self.cell);
+        // Curves are followed as with the smallest cells: here nothing is lost between them.
+        scout.cell = CELLS[CELLS.len() - 1] * self.cell;
         scout.proof = Some(proof);
         Ok(Some((scout, cut)))
     }
@@ -165,7 +165,7 @@ impl Scout {
         observer: &mut Option<&mut Observer<'_>>,
     ) -> Result<Trial> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
-        let wanted = exact_options(ready, options, self.cell);
+        let wanted = exact_options(ready, options, self.cell)?;
         let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
@@ -284,7 +284,7 @@ pub(super) fn search(
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
     // Not by default yet: in narrow places its borders are not as good. Its grid is as fine as it must be, so it is tried once.
-    let mut arrange = options.method == Method::Complex;
+    let mut arrange = options.method.is_exact();
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
         let cell = share * ready.size;

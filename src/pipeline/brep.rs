@@ -178,12 +178,11 @@ fn refused(report: &mut Report, trimmed: &Trimmed, options: &MeshOptions) {
 }
 
 /// Meshes a boundary representation as it is.
-fn meshed(solid: &Parametric, mut report: Report, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let groups = groups(&solid.brep);
     let size = report.size;
     let diagonal = solid.bounds().diagonal();
-    let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()));
-    report.warnings.extend(wishes.warnings.iter().cloned());
+    let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()))?;
     let limit = options.tolerance.unwrap_or(DISTANCE * diagonal);
     let measured = options.measure || options.tolerance.is_some();
     // Places that came out too far from the surface, and the lengths that will do there.

@@ -281,8 +281,7 @@ fn mesh_counted(
         solid.divide_walls(|k| sizing.at(k), sizing.least.min(size), run)?;
     }
     let open = !named.defects().is_closed();
-    let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str));
-    report.warnings.extend(wishes.warnings);
+    let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
     let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
     let exact = ExactOptions { face_sizes, regions, ..plain };

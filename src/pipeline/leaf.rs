@@ -89,16 +89,16 @@ pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOpt
 }
 
 /// What the remesher aims at.
-pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> ExactOptions {
+pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> Result<ExactOptions> {
     let angle = options.angle.unwrap_or(ANGLE).to_radians();
     let least = options.least.unwrap_or(cell / LEAST_SHARE);
     // Who asks for an angle and no tolerance gets what was asked for.
     let chord = options.tolerance.or(options.angle.is_none().then_some(own_chord(ready)));
     let grading = options.grading.unwrap_or(GRADING);
-    let wishes = ready.wishes(options);
+    let wishes = ready.wishes(options)?;
     let wish = |i: usize| wishes.faces.get(i).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
-    ExactOptions {
+    Ok(ExactOptions {
         sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord, least },
         face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, wish(i))).collect(),
         regions: wishes.regions,
@@ -107,7 +107,7 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
         narrowest: options.least.unwrap_or(ready.size / NARROWEST),
         thickness: options.thickness,
         distance: None,
-    }
+    })
 }
 
 /// Which triangles come within `reach` of some boxes.
@@ -193,7 +193,7 @@ fn leave(
 ) -> Result<Vec<Aabb>> {
     let Scout { extracted, cell, .. } = &attempt.scout;
     let oracle = ImplicitOracle::new(&ready.model, extracted);
-    let wanted = exact_options(ready, options, *cell);
+    let wanted = exact_options(ready, options, *cell)?;
     let mut left = Vec::new();
     for reach in LEAVE {
         left.extend(attempt.exact.report.faults.iter().copied());

@@ -220,7 +220,7 @@ impl Ready {
     }
 
     /// Refinements for this part.
-    pub(super) fn wishes(&self, options: &MeshOptions) -> Wishes {
+    pub(super) fn wishes(&self, options: &MeshOptions) -> Result<Wishes> {
         let names = self.model.faces().iter().map(|f| f.name.as_str());
         Wishes::new(&options.refinements, self.model.bounds().diagonal(), names)
     }
@@ -366,7 +366,7 @@ fn mesh_by_cells(
     report.shortfalls = shortfalls;
     report.attempts = attempts;
     report.stage("mesh", mesh.triangles.len(), &mut clock);
-    report.warnings.extend(ready.wishes(options).warnings);
+    ready.wishes(options)?;
     if !options.method.is_exact() && !options.refinements.is_empty() {
         report.warnings.push("refinements are not heeded by this method".into());
     }

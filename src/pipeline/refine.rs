@@ -5,7 +5,7 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::implicit::part::{SizeRequest, glob};
+use crate::implicit::part::{SizeRequest, glob, nearest};
 use crate::optimize::{Region, Shape};
 use crate::spatial::Aabb;
 
@@ -70,13 +70,17 @@ pub(super) struct Wishes {
     pub(super) regions: Vec<Region>,
     /// By face; empty where there is no such wish.
     pub(super) faces: Vec<Option<f64>>,
-    /// What nothing answers to.
-    pub(super) warnings: Vec<String>,
 }
 
 impl Wishes {
     /// Wishes for a part of some size with some faces.
-    pub(super) fn new<'a>(list: &[Refinement], diagonal: f64, names: impl Iterator<Item = &'a str> + Clone) -> Self {
+    ///
+    /// Errors: a pattern that fits no face, with the name nearest to it.
+    pub(super) fn new<'a>(
+        list: &[Refinement],
+        diagonal: f64,
+        names: impl Iterator<Item = &'a str> + Clone,
+    ) -> Result<Self> {
         let mut out = Self::default();
         for r in list {
             let size = match r.size {
@@ -88,7 +92,9 @@ impl Wishes {
                 Place::Faces(pattern) => {
                     let hit: Vec<bool> = names.clone().map(|n| glob(pattern, n)).collect();
                     if !hit.contains(&true) {
-                        out.warnings.push(format!("refinement: no face is called {pattern:?}"));
+                        let near = nearest(pattern, names.clone());
+                        let near = near.map_or(String::new(), |n| format!("; the nearest name is {n:?}"));
+                        return Err(Error::Usage(format!("refinement: no face is called {pattern:?}{near}")));
                     }
                     out.faces.resize(hit.len(), None);
                     for (f, _) in out.faces.iter_mut().zip(hit).filter(|x| x.1) {
@@ -97,7 +103,7 @@ impl Wishes {
                 }
             }
         }
-        out
+        Ok(out)
     }
 }
 
@@ -119,9 +125,11 @@ mod tests {
 
     #[test]
     fn faces_are_found_by_pattern_and_missing_ones_told() {
-        let list = ["face=wing*:1", "face=*tip:0.5", "face=fin:1"].map(|s| s.parse().unwrap());
-        let w = Wishes::new(&list, 1.0, ["wing.tip", "wing.skin", "nose"].into_iter());
+        let names = ["wing.tip", "wing.skin", "nose"].into_iter();
+        let list = ["face=wing*:1", "face=*tip:0.5"].map(|s| s.parse().unwrap());
+        let w = Wishes::new(&list, 1.0, names.clone()).unwrap();
         assert_eq!(w.faces, [Some(0.5), Some(1.0), None]);
-        assert_eq!(w.warnings.len(), 1);
+        let e = Wishes::new(&["face=wing.tap:1".parse().unwrap()], 1.0, names).unwrap_err().to_string();
+        assert!(e.contains("\"wing.tap\"") && e.contains("\"wing.tip\""), "{e}");
     }
 }
