@@ -78,6 +78,8 @@ pub(super) struct Scout {
     /// What was extracted, or made of the leaves' own surfaces.
     pub(super) extracted: Extracted,
     pub(super) cell: f64,
+    /// What the shortest edges are a share of: the cells where small things are lost between them.
+    finest: f64,
     /// Points of the surface where it may have been missed.
     points: Vec<SurfacePoint>,
     /// Whether some of them, other than tips, were not extracted.
@@ -97,7 +99,7 @@ impl Scout {
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
         let (unresolved, proof) = (Vec::new(), None);
-        Ok(Self { extracted, cell, points, gone, splinters, unresolved, bridged: false, proof })
+        Ok(Self { extracted, cell, finest: cell, points, gone, splinters, unresolved, bridged: false, proof })
     }
 
     fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
@@ -122,9 +124,7 @@ impl Scout {
         let face = |t: usize| oracle.face_at(mesh.labels[t], mesh.centroid(t)).unwrap_or(0);
         extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
-        let (cell, points, splinters) = (self.cell, self.points.clone(), self.splinters.clone());
-        let (unresolved, proof) = (Vec::new(), None);
-        Some((Self { extracted, cell, points, gone: false, splinters, unresolved, bridged: false, proof }, cut))
+        Some((Self { extracted, gone: false, unresolved: Vec::new(), bridged: false, ..self.clone() }, cut))
     }
 
     /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
@@ -143,8 +143,8 @@ impl Scout {
         }
         let proof = Proof::of(&made);
         let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
-        // Curves are followed as with the smallest cells: here nothing is lost between them.
-        scout.cell = CELLS[CELLS.len() - 1] * self.cell;
+        // Curves are followed as with the smallest cells that are tried else.
+        scout.finest = CELLS[CELLS.len() - 1] * self.cell;
         scout.proof = Some(proof);
         Ok(Some((scout, cut)))
     }
@@ -165,12 +165,13 @@ impl Scout {
         observer: &mut Option<&mut Observer<'_>>,
     ) -> Result<Trial> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
-        let wanted = exact_options(ready, options, self.cell)?;
+        let wanted = exact_options(ready, options, self.finest)?;
         let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
         let flat = self.flat(&exact.mesh, ready);
-        Ok(Trial { exact, missed, flat, scout: self, number: 0 })
+        let proved = self.proof.as_ref().is_some_and(Proof::is_whole);
+        Ok(Trial { exact, missed, flat, scout: self, number: 0, proved })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -191,6 +192,8 @@ pub(super) struct Trial {
     pub(super) scout: Scout,
     /// Its place in the list of attempts.
     number: usize,
+    /// Whether all of the arrangement it was made from is shown to be as it is.
+    proved: bool,
 }
 
 impl Trial {
@@ -224,6 +227,11 @@ impl Trial {
 
     fn is_clean(&self) -> bool {
         self.badness() == (0, false, 0) && self.lost().is_none()
+    }
+
+    /// Whether smaller cells can find no more: all is shown to be there.
+    fn is_final(&self) -> bool {
+        self.proved && self.faults() == 0 && self.missed.is_empty()
     }
 
     /// Triangles that intersect others or are turned over.
@@ -337,7 +345,7 @@ pub(super) fn search(
             let Some((made, cut)) = made else { continue };
             let this = made.remesh(cut, ready, options, run, observer)?;
             let this = this.told(rung, &mut attempts, &mut clock);
-            if this.is_clean() || options.method == Method::Complex {
+            if this.is_clean() || this.is_final() || options.method == Method::Complex {
                 return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;

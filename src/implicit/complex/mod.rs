@@ -39,7 +39,7 @@ use assemble::{Key, Skin, divided, parted};
 use cell::Crossed;
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
-use proof::{bends, unproved};
+use proof::unproved;
 use settle::Nodes;
 
 /// How often cells are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
@@ -59,8 +59,6 @@ pub(crate) struct Arranged {
     pub(crate) made: Trimmed,
     /// Cells of the grid that hold some of the surface.
     pub(crate) cells: usize,
-    /// The side of the smallest cells that a bend called for.
-    pub(crate) finest: f64,
     /// The centers of those in which the arrangement is not proved, with the reason.
     pub(crate) unproved: Vec<(DVec3, Unproved)>,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
@@ -121,12 +119,7 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
             Some((b.center(), unproved(leaves, c.tape.as_ref()?, &b)?))
         });
         let unproved = left.collect();
-        let finest = tree.cubes.par_iter().filter(|c| c.children != grid::NONE && c.level <= DEEPER).filter_map(|c| {
-            let b = tree.bounds(c.at, c.level);
-            bends(leaves, c.tape.as_ref()?, &b).then_some(0.5 * (b.hi.x - b.lo.x))
-        });
-        let finest = finest.reduce(|| size, f64::min);
-        Ok(Arranged { made: Trimmed { mesh, leaves: on }, cells: held.len(), finest, unproved, astray })
+        Ok(Arranged { made: Trimmed { mesh, leaves: on }, cells: held.len(), unproved, astray })
     })
 }
 

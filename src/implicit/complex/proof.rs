@@ -92,15 +92,6 @@ fn cross(a: &[Interval; 3], b: &[Interval; 3]) -> [Interval; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Whether some leaf really turns in a box by more than shows it to be a graph, seen at the corners.
-pub(super) fn bends(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> bool {
-    leaves_of(tape).into_iter().map(|l| &leaves[l as usize]).filter(|l| l.range(cell).contains(0.0)).any(|leaf| {
-        let slope = |p: DVec3| leaf.slope(p).normalize_or_zero();
-        let middle = slope(cell.center());
-        cell.corners().into_iter().any(|p| slope(p).dot(middle) < GRAPH)
-    })
-}
-
 /// What is not shown of the leaves of a tape in a box; `None` if all is.
 pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unproved> {
     let half = cell.size() * 0.5;
