@@ -231,8 +231,8 @@ function fit() {
   return 1.06 * Math.max(1, h / Math.max(1, w));
 }
 
-let flight = 0;
-function move(to, at_once) {
+let flight = 0, at_once = false;
+function move(to) {
   const from = { ...camera, target: [...camera.target] }, mine = ++flight, start = performance.now();
   // the short way around
   if (to.yaw !== undefined) to.yaw = from.yaw + Math.atan2(Math.sin(to.yaw - from.yaw), Math.cos(to.yaw - from.yaw));
@@ -250,6 +250,8 @@ function move(to, at_once) {
     if (s < 1) requestAnimationFrame(step);
   };
   requestAnimationFrame(step);
+  // a window that is not drawn gets there all the same
+  setTimeout(() => { if (mine === flight) { flight++; set(1); redraw(); } }, 500);
 }
 
 // Goes to a place, looks at the nearest triangle from outside, a little askew, and shows some triangles around it.
@@ -275,7 +277,7 @@ function flyTo(p) {
     }
     to.reach = Math.min(fit(), Math.max(8 * values.lengths[near] / mesh.unit, 2 * Math.sqrt(best), 1e-4));
   }
-  move(to, location.hash === "#selftest");
+  move(to);
 }
 
 const VIEWS = { iso: [0.6, 0.5], x: [0, 0], y: [-Math.PI / 2, 0], z: [-Math.PI / 2, Math.PI / 2] };
@@ -440,9 +442,11 @@ function selftest() {
   document.body.append(pre);
 }
 
-// Settings in the address, as in `page.html#color=angle&wire&dark`: for links and pictures of a page.
+// Settings in the address, as in `page.html#?color=angle&wire&dark`: for links and pictures of a page. The question mark
+// keeps browsers from scrolling to an element of that name.
 function settings() {
-  const asked = new URLSearchParams(location.hash.slice(1));
+  if (!location.hash.startsWith("#?")) return;
+  const asked = new URLSearchParams(location.hash.slice(2));
   if (asked.has("dark") || asked.has("light")) theme(asked.has("dark"));
   for (const id of ["color", "axis", "cut"]) if (asked.has(id)) $(id).value = asked.get(id);
   for (const id of ["wire", "flip"]) if (asked.has(id)) $(id).checked = true;
@@ -477,7 +481,10 @@ async function start() {
   resize();
   camera.reach = fit();
   look();
+  // what is asked for in the address is there from the beginning
+  at_once = true;
   settings();
   if (location.hash === "#selftest") selftest();
+  at_once = false;
 }
 start();

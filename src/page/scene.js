@@ -104,9 +104,9 @@ void main() {
   vec3 n = dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
   if (!gl_FrontFacing) { n = -n; base = inside; }
   // a key light from above left, a weak one from the right, and light from all around that is weaker below
-  float light = 0.42 + 0.08 * n.y + 0.50 * max(dot(n, normalize(vec3(-0.4, 0.5, 0.8))), 0.0) + 0.12 * max(dot(n, normalize(vec3(0.8, -0.1, 0.4))), 0.0);
-  // what is seen through a cut is the inside: drawn without light it looks like the section
-  if (!gl_FrontFacing && cutting) light = 0.92;
+  float light = 0.54 + 0.07 * n.y + 0.42 * max(dot(n, normalize(vec3(-0.4, 0.5, 0.8))), 0.0) + 0.16 * max(dot(n, normalize(vec3(0.8, -0.1, 0.4))), 0.0);
+  // what is seen through a cut is the inside: with little light of its own it looks like the section
+  if (!gl_FrontFacing && cutting) light = 0.78 + 0.2 * n.z;
   vec3 shade = base * light;
   if (look.a < 0.9) shade = mix(shade, vec3(1.0, 1.0, 1.0), 0.28);
   if (wire) {
@@ -147,8 +147,9 @@ precision highp float;
 uniform vec3 ink; out vec4 color;
 void main() {
   float r = length(gl_PointCoord - 0.5) * 2.0;
-  if (r > 1.0 || (r > 0.25 && r < 0.72)) discard;
-  color = vec4(ink, 1.0);
+  if (r > 1.0 || (r > 0.25 && r < 0.66)) discard;
+  // a white rim keeps it apart from any color
+  color = vec4(r > 0.88 ? vec3(1.0) : ink, 1.0);
 }`;
 
 const MODE = { face: 0, value: 1, pick: 2 };
