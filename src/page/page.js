@@ -70,6 +70,7 @@ function lineOf(line) {
     e.append(go);
     let next = 0;
     e.addEventListener("click", () => {
+      if (!scene) return;
       for (const c of document.querySelectorAll("#places .current")) c.classList.remove("current");
       e.classList.add("current");
       state.marks = places.map(mesh.drawn);
@@ -88,6 +89,7 @@ function lineOf(line) {
 const colorOf = (f) => FACES[f % FACES.length];
 
 function look() {
+  if (!scene) return;
   const out = new Uint8Array(4 * told.faces.length);
   told.faces.forEach((_, f) => out.set([...colorOf(f), !shown[f] ? 0 : f === hot ? 128 : 255], 4 * f));
   scene.setLook(out);
@@ -412,11 +414,15 @@ function selftest() {
   const middle = [Math.floor($("view").clientWidth / 2), Math.floor($("view").clientHeight / 2)];
   point(...middle);
   out.tip = $("tip").textContent;
-  const first = boxes.get(0);
-  if (first) { first.click(); out.without_first = count(drawn); first.click(); out.with_first = count(drawn); }
+  const under = scene.pick(camera, state, ...middle.map((x) => x * state.ratio));
   $("none").click();
   out.none = count(drawn);
+  if (under >= 0) {
+    boxes.get(mesh.labels[under])?.click();
+    out.one = count(drawn);
+  }
   $("all").click();
+  out.all = count(drawn);
   $("axis").value = "0";
   cut();
   out.cut = count(drawn);

@@ -111,7 +111,9 @@ void main() {
   if (look.a < 0.9) shade = mix(shade, vec3(1.0, 1.0, 1.0), 0.28);
   if (wire) {
     vec3 w = weights / max(fwidth(weights), vec3(1e-6));
-    shade = mix(shade, ink, 0.55 * (1.0 - smoothstep(0.3, 1.1, min(w.x, min(w.y, w.z)))));
+    // triangles of a few pixels would be all edge
+    float fine = max(fwidth(weights.x), max(fwidth(weights.y), fwidth(weights.z)));
+    shade = mix(shade, ink, 0.55 * clamp(1.4 - 2.0 * fine, 0.25, 1.0) * (1.0 - smoothstep(0.3, 1.1, min(w.x, min(w.y, w.z)))));
   }
   color = vec4(shade, 1.0);
 }`;
