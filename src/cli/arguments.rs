@@ -20,7 +20,7 @@ pub enum Command {
     /// Mesh a part
     Mesh(Mesh),
     /// Mesh a part and write a page that shows it, for a browser
-    View(View),
+    View(ViewPage),
     /// Measure every stage of every method on one part
     Compare(Compare),
     /// Measure a mesh, however it was made
@@ -151,7 +151,7 @@ pub struct Mesh {
 
 /// A page instead of mesh files.
 #[derive(Debug, Args)]
-pub struct View {
+pub struct ViewPage {
     #[command(flatten)]
     pub part: PartFile,
     /// Page to write (HTML) [default: PART with the ending .html]
@@ -168,7 +168,7 @@ pub struct View {
     pub common: Common,
 }
 
-impl View {
+impl ViewPage {
     /// The same as options of `mesh`, which writes a page and no mesh, be that sound or not: a picture of what is wrong helps.
     pub fn into_mesh(self) -> Mesh {
         let html = Some(self.output.unwrap_or_else(|| self.part.part.with_extension("html")));

@@ -24,7 +24,7 @@ const LEVEL: u8 = 6;
 
 /// What the reader has to know of the stream.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Layout {
+pub(super) struct StreamLayout {
     /// How many nodes.
     node_count: usize,
     /// How many triangles.
@@ -39,7 +39,7 @@ pub(super) struct Layout {
 
 /// Why an edge is drawn. The page knows the same numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Line {
+enum DrawnAs {
     Sharp = 0,
     Border = 1,
     Open = 2,
@@ -78,7 +78,7 @@ impl Stream {
     }
 }
 
-pub(super) fn encode(mesh: &TriMesh, run: &Run) -> Result<(Layout, Vec<u8>)> {
+pub(super) fn encode(mesh: &TriMesh, run: &Run) -> Result<(StreamLayout, Vec<u8>)> {
     let (lo, side) = if mesh.nodes.is_empty() {
         (glam::DVec3::ZERO, 0.0)
     } else {
@@ -105,7 +105,7 @@ pub(super) fn encode(mesh: &TriMesh, run: &Run) -> Result<(Layout, Vec<u8>)> {
     run.check()?;
     let edge_count = edges(mesh, &mut out);
     run.check()?;
-    let layout = Layout {
+    let layout = StreamLayout {
         node_count: mesh.nodes.len(),
         triangle_count: mesh.triangles.len(),
         edge_count,
@@ -124,11 +124,11 @@ fn edges(mesh: &TriMesh, out: &mut Stream) -> usize {
         let (first, other) = (group[0].triangle() as usize, group[group.len() - 1].triangle() as usize);
         let [f, g] = [first, other].map(|t| mesh.labels[t]);
         let why = match group.len() {
-            1 => Line::Open,
-            2 if mesh.normal(first).dot(mesh.normal(other)) < cosine => Line::Sharp,
-            2 if f != g => Line::Border,
+            1 => DrawnAs::Open,
+            2 if mesh.normal(first).dot(mesh.normal(other)) < cosine => DrawnAs::Sharp,
+            2 if f != g => DrawnAs::Border,
             2 => continue,
-            _ => Line::Branching,
+            _ => DrawnAs::Branching,
         };
         let [a, b] = group[0].edge();
         out.step(a, &mut last);

@@ -104,7 +104,7 @@ impl PageText {
 
 /// A face as the page lists it.
 #[derive(Serialize)]
-struct FaceRow<'a> {
+struct ListedFace<'a> {
     name: &'a str,
     triangles: usize,
     area: f64,
@@ -112,7 +112,7 @@ struct FaceRow<'a> {
 
 /// A group as the page lists it.
 #[derive(Serialize)]
-struct GroupRow<'a> {
+struct ListedGroup<'a> {
     name: &'a str,
     faces: &'a [u32],
 }
@@ -123,9 +123,9 @@ struct Contents<'a> {
     #[serde(flatten)]
     text: &'a PageText,
     #[serde(flatten)]
-    layout: encode::Layout,
-    faces: Vec<FaceRow<'a>>,
-    groups: Vec<GroupRow<'a>>,
+    layout: encode::StreamLayout,
+    faces: Vec<ListedFace<'a>>,
+    groups: Vec<ListedGroup<'a>>,
 }
 
 /// The page of a mesh, as HTML in UTF-8. The same mesh and text give the same bytes.
@@ -140,13 +140,14 @@ pub fn page(mesh: &TriMesh, text: &PageText, run: &Run) -> Result<String> {
         return Err(Error::Failed(format!("{n} triangles are too many for a page, which holds {most}")));
     }
     run.progress("page", 0.0);
-    let mut faces: Vec<FaceRow> = mesh.faces.iter().map(|name| FaceRow { name, triangles: 0, area: 0.0 }).collect();
+    let mut faces: Vec<ListedFace> =
+        mesh.faces.iter().map(|name| ListedFace { name, triangles: 0, area: 0.0 }).collect();
     for (t, label) in mesh.labels.iter().enumerate() {
         let face = &mut faces[*label as usize];
         face.triangles += 1;
         face.area += 0.5 * mesh.area_vector(t).length();
     }
-    let groups = mesh.groups.iter().map(|g| GroupRow { name: &g.name, faces: &g.faces }).collect();
+    let groups = mesh.groups.iter().map(|g| ListedGroup { name: &g.name, faces: &g.faces }).collect();
     let (layout, bytes) = encode::encode(mesh, run)?;
     run.progress("page", 0.7);
     let contents = Contents { text, layout, faces, groups };
