@@ -25,6 +25,7 @@ pub mod model;
 pub mod quality;
 
 pub mod io;
+pub mod page;
 pub mod render;
 
 pub mod discrete;

@@ -21,14 +21,14 @@ const ROOMS: &[&[&str]] = &[
     &["geometry"],
     &["model"],
     &["quality"],
-    &["io", "render"],
+    &["io", "render", "page"],
     &["implicit", "parametric", "discrete"],
     &["merge", "heal", "optimize"],
     &["pipeline"],
 ];
 
 /// What the command may use: the pipeline, and what it takes to read options, report and draw. No gate, no stage.
-const COMMAND: &[&str] = &["error", "run", "mesh", "quality", "io", "render", "pipeline"];
+const COMMAND: &[&str] = &["error", "run", "mesh", "quality", "io", "render", "page", "pipeline"];
 
 /// Names the crate's root lends, and the rooms they come from.
 const ROOT_NAMES: &[(&str, Option<&str>)] = &[

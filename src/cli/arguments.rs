@@ -19,6 +19,8 @@ pub struct Cli {
 pub enum Command {
     /// Mesh a part
     Mesh(Mesh),
+    /// Mesh a part and write a page that shows it, for a browser
+    View(ViewPage),
     /// Measure every stage of every method on one part
     Compare(Compare),
     /// Measure a mesh, however it was made
@@ -137,11 +139,54 @@ pub struct Mesh {
     /// Write a picture here (PNG)
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
+    /// Write a page for a browser here (HTML) that shows the mesh and leads to what it falls short of
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// Tell what was tried and how long it took, on standard error
     #[arg(short, long)]
     pub verbose: bool,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// A page instead of mesh files.
+#[derive(Debug, Args)]
+pub struct ViewPage {
+    #[command(flatten)]
+    pub part: PartFile,
+    /// Page to write (HTML) [default: PART with the ending .html]
+    #[arg(short, long, value_name = "HTML")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub how: How,
+    #[command(flatten)]
+    pub triangles: Triangles,
+    /// How edges are made, as for `mesh`
+    #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
+    pub method: Method,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl ViewPage {
+    /// The same as options of `mesh`, which writes a page and no mesh, be that sound or not: a picture of what is wrong helps.
+    pub fn into_mesh(self) -> Mesh {
+        let html = Some(self.output.unwrap_or_else(|| self.part.part.with_extension("html")));
+        Mesh {
+            part: self.part,
+            output: Vec::new(),
+            how: self.how,
+            triangles: self.triangles,
+            method: self.method,
+            files: Files { groups: Grouping::default(), msh_version: "4.1".into() },
+            force: true,
+            report: None,
+            png: None,
+            html,
+            verbose: false,
+            common: self.common,
+        }
+    }
 }
 
 /// How mesh files are written.
@@ -203,6 +248,9 @@ pub struct Heal {
     /// Leave contours of more open edges than this open
     #[arg(long, value_name = "N")]
     pub max_hole: Option<usize>,
+    /// Write a page for a browser here (HTML) that shows the result and leads to what was repaired
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// The report as one JSON object instead of a table
     #[arg(long)]
     pub json: bool,

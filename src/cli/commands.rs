@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
+use rvachev::page::{self, PageKind, PageLine, PageText};
 use rvachev::pipeline::{self, MeshOptions, Method, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
@@ -67,6 +68,15 @@ fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     write_bytes(path, &picture.png_bytes()?)
 }
 
+fn write_page(path: &Path, mesh: &TriMesh, text: &PageText, run: &Run) -> Result<()> {
+    write_bytes(path, page::page(mesh, text, run)?.as_bytes())
+}
+
+/// The title of a page: the name of the file it is of.
+fn title(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 fn paint(mesh: &TriMesh, run: &Run) -> Result<Picture> {
     draw::render(mesh, &RenderOptions::default(), run)
 }
@@ -119,10 +129,10 @@ fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, 
 
 pub fn mesh(a: &Mesh) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
-    a.report.iter().chain(&a.png).try_for_each(|p| writable(p))?;
+    a.report.iter().chain(&a.png).chain(&a.html).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     // The leaf method measures always; the others fall short of what they are not measured for.
-    let measure = a.report.is_some() || !a.common.quiet || !a.method.is_exact();
+    let measure = a.report.is_some() || a.html.is_some() || !a.common.quiet || !a.method.is_exact();
     let timed = a.report.is_some() || a.verbose;
     let how = MeshOptions { timed, ..options(&a.how, a.method, measure) };
     let made = if pipeline::is_step(&a.part.part) {
@@ -144,6 +154,10 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         if let Some(path) = &a.report {
             write_json(path, &made.report)?;
         }
+        // Like the report: it is no mesh, and it shows where the faults are.
+        if let Some(path) = &a.html {
+            write_page(path, &made.mesh, &pipeline::shown(&made, &title(&a.part.part)), &run)?;
+        }
         drop(run);
         note("falls short", &made.report.shortfalls);
         return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
@@ -157,6 +171,12 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     }
     if let (Some(path), Some(picture)) = (&a.png, &picture) {
         write_picture(path, picture)?;
+    }
+    if let Some(path) = &a.html {
+        let mut text = pipeline::shown(&made, &title(&a.part.part));
+        text.lines.extend(told.shortfalls.iter().map(|l| PageLine::new(PageKind::Shortfall, l)));
+        text.lines.extend(told.warnings.iter().map(|l| PageLine::new(PageKind::Warning, l)));
+        write_page(path, &made.mesh, &text, &run)?;
     }
     if let Some(path) = &a.report {
         write_json(path, &made.report)?;
@@ -229,11 +249,16 @@ pub fn check(a: &Check) -> Result<bool> {
 
 pub fn heal(a: &Heal) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
+    a.html.iter().try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     let mesh = io::read(&a.mesh, &run)?;
     let options = pipeline::HealOptions { max_hole: a.max_hole };
     let healed = pipeline::heal(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?;
     let told = write_meshes(&a.output, &healed.mesh, &written_as(&a.files), &run)?;
+    if let Some(path) = &a.html {
+        let text = pipeline::shown_healed(&healed, &title(&a.mesh), &run)?;
+        write_page(path, &healed.mesh, &text, &run)?;
+    }
     drop(run);
     if a.json {
         say(&to_json(&healed.report)?);

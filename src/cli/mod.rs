@@ -22,14 +22,15 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let result = match &cli.command {
-        Command::Mesh(a) => commands::mesh(a),
-        Command::Compare(a) => commands::compare(a),
-        Command::Check(a) => commands::check(a),
-        Command::Heal(a) => commands::heal(a),
-        Command::Info(a) => commands::info(a),
-        Command::Convert(a) => commands::convert(a),
-        Command::Render(a) => commands::render(a),
+    let result = match cli.command {
+        Command::Mesh(a) => commands::mesh(&a),
+        Command::View(a) => commands::mesh(&a.into_mesh()),
+        Command::Compare(a) => commands::compare(&a),
+        Command::Check(a) => commands::check(&a),
+        Command::Heal(a) => commands::heal(&a),
+        Command::Info(a) => commands::info(&a),
+        Command::Convert(a) => commands::convert(&a),
+        Command::Render(a) => commands::render(&a),
     };
     match result {
         Ok(good) => ExitCode::from(u8::from(!good)),

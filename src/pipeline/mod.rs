@@ -19,6 +19,7 @@ mod leaf;
 mod mesh;
 mod refine;
 mod report;
+mod shown;
 mod soup_sizes;
 
 pub use crate::implicit::part::{Part, SizeRequest};
@@ -34,3 +35,4 @@ pub use history::{Attempt, Proof, Stage, Tried, UnprovedPlace};
 pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
 pub use refine::{Place, Refinement};
 pub use report::{FaceStep, Info, LeafInfo, Report, Rung, SCHEMA, info};
+pub use shown::{shown, shown_healed};

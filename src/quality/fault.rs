@@ -192,6 +192,32 @@ impl Fault {
         matches!(self, Fault::NotRead { .. } | Fault::NoMesh { .. } | Fault::FirstTriangulation { .. })
     }
 
+    /// The places it names; none where it is about the mesh as a whole.
+    pub fn places(&self) -> Vec<[f64; 3]> {
+        match self {
+            Fault::Open { places, .. }
+            | Fault::NonManifold { places, .. }
+            | Fault::NotOriented { places, .. }
+            | Fault::Crossing { places, .. }
+            | Fault::EdgesMissing { places, .. } => places.clone(),
+            Fault::SurfaceMissing { at, .. }
+            | Fault::FaceMissing { at, .. }
+            | Fault::Thin { at }
+            | Fault::ThinWall { at, .. }
+            | Fault::LeftAsExtracted { at, .. }
+            | Fault::Kept { at, .. } => vec![*at],
+            Fault::Inverted { .. }
+            | Fault::FacingAway { .. }
+            | Fault::Far { .. }
+            | Fault::OtherMethod { .. }
+            | Fault::NotRead { .. }
+            | Fault::NoMesh { .. }
+            | Fault::FirstTriangulation { .. }
+            | Fault::NotRemeshed
+            | Fault::Touching { .. } => Vec::new(),
+        }
+    }
+
     /// Places without exact edges.
     pub(crate) fn edges_missing(at: &[DVec3]) -> Self {
         Fault::EdgesMissing { count: at.len(), places: first(at.iter().copied()) }

@@ -1,0 +1,183 @@
+//! A page that shows a mesh: one HTML file that opens from disk and needs nothing but a browser with WebGL2.
+//!
+//! The page is a picture: coordinates are rounded to 2^21 steps along the longest side of the mesh's box. What it tells
+//! of the mesh (warnings, shortfalls, certificate, figures) is handed over as text and is not measured again.
+
+mod encode;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::mesh::TriMesh;
+use crate::quality::Fault;
+use crate::run::Run;
+
+pub use encode::{Pictured, decode};
+
+/// More triangles than this are not put into a page: browsers refuse texts of that length.
+const MOST_TRIANGLES: usize = 1 << 24;
+
+const HTML: &str = include_str!("page.html");
+const CSS: &str = include_str!("page.css");
+const SCENE: &str = include_str!("scene.js");
+const SCRIPT: &str = include_str!("page.js");
+
+/// What a line of the page is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PageKind {
+    /// Something the mesh falls short of.
+    Shortfall,
+    /// Something worth knowing.
+    Warning,
+    /// A place at which something was not proved.
+    Unproved,
+    /// Something that was repaired.
+    Repair,
+    /// Something to look at that is no fault.
+    Note,
+}
+
+/// A line the page tells; with places it leads to them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PageLine {
+    /// What it is about.
+    pub kind: PageKind,
+    /// The words.
+    pub text: String,
+    /// Places it speaks of, in the mesh's unit. Where there are none the page looks for coordinates in the words.
+    pub places: Vec<[f64; 3]>,
+}
+
+impl PageLine {
+    /// A line without places.
+    pub fn new(kind: PageKind, text: impl Into<String>) -> Self {
+        Self { kind, text: text.into(), places: Vec::new() }
+    }
+
+    /// A line that leads to places.
+    pub fn at(kind: PageKind, text: impl Into<String>, places: Vec<[f64; 3]>) -> Self {
+        Self { kind, text: text.into(), places }
+    }
+
+    /// What a fault says, and where it is.
+    pub fn of_fault(fault: &Fault) -> Self {
+        Self::at(PageKind::Shortfall, fault.to_string(), fault.places())
+    }
+}
+
+/// A figure of the mesh and its name.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PageFact {
+    /// What was measured.
+    pub name: String,
+    /// How much it is, with its unit.
+    pub value: String,
+}
+
+/// What a page tells of its mesh.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct PageText {
+    /// The title, such as the part's name.
+    pub title: String,
+    /// The unit of lengths, where there is one.
+    pub units: Option<String>,
+    /// The length of edges that was asked for, where it is known.
+    pub size: Option<f64>,
+    /// Whether the mesh is sound; nothing where that was not looked at.
+    pub sound: Option<bool>,
+    /// The certificate in words, sentence by sentence.
+    pub certificate: Vec<String>,
+    /// Shortfalls, warnings and the rest, in the order they are shown in.
+    pub lines: Vec<PageLine>,
+    /// Figures.
+    pub facts: Vec<PageFact>,
+}
+
+impl PageText {
+    /// Adds a figure.
+    pub fn fact(&mut self, name: &str, value: impl Into<String>) {
+        self.facts.push(PageFact { name: name.into(), value: value.into() });
+    }
+}
+
+/// A face as the page lists it.
+#[derive(Serialize)]
+struct ListedFace<'a> {
+    name: &'a str,
+    triangles: usize,
+    area: f64,
+}
+
+/// A group as the page lists it.
+#[derive(Serialize)]
+struct ListedGroup<'a> {
+    name: &'a str,
+    faces: &'a [u32],
+}
+
+/// All the page is told besides the mesh.
+#[derive(Serialize)]
+struct Contents<'a> {
+    #[serde(flatten)]
+    text: &'a PageText,
+    #[serde(flatten)]
+    layout: encode::StreamLayout,
+    faces: Vec<ListedFace<'a>>,
+    groups: Vec<ListedGroup<'a>>,
+}
+
+/// The page of a mesh, as HTML in UTF-8. The same mesh and text give the same bytes.
+///
+/// # Errors
+/// [`Error::Input`] for a mesh that is not [valid](TriMesh::validate) (corners and labels that do not exist, coordinates
+/// that are no numbers), [`Error::Failed`] where there are more than 16 million triangles, cancellation.
+pub fn page(mesh: &TriMesh, text: &PageText, run: &Run) -> Result<String> {
+    mesh.validate()?;
+    if mesh.triangles.len() > MOST_TRIANGLES {
+        let (n, most) = (mesh.triangles.len(), MOST_TRIANGLES);
+        return Err(Error::Failed(format!("{n} triangles are too many for a page, which holds {most}")));
+    }
+    run.progress("page", 0.0);
+    let mut faces: Vec<ListedFace> =
+        mesh.faces.iter().map(|name| ListedFace { name, triangles: 0, area: 0.0 }).collect();
+    for (t, label) in mesh.labels.iter().enumerate() {
+        let face = &mut faces[*label as usize];
+        face.triangles += 1;
+        face.area += 0.5 * mesh.area_vector(t).length();
+    }
+    let groups = mesh.groups.iter().map(|g| ListedGroup { name: &g.name, faces: &g.faces }).collect();
+    let (layout, bytes) = encode::encode(mesh, run)?;
+    run.progress("page", 0.7);
+    let contents = Contents { text, layout, faces, groups };
+    let json = serde_json::to_string(&contents).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))?;
+    // No text of JSON can end its element, or begin a comment in it, without this character.
+    let json = json.replace('<', "\\u003c");
+    let data = encode::base64(&bytes);
+    let mut out = String::with_capacity(HTML.len() + CSS.len() + SCENE.len() + SCRIPT.len() + json.len() + data.len());
+    let mut rest = HTML;
+    for (mark, content) in [
+        ("/*CSS*/", CSS),
+        ("/*TOLD*/", json.as_str()),
+        ("/*MESH*/", &data),
+        ("/*SCENE*/", SCENE),
+        ("/*SCRIPT*/", SCRIPT),
+    ] {
+        // Marks are looked for in the frame alone, so what is put in cannot look like one.
+        let Some((before, after)) = rest.split_once(mark) else {
+            return Err(Error::Failed(format!("the page's frame lacks {mark}")));
+        };
+        out.push_str(before);
+        out.push_str(content);
+        rest = after;
+    }
+    out.push_str(rest);
+    Ok(out)
+}
+
+/// The middle of each of some triangles of a mesh; those that do not exist are left out.
+pub fn middles(mesh: &TriMesh, triangles: &[u32]) -> Vec<[f64; 3]> {
+    let known = triangles.iter().filter(|t| (**t as usize) < mesh.triangles.len());
+    known.map(|t| mesh.centroid(*t as usize)).map(|p: DVec3| p.to_array()).collect()
+}
