@@ -32,11 +32,13 @@ int main() {
         const point &a = points[t[0]], &b = points[t[1]], &c = points[t[2]];
         flat -= ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2; // its normal points down
     }
-    const auto values = part.values({{0, 0, 0.5}, {0, 0, 3}});
-    const auto slopes = part.gradients({{0, 0, 0.9}});
+    rvachev::part whole(ball);
+    whole.rsystem("minmax"); // the values of the function itself, where the bounds are not near
+    const auto values = whole.values({{0, 0, 0.5}, {0, 0, 1.1}});
+    const auto slopes = whole.gradients({{0, 0, 0.9}});
     std::printf("half volume %.6f flat %.6f sound %d shortfalls %zu\n", volume, flat, mesh.is_sound(), mesh.shortfalls().size());
     std::printf("values inside %.6f outside %.6f slope %.6f\n", values[0], values[1], slopes[0][2]);
-    std::printf("watched done %.3f\n", watch.progress().second);
+    std::printf("watched until %s\n", watch.progress().first.c_str());
 
     // Triangles of a mesh are an input again.
     const rvachev::surface surface{{points.begin(), points.end()}, {mesh.triangles().begin(), mesh.triangles().end()}};
