@@ -168,6 +168,53 @@ fn cpp_function_becomes_a_solid() {
 }
 
 #[test]
+fn fortran_function_becomes_a_solid() {
+    let program = FORTRAN.program("field_fortran", &["capi/fortran/rvachev.f90", "examples/fortran/field.f90"]);
+    let text = said(&mut Command::new(&program));
+    assert!(near(number(&text, "half", "volume"), bored(0.4) / 2.0, 1e-2), "{text}");
+    assert!(near(number(&text, "half", "flat"), PI * (1.0 - 0.16), 1e-2), "{text}");
+    assert!(text.contains(" sound T faces 3"), "{text}");
+    // Numbers are from 1 to the number of points; nodes of the group are on its plane.
+    assert!(number(&text, "nodes", "off") < 1e-12 && text.contains(" lowest 1 highest 0"), "{text}");
+    assert_eq!(number(&text, "labels", "labels"), 0.0, "{text}");
+    assert!(number(&text, "labels", "edges") > 60.0, "{text}");
+    assert!(
+        near(number(&text, "values", "first"), 0.5, 1e-9) && near(number(&text, "values", "second"), 0.1, 1e-9),
+        "{text}"
+    );
+    assert!(near(number(&text, "values", "slope"), -1.0, 1e-9), "{text}");
+    assert!(number(&text, "again", "checked") > 0.0 && text.contains("sound T\nstopped status 5 code 42"), "{text}");
+    assert!(text.contains("bad status 2 a size is"), "{text}");
+}
+
+/// The programs of a language in `docs/calling.md`, as files.
+fn documented(language: &str, extension: &str) -> PathBuf {
+    let text = fs::read_to_string(root().join("docs/calling.md")).unwrap();
+    let (_, after) = text.split_once("# From C, C++ and Fortran").unwrap();
+    let (_, block) = after.split_once(&format!("```{language}\n")).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("capi");
+    fs::create_dir_all(&folder).unwrap();
+    let file = folder.join(format!("documented.{extension}"));
+    fs::write(&file, block.split_once("```").unwrap().0).unwrap();
+    file
+}
+
+#[test]
+fn documented_programs_run() {
+    let c = documented("c", "c");
+    let text = said(&mut Command::new(C.program("documented_c", &[c.to_str().unwrap()])));
+    assert!(text.trim_end().ends_with(" points") && !text.starts_with('0'), "{text}");
+    let cpp = documented("cpp", "cpp");
+    let text = said(&mut Command::new(CPP.program("documented_cpp", &[cpp.to_str().unwrap()])));
+    assert!(text.contains(" triangles of the cut") && !text.contains(" 0 triangles"), "{text}");
+    let fortran = documented("fortran", "f90");
+    let sources = ["capi/fortran/rvachev.f90", fortran.to_str().unwrap()];
+    let text = said(&mut Command::new(FORTRAN.program("documented_fortran", &sources)));
+    let numbers: Vec<usize> = text.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+    assert!(numbers.len() == 3 && numbers[0] == numbers[2] && numbers[1] > 20 && numbers[1] < numbers[0], "{text}");
+}
+
+#[test]
 fn misuse_is_told_and_runs_are_watched() {
     let program = C.program("misuse", &["tests/capi/misuse.c"]);
     let text = said(Command::new(&program).arg(root().join("data/lattice.py")));
@@ -187,7 +234,8 @@ fn valgrind_finds_nothing() {
     let program = C.program("misuse_valgrind", &["tests/capi/misuse.c"]);
     let text = said(
         Command::new("valgrind")
-            .args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite"])
+            .args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=definite"])
+            .arg("--errors-for-leak-kinds=definite")
             .arg(&program)
             .arg("quick"),
     );
@@ -326,4 +374,17 @@ fn header_says_what_the_library_has() {
     for name in header.keys() {
         assert!(source.contains_key(name), "the header has {name}, the library has not");
     }
+}
+
+#[test]
+fn fortran_module_says_what_the_header_has() {
+    let text = fs::read_to_string(root().join("capi/fortran/rvachev.f90")).unwrap();
+    let mut found = BTreeMap::new();
+    for line in text.lines().filter(|l| l.contains(" bind(c)") && l.contains(" rv_")) {
+        let (head, rest) = line.split_once('(').unwrap();
+        let arguments = rest.split_once(')').unwrap().0;
+        found.insert(head.split_whitespace().last().unwrap().to_string(), split(arguments).len());
+    }
+    let header: BTreeMap<String, usize> = of_header().into_iter().map(|(name, p)| (name, p.1.len())).collect();
+    assert_eq!(found, header);
 }
