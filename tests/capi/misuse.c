@@ -345,6 +345,48 @@ static void *meshed(void *user) {
     return NULL;
 }
 
+typedef struct {
+    const rv_part *part;
+    rv_options *options;
+    rv_mesh *mesh;
+    int status;
+} share;
+
+static void *meshed_of_part(void *user) {
+    share *s = user;
+    s->status = rv_part_mesh(s->part, s->options, &s->mesh, NULL);
+    return NULL;
+}
+
+/* Several threads mesh one part at once, each call with threads of its own, and get the same bytes. */
+static void shared(void) {
+    rv_part *part;
+    share all[4];
+    pthread_t threads[4];
+    static const char *const counts[4] = {"1", "2", "3", "0"};
+    GOOD(rv_part_parse("part(box(size=(1, 1, 1)) - sphere(0.6))", NULL, &part, &error));
+    for (int i = 0; i < 4; i++) {
+        all[i].part = part;
+        GOOD(rv_options_new(&all[i].options, &error));
+        GOOD(rv_options_set(all[i].options, "size", "0.15", &error));
+        GOOD(rv_options_set(all[i].options, "threads", counts[i], &error));
+        HOLDS(!pthread_create(&threads[i], NULL, meshed_of_part, &all[i]));
+    }
+    const double *p[4];
+    const uint32_t *t[4];
+    size_t n[4], m[4];
+    for (int i = 0; i < 4; i++) {
+        pthread_join(threads[i], NULL);
+        HOLDS(all[i].status == RV_GOOD);
+        GOOD(rv_mesh_points(all[i].mesh, &p[i], &n[i], &error));
+        GOOD(rv_mesh_triangles(all[i].mesh, &t[i], &m[i], &error));
+        HOLDS(n[i] == n[0] && m[i] == m[0] && n[0] > 100);
+        HOLDS(!memcmp(p[i], p[0], 3 * n[0] * sizeof(double)) && !memcmp(t[i], t[0], 3 * m[0] * sizeof(uint32_t)));
+    }
+    for (int i = 0; i < 4; i++) rv_mesh_free(all[i].mesh), rv_options_free(all[i].options);
+    rv_part_free(part);
+}
+
 static void cancelled(const char *path) {
     call c = {.path = path};
     rv_run *run;
@@ -426,6 +468,7 @@ int main(int argc, char **argv) {
         puts("quick done");
         return 0;
     }
+    shared();
     for (int i = 0; i < 100; i++) small();
     long before = resident();
     for (int i = 0; i < 1000; i++) small();
