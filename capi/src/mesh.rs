@@ -22,7 +22,7 @@ use crate::work::work;
 /// Where a mesh comes from.
 pub enum Source {
     /// The stages.
-    Made(Meshed),
+    Made(Box<Meshed>),
     /// Healing.
     Healed(Healed),
     /// A file, as it is.

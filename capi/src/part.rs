@@ -224,7 +224,7 @@ pub extern "C" fn rv_part_mesh(
         let out = slot(mesh, std::ptr::null_mut(), "mesh")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
         let made = work(asked.run.as_ref(), asked.threads, |run| Ok(pipeline::mesh_part(&part, &asked.mesh, run)?))?;
-        give(Source::Made(made), &asked, Some(out))
+        give(Source::Made(Box::new(made)), &asked, Some(out))
     })
 }
 
@@ -249,7 +249,7 @@ pub extern "C" fn rv_mesh_file(
             };
             made.map_err(|e| e.in_file(&path).into())
         })?;
-        give(Source::Made(made), &asked, Some(out))
+        give(Source::Made(Box::new(made)), &asked, Some(out))
     })
 }
 

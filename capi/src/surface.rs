@@ -58,7 +58,7 @@ pub extern "C" fn rv_remesh(
         let made = work(asked.run.as_ref(), asked.threads, |run| {
             Ok(pipeline::mesh_soup(&input, &asked.mesh, &asked.soup, run)?)
         })?;
-        give(Source::Made(made), &asked, Some(out))
+        give(Source::Made(Box::new(made)), &asked, Some(out))
     })
 }
 
