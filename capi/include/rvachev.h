@@ -1,0 +1,241 @@
+/* rvachev.h: solids to triangle meshes, from C. docs/calling.md has programs that use it. C99; from C++ see rvachev.hpp.
+ *
+ * Status. Calls return one of the codes below: those of the command, and RV_STOPPED. Calls that return nothing cannot fail.
+ *
+ * Errors. The last argument of each call that can fail is a place for an error. It may be NULL. It is always written: NULL where the
+ * call was good or short, else a handle to read and to free by rv_error_free. Outputs of a call that failed are NULL or 0.
+ *
+ * Ownership. What a call named ..._new, _parse, _load, _mesh and so on puts into a `handle **` is the caller's, to be freed once by
+ * the handle's own ..._free; NULL may be freed. Handles keep what they need: a solid may be freed when a part was made of it, a part
+ * when it is meshed. Arrays and texts that come out as pointers to const are lent: they live, unchanged, as long as the handle they
+ * were asked of. Arrays and texts that go in are read during the call only.
+ *
+ * Threads. Any handle may be used by several threads at once; only freeing is for one, when no other uses it. Long calls work with
+ * threads of their own (option "threads"), which are gone when they return. Results are the same for any number of threads. Nothing
+ * is global, and nothing is printed.
+ *
+ * Numbers. Coordinates are double, x y z for each point, in the part's unit. Nodes and triangles are uint32_t, from 0. Texts are
+ * UTF-8, ended by a zero. Inside is where functions are positive; triangles are counter-clockwise seen from outside. */
+
+#ifndef RVACHEV_H
+#define RVACHEV_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    RV_GOOD = 0,       /* done */
+    RV_SHORT = 1,      /* made, but it falls short of what was asked: rv_mesh_shortfall says how */
+    RV_USAGE = 2,      /* the request makes no sense: NULL, an unknown option, a negative size */
+    RV_INPUT = 3,      /* the input cannot be used as it is */
+    RV_FAILED = 4,     /* the input is good, but what was asked was not reached */
+    RV_STOPPED = 5,    /* a field's function stopped the run: rv_error_user_code has what it returned */
+    RV_CANCELLED = 130 /* rv_run_cancel was called */
+};
+
+typedef struct rv_error rv_error;
+typedef struct rv_options rv_options;
+typedef struct rv_run rv_run;
+typedef struct rv_solid rv_solid;
+typedef struct rv_part rv_part;
+typedef struct rv_mesh rv_mesh;
+typedef struct rv_text rv_text;
+
+/* The version of the library, such as "0.1.0". */
+const char *rv_version(void);
+
+/* ------------------------------------------------------------------------------------------------------------ errors */
+
+/* The status the call returned; RV_GOOD for NULL. */
+int rv_error_status(const rv_error *error);
+/* What went wrong, in one sentence, with its place; "" for NULL. */
+const char *rv_error_message(const rv_error *error);
+/* What would be right; NULL where that is not known. */
+const char *rv_error_help(const rv_error *error);
+/* The file; NULL where there is none. */
+const char *rv_error_file(const rv_error *error);
+/* The line and the column (in characters), from 1; 0 where none is known. */
+size_t rv_error_line(const rv_error *error);
+size_t rv_error_column(const rv_error *error);
+/* For RV_STOPPED what the field's function returned, and the field's `user`. */
+int rv_error_user_code(const rv_error *error);
+void *rv_error_user(const rv_error *error);
+void rv_error_free(rv_error *error);
+
+/* ----------------------------------------------------------------------------------------------------------- options */
+
+int rv_options_new(rv_options **options, rv_error **error);
+
+/* Options have the names and values of the command: size ("2%" of the diagonal, or a length), method, angle, tol, grading, size-min,
+ * trim, thickness, refine (may be said often), eps, memory (GiB); for triangles feature-angle, min-area, min-length, nodes, close;
+ * for healing max-hole; for files groups ("user", "faces", "all"), msh-version; and threads (0: all), force ("true" gives meshes that
+ * are not sound), measure ("false" measures only what makes a mesh sound), define ("radius=0.3", may be said often).
+ * Wherever options are asked for NULL stands for none. */
+int rv_options_set(rv_options *options, const char *name, const char *value, rv_error **error);
+
+/* Calls with these options are cancelled and watched through `run`; not at all for NULL. */
+int rv_options_set_run(rv_options *options, const rv_run *run, rv_error **error);
+void rv_options_free(rv_options *options);
+
+/* A run is made before a call, given to it by its options, and used from any other thread meanwhile. One that was cancelled, or
+ * that a field's function stopped, stays so: make another one for the next call. */
+int rv_run_new(rv_run **run, rv_error **error);
+int rv_run_cancel(const rv_run *run, rv_error **error);
+/* Copies the name of the stage into `stage`, which has room for `capacity` bytes, and the share of it that is done, 0 to 1. */
+int rv_run_progress(const rv_run *run, char *stage, size_t capacity, double *done, rv_error **error);
+void rv_run_free(rv_run *run);
+
+/* ------------------------------------------------------------------------------------------------------------ solids */
+
+/* A solid as part files have it, built from edges or not: "box(size=(2, 2, 2)) - cylinder(0.4)", "solid(x**2 + y**2 <= z)". */
+int rv_solid_parse(const char *text, rv_solid **solid, rv_error **error);
+
+/* Points and directions are three numbers. `at` may be NULL for the origin, the torus's `axis` for z. */
+int rv_solid_box(const double *lo, const double *hi, rv_solid **solid, rv_error **error);
+int rv_solid_sphere(double radius, const double *at, rv_solid **solid, rv_error **error);
+int rv_solid_cylinder(double radius, const double *from, const double *to, rv_solid **solid, rv_error **error);
+int rv_solid_cone(const double *radii, const double *from, const double *to, rv_solid **solid, rv_error **error);
+int rv_solid_torus(const double *radii, const double *axis, const double *at, rv_solid **solid, rv_error **error);
+/* The side the normal points away from. */
+int rv_solid_half_space(const double *normal, const double *at, rv_solid **solid, rv_error **error);
+
+/* Set operations give a new solid and leave the old ones as they are. */
+int rv_solid_union(const rv_solid *const *solids, size_t count, rv_solid **solid, rv_error **error);
+int rv_solid_intersection(const rv_solid *const *solids, size_t count, rv_solid **solid, rv_error **error);
+int rv_solid_difference(const rv_solid *a, const rv_solid *b, rv_solid **solid, rv_error **error);
+int rv_solid_complement(const rv_solid *a, rv_solid **solid, rv_error **error);
+int rv_solid_blend(const rv_solid *a, const rv_solid *b, double radius, rv_solid **solid, rv_error **error);
+
+/* Placements, names of faces and wishes for edges of a length, as the methods of part files; they, too, give a new solid. */
+int rv_solid_move(const rv_solid *a, const double *by, rv_solid **solid, rv_error **error);
+int rv_solid_rotate(const rv_solid *a, double degrees, const double *axis, rv_solid **solid, rv_error **error);
+int rv_solid_scale(const rv_solid *a, double factor, rv_solid **solid, rv_error **error);
+int rv_solid_name(const rv_solid *a, const char *name, rv_solid **solid, rv_error **error);
+int rv_solid_size(const rv_solid *a, double length, rv_solid **solid, rv_error **error);
+/* Any of these, or a chain, as text: "rotate(90, axis=\"x\", at=(1, 0, 0)).mirror(\"z\").name(\"arm\")". */
+int rv_solid_apply(const rv_solid *a, const char *methods, rv_solid **solid, rv_error **error);
+void rv_solid_free(rv_solid *solid);
+
+/* A function: `n` points in `xyz`, writes n values, positive inside, best about the distance near the surface, and, unless
+ * `gradient` is NULL, three numbers of the gradient for each point. The same points must give the same values. Whatever it returns
+ * but 0 stops the run: the call returns RV_STOPPED, the code is rv_error_user_code. It must not leave by longjmp or an exception. */
+typedef int (*rv_function)(size_t n, const double *xyz, double *value, double *gradient, void *user);
+typedef void (*rv_release)(void *user);
+
+/* What is not said is 0: rv_field f = {.function = mine, .user = &data}; */
+typedef struct rv_field {
+    rv_function function;
+    void *user;           /* handed to the function */
+    rv_release release;   /* called once with `user`, from any thread, when nothing holds the field any more; may be NULL */
+    double lipschitz;     /* values change by at most this much per length: regions are skipped; 0: not known, all cells are asked */
+    const double *bounds; /* x0 y0 z0 x1 y1 z1: called inside only, and the solid is cut off there; NULL: everywhere */
+    int has_gradient;     /* whether it can give gradients; if not, `gradient` is always NULL */
+    int concurrent;       /* 0: called by one thread at a time (not always the same); else by several at once. A function that is
+                             called by one at a time must not mesh or evaluate its own field. */
+} rv_field;
+
+/* If the call fails, `release` is not called. */
+int rv_solid_field(const rv_field *field, rv_solid **solid, rv_error **error);
+
+/* Values on a grid of counts[0] * counts[1] * counts[2] points, x running fastest, from corner to corner of `bounds` (as above),
+ * trilinear between them; cut off at the bounds. The values are copied. */
+int rv_solid_grid(const size_t *counts, const double *bounds, const double *values, rv_solid **solid, rv_error **error);
+
+/* ------------------------------------------------------------------------------------------------------------- parts */
+
+/* Of the options `define` is heeded. */
+int rv_part_parse(const char *source, const rv_options *options, rv_part **part, rv_error **error);
+int rv_part_load(const char *path, const rv_options *options, rv_part **part, rv_error **error);
+/* One solid of R-functions at most, and any number of solids built from edges. */
+int rv_part_new(const rv_solid *const *solids, size_t count, rv_part **part, rv_error **error);
+/* "m", "dm", "cm", "mm", "um", "in" or "ft"; only files are told. */
+int rv_part_set_units(rv_part *part, const char *units, rv_error **error);
+/* "R0", "minmax", "(\"Ralpha\", 0.5)" or "(\"R0m\", 2)". */
+int rv_part_set_rsystem(rv_part *part, const char *rsystem, rv_error **error);
+/* x0 y0 z0 x1 y1 z1: where to cut off what may be infinite; NULL for nowhere. */
+int rv_part_set_domain(rv_part *part, const double *bounds, rv_error **error);
+/* Adds faces to a group, by a pattern of names ("*" any characters, "?" one); may be said often. */
+int rv_part_group(rv_part *part, const char *name, const char *faces, rv_error **error);
+/* Surfaces, a box around the part, names of faces and groups, as JSON. */
+int rv_part_info(const rv_part *part, rv_text **info, rv_error **error);
+/* The part's function at points: positive inside, about the distance near the surface. Room for `count` values. */
+int rv_part_values(const rv_part *part, size_t count, const double *xyz, double *values, rv_error **error);
+/* Its gradient, which points inwards. Room for 3 * `count` numbers. */
+int rv_part_gradients(const rv_part *part, size_t count, const double *xyz, double *gradients, rv_error **error);
+int rv_part_mesh(const rv_part *part, const rv_options *options, rv_mesh **mesh, rv_error **error);
+/* Solids built from edges only. */
+int rv_part_write_step(const rv_part *part, const char *path, rv_error **error);
+void rv_part_free(rv_part *part);
+
+/* ------------------------------------------------------------------------------------- meshes from files and triangles */
+
+/* Meshes a part file, a STEP file, or a file of triangles, anew. */
+int rv_mesh_file(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
+/* Reads a file of triangles as it is. */
+int rv_mesh_read(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
+
+typedef struct rv_surface {
+    const double *points; /* three numbers of each */
+    size_t point_count;
+    const uint32_t *triangles; /* three points of each, from 0 */
+    size_t triangle_count;
+} rv_surface;
+
+/* Meshes a surface of triangles anew: its faces, edges and corners are found. */
+int rv_remesh(const rv_surface *surface, const rv_options *options, rv_mesh **mesh, rv_error **error);
+/* Sets right what is wrong with one: gaps, holes, overlaps, intersections. */
+int rv_heal(const rv_surface *surface, const rv_options *options, rv_mesh **mesh, rv_error **error);
+/* Measures one, against a part unless that is NULL: JSON, as `check` in a mesh's report. */
+int rv_check(const rv_surface *surface, const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
+/* Against a part file or a STEP file. */
+int rv_check_file(const rv_surface *surface, const char *path, const rv_options *options, rv_text **report, rv_error **error);
+
+/* ------------------------------------------------------------------------------------------------------------ meshes */
+
+/* Arrays are lent, see above. `count` is the number of points, triangles or edges. */
+int rv_mesh_points(const rv_mesh *mesh, const double **xyz, size_t *count, rv_error **error);
+int rv_mesh_triangles(const rv_mesh *mesh, const uint32_t **nodes, size_t *count, rv_error **error);
+/* The face of each triangle, a number for rv_mesh_face_name. */
+int rv_mesh_labels(const rv_mesh *mesh, const uint32_t **faces, size_t *count, rv_error **error);
+/* Outward unit normals of the triangles, three numbers of each; zero where one has no area. */
+int rv_mesh_normals(const rv_mesh *mesh, const double **xyz, size_t *count, rv_error **error);
+/* Edges between two faces, where two surfaces of one face meet, and open ones: two nodes of each. */
+int rv_mesh_feature_edges(const rv_mesh *mesh, const uint32_t **nodes, size_t *count, rv_error **error);
+/* Nodes where borders of faces end or meet, and apexes; none where the method does not know them. */
+int rv_mesh_corners(const rv_mesh *mesh, const uint32_t **nodes, size_t *count, rv_error **error);
+/* Triangles, and nodes (those on borders included), of a group, of a face, or of faces whose names fit a pattern; ascending.
+ * RV_INPUT where there is none. */
+int rv_mesh_triangles_of(const rv_mesh *mesh, const char *name, const uint32_t **triangles, size_t *count, rv_error **error);
+int rv_mesh_nodes_of(const rv_mesh *mesh, const char *name, const uint32_t **nodes, size_t *count, rv_error **error);
+
+/* Lists of texts: how many, and each by its number from 0. */
+int rv_mesh_face_count(const rv_mesh *mesh, size_t *count, rv_error **error);
+int rv_mesh_face_name(const rv_mesh *mesh, size_t index, const char **name, rv_error **error);
+int rv_mesh_group_count(const rv_mesh *mesh, size_t *count, rv_error **error);
+int rv_mesh_group_name(const rv_mesh *mesh, size_t index, const char **name, rv_error **error);
+int rv_mesh_shortfall_count(const rv_mesh *mesh, size_t *count, rv_error **error);
+int rv_mesh_shortfall(const rv_mesh *mesh, size_t index, const char **text, rv_error **error);
+int rv_mesh_warning_count(const rv_mesh *mesh, size_t *count, rv_error **error);
+int rv_mesh_warning(const rv_mesh *mesh, size_t index, const char **text, rv_error **error);
+
+/* JSON, described in docs/report.md; what was repaired for a healed mesh, "null" for one that was read. */
+int rv_mesh_report(const rv_mesh *mesh, const char **text, rv_error **error);
+/* 1 where the mesh is certified: closed (or meant to be open), a manifold, oriented, free of self-intersections. */
+int rv_mesh_is_sound(const rv_mesh *mesh, int *sound, rv_error **error);
+/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo. Formats with named sets get a list of the names
+ * beside them, NAME.names.json. What a format cannot hold becomes a warning of the mesh. */
+int rv_mesh_write(const rv_mesh *mesh, const char *path, const rv_options *options, rv_error **error);
+void rv_mesh_free(rv_mesh *mesh);
+
+int rv_text_chars(const rv_text *text, const char **chars, rv_error **error);
+void rv_text_free(rv_text *text);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,17 @@
+//! The library for C, and for what calls C: opaque handles, status codes, borrowed arrays. `include/rvachev.h` is its description.
+//!
+//! Arguments are typed so that a pointer that may be NULL is an `Option`; what is left to trust is that pointers point to what
+//! the header says, and that handles are freed once.
+
+mod check;
+mod errors;
+mod field;
+mod grid;
+mod mesh;
+mod options;
+mod part;
+mod pass;
+mod solid;
+mod surface;
+mod text;
+mod work;

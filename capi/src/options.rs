@@ -1,0 +1,202 @@
+//! Options of meshing, by the names the command has for them.
+
+use std::ffi::c_int;
+use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
+
+use rvachev::io::Grouping;
+use rvachev::pipeline::{HealOptions, MeshOptions, SizeRequest, SoupOptions};
+
+use crate::errors::{ErrorOut, Failure, GOOD, entry, given, release, slot, usage};
+use crate::pass::{Chars, Out};
+use crate::work::RvRun;
+
+/// All options there are.
+const NAMES: [&str; 23] = [
+    "size",
+    "method",
+    "angle",
+    "tol",
+    "grading",
+    "size-min",
+    "trim",
+    "thickness",
+    "refine",
+    "eps",
+    "memory",
+    "measure",
+    "feature-angle",
+    "min-area",
+    "min-length",
+    "nodes",
+    "close",
+    "max-hole",
+    "groups",
+    "msh-version",
+    "threads",
+    "force",
+    "define",
+];
+
+/// Threads, at most.
+const MOST_THREADS: usize = 1024;
+
+/// What a caller asked for.
+#[derive(Clone)]
+pub struct Asked {
+    /// Of every gate.
+    pub mesh: MeshOptions,
+    /// Of soups.
+    pub soup: SoupOptions,
+    /// Of healing.
+    pub heal: HealOptions,
+    /// Threads; 0 for as many as there are cores.
+    pub threads: usize,
+    /// A mesh that is not sound is given all the same.
+    pub force: bool,
+    /// Numbers of a part file to be replaced.
+    pub define: Vec<(String, f64)>,
+    /// Which sets files are given.
+    pub groups: Grouping,
+    /// gmsh files as version 2.2.
+    pub old_msh: bool,
+    /// What cancels and watches.
+    pub run: Option<RvRun>,
+}
+
+impl Default for Asked {
+    fn default() -> Self {
+        Asked {
+            mesh: MeshOptions { timed: true, ..MeshOptions::default() },
+            soup: SoupOptions::default(),
+            heal: HealOptions::default(),
+            threads: 0,
+            force: false,
+            define: Vec::new(),
+            groups: Grouping::default(),
+            old_msh: false,
+            run: None,
+        }
+    }
+}
+
+/// Options, as a handle.
+#[derive(Default)]
+pub struct RvOptions(Mutex<Asked>);
+
+/// What the options say at the moment; the defaults for NULL.
+pub fn asked(options: Option<&RvOptions>) -> Asked {
+    options.map_or_else(Asked::default, |o| o.0.lock().unwrap_or_else(PoisonError::into_inner).clone())
+}
+
+fn number<T: FromStr>(v: &str, name: &str, what: &str) -> Result<T, Failure> {
+    v.trim().parse().map_err(|_| usage(format!("{name} must be {what}, not {v:?}")))
+}
+
+fn positive(v: &str, name: &str) -> Result<f64, Failure> {
+    let x: f64 = number(v, name, "a positive number")?;
+    if x > 0.0 && x.is_finite() { Ok(x) } else { Err(usage(format!("{name} must be a positive number, not {v:?}"))) }
+}
+
+fn not_negative(v: &str, name: &str) -> Result<f64, Failure> {
+    let x: f64 = number(v, name, "a number")?;
+    if x >= 0.0 && x.is_finite() { Ok(x) } else { Err(usage(format!("{name} must not be negative, not {v:?}"))) }
+}
+
+fn switch(v: &str, name: &str) -> Result<bool, Failure> {
+    match v.trim() {
+        "1" | "true" | "yes" | "on" => Ok(true),
+        "0" | "false" | "no" | "off" => Ok(false),
+        other => Err(usage(format!("{name} is \"true\" or \"false\", not {other:?}"))),
+    }
+}
+
+impl Asked {
+    fn set(&mut self, name: &str, v: &str) -> Result<(), Failure> {
+        let known = name.replace('_', "-");
+        let known = known.trim_start_matches('-');
+        let whole = "a whole number";
+        let m = &mut self.mesh;
+        match known {
+            "size" => m.size = Some(v.parse()?),
+            "method" => m.method = v.trim().parse()?,
+            "angle" => m.angle = Some(positive(v, known)?),
+            "tol" => m.tolerance = Some(positive(v, known)?),
+            "grading" => m.grading = Some(positive(v, known)?),
+            "size-min" => m.least = Some(positive(v, known)?),
+            "trim" => m.trim = Some(if v.trim() == "0" { SizeRequest::Length(0.0) } else { v.parse()? }),
+            "thickness" => m.thickness = Some(positive(v, known)?),
+            "refine" => m.refinements.push(v.parse()?),
+            "eps" => {
+                m.root_tolerance = Some(positive(v, known)?)
+                    .filter(|x| *x < 1.0)
+                    .ok_or_else(|| usage(format!("eps must be below 1, not {v:?}")))?;
+            }
+            "memory" => m.memory = (positive(v, known)? * (1u64 << 30) as f64) as u64,
+            "measure" => m.measure = switch(v, known)?,
+            "feature-angle" => self.soup.feature_angle = positive(v, known)?,
+            "min-area" => self.soup.min_area = not_negative(v, known)?,
+            "min-length" => self.soup.min_length = Some(not_negative(v, known)?),
+            "nodes" => self.soup.nodes = Some(number(v, known, whole)?),
+            "close" => self.soup.close = switch(v, known)?,
+            "max-hole" => self.heal.max_hole = Some(number(v, known, whole)?),
+            "groups" => self.groups = v.trim().parse().map_err(usage)?,
+            "msh-version" => {
+                self.old_msh = match v.trim() {
+                    "4.1" => false,
+                    "2.2" => true,
+                    other => return Err(usage(format!("msh-version is \"4.1\" or \"2.2\", not {other:?}"))),
+                }
+            }
+            "threads" => {
+                self.threads = Some(number(v, known, whole)?)
+                    .filter(|n| *n <= MOST_THREADS)
+                    .ok_or_else(|| usage(format!("threads must be at most {MOST_THREADS}, not {v:?}")))?;
+            }
+            "force" => self.force = switch(v, known)?,
+            "define" => {
+                let wrong = || usage(format!("define is NAME=VALUE, not {v:?}"));
+                let (name, value) = v.split_once('=').ok_or_else(wrong)?;
+                self.define.push((name.trim().to_string(), value.trim().parse().map_err(|_| wrong())?));
+            }
+            _ => return Err(usage(format!("there is no option {name:?}; there are: {}", NAMES.join(", ")))),
+        }
+        Ok(())
+    }
+}
+
+/// Makes options, none of them said yet.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_options_new(options: Out<'_, *mut RvOptions>, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        slot(options, std::ptr::null_mut(), "options")?.write(Box::into_raw(Box::default()));
+        Ok(GOOD)
+    })
+}
+
+/// Says one option.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_options_set(options: Option<&RvOptions>, name: Chars, value: Chars, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let options = given(options, "options")?;
+        let (name, value) = (name.text("name")?, value.text("value")?);
+        options.0.lock().unwrap_or_else(PoisonError::into_inner).set(name, value)?;
+        Ok(GOOD)
+    })
+}
+
+/// Says which handle cancels and watches; none for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_options_set_run(options: Option<&RvOptions>, run: Option<&RvRun>, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let options = given(options, "options")?;
+        options.0.lock().unwrap_or_else(PoisonError::into_inner).run = run.cloned();
+        Ok(GOOD)
+    })
+}
+
+/// Frees options.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_options_free(options: Option<Box<RvOptions>>) {
+    release(options);
+}

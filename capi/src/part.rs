@@ -1,0 +1,344 @@
+//! Parts: a solid with everything needed to mesh it, what is asked of it, and files meshed as they are.
+
+use std::ffi::c_int;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+use rvachev::implicit::Implicit;
+use rvachev::implicit::part::{Part, PartGroup, parse};
+use rvachev::pipeline;
+use rvachev::spatial::Aabb;
+use rvachev::{DVec3, Place};
+
+use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot};
+use crate::mesh::{RvMesh, Source, give};
+use crate::options::{RvOptions, asked};
+use crate::pass::{Chars, Items, Out, Room};
+use crate::solid::{Kind, RvSolid};
+use crate::text::{RvText, json, quoted, read_within, text};
+use crate::work::{work, work_here};
+
+/// Points a thread evaluates before it looks whether the run goes on.
+const BATCH: usize = 256;
+
+struct State {
+    part: Part,
+    /// The function of the part, made when it is first asked for.
+    model: Option<Arc<Implicit>>,
+}
+
+/// A part, as a handle.
+pub struct RvPart(Mutex<State>);
+
+impl RvPart {
+    /// The part as it is at the moment.
+    pub fn part(&self) -> Part {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).part.clone()
+    }
+
+    fn change(&self, what: impl FnOnce(&mut Part) -> Result<(), Failure>) -> Result<c_int, Failure> {
+        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        what(&mut state.part)?;
+        state.model = None;
+        Ok(GOOD)
+    }
+
+    /// The part's function.
+    fn model(&self) -> Result<Arc<Implicit>, Failure> {
+        let (part, known) = {
+            let state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            (state.part.clone(), state.model.clone())
+        };
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let Some(solid) = &part.solid else {
+            return Err(input("only solids of R-functions have a function", ""));
+        };
+        let made = Arc::new(work(None, 0, |_| Ok(Implicit::new(solid, part.rsystem, part.domain)?))?);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).model = Some(made.clone());
+        Ok(made)
+    }
+}
+
+fn part_out(part: Part, out: &mut std::mem::MaybeUninit<*mut RvPart>) -> Result<c_int, Failure> {
+    out.write(Box::into_raw(Box::new(RvPart(Mutex::new(State { part, model: None })))));
+    Ok(GOOD)
+}
+
+/// Reads a part file's text. Of the options `define` is heeded.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_parse(
+    source: Chars,
+    options: Option<&RvOptions>,
+    part: Out<'_, *mut RvPart>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(part, std::ptr::null_mut(), "part")?;
+        part_out(parse(source.text("source")?, &asked(options).define)?, out)
+    })
+}
+
+/// Reads a part file. Of the options `define` is heeded.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_load(
+    path: Chars,
+    options: Option<&RvOptions>,
+    part: Out<'_, *mut RvPart>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(part, std::ptr::null_mut(), "part")?;
+        part_out(pipeline::load_part(&path.path("path")?, &asked(options).define)?, out)
+    })
+}
+
+/// A part of solids, of which at most one is of R-functions.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_new(
+    solids: Items<Option<&RvSolid>>,
+    count: usize,
+    part: Out<'_, *mut RvPart>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(part, std::ptr::null_mut(), "part")?;
+        let all = solids.slice(count, "solids")?;
+        let mut made: Option<Part> = None;
+        let mut built = Vec::new();
+        for s in all {
+            match &given(*s, "a solid")?.0 {
+                Kind::Functions(_) if made.is_some() => {
+                    return Err(input(
+                        "a part is made of one solid of R-functions at most",
+                        "rv_solid_union makes one of several",
+                    ));
+                }
+                Kind::Functions(solid) => made = Some(Part::from_solid(solid.clone())),
+                Kind::Built { recipes, .. } => built.extend(recipes.iter().cloned()),
+            }
+        }
+        if all.is_empty() {
+            return Err(input("a part needs a solid", ""));
+        }
+        let mut made = match made {
+            Some(part) => part,
+            None => Part { solid: None, ..parse("part(sphere(1))", &[])? },
+        };
+        made.built = built;
+        part_out(made, out)
+    })
+}
+
+/// Says the unit of length, which only files are told: "m", "dm", "cm", "mm", "um", "in" or "ft".
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_set_units(part: Option<&RvPart>, units: Chars, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let read = read_within("", &format!("units({})", quoted(units.text("units")?)), "part(sphere(1))")?;
+        given(part, "part")?.change(|p| {
+            p.units = read.units;
+            Ok(())
+        })
+    })
+}
+
+/// Says the system of R-functions as a part file does: "R0", "minmax", "(\"Ralpha\", 0.5)" or "(\"R0m\", 2)".
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_set_rsystem(part: Option<&RvPart>, rsystem: Chars, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let said = rsystem.text("rsystem")?.trim();
+        let said = if said.starts_with(['(', '"', '\'']) { said.to_string() } else { quoted(said) };
+        let read = read_within("part(sphere(1), rsystem=", &said, ")")?;
+        given(part, "part")?.change(|p| {
+            p.rsystem = read.rsystem;
+            Ok(())
+        })
+    })
+}
+
+/// Where to cut off what may be infinite: x0 y0 z0 x1 y1 z1; nowhere for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_set_domain(part: Option<&RvPart>, bounds: Items<f64>, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let domain = self::bounds(&bounds)?;
+        given(part, "part")?.change(|p| {
+            p.domain = domain;
+            Ok(())
+        })
+    })
+}
+
+/// Six numbers as a box; none for NULL.
+pub fn bounds(of: &Items<f64>) -> Result<Option<Aabb>, Failure> {
+    let Some(v) = of.optional(6, "bounds")? else { return Ok(None) };
+    let (lo, hi) = (DVec3::from_slice(&v[..3]), DVec3::from_slice(&v[3..]));
+    if lo.is_finite() && hi.is_finite() && lo.cmplt(hi).all() {
+        return Ok(Some(Aabb::new(lo, hi)));
+    }
+    Err(input(format!("bounds need finite lo < hi in all three coordinates, not {lo} and {hi}"), ""))
+}
+
+/// Adds faces to a group, which is made if need be: those whose names fit a pattern (`*` any characters, `?` one).
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_group(part: Option<&RvPart>, name: Chars, faces: Chars, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let part = given(part, "part")?;
+        let (name, faces) = (name.text("name")?, faces.text("faces")?.to_string());
+        if name.is_empty() || faces.is_empty() {
+            return Err(input("a group needs a name and a pattern of names of faces", ""));
+        }
+        part.change(|p| {
+            match p.groups.iter_mut().find(|g| g.name == name) {
+                Some(g) => g.patterns.push(faces),
+                None => {
+                    p.groups.push(PartGroup { name: name.to_string(), patterns: vec![faces], place: Place::Unknown })
+                }
+            }
+            Ok(())
+        })
+    })
+}
+
+/// What is known before meshing, as JSON: surfaces, a box around the part, the names of its faces and groups.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_info(part: Option<&RvPart>, info: Out<'_, *mut RvText>, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let out = slot(info, std::ptr::null_mut(), "info")?;
+        let part = given(part, "part")?.part();
+        let info = work(None, 0, |_| Ok(pipeline::info(&part)?))?;
+        out.write(text(json(&info)?));
+        Ok(GOOD)
+    })
+}
+
+/// Meshes a part.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_mesh(
+    part: Option<&RvPart>,
+    options: Option<&RvOptions>,
+    mesh: Out<'_, *mut RvMesh>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(mesh, std::ptr::null_mut(), "mesh")?;
+        let (part, asked) = (given(part, "part")?.part(), asked(options));
+        let made = work(asked.run.as_ref(), asked.threads, |run| Ok(pipeline::mesh_part(&part, &asked.mesh, run)?))?;
+        give(Source::Made(Box::new(made)), &asked, Some(out))
+    })
+}
+
+/// Meshes a file: a part file, a STEP file, or a file of triangles.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_mesh_file(
+    path: Chars,
+    options: Option<&RvOptions>,
+    mesh: Out<'_, *mut RvMesh>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(mesh, std::ptr::null_mut(), "mesh")?;
+        let (path, asked) = (path.path("path")?, asked(options));
+        let made = work(asked.run.as_ref(), asked.threads, |run| {
+            let made = if pipeline::is_step(&path) {
+                pipeline::load_step(&path, run).and_then(|m| pipeline::mesh_step(m, &asked.mesh, run))
+            } else if pipeline::is_mesh(&path) {
+                pipeline::load_mesh(&path, run).and_then(|m| pipeline::mesh_soup(&m, &asked.mesh, &asked.soup, run))
+            } else {
+                pipeline::load_part(&path, &asked.define).and_then(|p| pipeline::mesh_part(&p, &asked.mesh, run))
+            };
+            made.map_err(|e| e.in_file(&path).into())
+        })?;
+        give(Source::Made(Box::new(made)), &asked, Some(out))
+    })
+}
+
+/// Writes solids built from edges as a STEP file.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_write_step(part: Option<&RvPart>, path: Chars, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let (part, path) = (given(part, "part")?.part(), path.path("path")?);
+        let built = work(None, 0, |run| Ok(pipeline::build(&part, run)?))?;
+        let Some(brep) = built.filter(|_| part.solid.is_none()) else {
+            return Err(input("only solids built from edges can be written as STEP", ""));
+        };
+        pipeline::save_step(&path, &brep, part.units.as_deref())?;
+        Ok(GOOD)
+    })
+}
+
+/// Values, and gradients where they are wanted, of a part's function; three numbers of each point.
+fn evaluated(part: &RvPart, points: &[f64], gradient: bool) -> Result<[Vec<f64>; 2], Failure> {
+    let model = part.model()?;
+    let some = |points: &[f64]| {
+        let mut out = [Vec::with_capacity(points.len() / 3), Vec::new()];
+        for p in points.chunks_exact(3).map(DVec3::from_slice) {
+            if gradient {
+                let (value, slope) = model.gradient(p);
+                out[0].push(value);
+                out[1].extend(slope.to_array());
+            } else {
+                out[0].push(model.value(p));
+            }
+        }
+        out
+    };
+    if points.len() <= 3 * BATCH {
+        return work_here(|| Ok(some(points)));
+    }
+    let parts: Vec<[Vec<f64>; 2]> = work(None, 0, |run| {
+        let all = points.par_chunks(3 * BATCH).map(|chunk| {
+            run.check()?;
+            Ok(some(chunk))
+        });
+        all.collect::<Result<_, Failure>>()
+    })?;
+    let mut all = [Vec::new(), Vec::new()];
+    for [v, g] in parts {
+        all[0].extend(v);
+        all[1].extend(g);
+    }
+    Ok(all)
+}
+
+/// The part's function at points: positive inside, about the distance near the surface.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_values(
+    part: Option<&RvPart>,
+    count: usize,
+    xyz: Items<f64>,
+    values: Room<f64>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        values.needed(count, "values")?;
+        let points = xyz.slice(count.saturating_mul(3), "xyz")?;
+        let [found, _] = evaluated(given(part, "part")?, points, false)?;
+        values.fill(&found);
+        Ok(GOOD)
+    })
+}
+
+/// The gradient of the part's function at points, three numbers of each; it points inwards.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_gradients(
+    part: Option<&RvPart>,
+    count: usize,
+    xyz: Items<f64>,
+    gradients: Room<f64>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        gradients.needed(count, "gradients")?;
+        let points = xyz.slice(count.saturating_mul(3), "xyz")?;
+        let [_, found] = evaluated(given(part, "part")?, points, true)?;
+        gradients.fill(&found);
+        Ok(GOOD)
+    })
+}
+
+/// Frees a part. Meshes made of it stay.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_free(part: Option<Box<RvPart>>) {
+    release(part);
+}

@@ -1,0 +1,388 @@
+//! The library for C: its header beside its source, and programs in C, C++ and Fortran, compiled and run.
+//!
+//! Needs a compiler of each: `cc`, `c++`, `gfortran`, or what `CC`, `CXX` and `FC` name. What is missing fails, saying so.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Runs to the end; all it printed if it failed.
+fn done(command: &mut Command) -> Result<Output, String> {
+    let out = command.output().map_err(|e| format!("{command:?}: {e}"))?;
+    if out.status.success() {
+        return Ok(out);
+    }
+    let said = [&out.stdout[..], &out.stderr[..]].concat();
+    Err(format!("{command:?}: {}\n{}", out.status, String::from_utf8_lossy(&said)))
+}
+
+/// The folder the library is in, built once.
+fn library() -> &'static Path {
+    static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let built = BUILT.get_or_init(|| {
+        let target = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("");
+        done(
+            Command::new(env!("CARGO"))
+                .current_dir(root())
+                .args(["build", "--release", "--quiet", "-p", "rvachev-capi", "--target-dir"])
+                .arg(&target),
+        )?;
+        Ok(target.join("release"))
+    });
+    built.as_deref().unwrap_or_else(|why| panic!("the library for C cannot be built: {why}"))
+}
+
+/// A language: how its compiler is named, and how it is installed.
+struct Language {
+    variable: &'static str,
+    usual: &'static str,
+    package: &'static str,
+    flags: &'static [&'static str],
+}
+
+const C: Language = Language {
+    variable: "CC",
+    usual: "cc",
+    package: "gcc",
+    flags: &["-std=c99", "-D_POSIX_C_SOURCE=200809L", "-pedantic", "-Wall", "-Wextra", "-Werror"],
+};
+const CPP: Language = Language {
+    variable: "CXX",
+    usual: "c++",
+    package: "g++",
+    flags: &["-std=c++17", "-pedantic", "-Wall", "-Wextra", "-Werror"],
+};
+const FORTRAN: Language = Language {
+    variable: "FC",
+    usual: "gfortran",
+    package: "gfortran",
+    flags: &["-std=f2018", "-Wall", "-Wextra", "-Werror"],
+};
+
+impl Language {
+    fn compiler(&self) -> Command {
+        let name = std::env::var(self.variable).unwrap_or_else(|_| self.usual.into());
+        if Command::new(&name).arg("--version").output().is_err() {
+            let (package, variable) = (self.package, self.variable);
+            panic!(
+                "there is no compiler {name:?}: install one (Debian: apt install {package}) or name it by {variable}"
+            );
+        }
+        Command::new(name)
+    }
+
+    /// A program made of sources and the library.
+    fn program(&self, name: &str, sources: &[&str]) -> PathBuf {
+        let library = library();
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("capi").join(name);
+        fs::create_dir_all(&folder).unwrap();
+        let program = folder.join(name);
+        let mut command = self.compiler();
+        // Modules of Fortran are written into the folder compiled in.
+        command.current_dir(&folder).args(self.flags).args(["-O1", "-g", "-pthread"]);
+        command.arg("-I").arg(root().join("capi/include"));
+        command.args(sources.iter().map(|s| root().join(s))).arg("-o").arg(&program);
+        command.arg("-L").arg(library).args(["-lrvachev_c", "-lm"]);
+        command.arg(format!("-Wl,-rpath,{}", library.display()));
+        done(&mut command).unwrap_or_else(|why| panic!("{why}"));
+        program
+    }
+}
+
+/// What a program that must end well prints.
+fn said(command: &mut Command) -> String {
+    let out = done(command).unwrap_or_else(|why| panic!("{why}"));
+    String::from_utf8_lossy(&out.stdout).into_owned()
+}
+
+/// The number that follows a word, on the line that starts with another.
+fn number(text: &str, line: &str, word: &str) -> f64 {
+    let found = text.lines().find(|l| l.starts_with(line)).unwrap_or_else(|| panic!("no line {line:?} in\n{text}"));
+    let mut words = found.split_whitespace().skip_while(|w| *w != word);
+    words.nth(1).and_then(|w| w.parse().ok()).unwrap_or_else(|| panic!("no {word:?} in {found:?}"))
+}
+
+/// Whether a number is as near another as this share of it.
+fn near(found: f64, wanted: f64, share: f64) -> bool {
+    (found - wanted).abs() <= share * wanted.abs()
+}
+
+/// The volume of the unit ball without a cylinder of radius r through its middle.
+fn bored(r: f64) -> f64 {
+    4.0 / 3.0 * PI * (1.0 - r * r).powf(1.5)
+}
+
+#[test]
+fn c_part_becomes_arrays() {
+    let program = C.program("mesh_part", &["examples/c/mesh_part.c"]);
+    let file = program.with_extension("msh");
+    let text = said(Command::new(&program).arg(&file));
+    assert!(near(number(&text, "volume", "volume"), 8.0 - 2.0 * PI * 0.25, 2e-3), "{text}");
+    assert!(near(number(&text, "volume", "area_held"), 2.0 * PI, 5e-3), "{text}");
+    assert!(number(&text, "volume", "off_held") < 1e-9, "{text}");
+    assert_eq!(number(&text, "points", "sound"), 1.0, "{text}");
+    // A torus with triangles: V - E + F = 0, E = 3/2 F.
+    assert_eq!(2.0 * number(&text, "points", "points"), number(&text, "points", "triangles"), "{text}");
+    assert_eq!(number(&text, "points", "labels"), number(&text, "points", "triangles"), "{text}");
+    assert_eq!(number(&text, "points", "normals"), number(&text, "points", "triangles"), "{text}");
+    assert_eq!(number(&text, "points", "faces"), 7.0, "{text}");
+    assert!(text.contains("face bore\n") && text.contains("face body.xmin\n"), "{text}");
+    assert!(text.contains("report {\"schema\":1"), "{text}");
+    let read = rvachev::io::read(&file, &rvachev::Run::new()).unwrap();
+    assert_eq!(read.nodes.len() as f64, number(&text, "points", "points"));
+    assert!(file.with_extension("names.json").exists());
+}
+
+#[test]
+fn c_function_and_grid_become_a_solid() {
+    let program = C.program("field_c", &["examples/c/field.c"]);
+    let text = said(&mut Command::new(&program));
+    assert!(near(number(&text, "function", "volume"), bored(0.4), 1e-2), "{text}");
+    // Trilinear between points 0.06 apart: off by up to h^2 / 8 times the curvature, inwards.
+    assert!(near(number(&text, "grid", "volume"), bored(0.4), 1.5e-2), "{text}");
+    assert!(number(&text, "function", "bore") > 50.0 && number(&text, "grid", "bore") > 50.0, "{text}");
+}
+
+#[test]
+fn cpp_function_becomes_a_solid() {
+    let program = CPP.program("field_cpp", &["examples/cpp/field.cpp"]);
+    let text = said(&mut Command::new(&program));
+    assert!(near(number(&text, "half", "volume"), 2.0 / 3.0 * PI, 1e-2), "{text}");
+    assert!(near(number(&text, "half", "flat"), PI, 1e-2), "{text}");
+    assert_eq!(number(&text, "half", "sound"), 1.0, "{text}");
+    assert_eq!(number(&text, "half", "shortfalls"), 0.0, "{text}");
+    assert!(near(number(&text, "values", "inside"), 0.5, 1e-6), "{text}");
+    assert!(near(number(&text, "values", "outside"), -0.1, 1e-5), "{text}");
+    assert!(near(number(&text, "values", "slope"), -1.0, 1e-6), "{text}");
+    assert_eq!(number(&text, "again", "sound"), 1.0, "{text}");
+    assert!(number(&text, "again", "triangles") > 100.0, "{text}");
+    assert!(text.contains("thrown no value right of 0.1"), "{text}");
+    assert!(text.contains("error status 3 line 1 column 10"), "{text}");
+}
+
+#[test]
+fn fortran_function_becomes_a_solid() {
+    let program = FORTRAN.program("field_fortran", &["capi/fortran/rvachev.f90", "examples/fortran/field.f90"]);
+    let text = said(&mut Command::new(&program));
+    assert!(near(number(&text, "half", "volume"), bored(0.4) / 2.0, 1e-2), "{text}");
+    assert!(near(number(&text, "half", "flat"), PI * (1.0 - 0.16), 1e-2), "{text}");
+    assert!(text.contains(" sound T faces 3"), "{text}");
+    // Numbers are from 1 to the number of points; nodes of the group are on its plane.
+    assert!(number(&text, "nodes", "off") < 1e-12 && text.contains(" lowest 1 highest 0"), "{text}");
+    assert_eq!(number(&text, "labels", "labels"), 0.0, "{text}");
+    assert!(number(&text, "labels", "edges") > 60.0, "{text}");
+    assert!(
+        near(number(&text, "values", "first"), 0.5, 1e-9) && near(number(&text, "values", "second"), 0.1, 1e-9),
+        "{text}"
+    );
+    assert!(near(number(&text, "values", "slope"), -1.0, 1e-9), "{text}");
+    assert!(number(&text, "again", "checked") > 0.0 && text.contains("sound T\nstopped status 5 code 42"), "{text}");
+    assert!(text.contains("bad status 2 a size is"), "{text}");
+}
+
+/// The programs of a language in `docs/calling.md`, as files.
+fn documented(language: &str, extension: &str) -> PathBuf {
+    let text = fs::read_to_string(root().join("docs/calling.md")).unwrap();
+    let (_, after) = text.split_once("# From C, C++ and Fortran").unwrap();
+    let (_, block) = after.split_once(&format!("```{language}\n")).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("capi");
+    fs::create_dir_all(&folder).unwrap();
+    let file = folder.join(format!("documented.{extension}"));
+    fs::write(&file, block.split_once("```").unwrap().0).unwrap();
+    file
+}
+
+#[test]
+fn documented_programs_run() {
+    let c = documented("c", "c");
+    let text = said(&mut Command::new(C.program("documented_c", &[c.to_str().unwrap()])));
+    assert!(text.trim_end().ends_with(" points") && !text.starts_with('0'), "{text}");
+    let cpp = documented("cpp", "cpp");
+    let text = said(&mut Command::new(CPP.program("documented_cpp", &[cpp.to_str().unwrap()])));
+    assert!(text.contains(" triangles of the cut") && !text.contains(" 0 triangles"), "{text}");
+    let fortran = documented("fortran", "f90");
+    let sources = ["capi/fortran/rvachev.f90", fortran.to_str().unwrap()];
+    let text = said(&mut Command::new(FORTRAN.program("documented_fortran", &sources)));
+    let numbers: Vec<usize> = text.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+    assert!(numbers.len() == 3 && numbers[0] == numbers[2] && numbers[1] > 20 && numbers[1] < numbers[0], "{text}");
+}
+
+#[test]
+fn misuse_is_told_and_runs_are_watched() {
+    let program = C.program("misuse", &["tests/capi/misuse.c"]);
+    let text = said(Command::new(&program).arg(root().join("data/lattice.py")));
+    assert!(text.ends_with("done\n"), "{text}");
+    assert!(number(&text, "cancelled", "after") < 1.0, "{text}");
+    if cfg!(target_os = "linux") {
+        assert!(number(&text, "leak", "grown") < 2048.0, "{text}");
+    }
+}
+
+/// It looks at what the program above cannot see.
+#[test]
+#[ignore = "needs valgrind and minutes: --include-ignored"]
+fn valgrind_finds_nothing() {
+    let program = C.program("misuse_valgrind", &["tests/capi/misuse.c"]);
+    let text = said(
+        Command::new("valgrind")
+            .args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=definite"])
+            .arg("--errors-for-leak-kinds=definite")
+            .arg(&program)
+            .arg("quick"),
+    );
+    assert!(text.contains("quick done"), "{text}");
+}
+
+// ---------------------------------------------------------------------------------------------------------------- the header
+
+/// Splits at commas outside of brackets.
+fn split(list: &str) -> Vec<String> {
+    let (mut all, mut depth) = (vec![String::new()], 0);
+    for c in list.chars() {
+        match c {
+            '<' | '(' | '[' => depth += 1,
+            '>' | ')' | ']' => depth -= 1,
+            ',' if depth == 0 => {
+                all.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        all.last_mut().unwrap().push(c);
+    }
+    all.iter().map(|s| s.trim().to_string()).filter(|s| !s.is_empty()).collect()
+}
+
+/// `RvMesh` as `rv_mesh`.
+fn snake(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars() {
+        if c.is_uppercase() && !out.is_empty() {
+            out.push('_');
+        }
+        out.extend(c.to_lowercase());
+    }
+    out
+}
+
+/// A type of Rust as C has it.
+fn as_c(t: &str) -> String {
+    let t = t.trim();
+    let inner = |before: &str| t.strip_prefix(before).and_then(|t| t.strip_suffix('>'));
+    if let Some(x) = inner("Option<Box<").and_then(|x| x.strip_suffix('>')) {
+        return format!("{}*", snake(x));
+    }
+    if let Some(x) = inner("Option<&") {
+        return format!("const {}*", snake(x));
+    }
+    if let Some(x) = inner("Out<'_,") {
+        return format!("{}*", as_c(x));
+    }
+    if let Some(x) = t.strip_prefix("*const ") {
+        return format!("const {}*", as_c(x));
+    }
+    if let Some(x) = t.strip_prefix("*mut ") {
+        return format!("{}*", as_c(x));
+    }
+    if let Some(x) = inner("Items<") {
+        return if x.starts_with("Option<&") { format!("{}const*", as_c(x)) } else { format!("const {}*", as_c(x)) };
+    }
+    if let Some(x) = inner("Room<") {
+        return format!("{}*", as_c(x));
+    }
+    match t {
+        "ErrorOut<'_>" => "rv_error**",
+        "SolidOut<'_>" => "rv_solid**",
+        "Chars" => "const char*",
+        "c_char" => "char",
+        "c_int" => "int",
+        "c_void" => "void",
+        "usize" => "size_t",
+        "f64" => "double",
+        "u32" => "uint32_t",
+        other if other.starts_with("Rv") => return snake(other),
+        other => panic!("what is {other:?} in C?"),
+    }
+    .to_string()
+}
+
+/// A declaration of C without the name of what it declares, and without blanks before stars.
+fn nameless(declaration: &str) -> String {
+    let d = declaration.trim();
+    let end = d.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |i| i + 1);
+    let kind = if end == 0 { d } else { &d[..end] };
+    kind.trim().replace(" *", "*").replace("* ", "*")
+}
+
+/// Whether options, parts and runs are changed by a call is the library's business: `const` is for the reader there.
+fn handle(t: &str) -> String {
+    let once = t.matches('*').count() == 1 && t.contains("rv_");
+    if once { t.replace("const ", "") } else { t.to_string() }
+}
+
+type Prototypes = BTreeMap<String, (String, Vec<String>)>;
+
+fn of_source() -> Prototypes {
+    let mut all = Prototypes::new();
+    for file in fs::read_dir(root().join("capi/src")).unwrap() {
+        let text = fs::read_to_string(file.unwrap().path()).unwrap();
+        for part in text.split("pub extern \"C\" fn ").skip(1) {
+            let (name, rest) = part.split_once('(').unwrap();
+            let (arguments, rest) = rest.split_once(") ").unwrap();
+            let returned = rest.split_once('{').unwrap().0.trim().strip_prefix("->").map_or("void".into(), as_c);
+            let arguments = split(arguments).iter().map(|a| handle(&as_c(a.split_once(':').unwrap().1))).collect();
+            assert!(all.insert(name.to_string(), (returned, arguments)).is_none(), "{name} twice");
+        }
+    }
+    all
+}
+
+fn of_header() -> Prototypes {
+    let text = fs::read_to_string(root().join("capi/include/rvachev.h")).unwrap();
+    let mut bare = String::new();
+    for part in text.split("/*") {
+        bare.push_str(part.split_once("*/").map_or(part, |(_, after)| after));
+    }
+    let flat = bare.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join(" ");
+    let mut all = Prototypes::new();
+    for statement in flat.split([';', '{', '}']).map(str::trim).filter(|s| !s.starts_with("typedef")) {
+        let Some((head, arguments)) = statement.strip_suffix(')').and_then(|s| s.split_once('(')) else { continue };
+        let Some(at) = head.rfind("rv_") else { continue };
+        let arguments = split(arguments).iter().filter(|a| *a != "void").map(|a| handle(&nameless(a))).collect();
+        let returned = head[..at].trim().replace(" *", "*");
+        assert!(all.insert(head[at..].to_string(), (returned, arguments)).is_none(), "{} twice", &head[at..]);
+    }
+    all
+}
+
+#[test]
+fn header_says_what_the_library_has() {
+    let (source, header) = (of_source(), of_header());
+    assert!(source.len() > 60, "only {} functions found", source.len());
+    for (name, prototype) in &source {
+        assert_eq!(header.get(name), Some(prototype), "{name} in the header, and in the source");
+    }
+    for name in header.keys() {
+        assert!(source.contains_key(name), "the header has {name}, the library has not");
+    }
+}
+
+#[test]
+fn fortran_module_says_what_the_header_has() {
+    let text = fs::read_to_string(root().join("capi/fortran/rvachev.f90")).unwrap();
+    let mut found = BTreeMap::new();
+    for line in text.lines().filter(|l| l.contains(" bind(c)") && l.contains(" rv_")) {
+        let (head, rest) = line.split_once('(').unwrap();
+        let arguments = rest.split_once(')').unwrap().0;
+        found.insert(head.split_whitespace().last().unwrap().to_string(), split(arguments).len());
+    }
+    let header: BTreeMap<String, usize> = of_header().into_iter().map(|(name, p)| (name, p.1.len())).collect();
+    assert_eq!(found, header);
+}
