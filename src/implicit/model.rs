@@ -207,6 +207,22 @@ impl Implicit {
         named.collect::<BTreeSet<u32>>().len()
     }
 
+    /// Whether some surface belongs to several faces, as where two boxes have sides in one plane.
+    pub(crate) fn shares_surfaces(&self) -> bool {
+        let mut all: Vec<(u32, u32)> = self
+            .tape
+            .ops
+            .iter()
+            .filter_map(|op| match *op {
+                Op::Leaf { leaf, face, .. } => Some((leaf, face)),
+                _ => None,
+            })
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all.windows(2).any(|w| w[0].0 == w[1].0)
+    }
+
     /// How many operations the tree has, leaves and R-operations.
     pub fn tree_size(&self) -> usize {
         self.tape.ops.len()

@@ -275,6 +275,39 @@ impl Tape {
         self.inside_cases(|leaf| all_cases(positive(leaf))) != 0
     }
 
+    /// The face that a leaf makes at a point of it beside which other leaves are positive where `positive` says: of a leaf under
+    /// several names the first occurrence that alone makes inside of outside, else the first that alone makes outside of inside.
+    pub(crate) fn owner(&self, leaf: u32, positive: &dyn Fn(u32) -> bool) -> u32 {
+        let of = |op: &Op| match *op {
+            Op::Leaf { leaf: l, face, .. } if l == leaf => Some(face),
+            _ => None,
+        };
+        let mut all = self.ops.iter().enumerate().filter_map(|(i, op)| Some((i as u32, of(op)?)));
+        let Some((_, first)) = all.next() else { return u32::MAX };
+        if all.clone().all(|x| x.1 == first) {
+            return first;
+        }
+        // Inside when one occurrence is on the side `one`, and the others are not.
+        let with = |which: u32, one: bool| {
+            self.each(false, |i, op, r: &[bool]| match *op {
+                Op::All(inside) => inside,
+                Op::Leaf { leaf: l, negate, .. } if l == leaf => ((i == which) == one) != negate,
+                Op::Leaf { leaf: l, negate, .. } => positive(l) != negate,
+                Op::Min(a, b) => r[a as usize] && r[b as usize],
+                Op::Max(a, b) => r[a as usize] || r[b as usize],
+            })
+        };
+        let inner = with(u32::MAX, false);
+        for (makes, side) in [(true, inner), (false, !inner)] {
+            let alone = |x: &(u32, u32)| with(x.0, side) == makes;
+            let mut all = self.ops.iter().enumerate().filter_map(|(i, op)| Some((i as u32, of(op)?)));
+            if let Some(x) = all.find(alone) {
+                return x.1;
+            }
+        }
+        first
+    }
+
     fn inside_cases(&self, positive: impl Fn(u32) -> u8) -> u8 {
         self.each(0, |_, op, r: &[u8]| match *op {
             Op::All(inside) => all_cases(inside),

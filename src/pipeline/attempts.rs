@@ -119,9 +119,10 @@ impl Scout {
     fn made_anew(&self, ready: &Ready, made: Trimmed) -> Option<(Self, Cutting)> {
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let cut = patch_pieces(&made.mesh, &made.leaves, &oracle, self.cell).ok()?;
+        let cut = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell).ok()?;
         let mesh = made.mesh;
-        let face = |t: usize| oracle.face_at(mesh.labels[t], mesh.centroid(t)).unwrap_or(0);
+        let known = |t: usize| made.faces.get(t).copied();
+        let face = |t: usize| known(t).or_else(|| oracle.face_at(mesh.labels[t], mesh.centroid(t))).unwrap_or(0);
         extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
         Some((Self { extracted, gone: false, unresolved: Vec::new(), bridged: false, ..self.clone() }, cut))
@@ -229,9 +230,10 @@ impl Trial {
         self.badness() == (0, false, 0) && self.lost().is_none()
     }
 
-    /// Whether smaller cells can find no more: all is shown to be there.
-    fn is_final(&self) -> bool {
-        self.proved && self.faults() == 0 && self.missed.is_empty()
+    /// Whether no other attempt is worth it: nothing is wrong, or all is shown to be there, and smaller cells can find no more.
+    fn ends(&self, options: &MeshOptions) -> bool {
+        let found = self.proved && self.faults() == 0 && self.missed.is_empty();
+        found || self.is_clean() || options.method == Method::Complex
     }
 
     /// Triangles that intersect others or are turned over.
@@ -291,8 +293,11 @@ pub(super) fn search(
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
-    // Not by default yet: in narrow places its borders are not as good. Its grid is as fine as it must be, so it is tried once.
-    let mut arrange = options.method.is_exact();
+    // Its grid is as fine as it must be, so it is tried once.
+    let mut arrange = true;
+    let cuts = options.method != Method::Complex;
+    // Borders between faces on one surface are found by no cut.
+    let named = ready.model.shares_surfaces();
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
         let cell = share * ready.size;
@@ -317,7 +322,20 @@ pub(super) fn search(
         }
         let mut cut = None;
         let mut first = None;
-        if options.method != Method::Complex && !scout.gone && !nothing {
+        let mut seconds = Vec::new();
+        if named
+            && std::mem::take(&mut arrange)
+            && let Some((made, cut)) = scout.arranged(ready, options, run)?
+        {
+            let this = made.remesh(cut, ready, options, run, observer)?;
+            let this = this.told(Tried::Arrange, &mut attempts, &mut clock);
+            if this.ends(options) {
+                return Ok(this.searched(crossed, attempts));
+            }
+            crossed |= this.faults() > 0;
+            seconds.extend(Some(this).filter(|t| t.faults() == 0));
+        }
+        if cuts && !scout.gone && !nothing {
             // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
             cut = Some(scout.cut(ready, run)?);
             if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
@@ -329,13 +347,12 @@ pub(super) fn search(
                 first = Some(this);
             }
         }
-        if options.method != Method::Complex && first.is_none() && !nothing {
+        if cuts && first.is_none() && !nothing {
             let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
             let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
             let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
             attempts.push(Attempt { edges_missing, ..attempt }.because(why));
         }
-        let mut seconds = Vec::new();
         for rung in [Tried::Arrange, Tried::Trim] {
             let made = match rung {
                 Tried::Arrange if std::mem::take(&mut arrange) => scout.arranged(ready, options, run)?,
@@ -345,14 +362,12 @@ pub(super) fn search(
             let Some((made, cut)) = made else { continue };
             let this = made.remesh(cut, ready, options, run, observer)?;
             let this = this.told(rung, &mut attempts, &mut clock);
-            if this.is_clean() || this.is_final() || options.method == Method::Complex {
+            if this.ends(options) {
                 return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;
             // Its faults cannot be left as extracted.
-            if this.faults() == 0 {
-                seconds.push(this);
-            }
+            seconds.extend(Some(this).filter(|t| t.faults() == 0));
         }
         if first.is_none() && !nothing {
             others.push((scout, cut));

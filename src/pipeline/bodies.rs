@@ -451,6 +451,7 @@ fn patchwork(
             piece: f,
             outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
             plane: solid.plane(f),
+            face: u32::MAX,
         })
         .collect();
     let is_kept = |piece: u32| kept.binary_search(&solid.face_of(piece)).is_ok();

@@ -420,8 +420,9 @@ pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], le
     let mut mesh: EditMesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let faces = solid.face_count() as u32;
-    let mut patches: Vec<Patch> =
-        (0..faces).map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f) }).collect();
+    let mut patches: Vec<Patch> = (0..faces)
+        .map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f), face: u32::MAX })
+        .collect();
     let mut frozen_as = vec![u32::MAX; patches.len()];
     for t in solid.mesh.triangles().filter(|t| kept[*t as usize]) {
         let face = mesh.label(t) as usize;

@@ -41,6 +41,9 @@ pub struct FeatureRecovery {
     pub node_residual_max: f64,
 }
 
+/// True edges whose distances differ by less than this share of the length scale are as near.
+const AS_NEAR: f64 = 1e-6;
+
 /// Measures the recovery; `h` is the length scale, by custom the mean edge length.
 pub fn recovery(
     mesh: &TriMesh,
@@ -78,9 +81,17 @@ pub fn recovery(
         true_edges.nearest(p, near, d)
     };
     let off = |p: DVec3| {
-        let (i, d) = to_truth(p)?;
-        let exact = pieces.and_then(|s| s.meet(&truth.samples[i as usize].pieces, p, near));
-        Some(exact.map_or(d.sqrt(), |q| q.distance(p)))
+        let (_, d) = to_truth(p)?;
+        // Where edges end and where they run side by side several are as near: it lies on one of them.
+        let d = d.sqrt();
+        let mut least = f64::INFINITY;
+        true_edges.overlapping(&Aabb::new(p, p).grown(d + AS_NEAR * h), |i| {
+            if p.distance(segment_foot(p, tangents[i as usize])) <= d + AS_NEAR * h {
+                let exact = pieces.and_then(|s| s.meet(&truth.samples[i as usize].pieces, p, near));
+                least = least.min(exact.map_or(d, |q| q.distance(p)));
+            }
+        });
+        Some(least)
     };
     let (mut length_mesh, mut right, mut residual) = (0.0, 0.0, 0.0f64);
     for [a, b] in &ends {

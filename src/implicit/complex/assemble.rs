@@ -36,6 +36,7 @@ pub(super) struct Triangle {
     pub(super) leaf: u32,
     /// Whether the leaf's positive side is inside.
     pub(super) plus: bool,
+    pub(super) face: u32,
 }
 
 /// The boundary within some tetrahedra, with nodes of its own.
@@ -73,7 +74,7 @@ impl Skin {
                 rings.push(nodes);
             }
             let ring = bridged(rings);
-            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus: f.plus }));
+            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus: f.plus, face: f.face }));
         }
     }
 

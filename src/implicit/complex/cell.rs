@@ -36,8 +36,26 @@ pub(super) struct Facet {
     pub(super) leaf: u8,
     /// Whether the leaf's positive side is inside.
     pub(super) plus: bool,
+    /// The face it is of.
+    pub(super) face: u32,
     /// Loops of one connected part; the first need not be the outer one.
     pub(super) loops: Vec<Vec<Vertex>>,
+}
+
+/// A Boolean of the leaves in a tetrahedron, asked with the sides of them by their places in the list.
+pub(super) struct Boolean<'a> {
+    /// Whether inside is there.
+    pub(super) inside: &'a dyn Fn(&[bool]) -> bool,
+    /// The face that a leaf makes beside these sides of the others.
+    pub(super) face: &'a dyn Fn(u8, &[bool]) -> u32,
+}
+
+/// What a piece of the boundary is of: pieces of one owner side by side are one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Owner {
+    leaf: u8,
+    plus: bool,
+    face: u32,
 }
 
 /// Leaves that change sign in a tetrahedron.
@@ -157,8 +175,9 @@ impl Crossed<'_> {
         }
     }
 
-    /// The boundary of the Boolean that tells whether inside is where leaves have certain sides.
-    pub(super) fn boundary(&self, inside: &dyn Fn(&[bool]) -> bool) -> Vec<Facet> {
+    /// The boundary of a Boolean.
+    pub(super) fn boundary(&self, solid: &Boolean<'_>) -> Vec<Facet> {
+        let Boolean { inside, face } = solid;
         if self.leaves.len() == 1 {
             // Nearly always: nothing to cut, nothing to join.
             let plus = inside(&[true]);
@@ -169,11 +188,11 @@ impl Crossed<'_> {
             if !plus {
                 ring.reverse();
             }
-            return vec![Facet { leaf: 0, plus, loops: vec![ring] }];
+            return vec![Facet { leaf: 0, plus, face: face(0, &[true]), loops: vec![ring] }];
         }
         let mut edges: Vec<Directed> = Vec::new();
         let mut count = 0u32;
-        let mut owners: Vec<(u8, bool)> = Vec::new();
+        let mut owners: Vec<Owner> = Vec::new();
         for leaf in 0..self.leaves.len() as u8 {
             for p in self.pieces(leaf) {
                 let mut sides = p.sides.clone();
@@ -190,7 +209,7 @@ impl Crossed<'_> {
                     let (from, to) = if plus { (from, to) } else { (to, from) };
                     edges.push(Directed { from, to, carrier, piece: count, gone: false });
                 }
-                owners.push((leaf, plus));
+                owners.push(Owner { leaf, plus, face: face(leaf, &sides) });
                 count += 1;
             }
         }
@@ -241,9 +260,9 @@ impl Crossed<'_> {
                     None => break,
                 }
             }
-            let (leaf, plus) = owners[part as usize];
+            let Owner { leaf, plus, face } = owners[part as usize];
             let slot = *of_part[part as usize].get_or_insert_with(|| {
-                facets.push(Facet { leaf, plus, loops: Vec::new() });
+                facets.push(Facet { leaf, plus, face, loops: Vec::new() });
                 facets.len() - 1
             });
             if ring.len() >= 3 {
@@ -255,7 +274,7 @@ impl Crossed<'_> {
     }
 
     /// Points that lines only pass: where leaves cross of which one makes no difference there.
-    fn straight(&self, edges: &[Directed], owners: &[(u8, bool)]) -> Vec<Vertex> {
+    fn straight(&self, edges: &[Directed], owners: &[Owner]) -> Vec<Vertex> {
         let mut known: Vec<(Vertex, bool)> = Vec::new();
         for e in edges.iter().filter(|e| !e.gone) {
             let v = e.from;
@@ -264,12 +283,11 @@ impl Crossed<'_> {
             }
             let at = |x: &&Directed| !x.gone && (x.from == v || x.to == v);
             let passes = if v.corners != 0b1111 {
-                // On a face of the tetrahedron: both parts of the boundary's line there are of one leaf.
+                // On a face of the tetrahedron: both parts of the boundary's line there are of one face.
                 let face = FACES.iter().position(|f| *f == v.corners).unwrap_or(0) as Carrier;
-                let mut on: Vec<u8> =
-                    edges.iter().filter(at).filter(|x| x.carrier == face).map(|x| owners[x.piece as usize].0).collect();
-                on.sort_unstable();
-                on.len() == 2 && on[0] == on[1]
+                let there = edges.iter().filter(at).filter(|x| x.carrier == face);
+                let on: Vec<Owner> = there.map(|x| owners[x.piece as usize]).collect();
+                on.len() == 2 && (on[0].leaf, on[0].face) == (on[1].leaf, on[1].face)
             } else {
                 // Inside: no boundary turns there.
                 edges.iter().filter(at).filter(|x| x.from == v).all(|x| {

@@ -36,7 +36,7 @@ use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use assemble::{Key, Skin, divided, parted};
-use cell::Crossed;
+use cell::{Boolean, Crossed};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::unproved;
@@ -105,6 +105,7 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale };
         let astray = nodes.settle();
         nodes.untangle(&triangles, run)?;
+        let faces = triangles.iter().map(|t| t.face).collect();
         let mesh = TriMesh {
             nodes: nodes.places,
             triangles: triangles.iter().map(|t| t.nodes).collect(),
@@ -119,7 +120,7 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
             Some((b.center(), unproved(leaves, c.tape.as_ref()?, &b)?))
         });
         let unproved = left.collect();
-        Ok(Arranged { made: Trimmed { mesh, leaves: on }, cells: held.len(), unproved, astray })
+        Ok(Arranged { made: Trimmed { mesh, leaves: on, faces }, cells: held.len(), unproved, astray })
     })
 }
 
@@ -169,11 +170,13 @@ fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Skin)
             return Err(Error::Failed(format!("more than {MOST_CUTTING} surfaces pass a cell near {at}")));
         }
         let cut = Crossed { leaves: &cutting, values: &cut_values };
-        let facets = cut.boundary(&|sides| {
-            tape.inside_by(|leaf| match cutting.binary_search(&leaf) {
-                Ok(k) => sides[k],
-                Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
-            })
+        let positive = |leaf: u32, sides: &[bool]| match cutting.binary_search(&leaf) {
+            Ok(k) => sides[k],
+            Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
+        };
+        let facets = cut.boundary(&Boolean {
+            inside: &|sides| tape.inside_by(|leaf| positive(leaf, sides)),
+            face: &|leaf, sides| tape.owner(cutting[leaf as usize], &|l| positive(l, sides)),
         });
         out.add(tree, &t.corners, &cut, &facets);
     }

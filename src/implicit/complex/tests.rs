@@ -25,13 +25,14 @@ fn boundary(values: &[[f64; 4]], inside: fn(&[bool; 3]) -> bool) -> Vec<Facet> {
     let leaves: Vec<u32> = which.iter().map(|k| *k as u32).collect();
     let cutting: Vec<[f64; 4]> = which.iter().map(|k| values[*k]).collect();
     let cut = Crossed { leaves: &leaves, values: &cutting };
-    let mut facets = cut.boundary(&|sides| {
+    let inside = |sides: &[bool]| {
         let mut all = [true; 3];
         for (k, v) in values.iter().enumerate() {
             all[k] = which.iter().position(|w| *w == k).map_or(v[0] >= 0.0, |at| sides[at]);
         }
         inside(&all)
-    });
+    };
+    let mut facets = cut.boundary(&Boolean { inside: &inside, face: &|_, _| 0 });
     // By the leaves' own numbers.
     for f in &mut facets {
         f.leaf = leaves[f.leaf as usize] as u8;

@@ -41,6 +41,8 @@ pub struct Trimmed {
     pub mesh: TriMesh,
     /// For each node the leaves it lies on: one inside a face, two on an edge, more at a corner.
     pub leaves: Vec<Vec<u32>>,
+    /// For each triangle its face, by number; empty where the leaf tells it.
+    pub faces: Vec<u32>,
 }
 
 /// Places where the parts do not fit together.

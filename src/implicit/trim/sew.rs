@@ -494,7 +494,7 @@ impl Sewer<'_> {
             return if mesh.triangles.is_empty() {
                 Err(Vec::new())
             } else {
-                Ok((Trimmed { mesh, leaves: self.leaves }, self.strands))
+                Ok((Trimmed { mesh, leaves: self.leaves, faces: Vec::new() }, self.strands))
             };
         }
         let edges = [&defects.open_edges, &defects.nonmanifold_edges, &defects.misoriented_edges];

@@ -381,17 +381,19 @@ impl Cutter<'_> {
             of_triangle[t as usize] = self.piece_of(t, &sets);
         }
         put_apexes(&mut self.mesh, &mut sets, &mut of_triangle, self.surface, self.cell);
-        let patches = patches(&mut self.mesh, &of_triangle, self.surface);
+        let patches = patches(&mut self.mesh, &of_triangle, &[], self.surface);
         Ok((Patchwork::new(self.mesh, sets, patches.into()), self.report))
     }
 }
 
-/// A mesh whose every triangle lies on the piece that is its label, as a patchwork; `on` has the pieces of each node.
+/// A mesh whose every triangle lies on the piece that is its label, as a patchwork; `on` has the pieces of each node,
+/// `faces` the face of each triangle, or nothing.
 ///
 /// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
 pub fn patch_pieces(
     mesh: &TriMesh,
     on: &[Vec<u32>],
+    faces: &[u32],
     surface: &dyn Pieces,
     cell: f64,
 ) -> Result<(Patchwork, CutReport)> {
@@ -399,17 +401,19 @@ pub fn patch_pieces(
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
     let mut of_triangle = mesh.labels.clone();
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
-    let patches = patches(&mut edit, &of_triangle, surface);
+    let patches = patches(&mut edit, &of_triangle, faces, surface);
     Ok((Patchwork::new(edit, sets, patches.into()), CutReport::default()))
 }
 
-/// Connected regions of triangles on one piece; labels of the triangles become their numbers, and edges between regions
+/// Connected regions of triangles on one piece and of one face, where there are `faces`; labels of the triangles become their numbers, and edges between regions
 /// are marked sharp.
-fn patches(mesh: &mut EditMesh, of_triangle: &[u32], surface: &dyn Pieces) -> Vec<Patch> {
+fn patches(mesh: &mut EditMesh, of_triangle: &[u32], faces: &[u32], surface: &dyn Pieces) -> Vec<Patch> {
+    let face = |t: u32| faces.get(t as usize).copied().unwrap_or(NONE);
+    let apart = |t: u32, u: u32| of_triangle[t as usize] != of_triangle[u as usize] || face(t) != face(u);
     for h in 0..3 * mesh.triangle_capacity() as u32 {
         if mesh.is_edge(h) {
             let o = mesh.opposite(h);
-            let border = o == NONE || of_triangle[(h / 3) as usize] != of_triangle[(o / 3) as usize];
+            let border = o == NONE || apart(h / 3, o / 3);
             mesh.set_sharp(h, border);
         }
     }
@@ -439,7 +443,7 @@ fn patches(mesh: &mut EditMesh, of_triangle: &[u32], surface: &dyn Pieces) -> Ve
             }
         }
         let plane = if piece == NONE { None } else { surface.plane(piece) };
-        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 }, plane });
+        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 }, plane, face: face(first) });
     }
     patches
 }

@@ -30,7 +30,7 @@ impl Remesher<'_> {
             }
             let labels = [h, o].map(|x| m.label(x / 3));
             let [a, b] = labels.map(|l| patches[l as usize]);
-            let alike = labels[0] != labels[1] && a.piece == b.piece && a.outward == b.outward;
+            let alike = labels[0] != labels[1] && (a.piece, a.outward, a.face) == (b.piece, b.outward, b.face);
             if alike && a.piece != NONE && !labels.into_iter().any(|l| self.work.stays(l)) {
                 let [x, y] = labels.map(|l| root(&first, l));
                 first[x.max(y) as usize] = x.min(y);

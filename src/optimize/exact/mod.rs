@@ -516,7 +516,11 @@ fn finish(input: &TriMesh, r: &Remesher<'_>) -> TriMesh {
     out.labels = (0..out.triangles.len())
         .map(|t| {
             let p = out.centroid(t);
-            let own = Some(r.work.patches[out.labels[t] as usize].piece).filter(|&k| k != NONE);
+            let patch = &r.work.patches[out.labels[t] as usize];
+            if patch.face != NONE {
+                return patch.face;
+            }
+            let own = Some(patch.piece).filter(|&k| k != NONE);
             own.or_else(|| r.surface.piece_at(p)).and_then(|k| r.surface.face_at(k, p)).unwrap_or(0)
         })
         .collect();

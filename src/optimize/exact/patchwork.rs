@@ -79,6 +79,9 @@ pub struct Patch {
     pub outward: f64,
     /// The piece's plane, where it is one: unit normal (of the piece) and offset.
     pub plane: Option<(DVec3, f64)>,
+    /// The face it is of, where that is known; `u32::MAX` where the piece tells it. Faces on one piece have a border that runs
+    /// along another, which bounds nothing there.
+    pub face: u32,
 }
 
 /// How patches are filled with nodes.
@@ -255,7 +258,7 @@ impl Patchwork {
         up: DVec3,
         length: f64,
     ) -> Option<DVec3> {
-        let Patch { piece, outward, plane } = self.patches[patch as usize];
+        let Patch { piece, outward, plane, .. } = self.patches[patch as usize];
         if plane.is_some() {
             return None;
         }
@@ -410,14 +413,19 @@ impl Patchwork {
         if !m.is_sharp(h) {
             return own;
         }
-        if o != NONE && m.label(h / 3) != m.label(o / 3) {
-            return own.union(&PieceSet::one(self.patches[m.label(o / 3) as usize].piece));
+        let between = o != NONE && m.label(h / 3) != m.label(o / 3);
+        let other = if between { self.patches[m.label(o / 3) as usize].piece } else { NONE };
+        if between && !own.has(other) {
+            return own.union(&PieceSet::one(other));
         }
-        // A line within the piece: the one both ends lie on; of several the one that runs here.
+        // A line within the piece, or between two faces on it: the one both ends lie on; of several the one that runs here.
         let (a, b) = (m.origin(h), m.target(h));
         let middle = 0.5 * (m.point(a) + m.point(b));
         let there = self.sets[b as usize].as_slice();
-        let lines = self.sets[a as usize].as_slice().iter().filter(|p| **p >= self.lines_from && there.contains(p));
+        let lines = self.sets[a as usize]
+            .as_slice()
+            .iter()
+            .filter(|p| (between || **p >= self.lines_from) && !own.has(**p) && there.contains(p));
         let sets = lines.map(|l| own.union(&PieceSet::one(*l)));
         let distance = |s: &PieceSet| {
             surface.meet(s.as_slice(), middle, f64::INFINITY).map_or(f64::INFINITY, |p| p.distance_squared(middle))
