@@ -291,7 +291,7 @@ pub(super) fn search(
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
-    // Not by default yet: in narrow places its borders are not as good. Its grid is as fine as it must be, so it is tried once.
+    // After cutting only: in narrow places its borders are not as good. Its grid is as fine as it must be, so it is tried once.
     let mut arrange = options.method.is_exact();
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in cells {
