@@ -2,9 +2,14 @@
 
 units("mm")
 
-hub = cylinder(0.4, axis="z", at=(0, 0, 0), height=0.6).name("hub")
+hub = cylinder(0.4, height=0.6).name("hub")
 arm = box(lo=(0, -0.15, -0.15), hi=(1.6, 0.15, 0.15)).name("arm")
-tip = cylinder(0.3, axis="z", at=(1.6, 0, 0), height=0.5).name("tip")
-bores = cylinder(0.2, axis="z").name("bore") | cylinder(0.15, axis="z", at=(1.6, 0, 0)).name("pin")
+tip = cylinder(0.3, at=(1.6, 0, 0), height=0.5).name("tip")
 
-part(blend(blend(hub, arm, 0.08).name("root"), tip, 0.08).name("neck") - bores)
+bore = cylinder(0.2).name("bore")
+pin = cylinder(0.15, at=(1.6, 0, 0)).name("pin")
+
+rooted = blend(hub, arm, 0.08).name("root")
+whole = blend(rooted, tip, 0.08).name("neck")
+
+part(whole - (bore | pin))

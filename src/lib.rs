@@ -43,3 +43,8 @@ pub mod pipeline;
 pub use error::{Error, Place, Result};
 pub use glam::DVec3;
 pub use run::Run;
+
+/// The snippets of the README compile and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,4 +1,4 @@
-//! Rules that are tests: which room may import which, a head on every file, no file too long to read.
+//! Rules that are tests: which room may import which, a head on every file, no file too long to read, links that lead somewhere.
 //!
 //! The rooms are those of `ARCHITECTURE.md`. Code is read as tokens, so comments, documentation links and strings are
 //! not imports. What is found: `crate::room`, `use crate::{room, other::thing}`, chains of `super` that climb out of
@@ -353,6 +353,71 @@ fn no_source_file_is_too_long() {
     assert_none(wrong.collect());
 }
 
+/// All Markdown files of the project, by their path from its root, sorted. Folders that others fill are left out.
+fn documents() -> Vec<(PathBuf, String)> {
+    fn walk(folder: &Path, out: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let (path, name) = (entry.path(), entry.file_name());
+            if path.is_dir() && name != "target" && !name.to_string_lossy().starts_with('.') {
+                walk(&path, out);
+            } else if path.extension().is_some_and(|e| e == "md") {
+                out.push(path);
+            }
+        }
+    }
+    let mut paths = Vec::new();
+    walk(root(), &mut paths);
+    paths.sort();
+    paths.into_iter().map(|p| (p.strip_prefix(root()).unwrap().into(), fs::read_to_string(&p).unwrap())).collect()
+}
+
+/// Lines of a Markdown text outside of blocks of code.
+fn prose(text: &str) -> impl Iterator<Item = &str> {
+    let mut code = false;
+    text.lines().filter(move |line| {
+        let fence = line.trim_start().starts_with("```");
+        code ^= fence;
+        !code && !fence
+    })
+}
+
+/// What the links of a text lead to: `[...](here)`. Pages of others are left out.
+fn links(text: &str) -> Vec<String> {
+    let ends = prose(text).flat_map(|line| line.split("](").skip(1));
+    let targets = ends.filter_map(|rest| rest.split(')').next());
+    targets.filter(|t| !t.contains("://") && !t.contains([' ', '`'])).map(String::from).collect()
+}
+
+/// Names of the headings of a text, as links call them.
+fn headings(text: &str) -> BTreeSet<String> {
+    let name = |line: &str| -> String {
+        let line = line.trim_start_matches('#').trim().to_lowercase();
+        let kept = line.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+    };
+    prose(text).filter(|line| line.starts_with('#')).map(name).collect()
+}
+
+#[test]
+fn documents_link_to_what_is_there() {
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for (path, text) in documents() {
+        for link in links(&text) {
+            count += 1;
+            let (file, part) = link.split_once('#').unwrap_or((&link, ""));
+            let to = if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
+            let there = root().join(&to);
+            let named = || fs::read_to_string(&there).is_ok_and(|t| headings(&t).contains(part));
+            if !there.exists() || !part.is_empty() && !named() {
+                wrong.push(format!("{}: nothing is at {link}", path.display()));
+            }
+        }
+    }
+    assert!(count > 20, "the links were not found");
+    assert_none(wrong);
+}
+
 /// Places in the pipeline that may look into a text: names, not messages.
 const LOOKS_INTO_NAMES: &[(&str, &str)] = &[("pipeline/mesh.rs", "f.starts_with(\"domain.\")")];
 
@@ -393,6 +458,15 @@ fn looking_into_a_message_is_seen() {
         (looks_into_texts("pipeline/mesh.rs", name).len(), looks_into_texts("pipeline/leaf.rs", name).len()),
         (0, 1)
     );
+}
+
+#[test]
+fn links_and_headings_are_read() {
+    let text =
+        "# A `--tol` [x](a.md#b)\n```md\n[y](no.md)\n# no\n```\n![p](q.png) [z](https://x.org/y.md)\n## What holds?\n";
+    assert_eq!(links(text), ["a.md#b", "q.png"]);
+    let names: Vec<String> = headings(text).into_iter().collect();
+    assert_eq!(names, ["a---tol-xamdb", "what-holds"]);
 }
 
 #[test]

@@ -125,7 +125,8 @@ pub struct Mesh {
     pub how: How,
     #[command(flatten)]
     pub triangles: Triangles,
-    /// mc: marching cubes alone; operators: followed by the operators of Lisnyak (2014); leaf: exact edges from the tree
+    /// leaf: exact edges from the tree; complex: from the arrangement of its leaves alone; operators: marching cubes, then creases
+    /// found by normals, smoothing, flips; mc: marching cubes alone
     #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
     pub method: Method,
     #[command(flatten)]

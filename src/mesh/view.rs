@@ -1,7 +1,7 @@
 //! A surface mesh as it is read, however it is kept: in arrays, or as fragments that are merged on the fly.
 //!
-//! Writers, measures and stages that only read take a [`MeshView`]. Nodes and cells come in runs, in ascending order, so
-//! the price of finding where one is kept is paid per run.
+//! Writers take a [`MeshView`]; measures and stages take a [`TriMesh`], which [`TriMesh::from_view`] makes of one. Nodes and
+//! cells come in runs, in ascending order, so the price of finding where one is kept is paid per run.
 
 use std::ops::Range;
 

@@ -225,7 +225,8 @@ pub fn default_sequence() -> Vec<Operator> {
 }
 
 /// The sequence \[LIS14\] describes, corrected: projection, smoothing, `N`, `N1`, classes by curvature, smoothing by class,
-/// densification, `N1` again. No edge is flipped or cut, so chamfers stay; it is here to be compared with.
+/// densification, `N1` again. No edge is flipped or cut, so chamfers stay; it is here to be compared with. It is not the paper's
+/// word for word: every move is [guarded](super::guard), needles are removed, and [`improve_with`] runs it again around faults.
 pub fn paper_sequence() -> Vec<Operator> {
     use Operator::*;
     let mut out = vec![Project, SmoothAll, SmoothAll, AlignNormals, SnapToPlanes, SnapToPlanes, ClassifyByCurvature];

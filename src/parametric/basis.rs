@@ -1,4 +1,4 @@
-//! B-spline basis functions: knots, spans, values and derivatives (\[KUZ19\] equations 23-25, with the index of the third
+//! B-spline basis functions: knots, spans, values and derivatives (\[KUZ19\] equations 16, 17; 25 with the index of its third
 //! function put right; L. Piegl, W. Tiller, "The NURBS Book", 2.1-2.3).
 
 use crate::error::{Error, Place, Result};

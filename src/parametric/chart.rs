@@ -406,8 +406,8 @@ impl Chart {
         })
     }
 
-    /// The larger principal curvature at parameters; at singular points and borders that of a point a little inside, for
-    /// both parameters on their own (\[BOR20\]).
+    /// The larger principal curvature at parameters. Nearer to a pole than a thousandth of the range it is that of a point
+    /// which is that far from it, for each parameter on its own (\[BOR20\]); other borders need no such step.
     pub(super) fn curvature(&self, uv: DVec2) -> Option<f64> {
         const INSIDE: f64 = 1e-3;
         let mut uv = self.wrapped(uv);

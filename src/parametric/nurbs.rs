@@ -1,4 +1,5 @@
-//! NURBS curves and surfaces (\[KUZ19\] 21-27, 55; derivatives 50-54), and the splines that are special cases of them.
+//! NURBS curves and surfaces (\[KUZ19\] 13-18, 55; derivatives 50-54), and the splines that are special cases of them (5-12,
+//! 21-27).
 
 use glam::{DVec3, DVec4};
 
@@ -63,21 +64,21 @@ impl NurbsCurve {
         self.closed
     }
 
-    /// A (rational) Bézier curve over 0..=1 (\[KUZ19\] 9, 21).
+    /// A (rational) Bézier curve over 0..=1 (\[KUZ19\] 5, 21).
     pub fn bezier(points: &[DVec3], weights: Option<&[f64]>) -> Result<Self> {
         let degree = points.len().saturating_sub(1);
         let ends = |v: f64| std::iter::repeat_n(v, degree + 1);
         Self::new(degree, ends(0.0).chain(ends(1.0)).collect(), points, weights)
     }
 
-    /// Straight pieces through the points, piece `i` over `i..=i + 1`.
+    /// Straight pieces through the points, piece `i` over `i..=i + 1` (\[KUZ19\] 6).
     pub fn polyline(points: &[DVec3]) -> Result<Self> {
         let n = points.len().max(1) - 1;
         let knots = [0.0].into_iter().chain((0..=n).map(|i| i as f64)).chain([n as f64]).collect();
         Self::new(1, knots, points, None)
     }
 
-    /// A cubic Hermite spline through `points` with the given derivatives at the parameters `t` (\[KUZ19\] 10, 11).
+    /// A cubic Hermite spline through `points` with the given derivatives at the parameters `t`.
     pub fn hermite(t: &[f64], points: &[DVec3], derivatives: &[DVec3]) -> Result<Self> {
         let n = points.len();
         if n < 2 || t.len() != n || derivatives.len() != n || t.windows(2).any(|w| !(w[0] < w[1])) {
@@ -98,7 +99,7 @@ impl NurbsCurve {
         Self::new(3, knots, &control, None)
     }
 
-    /// A cubic spline with continuous curvature through the points (\[KUZ19\] 12-20), parametrized by chord length.
+    /// A cubic spline with continuous curvature through the points (\[KUZ19\] 7-12), parametrized by chord length.
     pub fn cubic(points: &[DVec3], ends: SplineEnds) -> Result<Self> {
         let mut points = points.to_vec();
         if matches!(ends, SplineEnds::Closed) && points.first() != points.last() {

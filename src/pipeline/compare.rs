@@ -24,7 +24,7 @@ const SHARP: f64 = 40.0;
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// `mc`, `paper` (the sequence of \[LIS14\]), `operators` or `leaf` (the default; all its attempts); of a
+    /// `mc`, `paper` (the operators of \[LIS14\] in its order), `operators` or `leaf` (the default; all its attempts); of a
     /// soup `input`, `poisson`, `frontal` or `triangles`.
     pub method: &'static str,
     /// The stage just finished.

@@ -1,5 +1,5 @@
 //! Creases inside black boxes: closures, and formulas that do not fall into leaves. The leaf method knows nothing of them and
-//! cuts them off; the operators of \[LIS14\], which see only the surface, find them.
+//! cuts them off; the default sequence of operators, which sees only the surface, finds them.
 
 use super::history::{Attempt, Clock, Tried};
 use super::leaf::ByLeaf;

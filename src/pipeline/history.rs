@@ -21,7 +21,7 @@ pub enum Tried {
     Trim,
     /// The same with the surroundings of faults left as they were extracted.
     Leave,
-    /// Marching cubes with the operators of \[LIS14\].
+    /// Marching cubes with the default sequence of operators.
     Operators,
     /// Marching cubes alone.
     MarchingCubes,

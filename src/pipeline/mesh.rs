@@ -36,7 +36,8 @@ pub(super) const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
 pub enum Method {
     /// Marching cubes with the topology of MC33, nothing else.
     MarchingCubes,
-    /// Marching cubes, then the operators of \[LIS14\] in the order [`optimize`](crate::optimize) explains.
+    /// Marching cubes, then the [default sequence](crate::optimize::default_sequence) of operators: creases are cut where normals
+    /// differ, the rest smooths, divides and flips. Only some of the operators are those of \[LIS14\].
     Operators,
     /// Edges and corners exactly where the tree's leaves meet, and a remesher that keeps them:
     /// [`optimize::exact`](crate::optimize::exact).
@@ -259,10 +260,13 @@ const THIN: f64 = 1e-3;
 
 /// Meshes a part.
 ///
-/// Guarantees: a closed, oriented 2-manifold; nodes on the boundary; the same bytes for any number of threads. What falls
-/// short of what was asked (a wall thinner than a cell, a self-intersection) is in the report's `shortfalls`.
+/// Guarantees, for a solid of R-functions: a closed, oriented 2-manifold; nodes on the boundary; the same bytes for any number of
+/// threads. What falls short of what was asked (a wall thinner than a cell, a self-intersection) is in the report's `shortfalls`.
+/// A mesh away from the surface by more than a fifth of the size is made again from smaller cells; only one farther away than the
+/// size falls short.
 ///
-/// Solids the part builds from edges are meshed as [`mesh_step`](super::mesh_step) does, beside the one of R-functions.
+/// What the part builds from edges is meshed as [`mesh_step`](super::mesh_step) does, beside the solid of R-functions; sheets stay
+/// open.
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {

@@ -7,7 +7,8 @@
 //! Times are seconds of this process's CPU, the least of N repetitions, the two programs taking turns. They run from the
 //! finished description of a solid to the finished mesh: fidget's shape, octree and dual contouring; our lowering, octree
 //! and marching cubes. Cells have the same size on both sides. Fidget works in f32 with machine code made on the spot,
-//! on min and max of exact signed distances; we in f64 on R-functions, unless a row says otherwise.
+//! on min and max of exact signed distances; we in f64 on a tree of R-functions, whose signs are min and max of its leaves: values of
+//! R-functions are needed in few cells, so R0 and min/max cost about the same.
 
 mod ours;
 mod part;
