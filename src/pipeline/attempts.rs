@@ -8,12 +8,13 @@ use glam::DVec3;
 use super::history::{Attempt, Clock, Proof, Tried};
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Method, Ready, nothing_found};
+use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::implicit::{
     Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, can_arrange, drop_splinters, surface_points, trimmed,
 };
-use crate::mesh::TriMesh;
+use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
 use crate::quality::Fault;
 use crate::run::Run;
@@ -24,6 +25,8 @@ pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// The grid of an arrangement has cells of so many sizes: it is smaller where it must be, and the remesher makes triangles of the
 /// size wanted in flat places.
 const ARRANGED: f64 = 2.0;
+/// An arrangement is healed if at most one triangle in so many is at fault.
+const MOST_HEALED: usize = 20;
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
@@ -69,6 +72,14 @@ fn far_from<T: Copy>(
     things.iter().zip(away).filter(|x| x.1).map(|x| *x.0).collect()
 }
 
+/// How many triangles intersect others.
+fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    Ok(bad.len())
+}
+
 /// What cutting an extraction gave.
 type Cutting = (Patchwork, CutReport);
 
@@ -89,8 +100,10 @@ pub(super) struct Scout {
     /// Places without an exact edge, once it is cut, and whether [cutting was given up](CutReport::bridged).
     unresolved: Vec<DVec3>,
     bridged: bool,
-    /// What was shown of the arrangement it was made from, if it was.
-    proof: Option<Proof>,
+    /// What was shown of the arrangement it was made from, if it was,
+    pub(super) proof: Option<Proof>,
+    /// and whether the solid touches itself there.
+    touches: bool,
 }
 
 impl Scout {
@@ -99,7 +112,18 @@ impl Scout {
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
         let (unresolved, proof) = (Vec::new(), None);
-        Ok(Self { extracted, cell, finest: cell, points, gone, splinters, unresolved, bridged: false, proof })
+        Ok(Self {
+            extracted,
+            cell,
+            finest: cell,
+            points,
+            gone,
+            splinters,
+            unresolved,
+            bridged: false,
+            proof,
+            touches: false,
+        })
     }
 
     fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
@@ -142,11 +166,11 @@ impl Scout {
         if made.made.mesh.triangles.is_empty() {
             return Ok(None);
         }
-        let proof = Proof::of(&made);
+        let (proof, touches) = (Proof::of(&made), made.touches);
         let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
         // Curves are followed as with the smallest cells that are tried else.
         scout.finest = CELLS[CELLS.len() - 1] * self.cell;
-        scout.proof = Some(proof);
+        (scout.proof, scout.touches) = (Some(proof), touches);
         Ok(Some((scout, cut)))
     }
 
@@ -167,12 +191,16 @@ impl Scout {
     ) -> Result<Trial> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let wanted = exact_options(ready, options, self.finest)?;
-        let exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
+        let mut exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
+        let mut drawn = 0;
+        if self.touches && exact.report.self_intersections > 0 {
+            drawn = draw_apart(&mut exact.mesh, ready.model.bounds().diagonal(), run)?;
+            exact.report.self_intersections = intersecting(&exact.mesh, run)?;
+        }
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
         let flat = self.flat(&exact.mesh, ready);
-        let proved = self.proof.as_ref().is_some_and(Proof::is_whole);
-        Ok(Trial { exact, missed, flat, scout: self, number: 0, proved })
+        Ok(Trial { exact, missed, flat, scout: self, number: 0, drawn })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -193,8 +221,8 @@ pub(super) struct Trial {
     pub(super) scout: Scout,
     /// Its place in the list of attempts.
     number: usize,
-    /// Whether all of the arrangement it was made from is shown to be as it is.
-    proved: bool,
+    /// Nodes that were drawn back where the solid touches itself.
+    pub(super) drawn: usize,
 }
 
 impl Trial {
@@ -207,7 +235,7 @@ impl Trial {
     fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock) -> Self {
         self.number = attempts.len();
         let attempt = Attempt::new(tried, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
-        let attempt = Attempt { proof: self.scout.proof.take(), ..attempt };
+        let attempt = Attempt { proof: self.scout.proof.clone(), ..attempt };
         let edges_missing = self.exact.report.cut.unresolved.len();
         let lacks = [
             (!self.missed.is_empty(), "some of the surface is not in the mesh"),
@@ -230,9 +258,14 @@ impl Trial {
         self.badness() == (0, false, 0) && self.lost().is_none()
     }
 
-    /// Whether no other attempt is worth it: nothing is wrong, or all is shown to be there, and smaller cells can find no more.
+    /// Whether no other attempt is worth it: nothing is wrong, or all was found, so that smaller cells find no more, and what is at
+    /// fault can be healed.
     fn ends(&self, options: &MeshOptions) -> bool {
-        let found = self.proved && self.faults() == 0 && self.missed.is_empty();
+        let found = self.scout.proof.as_ref().is_some_and(|proof| {
+            let few = MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len();
+            let whole = proof.is_whole() || (self.flat.is_empty() && self.lost().is_none());
+            few && whole && self.missed.is_empty()
+        });
         found || self.is_clean() || options.method == Method::Complex
     }
 
@@ -270,6 +303,19 @@ pub(super) fn at(p: DVec3) -> String {
     format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
 }
 
+/// What may be tried.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ladder<'a> {
+    /// Cells, as shares of the size, the largest first.
+    pub(super) cells: &'a [f64],
+    /// Whether the leaves' arrangement is.
+    pub(super) arrange: bool,
+}
+
+impl Ladder<'_> {
+    pub(super) const WHOLE: Self = Ladder { cells: &CELLS, arrange: true };
+}
+
 /// What a search gave.
 pub(super) struct Searched {
     pub(super) best: Trial,
@@ -284,7 +330,7 @@ pub(super) struct Searched {
 pub(super) fn search(
     ready: &Ready,
     options: &MeshOptions,
-    cells: &[f64],
+    ladder: &Ladder<'_>,
     run: &Run,
     observer: &mut Option<&mut Observer<'_>>,
 ) -> Result<Searched> {
@@ -294,12 +340,12 @@ pub(super) fn search(
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
     // Its grid is as fine as it must be, so it is tried once.
-    let mut arrange = true;
+    let mut arrange = ladder.arrange;
     let cuts = options.method != Method::Complex;
     // Borders between faces on one surface are found by no cut.
     let named = ready.model.shares_surfaces();
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
-    for share in cells {
+    for share in ladder.cells {
         let cell = share * ready.size;
         let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
         let triangles = |s: &Scout| s.extracted.mesh.triangles.len() as f64 * (s.cell / cell).powi(2);

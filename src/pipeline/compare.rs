@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::attempts::CELLS;
+use super::attempts::Ladder;
 use super::leaf::by_leaf;
 use super::mesh::{MeshOptions, Ready, check_groups, finish_names};
 use super::report::Report;
@@ -67,7 +67,7 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
     by_leaf(
         &ready,
         options,
-        &CELLS,
+        &Ladder::WHOLE,
         run,
         Some(&mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone()))),
     )?;

@@ -1,6 +1,6 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
-use super::attempts::{Scout, Searched, Trial, search};
+use super::attempts::{Ladder, Scout, Searched, Trial, search};
 use super::history::{Attempt, Clock, Tried};
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
@@ -48,6 +48,10 @@ pub(super) struct ByLeaf {
     pub(super) complete: bool,
     /// What was tried.
     pub(super) attempts: Vec<Attempt>,
+    /// Whether it is of an arrangement.
+    pub(super) arranged: bool,
+    /// Nodes that were drawn back where the solid touches itself.
+    pub(super) drawn: usize,
 }
 
 impl ByLeaf {
@@ -72,6 +76,8 @@ impl ByLeaf {
             crossed: false,
             complete: true,
             attempts: Vec::new(),
+            arranged: false,
+            drawn: 0,
         }
     }
 }
@@ -118,21 +124,23 @@ fn near(mesh: &TriMesh, boxes: &[Aabb], reach: f64) -> Vec<bool> {
     found
 }
 
-/// Runs the leaf method on ever smaller `cells`, shares of the size, until it comes out clean. Where no attempt does, the best one is made anew
+/// Runs the leaf method on ever smaller cells until it comes out clean. Where no attempt does, the best one is made anew
 /// with the surroundings of its faults as they were extracted; falls back to the operators, at last to marching cubes,
 /// where that does not help.
 pub(super) fn by_leaf(
     ready: &Ready,
     options: &MeshOptions,
-    cells: &[f64],
+    ladder: &Ladder<'_>,
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let Searched { mut best, crossed, mut attempts } = search(ready, options, cells, run, &mut observer)?;
+    let Searched { mut best, crossed, mut attempts } = search(ready, options, ladder, run, &mut observer)?;
     let found = best.exact.report.clone();
     let mut clock = Clock::new(options.timed);
     let mut left = Vec::new();
-    if best.faults() > 0 && options.method != Method::Complex {
+    // Triangles of an arrangement lie on their leaves: there is no extraction to go back to.
+    let arranged = best.scout.proof.is_some();
+    if best.faults() > 0 && !arranged {
         left = leave(ready, options, &mut best, run, observer)?;
         let (cell, triangles) = (best.scout.cell, best.exact.mesh.triangles.len());
         let attempt = Attempt::new(Tried::Leave, cell, triangles, best.faults(), &mut clock);
@@ -142,10 +150,13 @@ pub(super) fn by_leaf(
     }
     let mut shortfalls = best.shortfalls(ready);
     let complete = best.exact.report.cut.unresolved.is_empty();
-    if best.faults() == 0 || options.method == Method::Complex {
+    if best.faults() == 0 || arranged {
         shortfalls
             .extend(left.first().map(|b| Fault::LeftAsExtracted { at: b.center().to_array(), more: left.len() - 1 }));
-        let best_faults = best.faults();
+        let (best_faults, drawn) = (best.faults(), best.drawn);
+        if best_faults > 0 {
+            shortfalls.push(Fault::mended(best_faults, &best.exact.report.faults));
+        }
         let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let intersecting = (best_faults == 0).then_some(0);
@@ -162,6 +173,8 @@ pub(super) fn by_leaf(
             crossed,
             complete,
             attempts,
+            arranged,
+            drawn,
         });
     }
     let extracted = ready.extract(ready.size, options, run)?;

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use super::attempts::{CELLS, LOOSE, at};
+use super::attempts::{CELLS, LOOSE, Ladder, at};
 use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
 use super::heal::{heal_made, same_places, told};
@@ -301,23 +301,33 @@ fn apart(made: &Meshed) -> f64 {
 /// places of those that face away, with half the length of their edges.
 /// Where it is far from the surface, as where cells saw two bodies in a neck, smaller cells are tried.
 pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, Crowded)> {
-    let (mut made, mut crowded, mut cell) = mesh_by_cells(part, ready, options, &CELLS, run)?;
+    let mut found = mesh_by_cells(part, ready, options, &Ladder::WHOLE, run)?;
+    if found.arranged && options.method == Method::Leaf && !is_sound(&found.meshed) {
+        // Healing did not help: there are other ways.
+        let other = mesh_by_cells(part, ready, options, &Ladder { arrange: false, ..Ladder::WHOLE }, run)?;
+        if is_sound(&other.meshed) {
+            let mut other = other;
+            other.meshed.report.instead_of(&found.meshed.report, true, "not sound when healed");
+            found = other;
+        }
+    }
+    let Found { meshed: mut made, mut crowded, mut cell, .. } = found;
     let near = (APART * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
     while options.method.is_exact() && apart(&made) > near {
         let left = CELLS.iter().position(|share| share * ready.size < 0.75 * cell).unwrap_or(CELLS.len());
-        let cells = &CELLS[left..];
-        if cells.len() < 2 {
+        let ladder = Ladder { cells: &CELLS[left..], arrange: true };
+        if ladder.cells.len() < 2 {
             break;
         }
-        match mesh_by_cells(part, ready, options, cells, run) {
-            Ok(mut other) if 2.0 * apart(&other.0) < apart(&made) && wanting(&other.0) <= wanting(&made) => {
-                other.0.report.instead_of(&made.report, true, "far from the surface");
-                (made, crowded, cell) = other;
+        match mesh_by_cells(part, ready, options, &ladder, run) {
+            Ok(mut other) if 2.0 * apart(&other.meshed) < apart(&made) && wanting(&other.meshed) <= wanting(&made) => {
+                other.meshed.report.instead_of(&made.report, true, "far from the surface");
+                Found { meshed: made, crowded, cell, .. } = other;
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // A crease that no cells see: what there is stands.
             Ok(other) => {
-                made.report.instead_of(&other.0.report, false, "no nearer to the surface with smaller cells");
+                made.report.instead_of(&other.meshed.report, false, "no nearer to the surface with smaller cells");
                 break;
             }
             Err(_) => break,
@@ -326,17 +336,25 @@ pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run:
     Ok((made, crowded))
 }
 
-/// A mesh by the cells of some shares of the size; see [`mesh_ready`]. Comes with the cells' size.
-fn mesh_by_cells(
-    part: &Part,
-    ready: &Ready,
-    options: &MeshOptions,
-    cells: &[f64],
-    run: &Run,
-) -> Result<(Meshed, Crowded, f64)> {
+/// What a ladder gave: see [`mesh_ready`].
+struct Found {
+    meshed: Meshed,
+    crowded: Crowded,
+    /// The cells' size.
+    cell: f64,
+    /// Whether it is an arrangement.
+    arranged: bool,
+}
+
+fn is_sound(made: &Meshed) -> bool {
+    made.report.check.as_ref().is_none_or(|c| c.certificate.is_sound())
+}
+
+/// A mesh by what a ladder has.
+fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Ladder<'_>, run: &Run) -> Result<Found> {
     let mut clock = Clock::new(options.timed);
     let made = if options.method.is_exact() {
-        let made = by_leaf(ready, options, cells, run, None)?;
+        let made = by_leaf(ready, options, ladder, run, None)?;
         match hidden_creases(ready, &made, options, run)? {
             Some(recovered) => recovered,
             None => made,
@@ -363,6 +381,8 @@ fn mesh_by_cells(
         method,
         shortfalls,
         attempts,
+        arranged,
+        drawn,
         ..
     } = made;
     let (crossed, complete) = (made.crossed, made.complete);
@@ -370,6 +390,11 @@ fn mesh_by_cells(
     report.shortfalls = shortfalls;
     report.attempts = attempts;
     report.stage("mesh", mesh.triangles.len(), &mut clock);
+    if drawn > 0 {
+        let what =
+            "the solid touches itself along edges: nodes there are drawn back into it by a billionth of its size";
+        report.warnings.push(format!("{what}, {drawn} of them"));
+    }
     ready.wishes(options)?;
     if !options.method.is_exact() && !options.refinements.is_empty() {
         report.warnings.push("refinements are not heeded by this method".into());
@@ -442,7 +467,7 @@ fn mesh_by_cells(
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
-    Ok((Meshed { mesh, seams, corners, report }, crowded, cell))
+    Ok(Found { meshed: Meshed { mesh, seams, corners, report }, crowded, cell, arranged })
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

@@ -21,6 +21,7 @@ mod refine;
 mod report;
 mod shown;
 mod soup_sizes;
+mod touching;
 
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use brep::{is_step, load_step, mesh_step};

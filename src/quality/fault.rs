@@ -5,6 +5,8 @@ use std::fmt;
 use glam::DVec3;
 use serde::{Serialize, Serializer};
 
+use crate::spatial::Aabb;
+
 /// How many places a fault lists.
 pub(super) const LISTED: usize = 5;
 
@@ -111,6 +113,13 @@ pub enum Fault {
         /// How many more there are.
         more: usize,
     },
+    /// With exact edges triangles intersected others; they were mended as those of a damaged mesh are.
+    Mended {
+        /// How many.
+        triangles: usize,
+        /// Where the first ones were.
+        places: Vec<[f64; 3]>,
+    },
     /// The mesh is made by another method than the one asked for.
     OtherMethod {
         /// How many triangles intersected others by the method asked for.
@@ -199,6 +208,7 @@ impl Fault {
             | Fault::NonManifold { places, .. }
             | Fault::NotOriented { places, .. }
             | Fault::Crossing { places, .. }
+            | Fault::Mended { places, .. }
             | Fault::EdgesMissing { places, .. } => places.clone(),
             Fault::SurfaceMissing { at, .. }
             | Fault::FaceMissing { at, .. }
@@ -221,6 +231,11 @@ impl Fault {
     /// Places without exact edges.
     pub(crate) fn edges_missing(at: &[DVec3]) -> Self {
         Fault::EdgesMissing { count: at.len(), places: first(at.iter().copied()) }
+    }
+
+    /// So many triangles, in some boxes, that are mended.
+    pub(crate) fn mended(triangles: usize, boxes: &[Aabb]) -> Self {
+        Fault::Mended { triangles, places: first(boxes.iter().map(Aabb::center)) }
     }
 }
 
@@ -288,6 +303,10 @@ impl fmt::Display for Fault {
             Fault::LeftAsExtracted { at, more } => {
                 let why = "exact edges there make triangles intersect";
                 write!(f, "left as marching cubes made it around {} and {more} more places: {why}", point(at))
+            }
+            Fault::Mended { triangles, places } => {
+                let near = places.first().map_or(String::new(), |p| format!(", the first near {}", point(p)));
+                write!(f, "with exact edges {triangles} triangles intersect others: mended there{near}")
             }
             Fault::OtherMethod { crossing, inverted, method } => {
                 let found = [(*crossing, "intersect others"), (*inverted, "are turned over")];

@@ -57,6 +57,8 @@ const GROUPS: usize = 256;
 pub(crate) struct Arranged {
     /// The mesh and the leaves of its nodes.
     pub(crate) made: Trimmed,
+    /// Whether the solid touches itself along edges or in points.
+    pub(crate) touches: bool,
     /// Cells of the grid that hold some of the surface.
     pub(crate) cells: usize,
     /// The centers of those in which the arrangement is not proved, with the reason.
@@ -120,7 +122,13 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
             Some((b.center(), unproved(leaves, c.tape.as_ref()?, &b)?))
         });
         let unproved = left.collect();
-        Ok(Arranged { made: Trimmed { mesh, leaves: on, faces }, cells: held.len(), unproved, astray })
+        Ok(Arranged {
+            made: Trimmed { mesh, leaves: on, faces },
+            touches: copies.len() > keys.len(),
+            cells: held.len(),
+            unproved,
+            astray,
+        })
     })
 }
 
