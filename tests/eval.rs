@@ -4,10 +4,15 @@ mod common;
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
 use predicates::str::contains;
-use rvachev::DVec3;
+use rvachev::implicit::{Field, Implicit, RSystem, Sampling, Solid, evaluate};
+use rvachev::run::CancelToken;
+use rvachev::spatial::Aabb;
+use rvachev::{DVec3, Error, Run};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -148,6 +153,55 @@ fn gradients_are_differences_and_insides_are_signs() {
         assert!(found.iter().all(|r| r.inside == (r.value > 0.0)), "{system}");
         assert!(found.iter().filter(|r| r.inside).count() > 100, "{system}");
     }
+}
+
+/// A ball of radius 1 that counts how often it is asked, and for how much.
+#[derive(Default)]
+struct Ball {
+    calls: AtomicUsize,
+    values: AtomicUsize,
+}
+
+struct Shared(Arc<Ball>);
+
+impl Field for Shared {
+    fn value(&self, p: DVec3) -> f64 {
+        1.0 - p.length()
+    }
+
+    fn values(&self, points: &[DVec3], out: &mut [f64]) {
+        self.0.calls.fetch_add(1, Ordering::Relaxed);
+        self.0.values.fetch_add(points.len(), Ordering::Relaxed);
+        out.iter_mut().zip(points).for_each(|(v, p)| *v = self.value(*p));
+    }
+}
+
+#[test]
+fn fields_are_asked_for_many_values_at_once() {
+    let ball = Arc::new(Ball::default());
+    let solid = Solid::field(Shared(ball.clone())) & Solid::field(|p: DVec3| p.z);
+    let domain = Aabb::new(DVec3::splat(-5.0), DVec3::splat(5.0));
+    let model = Implicit::new(&solid, RSystem::MinMax, Some(domain)).unwrap();
+    let (calls, values) = (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed));
+    let points = scattered(10_000, 2.0);
+    let found = evaluate(&model, &points, Sampling { gradients: true, faces: true }, &Run::new()).unwrap();
+    assert_eq!(ball.values.load(Ordering::Relaxed) - values, points.len());
+    assert!(ball.calls.load(Ordering::Relaxed) - calls <= points.len() / 100);
+    for (i, p) in points.iter().enumerate() {
+        assert_eq!(found.values[i], (1.0 - p.length()).min(p.z));
+        let gradient = if p.z < 1.0 - p.length() { DVec3::Z } else { -p.normalize() };
+        assert!((found.gradients[i] - gradient).length() < 1e-7, "{p}: {}", found.gradients[i]);
+        assert_eq!(found.inside[i], p.length() < 1.0 && p.z > 0.0);
+    }
+    // What is not asked for is not there, and a run that was cancelled gives nothing.
+    let few = evaluate(&model, &points[..3], Sampling::default(), &Run::new()).unwrap();
+    assert_eq!((few.values[..].len(), few.gradients.len(), few.faces.len()), (3, 0, 0));
+    let token = CancelToken::new();
+    token.cancel();
+    assert!(matches!(
+        evaluate(&model, &points, Sampling::default(), &Run::new().with_cancel(token)),
+        Err(Error::Cancelled)
+    ));
 }
 
 #[test]

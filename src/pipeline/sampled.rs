@@ -177,7 +177,7 @@ pub fn sample_grid(model: &Implicit, options: &GridOptions, run: &Run) -> Result
     if needed > options.memory as f64 || cells.max_element() > f64::from(i32::MAX) {
         const GIB: f64 = (1u64 << 30) as f64;
         return Err(Error::Usage(format!(
-            "a grid with step {step} has {count:.3e} points and needs {:.3} GiB of memory, more than the {:.3} allowed",
+            "a grid with step {step:e} has {count:.3e} points and needs {:.3} GiB of memory, more than the {:.3} allowed",
             needed / GIB,
             options.memory as f64 / GIB
         )));
