@@ -4,12 +4,15 @@
 //! Python 3.10 or newer with `venv`, the package index, and what gmsh is linked against (Debian: libglu1-mesa libxrender1
 //! libxcursor1 libxft2 libxinerama1).
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use common::{done, environment};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -17,39 +20,20 @@ fn here(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-fn done(command: &mut Command) -> String {
-    let out = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
-    let said = [&out.stdout[..], &out.stderr[..]].map(|s| String::from_utf8_lossy(s).into_owned());
-    assert!(out.status.success(), "{command:?}: {}\n{}", out.status, said.concat());
-    said[0].clone()
-}
-
 /// The Python with gmsh and meshio in it.
 fn python() -> &'static Path {
     static PYTHON: OnceLock<PathBuf> = OnceLock::new();
     PYTHON.get_or_init(|| {
-        let requirements = here("tests/formats/requirements.txt");
-        let all = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("formats-env");
-        fs::create_dir_all(&all).unwrap();
-        let lock = fs::File::create(all.join("lock")).unwrap();
-        lock.lock().unwrap();
-        let (folder, ready) = (all.join("env"), all.join("ready"));
-        let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-        let wanted = fs::read_to_string(&requirements).unwrap();
-        if fs::read_to_string(&ready).ok().as_ref() != Some(&wanted) {
-            let _ = fs::remove_dir_all(&folder);
-            done(Command::new("python3").args(["-m", "venv"]).arg(&folder));
-            done(Command::new(&python).args(["-m", "pip", "install", "--quiet", "-r"]).arg(&requirements));
-            fs::write(&ready, wanted).unwrap();
-        }
-        python
+        let found = environment("formats-env", &here("tests/formats/requirements.txt"));
+        found.unwrap_or_else(|why| panic!("the format checks cannot run: {why}"))
     })
 }
 
 /// What a program finds in a file.
 fn ask(program: &str, dir: &TempDir, file: &str) -> Value {
     let script = here("tests/formats/read.py");
-    let said = done(Command::new(python()).current_dir(dir).arg(script).arg(program).arg(file));
+    let out = done(Command::new(python()).current_dir(dir).arg(script).arg(program).arg(file));
+    let said = String::from_utf8_lossy(&out.unwrap_or_else(|why| panic!("{why}")).stdout).into_owned();
     let last = said.trim().lines().last().unwrap_or_default();
     serde_json::from_str::<Value>(last).unwrap_or_else(|e| panic!("{e}: {said}"))[0].clone()
 }
@@ -200,7 +184,8 @@ fn calculix_computes_on_the_sets() {
         "*BOUNDARY\nclamped, 1, 3\n*STEP\n*STATIC\n*DLOAD\nloaded, P, 1.\n*NODE PRINT, NSET=clamped, TOTALS=ONLY\nRF\n";
     deck += "*END STEP\n";
     fs::write(dir.path().join("deck.inp"), deck).unwrap();
-    let said = done(Command::new("ccx").current_dir(&dir).args(["-i", "deck"]));
+    let out = done(Command::new("ccx").current_dir(&dir).args(["-i", "deck"])).unwrap_or_else(|why| panic!("{why}"));
+    let said = String::from_utf8_lossy(&out.stdout);
     assert!(said.contains("Job finished") && !said.contains("*ERROR") && !said.contains("*WARNING"), "{said}");
     // A pressure of one on the loaded side is borne by the clamped one.
     let area =

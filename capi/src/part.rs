@@ -3,12 +3,11 @@
 use std::ffi::c_int;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::prelude::*;
-use rvachev::implicit::Implicit;
 use rvachev::implicit::part::{Part, PartGroup, parse};
+use rvachev::implicit::{Implicit, Sampling, evaluate};
 use rvachev::pipeline;
 use rvachev::spatial::Aabb;
-use rvachev::{DVec3, Place};
+use rvachev::{DVec3, Place, Run};
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot};
 use crate::mesh::{RvMesh, Source, give};
@@ -18,8 +17,8 @@ use crate::solid::{Kind, RvSolid};
 use crate::text::{RvText, json, quoted, read_within, text};
 use crate::work::{work, work_here};
 
-/// Points a thread evaluates before it looks whether the run goes on.
-const BATCH: usize = 256;
+/// Points the library evaluates on the thread that asks.
+const FEW: usize = 256;
 
 struct State {
     part: Part,
@@ -270,35 +269,15 @@ pub extern "C" fn rv_part_write_step(part: Option<&RvPart>, path: Chars, error: 
 /// Values, and gradients where they are wanted, of a part's function; three numbers of each point.
 fn evaluated(part: &RvPart, points: &[f64], gradient: bool) -> Result<[Vec<f64>; 2], Failure> {
     let model = part.model()?;
-    let some = |points: &[f64]| {
-        let mut out = [Vec::with_capacity(points.len() / 3), Vec::new()];
-        for p in points.chunks_exact(3).map(DVec3::from_slice) {
-            if gradient {
-                let (value, slope) = model.gradient(p);
-                out[0].push(value);
-                out[1].extend(slope.to_array());
-            } else {
-                out[0].push(model.value(p));
-            }
-        }
-        out
+    let points: Vec<DVec3> = points.chunks_exact(3).map(DVec3::from_slice).collect();
+    let wanted = Sampling { gradients: gradient, faces: false };
+    // A few points take no threads of their own.
+    let found = if points.len() <= FEW {
+        work_here(|| Ok(evaluate(&model, &points, wanted, &Run::new())?))?
+    } else {
+        work(None, 0, |run| Ok(evaluate(&model, &points, wanted, run)?))?
     };
-    if points.len() <= 3 * BATCH {
-        return work_here(|| Ok(some(points)));
-    }
-    let parts: Vec<[Vec<f64>; 2]> = work(None, 0, |run| {
-        let all = points.par_chunks(3 * BATCH).map(|chunk| {
-            run.check()?;
-            Ok(some(chunk))
-        });
-        all.collect::<Result<_, Failure>>()
-    })?;
-    let mut all = [Vec::new(), Vec::new()];
-    for [v, g] in parts {
-        all[0].extend(v);
-        all[1].extend(g);
-    }
-    Ok(all)
+    Ok([found.values, found.gradients.iter().flat_map(|g| g.to_array()).collect()])
 }
 
 /// The part's function at points: positive inside, about the distance near the surface.

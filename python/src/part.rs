@@ -7,11 +7,10 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rayon::prelude::*;
-use rvachev::implicit::Implicit;
+use rvachev::Place;
 use rvachev::implicit::part::{Part, PartGroup};
+use rvachev::implicit::{Sampling, evaluate as evaluate_at};
 use rvachev::pipeline::{self, Meshed};
-use rvachev::{DVec3, Place, Run};
 
 use crate::arrays::{surface, table};
 use crate::edges::Built;
@@ -22,9 +21,6 @@ use crate::options::Options;
 use crate::solid::PySolid;
 use crate::text::{call, literal, quoted, read};
 use crate::work::Listeners;
-
-/// Points a thread evaluates before it looks whether the run goes on.
-const BATCH: usize = 256;
 
 /// A part: a solid with a unit, groups of faces, and wishes for its mesh.
 ///
@@ -290,34 +286,6 @@ pub fn check<'py>(
     from_json(py, &check)
 }
 
-/// Values, and gradients where they are asked for, of a solid of R-functions.
-fn values(model: &Implicit, points: &[DVec3], gradient: bool, run: &Run) -> rvachev::Result<(Vec<f64>, Vec<f64>)> {
-    let parts: Vec<rvachev::Result<(Vec<f64>, Vec<f64>)>> = points
-        .par_chunks(BATCH)
-        .map(|some| {
-            run.check()?;
-            let (mut v, mut g) = (Vec::with_capacity(some.len()), Vec::new());
-            for p in some {
-                if gradient {
-                    let (value, slope) = model.gradient(*p);
-                    v.push(value);
-                    g.extend(slope.to_array());
-                } else {
-                    v.push(model.value(*p));
-                }
-            }
-            Ok((v, g))
-        })
-        .collect();
-    let (mut v, mut g) = (Vec::with_capacity(points.len()), Vec::new());
-    for part in parts {
-        let (a, b) = part?;
-        v.extend(a);
-        g.extend(b);
-    }
-    Ok((v, g))
-}
-
 type Evaluated<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray2<f64>>>);
 
 /// evaluate(part, points, gradient=False): the part's function at points (N, 3): float64 (N,), positive inside, about the
@@ -334,17 +302,15 @@ pub fn evaluate<'py>(
         Ok(p) => p.get().part(),
         Err(_) => PyPart::new(py, part, None, None, None, None, None)?.part(),
     };
-    let Some(solid) = part.solid else {
-        return Err(raise(py, &input("only solids of R-functions have a function", "")));
-    };
     let points = table(points, "points")?;
-    let (rsystem, domain) = (part.rsystem, part.domain);
-    let (v, g) = Listeners::default()
-        .work(py, |run| values(&Implicit::new(&solid, rsystem, domain)?, &points, gradient, run))?;
-    let v = v.into_pyarray(py);
+    let wanted = Sampling { gradients: gradient, faces: false };
+    let found =
+        Listeners::default().work(py, |run| evaluate_at(&pipeline::function(&part, None)?, &points, wanted, run))?;
+    let v = found.values.into_pyarray(py);
     if !gradient {
         return Ok(v.into_any());
     }
+    let g: Vec<f64> = found.gradients.iter().flat_map(|g| g.to_array()).collect();
     let both: Evaluated<'py> = (v, Some(g.into_pyarray(py).reshape([points.len(), 3])?));
     Ok(PyTuple::new(py, [both.0.into_any(), both.1.into_pyobject(py)?.into_any()])?.into_any())
 }

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use rvachev::io::Grouping;
-use rvachev::pipeline::Method;
-use rvachev::pipeline::{Refinement, SizeRequest};
+use rvachev::pipeline::{Method, RSystem, Refinement, SizeRequest};
 
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
@@ -29,6 +28,10 @@ pub enum Command {
     Heal(Heal),
     /// Tell what is in a part
     Info(Info),
+    /// Evaluate a part's function at points: value, gradient, inside or not, the face that decides
+    Eval(Eval),
+    /// Sample a part's function on a regular grid, for ParaView or NumPy
+    Grid(GridFile),
     /// Write solids built from edges, or read from STEP, as STEP (AP214)
     Convert(Convert),
     /// Draw a mesh
@@ -202,10 +205,74 @@ pub struct Files {
     pub msh_version: String,
 }
 
+/// A part file and the R-system its function is taken in.
+#[derive(Debug, Args)]
+pub struct FunctionOf {
+    /// Part file (.py) with a solid of R-functions
+    #[arg(value_name = "PART")]
+    pub part: PathBuf,
+    /// Override a top-level number of the part file
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
+    pub define: Vec<(String, f64)>,
+    /// R-system: R0, minmax, Ralpha:A or R0m:M [default: the part's own]
+    #[arg(long, value_name = "SYSTEM", value_parser = rsystem)]
+    pub rsystem: Option<RSystem>,
+}
+
+#[derive(Debug, Args)]
+pub struct Eval {
+    #[command(flatten)]
+    pub of: FunctionOf,
+    /// Points: rows x y z with commas, semicolons, tabs or blanks between; a first row may name the columns; - is standard
+    /// input
+    #[arg(long, value_name = "CSV")]
+    pub points: PathBuf,
+    /// CSV file to write: x,y,z,value,gx,gy,gz,inside,face [default: standard output]
+    #[arg(short, long, value_name = "CSV")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// A regular grid over a part's box.
+#[derive(Debug, Args)]
+pub struct GridFile {
+    #[command(flatten)]
+    pub of: FunctionOf,
+    /// File to write: .vti (VTK image data) or .npy (values alone, float64 of shape nz, ny, nx)
+    #[arg(short, long, value_name = "GRID")]
+    pub output: PathBuf,
+    /// Cells along the longest side [default: 64]
+    #[arg(long, value_name = "N", conflicts_with = "step", value_parser = clap::value_parser!(u32).range(1..))]
+    pub cells: Option<u32>,
+    /// Distance between neighboring points, in the part's unit
+    #[arg(long, value_name = "H", value_parser = positive)]
+    pub step: Option<f64>,
+    /// Room around the part's box: a length, or a share of the diagonal [default: 5%]
+    #[arg(long, value_name = "M", value_parser = width)]
+    pub margin: Option<SizeRequest>,
+    /// Gradients too
+    #[arg(long)]
+    pub gradient: bool,
+    /// The face that decides too: an index, with names beside it in the file
+    #[arg(long)]
+    pub faces: bool,
+    /// Refuse a grid that needs more memory than this, in GiB
+    #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
+    pub memory: f64,
+    #[command(flatten)]
+    pub common: Common,
+}
+
 #[derive(Debug, Args)]
 pub struct Compare {
     #[command(flatten)]
     pub part: PartFile,
+    /// Compare R-systems instead of methods: how near the function is to a distance on the boundary and beside it. Values are
+    /// used by eval, grid and programs that compute with the function. Signs alone are used by the leaf method and the operators,
+    /// and by marching cubes but for cells whose signs allow more than one topology
+    #[arg(long, conflicts_with = "png")]
+    pub rsystems: bool,
     #[command(flatten)]
     pub how: How,
     #[command(flatten)]
@@ -322,6 +389,10 @@ fn width(s: &str) -> Result<SizeRequest, String> {
 }
 
 fn refinement(s: &str) -> Result<Refinement, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn rsystem(s: &str) -> Result<RSystem, String> {
     s.parse().map_err(|e: rvachev::Error| e.to_string())
 }
 

@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use super::arguments::{Check, Compare, Convert, Files, Heal, How, Info, Mesh, Render, Triangles};
 use super::console::{note, run, say, writable};
+use super::sample::function_part;
 
 /// Pictures of a comparison stand in rows of this many.
 const SHEET_COLUMNS: usize = 6;
@@ -201,6 +202,18 @@ pub fn compare(a: &Compare) -> Result<bool> {
     a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     let how = options(&a.how, Method::default(), true);
+    if a.rsystems {
+        let part = function_part(&a.part.part, &a.part.define)?;
+        let c = pipeline::compare_rsystems(&part, &how, &run).map_err(|e| e.in_file(&a.part.part))?;
+        if let Some(path) = &a.json {
+            write_json(path, &c)?;
+        }
+        drop(run);
+        if !a.common.quiet {
+            say(&c.to_string());
+        }
+        return Ok(true);
+    }
     let c = if pipeline::is_mesh(&a.part.part) {
         let mesh = pipeline::load_mesh(&a.part.part, &run)?;
         pipeline::compare_soup(&mesh, &how, &soup_options(&a.triangles), &run)

@@ -3,6 +3,7 @@
 mod arguments;
 mod commands;
 mod console;
+mod sample;
 
 use std::process::ExitCode;
 
@@ -29,6 +30,8 @@ pub fn main() -> ExitCode {
         Command::Check(a) => commands::check(&a),
         Command::Heal(a) => commands::heal(&a),
         Command::Info(a) => commands::info(&a),
+        Command::Eval(a) => sample::eval(&a),
+        Command::Grid(a) => sample::grid(&a),
         Command::Convert(a) => commands::convert(&a),
         Command::Render(a) => commands::render(&a),
     };

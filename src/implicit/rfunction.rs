@@ -10,6 +10,9 @@
 //! `s^2 - r^2 = 2 (1 + alpha) a b` the same value is `2 a b / (s +- r)` where that adds instead. This form is used
 //! throughout and its sign is exactly that of min / max.
 
+use std::fmt;
+use std::str::FromStr;
+
 use crate::error::{Error, Result};
 
 /// A system of R-functions.
@@ -83,6 +86,34 @@ impl RSystem {
     /// Partial derivatives of [`or`](Self::or) by `a` and `b`.
     pub fn or_partials(self, a: f64, b: f64) -> (f64, f64) {
         self.and_partials(-a, -b)
+    }
+}
+
+/// As it is written on a command line: `minmax`, `R0`, `Ralpha:0.5`, `R0m:2`. Reads back as the same system.
+impl fmt::Display for RSystem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RSystem::MinMax => f.pad("minmax"),
+            RSystem::R0 => f.pad("R0"),
+            RSystem::RAlpha(alpha) => f.pad(&format!("Ralpha:{alpha}")),
+            RSystem::R0m(m) => f.pad(&format!("R0m:{m}")),
+        }
+    }
+}
+
+impl FromStr for RSystem {
+    type Err = Error;
+
+    fn from_str(s: &str) -> Result<Self> {
+        let wrong = || Error::Usage(format!("an R-system is R0, minmax, Ralpha:A or R0m:M, not {s:?}"));
+        let system = match s.split_once(':') {
+            None if s == "R0" => RSystem::R0,
+            None if s == "minmax" => RSystem::MinMax,
+            Some(("Ralpha", alpha)) => RSystem::RAlpha(alpha.parse().map_err(|_| wrong())?),
+            Some(("R0m", m)) => RSystem::R0m(m.parse().map_err(|_| wrong())?),
+            _ => return Err(wrong()),
+        };
+        system.checked()
     }
 }
 

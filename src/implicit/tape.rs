@@ -80,7 +80,7 @@ pub(crate) struct Scratch {
 const BATCH_REGISTERS: usize = 1 << 16;
 
 /// Value of "everything": far from zero, so that it decides nothing.
-const EVERYTHING: f64 = f64::MAX;
+pub(super) const EVERYTHING: f64 = f64::MAX;
 
 impl Tape {
     /// The single face of a tape that has only one leaf.

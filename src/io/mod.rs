@@ -1,4 +1,5 @@
-//! Mesh files: STL, OBJ, PLY, OFF and gmsh MSH both ways; VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
+//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF and gmsh
+//! MSH both ways; VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -28,6 +29,7 @@ mod bdf;
 mod build;
 mod emesh;
 mod geo;
+mod grid;
 mod inp;
 mod layout;
 mod line;
@@ -38,6 +40,7 @@ mod names;
 mod obj;
 mod off;
 mod ply;
+mod points;
 mod regions;
 mod sets;
 mod sharp;
@@ -59,7 +62,9 @@ use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 pub use atomic::write_atomic;
+pub use grid::{GridFormat, SampledGrid, write_grid};
 pub use names::{NamedPart, NamedVolume, NamedWhole, Names, Renamed};
+pub use points::{PointRows, PointSample, no_rows, write_rows};
 pub use regions::Grouping;
 
 /// How many items a loop handles between two looks at the cancel flag: some 0.1 ms of work.

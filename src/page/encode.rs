@@ -235,7 +235,9 @@ fn read_back(html: &str) -> Option<Pictured> {
     for _ in 0..count("edge_count")? {
         let a = signed(number()?, &mut last)?;
         out.edges.push([a, signed(number()?, &mut last)?]);
-        (number()?, number()?, number()?);
+        for _ in 0..3 {
+            number()?;
+        }
     }
     Some(out)
 }

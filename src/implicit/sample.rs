@@ -1,0 +1,242 @@
+//! The function itself at points: values, gradients, which face decides, inside or not; many points at once.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::leaf::Leaf;
+use super::model::Implicit;
+use super::rfunction::RSystem;
+use super::tape::{EVERYTHING, Op};
+use crate::error::Result;
+use crate::run::Run;
+
+/// Points a thread evaluates before it looks whether the run goes on. No result depends on it.
+const BATCH: usize = 256;
+
+/// Registers of a batch are kept within this many numbers, so that they stay in the cache.
+const REGISTERS: usize = 1 << 15;
+
+/// The label of a point where no face decides.
+const NO_FACE: u32 = u32::MAX;
+
+/// What is asked for beyond values and insides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sampling {
+    /// Gradients.
+    pub gradients: bool,
+    /// Faces.
+    pub faces: bool,
+}
+
+/// What a solid's function is at points, in the order of the points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    /// Values of the R-function tree, in the part's unit where its leaves are normalized: positive inside. A leaf that is exactly
+    /// zero counts as the smallest normal number, positive on the leaf's own side, so signs are never in doubt. NaN where a formula
+    /// or field is.
+    pub values: Vec<f64>,
+    /// Gradients, where asked for. They point inwards and have no unit. Where there is none they are those of min / max.
+    pub gradients: Vec<DVec3>,
+    /// Indices into [`Implicit::faces`], where asked for: the face whose leaf decides min / max of all leaves.
+    pub faces: Vec<Option<u32>>,
+    /// Whether a point is inside, by the signs of the leaves alone.
+    pub inside: Vec<bool>,
+}
+
+impl Samples {
+    fn with_capacity(n: usize, wanted: Sampling) -> Self {
+        let some = |is: bool| if is { n } else { 0 };
+        Samples {
+            values: Vec::with_capacity(n),
+            gradients: Vec::with_capacity(some(wanted.gradients)),
+            faces: Vec::with_capacity(some(wanted.faces)),
+            inside: Vec::with_capacity(n),
+        }
+    }
+
+    /// Adds the samples of further points.
+    pub fn append(&mut self, mut more: Samples) {
+        self.values.append(&mut more.values);
+        self.gradients.append(&mut more.gradients);
+        self.faces.append(&mut more.faces);
+        self.inside.append(&mut more.inside);
+    }
+}
+
+/// Evaluates the function of a solid at points, in parallel batches.
+///
+/// Guarantees: values are bit by bit those of [`Implicit::value`], insides those of [`Implicit::inside`], for any number of
+/// threads and whatever else is asked for. Fields are asked for many values at once, for gradients one by one. At most 256 points
+/// are evaluated on the calling thread.
+///
+/// Errors: cancellation.
+pub fn evaluate(model: &Implicit, points: &[DVec3], wanted: Sampling, run: &Run) -> Result<Samples> {
+    run.check()?;
+    if points.len() <= BATCH {
+        return Ok(Registers::default().batch(model, points, wanted));
+    }
+    let parts: Vec<Samples> = run.install(|| {
+        points
+            .par_chunks(BATCH)
+            .map_init(Registers::default, |registers, some| {
+                run.check()?;
+                Ok(registers.batch(model, some, wanted))
+            })
+            .collect::<Result<_>>()
+    })?;
+    let mut all = Samples::with_capacity(points.len(), wanted);
+    parts.into_iter().for_each(|part| all.append(part));
+    Ok(all)
+}
+
+/// Results of all operations of a tape at the points of a batch, kept between batches.
+#[derive(Default)]
+struct Registers {
+    /// The R-functions.
+    values: Vec<f64>,
+    /// The companion, by min and max.
+    signs: Vec<f64>,
+    /// Faces of the leaves that decide the companion.
+    faces: Vec<u32>,
+    /// Derivatives of the root by each operation.
+    weights: Vec<f64>,
+}
+
+impl Registers {
+    fn batch(&mut self, model: &Implicit, points: &[DVec3], wanted: Sampling) -> Samples {
+        let mut out = Samples::with_capacity(points.len(), wanted);
+        let lanes = (REGISTERS / model.tape.ops.len()).clamp(4, BATCH);
+        for some in points.chunks(lanes) {
+            self.forward(model, some, wanted.faces);
+            let last = (model.tape.ops.len() - 1) * some.len();
+            out.values.extend_from_slice(&self.values[last..]);
+            out.inside.extend(self.signs[last..].iter().map(|v| *v > 0.0));
+            if wanted.faces {
+                out.faces.extend(self.faces[last..].iter().map(|f| (*f != NO_FACE).then_some(*f)));
+            }
+            if wanted.gradients {
+                self.backward(model, some, &mut out.gradients);
+            }
+        }
+        out
+    }
+
+    /// Values of all operations, each from those before it.
+    fn forward(&mut self, model: &Implicit, points: &[DVec3], faces: bool) {
+        let (n, count, system) = (points.len(), model.tape.ops.len(), model.rsystem());
+        let [x, y, z] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<f64>>());
+        for list in [&mut self.values, &mut self.signs] {
+            list.clear();
+            list.resize(n * count, 0.0);
+        }
+        self.faces.clear();
+        self.faces.resize(if faces { n * count } else { 0 }, NO_FACE);
+        for (i, op) in model.tape.ops.iter().enumerate() {
+            let (values, here) = self.values.split_at_mut(i * n);
+            let (signs, sign) = self.signs.split_at_mut(i * n);
+            let (here, sign) = (&mut here[..n], &mut sign[..n]);
+            let (a, b, larger) = match *op {
+                Op::All(inside) => {
+                    let side = if inside { 1.0 } else { -1.0 };
+                    here.fill(side * EVERYTHING.sqrt());
+                    sign.fill(side * EVERYTHING);
+                    continue;
+                }
+                Op::Leaf { leaf, face, negate } => {
+                    model.leaves[leaf as usize].eval(&x, &y, &z, here);
+                    Leaf::sign(here, negate);
+                    sign.copy_from_slice(here);
+                    if faces {
+                        self.faces[i * n..][..n].fill(face);
+                    }
+                    continue;
+                }
+                Op::Min(a, b) => (a as usize * n, b as usize * n, false),
+                Op::Max(a, b) => (a as usize * n, b as usize * n, true),
+            };
+            for k in 0..n {
+                let (u, v) = (values[a + k], values[b + k]);
+                here[k] = if larger { system.or(u, v) } else { system.and(u, v) };
+                let (u, v) = (signs[a + k], signs[b + k]);
+                // The same choice as everywhere, also where one of them is NaN.
+                let first = if larger { u > v } else { u < v };
+                sign[k] = if first { u } else { v };
+                if faces {
+                    let from = if (u < v) != larger { a } else { b };
+                    self.faces[i * n + k] = self.faces[from + k];
+                }
+            }
+        }
+    }
+
+    /// Gradients of the root: its derivatives by the operations from the last to the first, then by the leaves' own gradients.
+    /// Leaves that do not matter at a point are not asked there.
+    fn backward(&mut self, model: &Implicit, points: &[DVec3], out: &mut Vec<DVec3>) {
+        let (n, count, system) = (points.len(), model.tape.ops.len(), model.rsystem());
+        self.weights.clear();
+        self.weights.resize(n * count, 0.0);
+        self.weights[(count - 1) * n..].fill(1.0);
+        let start = out.len();
+        out.resize(start + n, DVec3::ZERO);
+        for (i, op) in model.tape.ops.iter().enumerate().rev() {
+            let (weights, here) = self.weights.split_at_mut(i * n);
+            let (a, b, larger) = match *op {
+                Op::All(_) => continue,
+                Op::Leaf { leaf, negate, .. } => {
+                    let leaf = &model.leaves[leaf as usize];
+                    for (k, p) in points.iter().enumerate().filter(|(k, _)| here[*k] != 0.0) {
+                        let w = if negate { -here[k] } else { here[k] };
+                        out[start + k] += leaf.gradient(*p).g * w;
+                    }
+                    continue;
+                }
+                Op::Min(a, b) => (a as usize * n, b as usize * n, false),
+                Op::Max(a, b) => (a as usize * n, b as usize * n, true),
+            };
+            for k in (0..n).filter(|k| here[*k] != 0.0) {
+                let (u, v) = (self.values[a + k], self.values[b + k]);
+                let (p, q) = partials(system, u, v, larger);
+                weights[a + k] += here[k] * p;
+                weights[b + k] += here[k] * q;
+            }
+        }
+    }
+}
+
+fn partials(system: RSystem, a: f64, b: f64, larger: bool) -> (f64, f64) {
+    if larger { system.or_partials(a, b) } else { system.and_partials(a, b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::Solid;
+
+    #[test]
+    fn batches_are_bit_by_bit_what_single_points_are() {
+        let ball = |x: f64| Solid::sphere(0.8, DVec3::new(x, 0.1, -0.2));
+        let drill = Solid::cylinder(0.3, DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO, None);
+        let solid = ((ball(0.0) | ball(0.7)) - drill) | Solid::cuboid(DVec3::splat(-0.9), DVec3::splat(-0.1));
+        let mut state = 1u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut points: Vec<DVec3> = (0..3000).map(|_| DVec3::new(unit(), unit(), unit()) * 3.0 - 1.5).collect();
+        // On faces, edges and corners of the box.
+        points.extend([DVec3::splat(-0.9), DVec3::new(-0.9, -0.9, -0.5), DVec3::new(-0.9, -0.3, -0.5)]);
+        let wanted = Sampling { gradients: true, faces: true };
+        for system in [RSystem::MinMax, RSystem::R0, RSystem::RAlpha(-0.5), RSystem::R0m(2)] {
+            let model = Implicit::new(&solid, system, None).unwrap();
+            let found = evaluate(&model, &points, wanted, &Run::new()).unwrap();
+            for (i, p) in points.iter().enumerate() {
+                assert_eq!(found.values[i].to_bits(), model.value(*p).to_bits(), "{system:?} {p}");
+                assert_eq!(found.inside[i], model.inside(*p), "{system:?} {p}");
+                assert_eq!(found.faces[i], Some(model.tape.active(&model.leaves, *p).face), "{system:?} {p}");
+                let gradient = model.gradient(*p).1;
+                let off = (found.gradients[i] - gradient).length();
+                assert!(off <= 1e-13 * (1.0 + gradient.length()), "{system:?} {p}: {off}");
+            }
+        }
+    }
+}
