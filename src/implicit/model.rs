@@ -223,6 +223,11 @@ impl Implicit {
         all.windows(2).any(|w| w[0].0 == w[1].0)
     }
 
+    /// Whether some leaf is known point by point only: intervals say nothing of creases inside it.
+    pub(crate) fn has_black_boxes(&self) -> bool {
+        self.leaves.iter().any(|l| matches!(l, Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_)))
+    }
+
     /// How many operations the tree has, leaves and R-operations.
     pub fn tree_size(&self) -> usize {
         self.tape.ops.len()

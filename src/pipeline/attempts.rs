@@ -27,6 +27,8 @@ pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 const ARRANGED: f64 = 2.0;
 /// An arrangement is healed if at most one triangle in so many is at fault.
 const MOST_HEALED: usize = 20;
+/// And it ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
+const MOST_UNPROVED: usize = 10;
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// How many attempts without all edges are remeshed, until one is sound.
@@ -263,8 +265,7 @@ impl Trial {
     fn ends(&self, options: &MeshOptions) -> bool {
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let few = MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len();
-            let whole = proof.is_whole() || (self.flat.is_empty() && self.lost().is_none());
-            few && whole && self.missed.is_empty()
+            few && MOST_UNPROVED * proof.unproved <= proof.cells
         });
         found || self.is_clean() || options.method == Method::Complex
     }

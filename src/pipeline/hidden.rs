@@ -20,6 +20,9 @@ pub(super) fn hidden_creases(
     options: &MeshOptions,
     run: &Run,
 ) -> Result<Option<ByLeaf>> {
+    if by_leaf.proved && !ready.model.has_black_boxes() {
+        return Ok(None);
+    }
     let oracle = ImplicitOracle::new(&ready.model, &by_leaf.extracted);
     let cut_off = creased(&by_leaf.mesh, &oracle, run).len();
     if cut_off == 0 || !by_leaf.method.is_exact() {

@@ -1,7 +1,7 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
 use super::attempts::{Ladder, Scout, Searched, Trial, search};
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Proof, Tried};
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
@@ -48,8 +48,10 @@ pub(super) struct ByLeaf {
     pub(super) complete: bool,
     /// What was tried.
     pub(super) attempts: Vec<Attempt>,
-    /// Whether it is of an arrangement.
+    /// Whether it is of an arrangement,
     pub(super) arranged: bool,
+    /// of which all is shown: its leaves have no creases.
+    pub(super) proved: bool,
     /// Nodes that were drawn back where the solid touches itself.
     pub(super) drawn: usize,
 }
@@ -77,6 +79,7 @@ impl ByLeaf {
             complete: true,
             attempts: Vec::new(),
             arranged: false,
+            proved: false,
             drawn: 0,
         }
     }
@@ -140,6 +143,7 @@ pub(super) fn by_leaf(
     let mut left = Vec::new();
     // Triangles of an arrangement lie on their leaves: there is no extraction to go back to.
     let arranged = best.scout.proof.is_some();
+    let proved = best.scout.proof.as_ref().is_some_and(Proof::is_whole);
     if best.faults() > 0 && !arranged {
         left = leave(ready, options, &mut best, run, observer)?;
         let (cell, triangles) = (best.scout.cell, best.exact.mesh.triangles.len());
@@ -174,6 +178,7 @@ pub(super) fn by_leaf(
             complete,
             attempts,
             arranged,
+            proved,
             drawn,
         });
     }
