@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::branches::branches;
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::slopes::Slopes;
 use super::solid::Placement;
@@ -19,12 +20,17 @@ enum Op {
     Binary(Binary, u32, u32),
     Square(u32),
     Select(u32, u32, u32),
+    /// Sine or cosine of the first operand. The second is the same angle, but jumps elsewhere, by whole turns: see [`branches`]. It
+    /// serves bounds only.
+    Turn(Unary, u32, u32),
 }
 
 /// A compiled formula. Positive inside.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Formula {
     ops: Vec<Op>,
+    /// Which operations serve bounds only; empty where none does.
+    idle: Vec<bool>,
 }
 
 /// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
@@ -48,6 +54,7 @@ impl Builder {
             Op::Binary(b, x, y) => [3, b as u64, u64::from(x), u64::from(y)],
             Op::Square(a) => [4, u64::from(a), 0, 0],
             Op::Select(c, a, b) => [5, u64::from(c), u64::from(a), u64::from(b)],
+            Op::Turn(u, a, b) => [6, u as u64, u64::from(a), u64::from(b)],
         };
         let ops = &mut self.ops;
         *self.known.entry(key).or_insert_with(|| {
@@ -83,6 +90,27 @@ impl Builder {
     }
 }
 
+/// The operations that values do not need; nothing if they need all.
+fn idle(ops: &[Op]) -> Vec<bool> {
+    if !ops.iter().any(|op| matches!(op, Op::Turn(..))) {
+        return Vec::new();
+    }
+    let mut idle = vec![true; ops.len()];
+    idle[ops.len() - 1] = false;
+    for (i, op) in ops.iter().enumerate().rev() {
+        if idle[i] {
+            continue;
+        }
+        match *op {
+            Op::Const(_) | Op::Coordinate(_) => {}
+            Op::Unary(_, a) | Op::Square(a) | Op::Turn(_, a, _) => idle[a as usize] = false,
+            Op::Binary(_, a, b) => [a, b].into_iter().for_each(|x| idle[x as usize] = false),
+            Op::Select(a, b, c) => [a, b, c].into_iter().for_each(|x| idle[x as usize] = false),
+        }
+    }
+    idle
+}
+
 impl Formula {
     /// Compiles `expr`, taken in the frame that `placement` moves, times the placement's scale: lengths stay lengths.
     pub(crate) fn compile(expr: &Expr, placement: &Placement) -> Self {
@@ -92,6 +120,7 @@ impl Formula {
             let row = inverse.row(k) / placement.scale;
             b.affine(row, -row.dot(placement.shift))
         });
+        let others = branches(expr);
         let mut done: FxHashMap<*const ExprNode, u32> = FxHashMap::default();
         let mut stack = vec![(expr, false)];
         while let Some((e, ready)) = stack.pop() {
@@ -103,7 +132,10 @@ impl Formula {
             let id = match e.node() {
                 ExprNode::Const(c) => b.push(Op::Const(*c)),
                 ExprNode::Coordinate(k) => axes[*k as usize % 3],
-                ExprNode::Unary(op, a) if ready => b.push(Op::Unary(*op, of(&done, a))),
+                ExprNode::Unary(op, a) if ready => match others.get(&key) {
+                    Some(other) => b.push(Op::Turn(*op, of(&done, a), of(&done, other))),
+                    None => b.push(Op::Unary(*op, of(&done, a))),
+                },
                 ExprNode::Binary(op, x, y) if ready => {
                     let (i, j) = (of(&done, x), of(&done, y));
                     if (*op == Binary::Mul && i == j) || (*op == Binary::Pow && y.as_constant() == Some(2.0)) {
@@ -115,6 +147,7 @@ impl Formula {
                 ExprNode::Select(c, x, y) if ready => b.push(Op::Select(of(&done, c), of(&done, x), of(&done, y))),
                 node => {
                     stack.push((e, true));
+                    stack.extend(others.get(&key).map(|other| (other, false)));
                     match node {
                         ExprNode::Unary(_, a) => stack.push((a, false)),
                         ExprNode::Binary(_, x, y) => stack.extend([(y, false), (x, false)]),
@@ -132,7 +165,7 @@ impl Formula {
             root = b.push(Op::Binary(Binary::Mul, root, k));
         }
         b.ops.truncate(root as usize + 1); // the root may be an operand another one came after
-        Formula { ops: b.ops }
+        Formula { idle: idle(&b.ops), ops: b.ops }
     }
 
     /// A number that is equal for equal formulas.
@@ -147,6 +180,7 @@ impl Formula {
                 Op::Binary(o, a, b) => (3u8, o, a, b).hash(&mut h),
                 Op::Square(a) => (4u8, a).hash(&mut h),
                 Op::Select(c, a, b) => (5u8, c, a, b).hash(&mut h),
+                Op::Turn(u, a, b) => (6u8, u, a, b).hash(&mut h),
             }
         }
         h.finish()
@@ -167,7 +201,7 @@ impl Formula {
         while start < out.len() {
             let n = lanes.min(out.len() - start);
             let p = [&xs[start..start + n], &ys[start..start + n], &zs[start..start + n]];
-            for (i, op) in self.ops.iter().enumerate() {
+            for (i, op) in self.ops.iter().enumerate().filter(|x| !self.is_idle(x.0)) {
                 let (before, rest) = r.split_at_mut(i * lanes);
                 let dst = &mut rest[..n];
                 let reg = |a: u32| &before[a as usize * lanes..a as usize * lanes + n];
@@ -175,7 +209,7 @@ impl Formula {
                     Op::Const(c) => dst.fill(c),
                     Op::Coordinate(k) => dst.copy_from_slice(p[k as usize]),
                     Op::Square(a) => dst.iter_mut().zip(reg(a)).for_each(|(d, a)| *d = a * a),
-                    Op::Unary(u, a) => unary(u, reg(a), dst),
+                    Op::Unary(u, a) | Op::Turn(u, a, _) => unary(u, reg(a), dst),
                     Op::Binary(o, a, b) => binary(o, reg(a), reg(b), dst),
                     Op::Select(c, a, b) => {
                         let (c, a, b) = (reg(c), reg(a), reg(b));
@@ -193,23 +227,26 @@ impl Formula {
 
     /// Value and gradient at one point.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        // short formulas, which are nearly all, need no allocation
-        let mut small = [Dual::constant(0.0); SMALL];
-        let mut large = Vec::new();
-        let r: &mut [Dual] = if self.ops.len() <= SMALL {
-            &mut small[..self.ops.len()]
-        } else {
-            large.resize(self.ops.len(), Dual::constant(0.0));
-            &mut large
-        };
+        // Short formulas, which are nearly all, need no allocation; clearing more room than they use would cost as much as they do.
+        let empty = Dual::constant(0.0);
+        match self.ops.len() {
+            ..=16 => self.gradient_in(&mut [empty; 16], p),
+            ..=32 => self.gradient_in(&mut [empty; 32], p),
+            ..=SMALL => self.gradient_in(&mut [empty; SMALL], p),
+            n => self.gradient_in(&mut vec![empty; n], p),
+        }
+    }
+
+    /// The same with room for as many results as there are operations.
+    fn gradient_in(&self, r: &mut [Dual], p: DVec3) -> Dual {
         let mut turns = Turns::default();
-        for (i, op) in self.ops.iter().enumerate() {
+        for (i, op) in self.ops.iter().enumerate().filter(|x| !self.is_idle(x.0)) {
             let reg = |a: u32| r[a as usize];
             let d = match *op {
                 Op::Const(c) => Dual::constant(c),
                 Op::Coordinate(k) => Dual::new(p[k as usize], DVec3::AXES[k as usize]),
                 Op::Square(a) => reg(a) * reg(a),
-                Op::Unary(u, a) => {
+                Op::Unary(u, a) | Op::Turn(u, a, _) => {
                     let x = reg(a);
                     let v = || u.apply(x.v);
                     match u {
@@ -270,7 +307,7 @@ impl Formula {
             };
             r[i] = d;
         }
-        r[r.len() - 1]
+        r[self.ops.len() - 1]
     }
 
     /// Bounds of the value over a box.
@@ -296,6 +333,10 @@ impl Formula {
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
                     }
+                }
+                Op::Turn(u, a, b) => {
+                    let of = |x: Interval| if u == Unary::Sin { x.sin() } else { x.cos() };
+                    both(of(reg(a)), of(reg(b)))
                 }
                 Op::Binary(o, a, b) => {
                     let (a, b) = (reg(a), reg(b));
@@ -328,7 +369,18 @@ impl Formula {
     }
 }
 
+/// What lies in both intervals, and a little more: the operands agree to rounding.
+fn both(a: Interval, b: Interval) -> Interval {
+    const SLACK: f64 = 1e-12;
+    let slack = SLACK * a.lo.abs().max(a.hi.abs()).min(b.lo.abs().max(b.hi.abs())).max(1.0);
+    Interval { lo: a.lo.max(b.lo) - slack, hi: a.hi.min(b.hi) + slack }
+}
+
 impl Formula {
+    fn is_idle(&self, op: usize) -> bool {
+        self.idle.get(op).copied().unwrap_or(false)
+    }
+
     /// Bounds of value and gradient over a box.
     pub(crate) fn slopes(&self, b: &[Interval; 3]) -> Slopes {
         let mut r: Vec<Slopes> = Vec::with_capacity(self.ops.len());
@@ -339,6 +391,11 @@ impl Formula {
                 Op::Coordinate(k) => Slopes::coordinate(k as usize % 3, b[k as usize % 3]),
                 Op::Square(a) => reg(a).square(),
                 Op::Unary(u, a) => reg(a).unary(u),
+                Op::Turn(u, a, b) => {
+                    let (a, b) = (reg(a).unary(u), reg(b).unary(u));
+                    let gradient = std::array::from_fn(|k| both(a.gradient[k], b.gradient[k]));
+                    Slopes { value: both(a.value, b.value), gradient }
+                }
                 Op::Binary(o, x, y) => reg(x).binary(o, reg(y)),
                 Op::Select(c, x, y) => reg(x).select(reg(c).value, reg(y)),
             });

@@ -7,6 +7,7 @@ mod alike;
 mod apex;
 mod batch;
 mod blend;
+mod branches;
 mod complex;
 mod creased;
 pub mod expr;

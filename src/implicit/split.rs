@@ -5,6 +5,7 @@
 //! `min(a + c, b + c)`. Where only the sign of a formula counts, R-operations are taken apart as `min` and `max` are
 //! (`roperation`), and so are products. Switches deeper inside stay in their leaf, and their creases with them.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
@@ -143,6 +144,12 @@ impl Splitter {
             }
             match e.node() {
                 ExprNode::Unary(Unary::Neg, a) => return self.condition(a, -factor, rest, deeper),
+                ExprNode::Unary(Unary::Abs, a)
+                    if let ExprNode::Binary(Binary::Atan2, y, x) = a.node()
+                        && !self.switches.within(a) =>
+                {
+                    return self.unsigned_angle([y, x], factor, rest, deeper);
+                }
                 ExprNode::Unary(Unary::Abs, a) => {
                     self.taken_apart = true;
                     let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(a, -factor, rest, deeper)?);
@@ -197,6 +204,26 @@ impl Splitter {
         }
         self.pieces += usize::from(!rest.is_nothing());
         (self.pieces <= MOST_PIECES).then(|| Solid::formula(whole))
+    }
+}
+
+impl Splitter {
+    /// `factor * |atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 45 degrees, the
+    /// larger of the two counts, with a crease between them; behind, above 135, the smaller does; between there is one alone. Each is a
+    /// leaf that goes on smoothly beyond both creases and jumps only in the middle of the other's side, where nobody asks it.
+    fn unsigned_angle(&mut self, [y, x]: [&Expr; 2], factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
+        self.taken_apart = true;
+        let angle = |y: Expr, x: Expr| Expr::binary(Binary::Atan2, y, x);
+        let rising = angle(-x.clone(), y.clone()) + FRAC_PI_2;
+        let falling = -angle(x.clone(), -y.clone()) + FRAC_PI_2;
+        let mut place = |e: Expr| self.condition(&e, 1.0, &Rest::default(), depth);
+        let (right, left) = (place(x.clone() + y.clone())?, place(x.clone() - y.clone())?);
+        let (p, q) = (self.condition(&rising, factor, rest, depth)?, self.condition(&falling, factor, rest, depth)?);
+        let (larger, smaller) = (p.clone() | q.clone(), p.clone() & q.clone());
+        let (near, far) = if factor > 0.0 { (larger, smaller) } else { (smaller, larger) };
+        let ahead = right.clone() & left.clone() & near;
+        let behind = !right.clone() & !left.clone() & far;
+        Some(ahead | behind | (right.clone() & !left.clone() & p) | (!right & left & q))
     }
 }
 
@@ -303,6 +330,15 @@ mod tests {
         -r_and(-f, -g, alpha)
     }
 
+    fn angle(y: Expr, x: Expr) -> Expr {
+        Expr::binary(Binary::Atan2, y, x)
+    }
+
+    /// How far an angle is from a whole number of turns.
+    fn wave(t: Expr) -> Expr {
+        abs(angle(Expr::unary(Unary::Sin, t.clone()), Expr::unary(Unary::Cos, t)))
+    }
+
     #[test]
     fn what_is_split_is_the_same_solid() {
         let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
@@ -329,6 +365,11 @@ mod tests {
             (r_and(x.clone(), y.clone(), 0.0) + 0.1, 1),
             // The cone around three axes is smooth: no R-operation of three.
             (x.clone() + y.clone() + z.clone() - sqrt(square(x.clone()) + square(y.clone()) + square(z.clone())), 1),
+            // Angles without sign: sectors, triangle waves, both ways round.
+            (Expr::constant(0.5) - abs(angle(y.clone(), x.clone())), 4),
+            (abs(angle(y.clone(), x.clone())) - 1.9 + z.clone() * z.clone(), 4),
+            (Expr::constant(0.4) - wave(z.clone() * 7.0) * 0.2 - square(x.clone()) - square(y.clone()), 4),
+            (wave(x.clone() * 5.0 - angle(y.clone(), x.clone()) * 3.0) * 0.2 + z.clone() - 0.3, 4),
             (abs(x.clone()) * abs(y.clone()) + max(x.clone(), z.clone()) - (abs(y.clone()) - 0.2), 4),
         ];
         let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));
