@@ -207,9 +207,13 @@ impl Splitter {
     }
 }
 
+/// The tangent of about 52 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
+/// other surfaces like to end there (a thread's root is at 135).
+const DIVIDED: f64 = 1.294;
+
 impl Splitter {
-    /// `factor * |atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 45 degrees, the
-    /// larger of the two counts, with a crease between them; behind, above 135, the smaller does; between there is one alone. Each is a
+    /// `factor * |atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 52 degrees, the
+    /// larger of the two counts, with a crease between them; behind, above 128, the smaller does; between there is one alone. Each is a
     /// leaf that goes on smoothly beyond both creases and jumps only in the middle of the other's side, where nobody asks it.
     fn unsigned_angle(&mut self, [y, x]: [&Expr; 2], factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
         self.taken_apart = true;
@@ -217,7 +221,7 @@ impl Splitter {
         let rising = angle(-x.clone(), y.clone()) + FRAC_PI_2;
         let falling = -angle(x.clone(), -y.clone()) + FRAC_PI_2;
         let mut place = |e: Expr| self.condition(&e, 1.0, &Rest::default(), depth);
-        let (right, left) = (place(x.clone() + y.clone())?, place(x.clone() - y.clone())?);
+        let (right, left) = (place(x.clone() * DIVIDED + y.clone())?, place(x.clone() * DIVIDED - y.clone())?);
         let (p, q) = (self.condition(&rising, factor, rest, depth)?, self.condition(&falling, factor, rest, depth)?);
         let (larger, smaller) = (p.clone() | q.clone(), p.clone() & q.clone());
         let (near, far) = if factor > 0.0 { (larger, smaller) } else { (smaller, larger) };
