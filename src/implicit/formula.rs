@@ -231,8 +231,8 @@ impl Formula {
         let empty = Dual::constant(0.0);
         match self.ops.len() {
             ..=16 => self.gradient_in(&mut [empty; 16], p),
-            ..=32 => self.gradient_in(&mut [empty; 32], p),
-            ..=SMALL => self.gradient_in(&mut [empty; SMALL], p),
+            17..=32 => self.gradient_in(&mut [empty; 32], p),
+            33..=SMALL => self.gradient_in(&mut [empty; SMALL], p),
             n => self.gradient_in(&mut vec![empty; n], p),
         }
     }
