@@ -147,7 +147,11 @@ fn places_of_step_files_are_refined() {
     }
     let (fine, _) = mesh(&["--refine", &format!("face=*:{wish}")]);
     assert!(longest(&fine, far, 1.0) < 0.7 * bend && longest(&fine, at, 1.0) < 0.7 * bend);
-    let wrong = rvachev().args(["mesh", file.to_str().unwrap(), "--refine", "face=nothing:0.2"]).assert().code(2);
+    let wrong = rvachev()
+        .current_dir(&dir)
+        .args(["mesh", file.to_str().unwrap(), "-o", "t.off", "--refine", "face=nothing:0.2"])
+        .assert()
+        .code(2);
     let told = String::from_utf8_lossy(&wrong.get_output().stderr).into_owned();
     assert!(told.contains("\"nothing\"") && told.contains("nearest"), "{told}");
 }

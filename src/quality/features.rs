@@ -36,13 +36,10 @@ pub struct FeatureRecovery {
     pub corners_true: usize,
     /// True corners with a node within 5 % of the length scale.
     pub corners_found: usize,
-    /// Largest distance of the nodes of recovering mesh edges from the curve in which the pieces of the surface meet; from
-    /// the tangents of the true edge where pieces are not known, which is exact to second order in the samples' length.
+    /// Largest distance of the nodes of recovering mesh edges from a curve within 5 % of the length scale in which the pieces of the
+    /// surface meet; from the tangents of the true edge where pieces are not known, which is exact to second order in the samples' length.
     pub node_residual_max: f64,
 }
-
-/// True edges whose distances differ by less than this share of the length scale are as near.
-const AS_NEAR: f64 = 1e-6;
 
 /// Measures the recovery; `h` is the length scale, by custom the mean edge length.
 pub fn recovery(
@@ -82,13 +79,12 @@ pub fn recovery(
     };
     let off = |p: DVec3| {
         let (_, d) = to_truth(p)?;
-        // Where edges end and where they run side by side several are as near: it lies on one of them.
-        let d = d.sqrt();
+        // Where edges end, and where they run as close to each other as the sides of a foil, it lies on one of several.
         let mut least = f64::INFINITY;
-        true_edges.overlapping(&Aabb::new(p, p).grown(d + AS_NEAR * h), |i| {
-            if p.distance(segment_foot(p, tangents[i as usize])) <= d + AS_NEAR * h {
+        true_edges.overlapping(&Aabb::new(p, p).grown(near), |i| {
+            if p.distance(segment_foot(p, tangents[i as usize])) <= near {
                 let exact = pieces.and_then(|s| s.meet(&truth.samples[i as usize].pieces, p, near));
-                least = least.min(exact.map_or(d, |q| q.distance(p)));
+                least = least.min(exact.map_or(d.sqrt(), |q| q.distance(p)));
             }
         });
         Some(least)
