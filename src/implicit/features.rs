@@ -22,8 +22,8 @@ const SAME_CORNER: f64 = 1e-3;
 
 /// Finds the sharp edges and corners of a part by Newton's method in every cell of size `size` where two leaves may meet.
 ///
-/// An edge is sampled once per cell; the sample stands for the piece of its tangent inside the cell, so lengths are exact
-/// to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), edges shorter
+/// An edge is sampled once per cell, and once more for each point in which it meets another leaf there. A sample stands for the
+/// piece of its tangent inside the cell, between such points, so lengths are exact to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), edges shorter
 /// than a small share of a cell.
 pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
     let bricks = Bricks::build(model, size, u64::MAX, run)?;
@@ -162,6 +162,16 @@ fn in_cell(ground: &Ground<'_>, tape: &Tape, which: &[u32], cell: &Aabb, found: 
     let scale = ground.model.bounds().diagonal();
     let meeting = Meeting { tape, bricks: ground.bricks, whole: &ground.model.tape, leaves, scale };
     let (center, reach) = (cell.center(), cell.diagonal());
+    let mut triples: Vec<([u32; 3], DVec3)> = Vec::new();
+    for (a, &i) in which.iter().enumerate() {
+        for (b, &j) in which.iter().enumerate().skip(a + 1) {
+            for &k in &which[b + 1..] {
+                triples.extend(nearest(leaves, &[i, j, k], center, reach, scale).map(|q| ([i, j, k], q)));
+            }
+        }
+    }
+    let corner = |t: &&([u32; 3], DVec3)| holds(cell, t.1) && meeting.corner(t.0, t.1);
+    found.corners.extend(triples.iter().filter(corner).map(|t| t.1));
     for (n, &i) in which.iter().enumerate() {
         for &j in &which[n + 1..] {
             let Some(q) = nearest(leaves, &[i, j], center, reach, scale) else { continue };
@@ -171,28 +181,22 @@ fn in_cell(ground: &Ground<'_>, tape: &Tape, which: &[u32], cell: &Aabb, found: 
             };
             let Some(t) = tangent_at(q) else { continue };
             let Some((from, to)) = clip(cell, q, t) else { continue };
-            // the middle of the piece inside the cell, put back on the curve
-            let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
-            let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
-            let normal = |leaf: u32, inside: bool| {
-                let g = leaves[leaf as usize].slope(m).normalize_or_zero();
-                if inside { -g } else { g }
-            };
-            let (a, b) = (normal(i, inside_i), normal(j, inside_j));
-            let Some(tangent) = tangent_at(m) else { continue };
-            let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
-            found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
-        }
-    }
-    for (a, &i) in which.iter().enumerate() {
-        for (b, &j) in which.iter().enumerate().skip(a + 1) {
-            for &k in &which[b + 1..] {
-                if let Some(q) = nearest(leaves, &[i, j, k], center, reach, scale)
-                    && holds(cell, q)
-                    && meeting.corner([i, j, k], q)
-                {
-                    found.corners.push(q);
-                }
+            // An edge ends where a third leaf crosses it, so each stretch between such points is a sample or none.
+            let on = triples.iter().filter(|x| x.0.contains(&i) && x.0.contains(&j)).map(|x| (x.1 - q).dot(t));
+            let mut ends: Vec<f64> = on.filter(|s| from < *s && *s < to).chain([from, to]).collect();
+            ends.sort_by(f64::total_cmp);
+            for (from, to) in ends.iter().zip(&ends[1..]).filter(|e| e.0 < e.1) {
+                // the middle of the piece, put back on the curve
+                let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
+                let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
+                let normal = |leaf: u32, inside: bool| {
+                    let g = leaves[leaf as usize].slope(m).normalize_or_zero();
+                    if inside { -g } else { g }
+                };
+                let (a, b) = (normal(i, inside_i), normal(j, inside_j));
+                let Some(tangent) = tangent_at(m) else { continue };
+                let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
+                found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
             }
         }
     }

@@ -268,10 +268,17 @@ impl Trial {
     fn ends(&self, options: &MeshOptions) -> bool {
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let triangles = self.exact.mesh.triangles.len();
-            let few = self.faults() == 0 || (MOST_HEALED * self.faults() <= triangles && triangles > CHEAP);
+            let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
             few && MOST_UNPROVED * proof.unproved <= proof.cells
         });
         found || self.is_clean() || options.method == Method::Complex
+    }
+
+    /// Whether it is sound, or of an arrangement with few faults. Where most triangles cross, walls are thinner than the bends of
+    /// their edges: healing would tear them.
+    fn can_be_healed(&self) -> bool {
+        let arranged = self.scout.proof.is_some();
+        self.faults() == 0 || (arranged && MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len())
     }
 
     /// Triangles that intersect others or are turned over.
@@ -384,7 +391,7 @@ pub(super) fn search(
                 return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;
-            seconds.extend(Some(this).filter(|t| t.faults() == 0 || t.scout.proof.is_some()));
+            seconds.extend(Some(this).filter(Trial::can_be_healed));
         }
         if cuts && !scout.gone && !nothing {
             // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
@@ -417,8 +424,8 @@ pub(super) fn search(
                 return Ok(this.searched(crossed, attempts));
             }
             crossed |= this.faults() > 0;
-            // Faults of a trimmed one cannot be left as extracted; those of an arrangement are healed.
-            seconds.extend(Some(this).filter(|t| t.faults() == 0 || t.scout.proof.is_some()));
+            // Faults of a trimmed one cannot be left as extracted.
+            seconds.extend(Some(this).filter(Trial::can_be_healed));
         }
         if first.is_none() && !nothing {
             others.push((scout, cut));
