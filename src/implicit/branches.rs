@@ -47,6 +47,14 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
                 }),
                 _ => None,
             },
+            ExprNode::Unary(Unary::Wrap, a) => match of(a) {
+                Some(0.0) => Some(1.0),
+                Some(j) if (j - j.round()).abs() < WHOLE => other(a, &jumps, 0).map(|o| {
+                    found.insert(key, o);
+                    1.0
+                }),
+                _ => None,
+            },
             ExprNode::Unary(_, a) => smooth(&[a]),
             ExprNode::Binary(Binary::Add, a, b) => of(a).zip(of(b)).map(|(a, b)| a + b),
             ExprNode::Binary(Binary::Sub, a, b) => of(a).zip(of(b)).map(|(a, b)| a - b),
@@ -78,6 +86,7 @@ fn other(e: &Expr, jumps: &FxHashMap<*const ExprNode, Option<f64>>, depth: usize
         return Some(e.clone());
     }
     Some(match e.node() {
+        ExprNode::Unary(Unary::Wrap, a) => Expr::unary(Unary::Wrap, a.clone() - PI) + PI,
         ExprNode::Unary(op, a) => Expr::unary(*op, of(a)?),
         ExprNode::Binary(Binary::Atan2, y, x) => Expr::binary(Binary::Atan2, -y.clone(), -x.clone()) + PI,
         ExprNode::Binary(op, a, b) => Expr::binary(*op, of(a)?, of(b)?),

@@ -1,5 +1,6 @@
 //! Scalar formulas in `x`, `y`, `z`: the raw material of formula leaves.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops;
 use std::sync::Arc;
 
@@ -22,6 +23,8 @@ pub enum Unary {
     Cos,
     /// Tangent, radians.
     Tan,
+    /// The angle less whole turns, from -pi to pi, radians: what `atan2(sin(a), cos(a))` is.
+    Wrap,
 }
 
 /// Operations of two arguments.
@@ -108,10 +111,15 @@ impl Expr {
         }
     }
 
-    /// Applies `op`; numbers are folded.
+    /// Applies `op`; numbers are folded, and so is the angle of a point on the circle, `atan2(sin(a), cos(a))` and its kin.
     pub fn binary(op: Binary, a: Expr, b: Expr) -> Self {
         match (a.as_constant(), b.as_constant()) {
             (Some(a), Some(b)) => Expr::constant(op.apply(a, b)),
+            _ if op == Binary::Atan2
+                && let Some(angle) = angle_on_circle(&a, &b) =>
+            {
+                Expr::unary(Unary::Wrap, angle)
+            }
             _ => Expr(Arc::new(ExprNode::Binary(op, a, b))),
         }
     }
@@ -126,6 +134,61 @@ impl Expr {
     }
 }
 
+/// Formulas with more nodes than this are not compared.
+const MOST_COMPARED: usize = 256;
+
+/// Whether two formulas are the same, node by node; large ones only if they are one object.
+fn same(a: &Expr, b: &Expr) -> bool {
+    let (mut stack, mut seen) = (vec![(a, b)], 0);
+    while let Some((a, b)) = stack.pop() {
+        if Arc::ptr_eq(&a.0, &b.0) {
+            continue;
+        }
+        seen += 1;
+        match (a.node(), b.node()) {
+            _ if seen > MOST_COMPARED => return false,
+            (ExprNode::Const(p), ExprNode::Const(q)) if p.to_bits() == q.to_bits() => {}
+            (ExprNode::Coordinate(p), ExprNode::Coordinate(q)) if p == q => {}
+            (ExprNode::Unary(p, a), ExprNode::Unary(q, b)) if p == q => stack.push((a, b)),
+            (ExprNode::Binary(p, a, c), ExprNode::Binary(q, b, d)) if p == q => stack.extend([(a, b), (c, d)]),
+            (ExprNode::Select(a, c, e), ExprNode::Select(b, d, f)) => stack.extend([(a, b), (c, d), (e, f)]),
+            _ => return false,
+        }
+    }
+    true
+}
+
+/// The angle of the point (x, y) up to whole turns, if one of them is the sine of some angle or its opposite, and the other the
+/// cosine of the same.
+fn angle_on_circle(y: &Expr, x: &Expr) -> Option<Expr> {
+    /// A sine or cosine, its sign, and its angle.
+    fn part(e: &Expr) -> Option<(Unary, bool, &Expr)> {
+        match e.node() {
+            ExprNode::Unary(op @ (Unary::Sin | Unary::Cos), t) => Some((*op, false, t)),
+            ExprNode::Unary(Unary::Neg, e) => match e.node() {
+                ExprNode::Unary(op @ (Unary::Sin | Unary::Cos), t) => Some((*op, true, t)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+    let ((of_y, y_negative, t), (of_x, x_negative, u)) = (part(y)?, part(x)?);
+    if of_x == of_y || !same(t, u) {
+        return None;
+    }
+    let t = t.clone();
+    Some(match (of_y, y_negative, x_negative) {
+        (Unary::Sin, false, false) => t,
+        (Unary::Sin, true, false) => -t,
+        (Unary::Sin, false, true) => -t + PI,
+        (Unary::Sin, true, true) => t - PI,
+        (_, false, false) => -t + FRAC_PI_2,
+        (_, true, false) => t - FRAC_PI_2,
+        (_, false, true) => t + FRAC_PI_2,
+        (_, true, true) => -t - FRAC_PI_2,
+    })
+}
+
 impl Unary {
     /// The operation on numbers.
     pub fn apply(self, a: f64) -> f64 {
@@ -138,6 +201,7 @@ impl Unary {
             Unary::Sin => a.sin(),
             Unary::Cos => a.cos(),
             Unary::Tan => a.tan(),
+            Unary::Wrap => a - TAU * (a / TAU).round(),
         }
     }
 }

@@ -20,7 +20,7 @@ enum Op {
     Binary(Binary, u32, u32),
     Square(u32),
     Select(u32, u32, u32),
-    /// Sine or cosine of the first operand. The second is the same angle, but jumps elsewhere, by whole turns: see [`branches`]. It
+    /// Sine, cosine or wrap of the first operand. The second is the same angle, but jumps elsewhere, by whole turns: see [`branches`]. It
     /// serves bounds only.
     Turn(Unary, u32, u32),
 }
@@ -264,6 +264,7 @@ impl Formula {
                             x.chain(cos, -sin)
                         }
                         Unary::Tan => x.chain(v(), 1.0 + v() * v()),
+                        Unary::Wrap => x.chain(v(), 1.0),
                     }
                 }
                 Op::Binary(o, a, b) => {
@@ -312,6 +313,12 @@ impl Formula {
 
     /// Bounds of the value over a box.
     pub(crate) fn range(&self, x: Interval, y: Interval, z: Interval) -> Interval {
+        let r = self.ranges(x, y, z);
+        r[r.len() - 1]
+    }
+
+    /// Bounds of all operations over a box.
+    fn ranges(&self, x: Interval, y: Interval, z: Interval) -> Vec<Interval> {
         let mut r: Vec<Interval> = Vec::with_capacity(self.ops.len());
         for op in &self.ops {
             let reg = |a: u32| r[a as usize];
@@ -332,10 +339,15 @@ impl Formula {
                         Unary::Sin => a.sin(),
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
+                        Unary::Wrap => a.wrap(),
                     }
                 }
                 Op::Turn(u, a, b) => {
-                    let of = |x: Interval| if u == Unary::Sin { x.sin() } else { x.cos() };
+                    let of = |x: Interval| match u {
+                        Unary::Sin => x.sin(),
+                        Unary::Cos => x.cos(),
+                        _ => x.wrap(),
+                    };
                     both(of(reg(a)), of(reg(b)))
                 }
                 Op::Binary(o, a, b) => {
@@ -365,7 +377,7 @@ impl Formula {
             };
             r.push(i);
         }
-        r[r.len() - 1]
+        r
     }
 }
 
@@ -381,12 +393,16 @@ impl Formula {
         self.idle.get(op).copied().unwrap_or(false)
     }
 
-    /// Bounds of value and gradient over a box.
+    /// Bounds of value and gradient over a box. Those of the value are of second order in the box's size.
     pub(crate) fn slopes(&self, b: &[Interval; 3]) -> Slopes {
+        let center = b.map(|i| 0.5 * i.lo + 0.5 * i.hi);
+        let half: [f64; 3] = std::array::from_fn(|k| (b[k].hi - center[k]).max(center[k] - b[k].lo).next_up());
+        let [x, y, z] = center.map(Interval::point);
+        let middle = self.ranges(x, y, z);
         let mut r: Vec<Slopes> = Vec::with_capacity(self.ops.len());
-        for op in &self.ops {
+        for (op, middle) in self.ops.iter().zip(middle) {
             let reg = |a: u32| r[a as usize];
-            r.push(match *op {
+            let bounds = match *op {
                 Op::Const(c) => Slopes::constant(c),
                 Op::Coordinate(k) => Slopes::coordinate(k as usize % 3, b[k as usize % 3]),
                 Op::Square(a) => reg(a).square(),
@@ -398,7 +414,8 @@ impl Formula {
                 }
                 Op::Binary(o, x, y) => reg(x).binary(o, reg(y)),
                 Op::Select(c, x, y) => reg(x).select(reg(c).value, reg(y)),
-            });
+            };
+            r.push(bounds.closer(middle, &half));
         }
         r[r.len() - 1]
     }

@@ -1,5 +1,7 @@
 //! Bounds of a leaf's gradient over a box: forward differentiation in interval arithmetic.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use super::expr::{Binary, Unary};
@@ -35,6 +37,11 @@ impl Slopes {
         Self { value, gradient: each(|k| self.gradient[k] * slope) }
     }
 
+    /// Of what jumps somewhere in the box: nothing is known of differences.
+    fn jumping(value: Interval) -> Self {
+        Self { value, gradient: [Interval::ALL; 3] }
+    }
+
     fn hull(self, other: Self) -> Self {
         Self { value: self.value.hull(other.value), gradient: each(|k| self.gradient[k].hull(other.gradient[k])) }
     }
@@ -65,6 +72,11 @@ impl Slopes {
             Unary::Tan => {
                 let t = v.tan();
                 self.chain(t, Interval::point(1.0) + t.square())
+            }
+            Unary::Wrap => {
+                let w = v.wrap();
+                // Wide means that it may jump.
+                if w.lo <= -PI && w.hi >= PI { Self::jumping(w) } else { Self { value: w, ..self } }
             }
         }
     }
@@ -97,25 +109,41 @@ impl Slopes {
             Binary::Max if b.lo > a.hi => other,
             Binary::Max => Self { value: a.max(b), ..self.hull(other) },
             Binary::Atan2 => {
+                let v = a.atan2(b);
+                if v.lo <= -PI && v.hi >= PI {
+                    return Self::jumping(v);
+                }
                 let q = a.square() + b.square();
-                Self { value: a.atan2(b), gradient: each(|k| (ga[k] * b - gb[k] * a) / q) }
+                Self { value: v, gradient: each(|k| (ga[k] * b - gb[k] * a) / q) }
             }
             Binary::Hypot => {
                 let h = a.hypot(b);
-                Self { value: h, gradient: each(|k| (ga[k] * a + gb[k] * b) / h) }
+                // A point's coordinates on the circle around the origin.
+                let share = |x: Interval| (x / h).max(Interval::point(-1.0)).min(Interval::point(1.0));
+                let (x, y) = (share(a), share(b));
+                Self { value: h, gradient: each(|k| ga[k] * x + gb[k] * y) }
             }
         }
     }
 
-    /// `self` where the condition is not negative, else `other`.
+    /// `self` where the condition is not negative, else `other`; between them the value may jump.
     pub(crate) fn select(self, condition: Interval, other: Self) -> Self {
         if condition.lo >= 0.0 {
             self
         } else if condition.hi < 0.0 {
             other
         } else {
-            self.hull(other)
+            Self::jumping(self.value.hull(other.value))
         }
+    }
+
+    /// Bounds by slopes at the middle of the box, half as wide as `half` and with `middle` as bounds of the value there: closer than
+    /// those of the operations on a small box.
+    pub(crate) fn closer(self, middle: Interval, half: &[f64; 3]) -> Self {
+        let reach = |k: usize| self.gradient[k] * Interval { lo: -half[k], hi: half[k] };
+        let v = middle + (reach(0) + reach(1) + reach(2));
+        let value = Interval { lo: self.value.lo.max(v.lo), hi: self.value.hi.min(v.hi) };
+        if value.lo <= value.hi { Self { value, ..self } } else { self }
     }
 }
 

@@ -150,6 +150,13 @@ impl Splitter {
                 {
                     return self.unsigned_angle([y, x], factor, rest, deeper);
                 }
+                ExprNode::Unary(Unary::Abs, a)
+                    if let ExprNode::Unary(Unary::Wrap, t) = a.node()
+                        && !self.switches.within(a) =>
+                {
+                    let [y, x] = [Unary::Sin, Unary::Cos].map(|op| Expr::unary(op, t.clone()));
+                    return self.unsigned_angle([&y, &x], factor, rest, deeper);
+                }
                 ExprNode::Unary(Unary::Abs, a) => {
                     self.taken_apart = true;
                     let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(a, -factor, rest, deeper)?);

@@ -148,6 +148,20 @@ impl Interval {
         if c.contains(0.0) { Self::ALL } else { s / c }
     }
 
+    /// Less whole turns, from -pi to pi; all of that where a jump may lie inside.
+    pub fn wrap(self) -> Self {
+        const TURN: f64 = 2.0 * PI;
+        // Wider than the rounding of the number of turns below `LARGE`; only makes the result larger.
+        const SLACK: f64 = 1e-8;
+        const LARGE: f64 = 1e7;
+        let (first, last) = ((self.lo / TURN - SLACK).round(), (self.hi / TURN + SLACK).round());
+        if first == last && first.abs() < LARGE {
+            self - Self::point(TURN * first)
+        } else {
+            Self { lo: -PI.next_up(), hi: PI.next_up() }
+        }
+    }
+
     /// Angle of the point (x, y) with `y` in `self`.
     pub fn atan2(self, x: Self) -> Self {
         if x.lo <= 0.0 && self.contains(0.0) {
@@ -281,6 +295,7 @@ impl ops::Div for Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::implicit::Unary;
     use proptest::prelude::*;
 
     fn any_interval() -> impl Strategy<Value = (Interval, f64)> {
@@ -295,7 +310,7 @@ mod tests {
         fn unary_results_hold_every_sample((i, v) in any_interval(), n in -4i32..6) {
             for (r, f) in [
                 (i.square(), v * v), (i.abs(), v.abs()), (i.sqrt(), v.sqrt()), (i.exp(), v.exp()), (i.ln(), v.ln()),
-                (i.sin(), v.sin()), (i.cos(), v.cos()), (i.tan(), v.tan()), (-i, -v), (i.powi(n), v.powi(n)),
+                (i.sin(), v.sin()), (i.cos(), v.cos()), (i.wrap(), Unary::Wrap.apply(v)), (i.tan(), v.tan()), (-i, -v), (i.powi(n), v.powi(n)),
                 (i.scale(-3.7), v * -3.7),
             ] {
                 prop_assert!(f.is_nan() || r.contains(f), "{i:?} {v} -> {r:?} lacks {f}");
