@@ -264,6 +264,12 @@ impl Formula {
                             x.chain(cos, -sin)
                         }
                         Unary::Tan => x.chain(v(), 1.0 + v() * v()),
+                        Unary::Asin => x.chain(v(), 1.0 / (1.0 - x.v * x.v).sqrt()),
+                        Unary::Acos => x.chain(v(), -1.0 / (1.0 - x.v * x.v).sqrt()),
+                        Unary::Sinh => x.chain(v(), x.v.cosh()),
+                        Unary::Cosh => x.chain(v(), x.v.sinh()),
+                        Unary::Tanh => x.chain(v(), 1.0 - v() * v()),
+                        Unary::Floor | Unary::Sign => Dual::constant(v()),
                     }
                 }
                 Op::Binary(o, a, b) => {
@@ -295,6 +301,7 @@ impl Formula {
                             Dual::new(v, (a.g * b.v - b.g * a.v) / q)
                         }
                         Binary::Hypot => Dual::new(v, (a.g * a.v + b.g * b.v) / v),
+                        Binary::Mod => Dual::new(v, a.g - b.g * (a.v / b.v).floor()),
                     }
                 }
                 Op::Select(c, a, b) => {
@@ -332,6 +339,13 @@ impl Formula {
                         Unary::Sin => a.sin(),
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
+                        Unary::Asin => a.asin(),
+                        Unary::Acos => a.acos(),
+                        Unary::Sinh => a.sinh(),
+                        Unary::Cosh => a.cosh(),
+                        Unary::Tanh => a.tanh(),
+                        Unary::Floor => a.floor(),
+                        Unary::Sign => a.sign(),
                     }
                 }
                 Op::Turn(u, a, b) => {
@@ -350,6 +364,7 @@ impl Formula {
                         Binary::Max => a.max(b),
                         Binary::Atan2 => a.atan2(b),
                         Binary::Hypot => a.hypot(b),
+                        Binary::Mod => a.modulo(b),
                     }
                 }
                 Op::Select(c, a, b) => {

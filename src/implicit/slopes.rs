@@ -66,7 +66,25 @@ impl Slopes {
                 let t = v.tan();
                 self.chain(t, Interval::point(1.0) + t.square())
             }
+            Unary::Asin | Unary::Acos => {
+                let slope = Interval::point(1.0) / (Interval::point(1.0) - v.square()).sqrt();
+                if op == Unary::Asin { self.chain(v.asin(), slope) } else { self.chain(v.acos(), -slope) }
+            }
+            Unary::Sinh => self.chain(v.sinh(), v.cosh()),
+            Unary::Cosh => self.chain(v.cosh(), v.sinh()),
+            Unary::Tanh => {
+                let t = v.tanh();
+                self.chain(t, Interval::point(1.0) - t.square())
+            }
+            Unary::Floor => self.stepped(v.floor()),
+            Unary::Sign => self.stepped(v.sign()),
         }
+    }
+
+    /// A function that is constant but for jumps, with the given bounds. Where it may jump its slopes have no bounds.
+    fn stepped(self, value: Interval) -> Self {
+        let jumps = value.lo != value.hi;
+        Self { value, gradient: self.gradient.map(|g| if jumps && g != ZERO { Interval::ALL } else { ZERO }) }
     }
 
     pub(crate) fn binary(self, op: Binary, other: Self) -> Self {
@@ -103,6 +121,13 @@ impl Slopes {
             Binary::Hypot => {
                 let h = a.hypot(b);
                 Self { value: h, gradient: each(|k| (ga[k] * a + gb[k] * b) / h) }
+            }
+            Binary::Mod => {
+                let steps = (a / b).floor();
+                let jumps = steps.lo != steps.hi;
+                let still = |k: usize| ga[k] == ZERO && gb[k] == ZERO;
+                let slope = |k: usize| if jumps { Interval::ALL } else { ga[k] - gb[k].scale(steps.lo) };
+                Self { value: a.modulo(b), gradient: each(|k| if still(k) { ZERO } else { slope(k) }) }
             }
         }
     }
