@@ -20,8 +20,8 @@ use super::tape::{Op, Tape};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
-pub(super) use formulas::lower_within;
 pub(crate) use formulas::lower;
+pub(super) use formulas::lower_within;
 
 /// Leaves whose parameters agree to this share of their size are one leaf: the rounding left by a chain of placements.
 const SAME_LEAF: f64 = 1e-13;
@@ -87,6 +87,8 @@ struct Lowerer {
     /// Where steps are taken apart, if that is known.
     within: Option<Within>,
     has_steps: bool,
+    /// Whether formulas with steps tell their own bounds though the steps wait to be taken apart.
+    trusts: bool,
 }
 
 impl Lowerer {

@@ -12,9 +12,14 @@ use crate::spatial::Aabb;
 /// Lowers a solid. Steps in formulas are taken apart where the rest of the tree tells a box around everything.
 pub(crate) fn lower(solid: &Solid) -> Result<Lowered> {
     let mut l = Lowerer::default();
-    let root = l.tree(solid, Placement::IDENTITY)?;
+    let mut root = l.tree(solid, Placement::IDENTITY)?;
     if l.has_steps && root.bounds.is_finite() && !root.bounds.is_empty() {
         return lower_within(solid, Within { bounds: root.bounds, closed: true });
+    }
+    if l.has_steps {
+        // What formulas say of their own bounds holds for them whole.
+        l = Lowerer { trusts: true, ..Lowerer::default() };
+        root = l.tree(solid, Placement::IDENTITY)?;
     }
     Ok(l.finish(root))
 }
@@ -51,6 +56,6 @@ impl Lowerer {
     pub(super) fn waits(&mut self, e: &Expr) -> bool {
         let waits = self.within.is_none() && has_steps(e);
         self.has_steps |= waits;
-        waits
+        waits && !self.trusts
     }
 }
