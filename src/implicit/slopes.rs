@@ -207,6 +207,11 @@ mod tests {
             bi(Binary::Pow, x.clone() + 2.0, Expr::constant(1.5)) - bi(Binary::Atan2, y.clone(), x.clone() + 2.0),
             bi(Binary::Max, x.clone(), bi(Binary::Min, y.clone(), z.clone() * 2.0)) + un(Unary::Tan, z.clone()),
             Expr::select(x.clone() - y.clone(), x.clone() * z.clone(), bi(Binary::Hypot, y.clone(), z.clone() + 1.0)),
+            un(Unary::Tanh, x.clone() * 4.0)
+                + un(Unary::Sinh, y.clone() * 2.0) * un(Unary::Cosh, z.clone() - x.clone()),
+            un(Unary::Asin, x.clone() * 0.5) - un(Unary::Acos, y.clone() * z.clone() * 0.4),
+            bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
+            bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
             un(Unary::Log, bi(Binary::Pow, x + 2.0, y + 0.5)) - bi(Binary::Pow, z, Expr::constant(3.0)),
         ];
         for _ in 0..200 {

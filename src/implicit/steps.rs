@@ -264,3 +264,45 @@ fn linear(e: &Expr, depth: usize) -> Option<(DVec3, f64)> {
         _ => return None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::{Implicit, RSystem};
+
+    #[test]
+    fn what_is_taken_apart_is_the_same_solid() {
+        let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
+        let (un, bi) = (Expr::unary, Expr::binary);
+        let modulo = |a: &Expr, m: f64| bi(Binary::Mod, a.clone(), Expr::constant(m));
+        let floor = |a: Expr| un(Unary::Floor, a);
+        let walls = 6;
+        // With how many leaves: dividers and stretches.
+        let cases = [
+            (modulo(&x, 1.0) * 0.3 - z.clone(), 2 + 3),
+            (un(Unary::Abs, modulo(&x, 0.5) - 0.25) - z.clone() * z.clone() - 0.1, 4 + 2 * 5),
+            (bi(Binary::Hypot, modulo(&x, 1.0) - 0.5, modulo(&y, 1.0) - 0.5) - 0.3, 2 + 2 + 9),
+            (floor(x.clone() * 2.0 + y.clone()) * 0.1 - z.clone(), 6 + 7),
+            (modulo(&x, -0.7) + z.clone() + 0.1, 3 + 4),
+            (x.clone().fmod(Expr::constant(0.4)) - z.clone(), 20),
+            (y.clone().round() + x.clone().ceil() * 0.2 + z.clone().trunc() - 0.7, 60),
+            (un(Unary::Sign, y.clone()) * 0.3 - z.clone(), 3),
+            (un(Unary::Sign, floor(x.clone())) - y.clone(), 8),
+            (un(Unary::Sign, bi(Binary::Max, x.clone(), Expr::constant(0.0))) - z.clone() - 0.5, 5),
+            // Too many stretches: whole.
+            (modulo(&x, 0.001) - z.clone(), 1),
+        ];
+        let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));
+        for (e, leaves) in cases {
+            let model = Implicit::new(&Solid::formula(e.clone()), RSystem::R0, Some(domain)).unwrap();
+            let found = model.leaf_count();
+            assert!(found <= leaves + walls && (found > 1 + walls || leaves == 1), "{found} leaves: {e:?}");
+            let whole = Formula::compile(&e, &Placement::IDENTITY);
+            let n = 13;
+            for i in 0..n * n * n {
+                let p = DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) / 6.07 - 1.0;
+                assert_eq!(model.inside(p), whole.gradient(p).v >= 0.0, "{e:?} {p}");
+            }
+        }
+    }
+}
