@@ -176,7 +176,8 @@ def test_many_ways_to_write_a_ball(s):
 
 def test_steps_of_numpy_are_traced_and_their_edges_are_exact():
     with quiet():
-        made = rv.Part(box(lo=(0, 0, 0), hi=(3, 1, 1)) & solid(lambda x, y, z: 0.3 + 0.4 * abs(np.mod(x, 1) - 0.5) - z)).mesh(size=0.1)
+        wave = solid(lambda x, y, z: 0.3 + 0.4 * abs(np.mod(x, 1) - 0.5) - z)
+        made = rv.Part(box(lo=(0, 0, 0), hi=(3, 1, 1)) & wave).mesh(size=0.1)
     features = made.report["check"]["features"]
     assert (features["recall"], features["corners_true"], features["corners_found"]) == (1.0, 18, 18)
     assert volume(*made) == pytest.approx(1.2, rel=1e-9)
