@@ -279,13 +279,13 @@ mod tests {
         let walls = 6;
         // With how many leaves: dividers and stretches.
         let cases = [
-            (modulo(&x, 1.0) * 0.3 - z.clone(), 2 + 3),
-            (un(Unary::Abs, modulo(&x, 0.5) - 0.25) - z.clone() * z.clone() - 0.1, 4 + 2 * 5),
-            (bi(Binary::Hypot, modulo(&x, 1.0) - 0.5, modulo(&y, 1.0) - 0.5) - 0.3, 2 + 2 + 9),
-            (floor(x.clone() * 2.0 + y.clone()) * 0.1 - z.clone(), 6 + 7),
+            (modulo(&x, 1.0) * 0.3 - z.clone(), 3 + 4),
+            (un(Unary::Abs, modulo(&x, 0.5) - 0.25) - z.clone() * z.clone() - 0.1, 5 + 2 * 6),
+            (bi(Binary::Hypot, modulo(&x, 1.0) - 0.5, modulo(&y, 1.0) - 0.5) - 0.3, 3 + 3 + 16),
+            (floor(x.clone() * 2.0 + y.clone()) * 0.1 - z.clone(), 7 + 8),
             (modulo(&x, -0.7) + z.clone() + 0.1, 3 + 4),
-            (x.clone().fmod(Expr::constant(0.4)) - z.clone(), 20),
-            (y.clone().round() + x.clone().ceil() * 0.2 + z.clone().trunc() - 0.7, 60),
+            (x.clone().fmod(Expr::constant(0.4)) - z.clone(), 24),
+            (y.clone().round() + x.clone().ceil() * 0.2 + z.clone().trunc() - 0.7, 12),
             (un(Unary::Sign, y.clone()) * 0.3 - z.clone(), 3),
             (un(Unary::Sign, floor(x.clone())) - y.clone(), 8),
             (un(Unary::Sign, bi(Binary::Max, x.clone(), Expr::constant(0.0))) - z.clone() - 0.5, 5),
