@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use rvachev::Run;
-use rvachev::implicit::expr::Unary;
+use rvachev::implicit::expr::{Binary, Unary};
 use rvachev::implicit::{Expr, Placement, Primitive, Solid, Tpms};
 use rvachev::merge::Merged;
 use rvachev::mesh::MeshView;
@@ -65,6 +65,26 @@ fn the_cube_with_holes_is_exact_aligned_and_turned() {
             let volume = 8.0 - 4.0 * PI * 0.16 + 16.0 / 3.0 * 0.064;
             assert!((c.volume.unwrap() - volume).abs() < 20.0 / (n * n), "{} {volume}", c.volume.unwrap());
         }
+    }
+}
+
+#[test]
+fn jumps_and_seams_of_formulas_are_exact_edges() {
+    let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
+    let cell = |e: &Expr| Expr::binary(Binary::Mod, e.clone(), Expr::constant(1.0)) - 0.5;
+    let abs = |e| Expr::unary(Unary::Abs, e);
+    let ring = Expr::binary(Binary::Hypot, cell(&x), cell(&y));
+    let turned_cone = Expr::binary(Binary::Hypot, x.clone(), y.clone()) + Expr::unary(Unary::Floor, z.clone());
+    // A triangle wave, a plate with holes, a tower of three disks, and two floors: volumes and corners are known.
+    for (lo, hi, f, volume, corners) in [
+        ([0.0; 3], [3.0, 1.0, 1.0], Expr::constant(0.3) + abs(cell(&x)) * 0.4 - z.clone(), 1.2, 8 + 2 * 5),
+        ([0.0; 3], [3.0, 2.0, 0.5], ring - 0.3, 3.0 - 3.0 * PI * 0.09, 8),
+        ([-3.0, -3.0, 0.0], [3.0; 3], Expr::constant(2.7) - turned_cone, PI * (7.29 + 2.89 + 0.49), 0),
+        ([-1.0; 3], [1.0; 3], Expr::unary(Unary::Sign, y.clone()) * 0.25 - z.clone(), 4.0, 12),
+    ] {
+        let c = exact(cuboid(lo, hi) & Solid::formula(f), 0.1);
+        assert_eq!(c.features.unwrap().corners_true, corners);
+        assert!((c.volume.unwrap() - volume).abs() < 0.005 * volume, "{} {volume}", c.volume.unwrap());
     }
 }
 

@@ -49,8 +49,16 @@ fn two(py: Python<'_>, a: &Expr, b: &Bound<'_, PyAny>, op: Binary, turned: bool)
     made(py, op, a, b)
 }
 
+/// `a // b`
+fn quotient(py: Python<'_>, a: Expr, b: Expr) -> PyResult<Py<PyAny>> {
+    if b.as_constant() == Some(0.0) {
+        return Err(PyZeroDivisionError::new_err("a formula is divided by zero"));
+    }
+    Ok(Py::new(py, PyExpr::of(Expr::unary(Unary::Floor, a / b)))?.into_any())
+}
+
 fn made(py: Python<'_>, op: Binary, a: Expr, b: Expr) -> PyResult<Py<PyAny>> {
-    if op == Binary::Div && b.as_constant() == Some(0.0) {
+    if matches!(op, Binary::Div | Binary::Mod) && b.as_constant() == Some(0.0) {
         return Err(PyZeroDivisionError::new_err("a formula is divided by zero"));
     }
     Ok(Py::new(py, PyExpr::of(Expr::binary(op, a, b)))?.into_any())
@@ -111,6 +119,32 @@ impl PyExpr {
             Some(_) => Ok(py.NotImplemented()),
         }
     }
+    fn __mod__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        two(py, &self.expr, other, Binary::Mod, false)
+    }
+    fn __rmod__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        two(py, &self.expr, other, Binary::Mod, true)
+    }
+    fn __floordiv__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let Some(b) = formula(other) else { return Ok(py.NotImplemented()) };
+        quotient(py, self.expr.clone(), b)
+    }
+    fn __rfloordiv__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let Some(a) = formula(other) else { return Ok(py.NotImplemented()) };
+        quotient(py, a, self.expr.clone())
+    }
+    fn __floor__(&self) -> Self {
+        self.with(Unary::Floor)
+    }
+    fn __ceil__(&self) -> Self {
+        Self::of(self.expr.clone().ceil())
+    }
+    fn __trunc__(&self) -> Self {
+        Self::of(self.expr.clone().trunc())
+    }
+    fn __round__(&self) -> Self {
+        Self::of(self.expr.clone().round())
+    }
     fn __neg__(&self) -> Self {
         self.with(Unary::Neg)
     }
@@ -139,6 +173,36 @@ impl PyExpr {
     }
     fn tan(&self) -> Self {
         self.with(Unary::Tan)
+    }
+    fn arcsin(&self) -> Self {
+        self.with(Unary::Asin)
+    }
+    fn arccos(&self) -> Self {
+        self.with(Unary::Acos)
+    }
+    fn arctan(&self) -> Self {
+        Self::of(Expr::binary(Binary::Atan2, self.expr.clone(), Expr::constant(1.0)))
+    }
+    fn sinh(&self) -> Self {
+        self.with(Unary::Sinh)
+    }
+    fn cosh(&self) -> Self {
+        self.with(Unary::Cosh)
+    }
+    fn tanh(&self) -> Self {
+        self.with(Unary::Tanh)
+    }
+    fn floor(&self) -> Self {
+        self.with(Unary::Floor)
+    }
+    fn ceil(&self) -> Self {
+        self.__ceil__()
+    }
+    fn trunc(&self) -> Self {
+        self.__trunc__()
+    }
+    fn rint(&self) -> Self {
+        self.__round__()
     }
 
     fn __richcmp__(&self, py: Python<'_>, other: &Bound<'_, PyAny>, op: CompareOp) -> PyResult<Py<PyAny>> {
@@ -226,6 +290,16 @@ fn apply(py: Python<'_>, name: &str, all: Vec<Expr>) -> PyResult<Py<PyAny>> {
                 "sin" => unary(Unary::Sin),
                 "cos" => unary(Unary::Cos),
                 "tan" => unary(Unary::Tan),
+                "arcsin" => unary(Unary::Asin),
+                "arccos" => unary(Unary::Acos),
+                "sinh" => unary(Unary::Sinh),
+                "cosh" => unary(Unary::Cosh),
+                "tanh" => unary(Unary::Tanh),
+                "floor" => unary(Unary::Floor),
+                "ceil" => expr(a.ceil()),
+                "trunc" => expr(a.trunc()),
+                "rint" => expr(a.round()),
+                "sign" => unary(Unary::Sign),
                 "arctan" => made(py, Binary::Atan2, a, Expr::constant(1.0)),
                 "square" => made(py, Binary::Pow, a, Expr::constant(2.0)),
                 "reciprocal" => made(py, Binary::Div, Expr::constant(1.0), a),
@@ -246,6 +320,10 @@ fn apply(py: Python<'_>, name: &str, all: Vec<Expr>) -> PyResult<Py<PyAny>> {
                 "maximum" | "fmax" => Binary::Max,
                 "hypot" => Binary::Hypot,
                 "arctan2" => Binary::Atan2,
+                // np.mod is another name of it.
+                "remainder" => Binary::Mod,
+                "fmod" => return expr(a.fmod(b)),
+                "floor_divide" => return quotient(py, a, b),
                 "greater" | "greater_equal" => return at_least(py, a, b),
                 "less" | "less_equal" => return at_least(py, b, a),
                 _ => return Ok(py.NotImplemented()),
@@ -256,7 +334,7 @@ fn apply(py: Python<'_>, name: &str, all: Vec<Expr>) -> PyResult<Py<PyAny>> {
     }
 }
 
-/// `numpy.where` and `numpy.clip`.
+/// `numpy.where`, `numpy.clip` and `numpy.round`.
 pub fn array_function(
     py: Python<'_>,
     function: &Bound<'_, PyAny>,
@@ -265,6 +343,11 @@ pub fn array_function(
 ) -> PyResult<Py<PyAny>> {
     let name: String = function.getattr("__name__")?.extract()?;
     let all: Vec<Bound<'_, PyAny>> = args.iter().collect();
+    if let (true, "round" | "around", [one]) = (kwargs.is_empty(), name.as_str(), &all[..])
+        && let Some(e) = formula(one)
+    {
+        return Ok(Py::new(py, PyExpr::of(e.round()))?.into_any());
+    }
     if let (true, [first, a, b]) = (kwargs.is_empty(), &all[..])
         && let (Some(a), Some(b)) = (formula(a), formula(b))
     {

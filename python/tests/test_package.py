@@ -174,6 +174,39 @@ def test_many_ways_to_write_a_ball(s):
         assert volume_of(s()) == pytest.approx(4 / 3 * math.pi, rel=1e-2)
 
 
+def test_steps_of_numpy_are_traced_and_their_edges_are_exact():
+    with quiet():
+        wave = solid(lambda x, y, z: 0.3 + 0.4 * abs(np.mod(x, 1) - 0.5) - z)
+        made = rv.Part(box(lo=(0, 0, 0), hi=(3, 1, 1)) & wave).mesh(size=0.1)
+    features = made.report["check"]["features"]
+    assert (features["recall"], features["corners_true"], features["corners_found"]) == (1.0, 18, 18)
+    assert volume(*made) == pytest.approx(1.2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("f", "height"),
+    [
+        (np.floor, 2.5),
+        (np.ceil, 3.5),
+        (np.trunc, 3),
+        (np.rint, 3),
+        (np.round, 3),
+        (np.sign, 3),
+        (lambda v: v // 1, 2.5),
+        (lambda v: np.fmod(v, 1) + np.remainder(v, 1), 3.5),
+        (lambda v: np.arcsin(np.tanh(v) / 2) - np.arccos(np.sinh(v) / 9) + np.arctan(v) * np.cosh(v) + 2 * math.pi, None),
+    ],
+)
+def test_functions_of_numpy_with_jumps_and_without(f, height):
+    with quiet():
+        part = rv.Part(box(lo=(-1, -1, -2), hi=(1, 1, 9)) & solid(lambda x, y, z: f(x) + 1 - z))
+        got = volume(*part.mesh(size=0.2))
+    if height is None:
+        xs = (np.arange(2000) + 0.5) / 1000 - 1
+        height = np.clip(f(xs) + 3, 0, 11).mean()
+    assert got == pytest.approx(4 * height, rel=1e-3)
+
+
 def test_formulas_have_no_truth_and_constants_are_no_solids():
     with pytest.raises(TypeError, match="where"):
         bool(x)

@@ -55,6 +55,8 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
                 }),
                 _ => None,
             },
+            // Jumps that are no turns.
+            ExprNode::Unary(Unary::Floor | Unary::Sign, _) | ExprNode::Binary(Binary::Mod, ..) => None,
             ExprNode::Unary(_, a) => smooth(&[a]),
             ExprNode::Binary(Binary::Add, a, b) => of(a).zip(of(b)).map(|(a, b)| a + b),
             ExprNode::Binary(Binary::Sub, a, b) => of(a).zip(of(b)).map(|(a, b)| a - b),

@@ -25,6 +25,20 @@ pub enum Unary {
     Tan,
     /// The angle less whole turns, from -pi to pi, radians: what `atan2(sin(a), cos(a))` is.
     Wrap,
+    /// Inverse sine in radians; NaN outside of -1 to 1.
+    Asin,
+    /// Inverse cosine in radians; NaN outside of -1 to 1.
+    Acos,
+    /// Hyperbolic sine.
+    Sinh,
+    /// Hyperbolic cosine.
+    Cosh,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// The largest whole number that is not above.
+    Floor,
+    /// -1, 0 or 1.
+    Sign,
 }
 
 /// Operations of two arguments.
@@ -48,6 +62,8 @@ pub enum Binary {
     Atan2,
     /// `sqrt(a*a + b*b)`
     Hypot,
+    /// `a - b * floor(a / b)`: the remainder with the sign of `b`.
+    Mod,
 }
 
 /// A node of a formula. Shared subformulas are shared nodes.
@@ -122,6 +138,35 @@ impl Expr {
             }
             _ => Expr(Arc::new(ExprNode::Binary(op, a, b))),
         }
+    }
+
+    /// The nearest whole number; halves go up.
+    pub fn round(self) -> Self {
+        match self.as_constant() {
+            Some(a) => Expr::constant(a.round_ties_even()),
+            None => Expr::unary(Unary::Floor, self + 0.5),
+        }
+    }
+
+    /// The smallest whole number that is not below.
+    pub fn ceil(self) -> Self {
+        -Expr::unary(Unary::Floor, -self)
+    }
+
+    /// The whole number next to it in the direction of zero.
+    pub fn trunc(self) -> Self {
+        let below = Expr::unary(Unary::Floor, self.clone());
+        Expr::select(self.clone(), below, self.ceil())
+    }
+
+    /// The remainder with the sign of the first operand, as `fmod` in C.
+    pub fn fmod(self, b: Expr) -> Self {
+        if let (Some(a), Some(b)) = (self.as_constant(), b.as_constant()) {
+            return Expr::constant(a % b);
+        }
+        let size = Expr::unary(Unary::Abs, b);
+        let rest = |a: Expr| Expr::binary(Binary::Mod, a, size.clone());
+        Expr::select(self.clone(), rest(self.clone()), -rest(-self))
     }
 
     /// `if condition >= 0 { a } else { b }`
@@ -202,6 +247,15 @@ impl Unary {
             Unary::Cos => a.cos(),
             Unary::Tan => a.tan(),
             Unary::Wrap => a - TAU * (a / TAU).round(),
+            Unary::Asin => a.asin(),
+            Unary::Acos => a.acos(),
+            Unary::Sinh => a.sinh(),
+            Unary::Cosh => a.cosh(),
+            Unary::Tanh => a.tanh(),
+            Unary::Floor => a.floor(),
+            Unary::Sign if a == 0.0 => 0.0,
+            Unary::Sign if a.is_nan() => a,
+            Unary::Sign => a.signum(),
         }
     }
 }
@@ -239,6 +293,11 @@ impl Binary {
             }
             Binary::Atan2 => a.atan2(b),
             Binary::Hypot => a.hypot(b),
+            // What rounding makes of a quotient just below a whole number stays between 0 and b.
+            Binary::Mod => {
+                let rest = a - b * (a / b).floor();
+                if rest.is_nan() || b == 0.0 { f64::NAN } else { rest.clamp(b.min(0.0), b.max(0.0)) }
+            }
         }
     }
 }

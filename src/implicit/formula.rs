@@ -265,6 +265,12 @@ impl Formula {
                         }
                         Unary::Tan => x.chain(v(), 1.0 + v() * v()),
                         Unary::Wrap => x.chain(v(), 1.0),
+                        Unary::Asin => x.chain(v(), 1.0 / (1.0 - x.v * x.v).sqrt()),
+                        Unary::Acos => x.chain(v(), -1.0 / (1.0 - x.v * x.v).sqrt()),
+                        Unary::Sinh => x.chain(v(), x.v.cosh()),
+                        Unary::Cosh => x.chain(v(), x.v.sinh()),
+                        Unary::Tanh => x.chain(v(), 1.0 - v() * v()),
+                        Unary::Floor | Unary::Sign => Dual::constant(v()),
                     }
                 }
                 Op::Binary(o, a, b) => {
@@ -296,6 +302,7 @@ impl Formula {
                             Dual::new(v, (a.g * b.v - b.g * a.v) / q)
                         }
                         Binary::Hypot => Dual::new(v, (a.g * a.v + b.g * b.v) / v),
+                        Binary::Mod => Dual::new(v, a.g - b.g * (a.v / b.v).floor()),
                     }
                 }
                 Op::Select(c, a, b) => {
@@ -340,6 +347,13 @@ impl Formula {
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
                         Unary::Wrap => a.wrap(),
+                        Unary::Asin => a.asin(),
+                        Unary::Acos => a.acos(),
+                        Unary::Sinh => a.sinh(),
+                        Unary::Cosh => a.cosh(),
+                        Unary::Tanh => a.tanh(),
+                        Unary::Floor => a.floor(),
+                        Unary::Sign => a.sign(),
                     }
                 }
                 Op::Turn(u, a, b) => {
@@ -362,6 +376,7 @@ impl Formula {
                         Binary::Max => a.max(b),
                         Binary::Atan2 => a.atan2(b),
                         Binary::Hypot => a.hypot(b),
+                        Binary::Mod => a.modulo(b),
                     }
                 }
                 Op::Select(c, a, b) => {

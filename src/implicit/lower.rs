@@ -1,6 +1,7 @@
 //! From the tree of a solid to signed leaves and one tape.
 
 mod blends;
+mod formulas;
 
 use std::sync::Arc;
 
@@ -14,10 +15,13 @@ use super::model::Implicit;
 use super::polygon::{EdgeTree, polygon_tree};
 use super::shapes::{canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
-use super::split::split;
+use super::steps::Within;
 use super::tape::{Op, Tape};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
+
+pub(crate) use formulas::lower;
+pub(super) use formulas::lower_within;
 
 /// Leaves whose parameters agree to this share of their size are one leaf: the rounding left by a chain of placements.
 const SAME_LEAF: f64 = 1e-13;
@@ -42,6 +46,8 @@ pub(crate) struct Lowered {
     pub(crate) faces: Vec<FaceInfo>,
     /// A box outside of which there is nothing, as far as the tree's structure tells; may be infinite.
     pub(crate) bounds: Aabb,
+    /// Whether some formula has steps that may be taken apart once the part's box is known.
+    pub(crate) has_steps: bool,
 }
 
 /// A lowered subtree.
@@ -78,18 +84,18 @@ struct Lowerer {
     /// Whether every blend is one leaf.
     one_function: bool,
     visited: usize,
-}
-
-/// Lowers a solid.
-pub(crate) fn lower(solid: &Solid) -> Result<Lowered> {
-    let mut l = Lowerer::default();
-    let root = l.tree(solid, Placement::IDENTITY)?;
-    Ok(l.finish(root))
+    /// Where steps are taken apart, if that is known.
+    within: Option<Within>,
+    has_steps: bool,
+    /// Whether formulas with steps tell their own bounds though the steps wait to be taken apart.
+    trusts: bool,
 }
 
 impl Lowerer {
     fn finish(self, root: Part) -> Lowered {
-        Lowered { tape: extract_tape(&self.ops, root.op), leaves: self.leaves, faces: self.faces, bounds: root.bounds }
+        let has_steps = self.has_steps;
+        let tape = extract_tape(&self.ops, root.op);
+        Lowered { tape, leaves: self.leaves, faces: self.faces, bounds: root.bounds, has_steps }
     }
 
     fn tree(&mut self, solid: &Solid, place: Placement) -> Result<Part> {
@@ -113,22 +119,8 @@ impl Lowerer {
                     done.push(self.join(and, parts));
                 }
                 Work::Visit(solid, mut c) => match solid.node() {
-                    SolidNode::Primitive(p) => {
-                        let parts = if let Primitive::Formula(e) = p { split(e).map(|s| (e, s)) } else { None };
-                        let Some((e, parts)) = parts else {
-                            done.push(self.primitive(solid, p, &c)?);
-                            continue;
-                        };
-                        // All parts are one face to the user.
-                        if c.name.is_none() {
-                            c.name = Some(self.base_name(solid, "formula").into());
-                        }
-                        let whole = Leaf::Formula(Formula::compile(e, &c.place));
-                        let known = if c.negate { None } else { Implicit::box_of(whole) };
-                        let mut part = self.tree_from(&parts, c)?;
-                        part.bounds = part.bounds.intersection(&known.unwrap_or(Aabb::ALL));
-                        done.push(part);
-                    }
+                    SolidNode::Primitive(Primitive::Formula(e)) => done.push(self.formula(solid, e, c)?),
+                    SolidNode::Primitive(p) => done.push(self.primitive(solid, p, &c)?),
                     SolidNode::And(all) | SolidNode::Or(all) => {
                         let and = matches!(solid.node(), SolidNode::And(_)) != c.negate;
                         work.push(Work::Join { and, count: all.len() });
@@ -469,7 +461,8 @@ impl Lowerer {
                     bounds = Aabb::ALL;
                 } else {
                     let leaf = Leaf::Formula(Formula::compile(e, place));
-                    bounds = if c.negate { None } else { Implicit::box_of(leaf.clone()) }.unwrap_or(Aabb::ALL);
+                    let known = if c.negate || self.waits(e) { None } else { Implicit::box_of(leaf.clone()) };
+                    bounds = known.unwrap_or(Aabb::ALL);
                     faces.push(self.leaf(leaf, f, c.negate));
                 }
                 and = true;

@@ -35,6 +35,7 @@ mod slopes;
 pub mod solid;
 mod splinters;
 mod split;
+mod steps;
 mod tape;
 
 #[cfg(test)]

@@ -8,9 +8,10 @@ use glam::DVec3;
 
 use super::alike::unified;
 use super::leaf::Leaf;
-use super::lower::{FaceInfo, lower};
+use super::lower::{FaceInfo, lower, lower_within};
 use super::rfunction::RSystem;
 use super::solid::Solid;
+use super::steps::Within;
 use super::tape::{Op, Pruned, Scratch, Tape};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
@@ -65,13 +66,15 @@ impl Implicit {
     /// Errors: a bad primitive; a solid that is empty; one without finite bounds and without `domain`.
     pub fn new(solid: &Solid, rsystem: RSystem, domain: Option<Aabb>) -> Result<Self> {
         let rsystem = rsystem.checked()?;
-        let mut low = lower(solid)?;
+        let mut solid = solid.clone();
+        let mut low = lower(&solid)?;
         if let Some(d) = domain {
             if d.is_empty() || !d.is_finite() {
                 return Err(Error::input(Place::Unknown, "the domain must be a finite box with lo < hi"));
             }
             let walls = Solid::cuboid(d.lo, d.hi).name("domain");
-            low = lower(&(walls & solid.clone()))?;
+            solid = walls & solid;
+            low = lower(&solid)?;
         }
         let mut model =
             Implicit { leaves: low.leaves, tape: Arc::new(low.tape), faces: low.faces, rsystem, bounds: low.bounds };
@@ -83,6 +86,10 @@ impl Implicit {
         }
         for _ in 0..2 {
             model.bounds = model.tightened(&model.bounds);
+        }
+        if low.has_steps && !model.bounds.is_empty() {
+            let apart = lower_within(&solid, Within { bounds: model.bounds, closed: false })?;
+            (model.leaves, model.tape, model.faces) = (apart.leaves, Arc::new(apart.tape), apart.faces);
         }
         if model.bounds.is_empty() {
             return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));

@@ -49,7 +49,7 @@ struct Quadratic {
 
 impl Terms {
     /// The number of a formula. Formulas that differ in the order of sums and products of two alone have one number.
-    fn number(&mut self, e: &Expr) -> u32 {
+    pub(super) fn number(&mut self, e: &Expr) -> u32 {
         let mut stack = vec![(e, false)];
         while let Some((e, ready)) = stack.pop() {
             let at: *const ExprNode = e.node();
@@ -427,7 +427,9 @@ pub(super) fn never_negative(e: &Expr) -> bool {
         let even = |n: f64| n > 0.0 && n % 2.0 == 0.0;
         match e.node() {
             ExprNode::Const(c) => *c >= 0.0,
-            ExprNode::Unary(Unary::Abs | Unary::Sqrt | Unary::Exp, _) | ExprNode::Binary(Binary::Hypot, ..) => true,
+            ExprNode::Unary(Unary::Abs | Unary::Sqrt | Unary::Exp | Unary::Cosh | Unary::Acos, _)
+            | ExprNode::Binary(Binary::Hypot, ..) => true,
+            ExprNode::Binary(Binary::Mod, _, b) => b.as_constant().is_some_and(|b| b > 0.0),
             ExprNode::Binary(Binary::Pow, a, n) => n.as_constant().is_some_and(even) || below(a),
             ExprNode::Binary(Binary::Mul, a, b) if Arc::ptr_eq(&a.0, &b.0) => true,
             ExprNode::Binary(Binary::Add | Binary::Mul | Binary::Div | Binary::Min, a, b) => below(a) && below(b),

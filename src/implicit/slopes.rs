@@ -78,7 +78,25 @@ impl Slopes {
                 // Wide means that it may jump.
                 if w.lo <= -PI && w.hi >= PI { Self::jumping(w) } else { Self { value: w, ..self } }
             }
+            Unary::Asin | Unary::Acos => {
+                let slope = Interval::point(1.0) / (Interval::point(1.0) - v.square()).sqrt();
+                if op == Unary::Asin { self.chain(v.asin(), slope) } else { self.chain(v.acos(), -slope) }
+            }
+            Unary::Sinh => self.chain(v.sinh(), v.cosh()),
+            Unary::Cosh => self.chain(v.cosh(), v.sinh()),
+            Unary::Tanh => {
+                let t = v.tanh();
+                self.chain(t, Interval::point(1.0) - t.square())
+            }
+            Unary::Floor => self.stepped(v.floor()),
+            Unary::Sign => self.stepped(v.sign()),
         }
+    }
+
+    /// A function that is constant but for jumps, with the given bounds. Where it may jump its slopes have no bounds.
+    fn stepped(self, value: Interval) -> Self {
+        let jumps = value.lo != value.hi;
+        Self { value, gradient: self.gradient.map(|g| if jumps && g != ZERO { Interval::ALL } else { ZERO }) }
     }
 
     pub(crate) fn binary(self, op: Binary, other: Self) -> Self {
@@ -122,6 +140,13 @@ impl Slopes {
                 let share = |x: Interval| (x / h).max(Interval::point(-1.0)).min(Interval::point(1.0));
                 let (x, y) = (share(a), share(b));
                 Self { value: h, gradient: each(|k| ga[k] * x + gb[k] * y) }
+            }
+            Binary::Mod => {
+                let steps = (a / b).floor();
+                let jumps = steps.lo != steps.hi;
+                let still = |k: usize| ga[k] == ZERO && gb[k] == ZERO;
+                let slope = |k: usize| if jumps { Interval::ALL } else { ga[k] - gb[k].scale(steps.lo) };
+                Self { value: a.modulo(b), gradient: each(|k| if still(k) { ZERO } else { slope(k) }) }
             }
         }
     }
@@ -210,6 +235,11 @@ mod tests {
             bi(Binary::Pow, x.clone() + 2.0, Expr::constant(1.5)) - bi(Binary::Atan2, y.clone(), x.clone() + 2.0),
             bi(Binary::Max, x.clone(), bi(Binary::Min, y.clone(), z.clone() * 2.0)) + un(Unary::Tan, z.clone()),
             Expr::select(x.clone() - y.clone(), x.clone() * z.clone(), bi(Binary::Hypot, y.clone(), z.clone() + 1.0)),
+            un(Unary::Tanh, x.clone() * 4.0)
+                + un(Unary::Sinh, y.clone() * 2.0) * un(Unary::Cosh, z.clone() - x.clone()),
+            un(Unary::Asin, x.clone() * 0.5) - un(Unary::Acos, y.clone() * z.clone() * 0.4),
+            bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
+            bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
             un(Unary::Log, bi(Binary::Pow, x + 2.0, y + 0.5)) - bi(Binary::Pow, z, Expr::constant(3.0)),
         ];
         for _ in 0..200 {

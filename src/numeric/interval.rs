@@ -162,6 +162,67 @@ impl Interval {
         }
     }
 
+    /// Inverse sine; everything when a number that has none lies inside.
+    pub fn asin(self) -> Self {
+        if !(self.lo >= -1.0 && self.hi <= 1.0) {
+            return Self::ALL;
+        }
+        libm(self.lo.asin(), self.hi.asin())
+    }
+
+    /// Inverse cosine; everything when a number that has none lies inside.
+    pub fn acos(self) -> Self {
+        if !(self.lo >= -1.0 && self.hi <= 1.0) {
+            return Self::ALL;
+        }
+        let r = libm(self.hi.acos(), self.lo.acos());
+        Self { lo: r.lo.max(0.0), hi: r.hi }
+    }
+
+    /// Hyperbolic sine.
+    pub fn sinh(self) -> Self {
+        libm(self.lo.sinh(), self.hi.sinh())
+    }
+
+    /// Hyperbolic cosine.
+    pub fn cosh(self) -> Self {
+        let a = self.abs();
+        let r = libm(a.lo.cosh(), a.hi.cosh());
+        Self { lo: r.lo.max(1.0), hi: r.hi }
+    }
+
+    /// Hyperbolic tangent.
+    pub fn tanh(self) -> Self {
+        let r = libm(self.lo.tanh(), self.hi.tanh());
+        Self { lo: r.lo.max(-1.0), hi: r.hi.min(1.0) }
+    }
+
+    /// The largest whole numbers that are not above.
+    pub fn floor(self) -> Self {
+        Self { lo: self.lo.floor(), hi: self.hi.floor() }
+    }
+
+    /// -1, 0 or 1.
+    pub fn sign(self) -> Self {
+        let of = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
+        Self { lo: of(self.lo), hi: of(self.hi) }
+    }
+
+    /// `self - m floor(self / m)`: as tight as a difference where the quotient passes no whole number, else all between 0 and
+    /// `m`. Everything when `m` may be zero.
+    pub fn modulo(self, m: Self) -> Self {
+        if m.contains(0.0) {
+            return Self::ALL;
+        }
+        let steps = (self / m).floor();
+        let all = Self { lo: m.lo.min(0.0), hi: m.hi.max(0.0) };
+        if steps.lo != steps.hi || !steps.lo.is_finite() {
+            return all;
+        }
+        let rest = self - m.scale(steps.lo);
+        Self { lo: rest.lo.max(all.lo).min(all.hi), hi: rest.hi.min(all.hi).max(all.lo) }
+    }
+
     /// Angle of the point (x, y) with `y` in `self`.
     pub fn atan2(self, x: Self) -> Self {
         if x.lo <= 0.0 && self.contains(0.0) {
@@ -295,7 +356,6 @@ impl ops::Div for Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::implicit::Unary;
     use proptest::prelude::*;
 
     fn any_interval() -> impl Strategy<Value = (Interval, f64)> {
@@ -310,8 +370,9 @@ mod tests {
         fn unary_results_hold_every_sample((i, v) in any_interval(), n in -4i32..6) {
             for (r, f) in [
                 (i.square(), v * v), (i.abs(), v.abs()), (i.sqrt(), v.sqrt()), (i.exp(), v.exp()), (i.ln(), v.ln()),
-                (i.sin(), v.sin()), (i.cos(), v.cos()), (i.wrap(), Unary::Wrap.apply(v)), (i.tan(), v.tan()), (-i, -v), (i.powi(n), v.powi(n)),
-                (i.scale(-3.7), v * -3.7),
+                (i.sin(), v.sin()), (i.cos(), v.cos()), (i.wrap(), v - 2.0 * PI * (v / (2.0 * PI)).round()), (i.tan(), v.tan()), (-i, -v), (i.powi(n), v.powi(n)),
+                (i.scale(-3.7), v * -3.7), (i.asin(), v.asin()), (i.acos(), v.acos()), (i.sinh(), v.sinh()),
+                (i.cosh(), v.cosh()), (i.tanh(), v.tanh()), (i.floor(), v.floor()), (i.sign(), v.signum()),
             ] {
                 prop_assert!(f.is_nan() || r.contains(f), "{i:?} {v} -> {r:?} lacks {f}");
             }
@@ -322,6 +383,7 @@ mod tests {
             for (r, f) in [
                 (i + j, v + w), (i - j, v - w), (i * j, v * w), (i / j, v / w), (i.min(j), v.min(w)),
                 (i.max(j), v.max(w)), (i.hypot(j), v.hypot(w)), (i.atan2(j), v.atan2(w)), (i.pow(j), v.powf(w)),
+                (i.modulo(j), (v - w * (v / w).floor()).clamp(w.min(0.0), w.max(0.0))),
             ] {
                 prop_assert!(f.is_nan() || r.contains(f), "{i:?} {j:?} {v} {w} -> {r:?} lacks {f}");
             }

@@ -20,7 +20,7 @@ use crate::error::Result;
 use crate::spatial::Aabb;
 
 /// All names, for suggestions.
-pub(super) const NAMES: [&str; 53] = [
+pub(super) const NAMES: [&str; 63] = [
     "x",
     "y",
     "z",
@@ -74,6 +74,16 @@ pub(super) const NAMES: [&str; 53] = [
     "radians",
     "floor",
     "ceil",
+    "mod",
+    "fmod",
+    "asin",
+    "acos",
+    "atan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "sign",
+    "trunc",
 ];
 
 /// Units of length a part may be in.
@@ -102,12 +112,14 @@ pub(super) fn call<'a>(
     arguments: Vec<Argument<'a>>,
 ) -> Result<Value<'a>> {
     match name {
-        "sqrt" | "exp" | "log" | "sin" | "cos" | "tan" | "abs" | "atan2" | "hypot" | "pow" | "min" | "max" => {
+        "sqrt" | "exp" | "log" | "sin" | "cos" | "tan" | "abs" | "atan2" | "hypot" | "pow" | "min" | "max" | "mod"
+        | "fmod" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "sign" => function(it, range, name, arguments),
+        "round" | "floor" | "ceil" | "trunc" if matches!(&arguments[..], [a] if matches!(a.value, Value::Formula(_))) => {
             function(it, range, name, arguments)
         }
         "units" | "part" | "group" | "faces" | "mesh" => declaration(it, range, name, arguments),
         "range" | "len" | "sum" | "enumerate" | "zip" | "int" | "float" | "round" | "str" | "list" | "tuple"
-        | "degrees" | "radians" | "floor" | "ceil" => plain(it, range, name, arguments),
+        | "degrees" | "radians" | "floor" | "ceil" | "trunc" => plain(it, range, name, arguments),
         _ if edges::NAMES.contains(&name) => edges::call(it, range, name, arguments),
         _ => shape(it, range, name, arguments),
     }
@@ -137,7 +149,21 @@ fn function<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Ve
     }
     it.grow(range, formulas.len())?;
     let count = formulas.len();
+    if matches!(name, "mod" | "fmod") && formulas.get(1).and_then(Expr::as_constant) == Some(0.0) {
+        return Err(it.error(range, "division by zero"));
+    }
+    if let Some(made) = composed(name, &formulas) {
+        return finite(it, range, name, made);
+    }
     let unary = match name {
+        "asin" => Some(Unary::Asin),
+        "acos" => Some(Unary::Acos),
+        // With one argument only `floor` comes here; the others are composed.
+        "floor" | "atan" | "round" | "ceil" | "trunc" => Some(Unary::Floor),
+        "sinh" => Some(Unary::Sinh),
+        "cosh" => Some(Unary::Cosh),
+        "tanh" => Some(Unary::Tanh),
+        "sign" => Some(Unary::Sign),
         "sqrt" => Some(Unary::Sqrt),
         "exp" => Some(Unary::Exp),
         "log" => Some(Unary::Log),
@@ -151,6 +177,7 @@ fn function<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Ve
         "atan2" => Binary::Atan2,
         "hypot" => Binary::Hypot,
         "pow" => Binary::Pow,
+        "mod" | "fmod" => Binary::Mod,
         "min" => Binary::Min,
         _ => Binary::Max,
     };
@@ -172,9 +199,29 @@ fn function<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Ve
         return Err(it.error(range, format!("{name}() takes {wants}, not {count}")));
     };
     match made.as_constant() {
+        Some(c) if c.is_finite() && all_ints && matches!(name, "min" | "max" | "abs" | "mod" | "sign") => {
+            Ok(Value::Int(c as i64))
+        }
+        _ => finite(it, range, name, made),
+    }
+}
+
+fn finite<'a>(it: &It<'a>, range: TextRange, name: &str, made: Expr) -> Result<Value<'a>> {
+    match made.as_constant() {
         Some(c) if !c.is_finite() => Err(it.error(range, format!("{name}() is not a finite number here"))),
-        Some(c) if all_ints && matches!(name, "min" | "max" | "abs") => Ok(Value::Int(c as i64)),
         _ => Ok(Value::from_formula(made)),
+    }
+}
+
+/// Functions that are made of several operations; `None` for others, and for a wrong number of arguments.
+fn composed(name: &str, arguments: &[Expr]) -> Option<Expr> {
+    match (name, arguments) {
+        ("atan", [a]) => Some(Expr::binary(Binary::Atan2, a.clone(), Expr::constant(1.0))),
+        ("round", [a]) => Some(a.clone().round()),
+        ("ceil", [a]) => Some(a.clone().ceil()),
+        ("trunc", [a]) => Some(a.clone().trunc()),
+        ("fmod", [a, b]) => Some(a.clone().fmod(b.clone())),
+        _ => None,
     }
 }
 
@@ -405,10 +452,10 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
         },
         ("str", [v]) => it.display(range, v).and_then(|s| it.string(range, s)),
         ("float", [v]) if v.number().is_some() => Ok(Value::Float(v.number().unwrap_or(0.0))),
-        ("int" | "round" | "floor" | "ceil", [v]) if v.number().is_some() => {
+        ("int" | "round" | "floor" | "ceil" | "trunc", [v]) if v.number().is_some() => {
             let f = v.number().unwrap_or(0.0);
             let f = match name {
-                "int" => f.trunc(),
+                "int" | "trunc" => f.trunc(),
                 "round" => f.round_ties_even(),
                 "floor" => f.floor(),
                 _ => f.ceil(),

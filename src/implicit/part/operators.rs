@@ -5,7 +5,7 @@ use std::rc::Rc;
 use ruff_python_ast::{CmpOp, Operator, UnaryOp};
 use ruff_text_size::TextRange;
 
-use super::super::expr::{Binary, Expr};
+use super::super::expr::{Binary, Expr, Unary};
 use super::super::solid::{Solid, SolidNode};
 use super::interpreter::Interpreter;
 use super::value::Value;
@@ -99,6 +99,7 @@ pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'
         };
     }
     let (Some(a), Some(b)) = (l.formula(), r.formula()) else { return Err(mismatch()) };
+    let floored = op == Operator::FloorDiv;
     let op = match op {
         Operator::Add => Binary::Add,
         Operator::Sub => Binary::Sub,
@@ -106,10 +107,16 @@ pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'
         Operator::Div if b.as_constant() == Some(0.0) => return Err(it.error(range, "division by zero")),
         Operator::Div => Binary::Div,
         Operator::Pow => Binary::Pow,
+        Operator::FloorDiv | Operator::Mod if b.as_constant() == Some(0.0) => {
+            return Err(it.error(range, "division by zero"));
+        }
+        Operator::FloorDiv => Binary::Div,
+        Operator::Mod => Binary::Mod,
         _ => return Err(mismatch()),
     };
-    it.grow(range, 1)?;
-    Ok(Value::from_formula(Expr::binary(op, a, b)))
+    it.grow(range, 2)?;
+    let made = Expr::binary(op, a, b);
+    Ok(Value::from_formula(if floored { Expr::unary(Unary::Floor, made) } else { made }))
 }
 
 pub(super) fn unary<'a>(it: &It<'a>, range: TextRange, op: UnaryOp, v: Value<'a>) -> Result<Value<'a>> {

@@ -1,0 +1,308 @@
+//! Formulas with steps inside, as set operations of formulas without.
+//!
+//! `floor(a)` is one number between two whole values of `a`, and `mod(a, m)` is `a - m k` there. Where only a few whole numbers
+//! are passed inside the part's bounds, each stretch becomes a formula of its own, and the surfaces on which `a` is whole divide
+//! them. So walls at jumps and creases at seams are edges between leaves, like any other.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::formula::Formula;
+use super::roperation::Terms;
+use super::solid::{Placement, Solid};
+use super::split::split;
+use crate::numeric::Interval;
+use crate::spatial::Aabb;
+
+/// A step that passes more whole numbers than this stays in its formula.
+const MOST_STEPS: f64 = 64.0;
+/// Formulas that would fall into more stretches than this stay whole.
+const MOST_PIECES: usize = 1024;
+/// Subformulas that may be written anew in the course of it: large formulas have fewer stretches.
+const MOST_WRITTEN: usize = 1 << 22;
+/// A whole number that is passed by less than this at the very end of the bounds is not passed: the rounding of bounds.
+const BARELY: f64 = 1e-9;
+/// Sums and products are followed this deep to see that a formula is linear.
+const DEEPEST: usize = 32;
+
+/// Where steps are taken apart.
+#[derive(Clone, Copy)]
+pub(super) struct Within {
+    /// The part lies in this box.
+    pub(super) bounds: Aabb,
+    /// Whether nothing is inside beyond the box whatever the formulas say: then the outermost stretches may go on there.
+    pub(super) closed: bool,
+}
+
+/// The operands of a node.
+fn operands(e: &Expr) -> Vec<&Expr> {
+    match e.node() {
+        ExprNode::Const(_) | ExprNode::Coordinate(_) => Vec::new(),
+        ExprNode::Unary(_, a) => vec![a],
+        ExprNode::Binary(_, a, b) => vec![a, b],
+        ExprNode::Select(a, b, c) => vec![a, b, c],
+    }
+}
+
+/// What must be whole where the node jumps, if it is a step.
+fn counted(e: &Expr) -> Option<Expr> {
+    match e.node() {
+        ExprNode::Unary(Unary::Floor, a) => Some(a.clone()),
+        ExprNode::Binary(Binary::Mod, a, m) if m.as_constant() == Some(1.0) => Some(a.clone()),
+        ExprNode::Binary(Binary::Mod, a, m) => Some(a.clone() / m.clone()),
+        _ => None,
+    }
+}
+
+/// A step of a formula that has no other step inside, if there is one; the first in the order of evaluation.
+fn innermost(e: &Expr) -> Option<&Expr> {
+    let mut seen = rustc_hash::FxHashSet::default();
+    let mut stack = vec![(e, false)];
+    while let Some((e, ready)) = stack.pop() {
+        if ready {
+            if matches!(e.node(), ExprNode::Unary(Unary::Floor, _) | ExprNode::Binary(Binary::Mod, ..)) {
+                return Some(e);
+            }
+        } else if seen.insert(std::ptr::from_ref(e.node())) {
+            stack.push((e, true));
+            stack.extend(operands(e).into_iter().rev().map(|x| (x, false)));
+        }
+    }
+    None
+}
+
+/// Whether a formula has steps.
+pub(super) fn has_steps(e: &Expr) -> bool {
+    innermost(e).is_some()
+}
+
+/// A formula with other nodes in the place of those that `other` names.
+fn rewritten(e: &Expr, mut other: impl FnMut(&Expr) -> Option<Expr>) -> Expr {
+    let mut done: FxHashMap<*const ExprNode, Expr> = FxHashMap::default();
+    let mut stack = vec![(e, false)];
+    let key = |e: &Expr| std::ptr::from_ref(e.node());
+    while let Some((e, ready)) = stack.pop() {
+        if done.contains_key(&key(e)) {
+            continue;
+        }
+        let all = operands(e);
+        if !ready {
+            stack.push((e, true));
+            stack.extend(all.into_iter().map(|x| (x, false)));
+            continue;
+        }
+        let of = |x: &Expr| done.get(&key(x)).cloned().unwrap_or_else(|| x.clone());
+        let same = all.iter().all(|x| key(&of(x)) == key(x));
+        let made = match e.node() {
+            _ if same => e.clone(),
+            ExprNode::Const(_) | ExprNode::Coordinate(_) => e.clone(),
+            ExprNode::Unary(op, a) => Expr::unary(*op, of(a)),
+            ExprNode::Binary(op, a, b) => Expr::binary(*op, of(a), of(b)),
+            ExprNode::Select(a, b, c) => Expr::select(of(a), of(b), of(c)),
+        };
+        let made = other(&made).unwrap_or(made);
+        done.insert(key(e), made);
+    }
+    done.remove(&key(e)).unwrap_or_else(|| e.clone())
+}
+
+/// `sign(a)` as conditions: with a third case where `a` may be zero in more than a surface.
+fn without_signs(e: &Expr) -> Expr {
+    rewritten(e, |e| match e.node() {
+        ExprNode::Unary(Unary::Sign, a) => {
+            let [minus, zero, plus] = [-1.0, 0.0, 1.0].map(Expr::constant);
+            let above = if flat(a) { Expr::select(-a.clone(), zero, plus) } else { plus };
+            Some(Expr::select(a.clone(), above, minus))
+        }
+        _ => None,
+    })
+}
+
+/// Whether a formula may be constant somewhere though it is not everywhere.
+fn flat(e: &Expr) -> bool {
+    let mut seen = rustc_hash::FxHashSet::default();
+    let mut stack = vec![e];
+    while let Some(e) = stack.pop() {
+        if !seen.insert(std::ptr::from_ref(e.node())) {
+            continue;
+        }
+        match e.node() {
+            ExprNode::Select(..)
+            | ExprNode::Unary(Unary::Abs | Unary::Sign | Unary::Floor, _)
+            | ExprNode::Binary(Binary::Min | Binary::Max | Binary::Mod, ..) => return true,
+            _ => stack.extend(operands(e)),
+        }
+    }
+    false
+}
+
+/// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
+pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
+    let e = without_signs(e);
+    if let Some(within) = within
+        && has_steps(&e)
+    {
+        let mut apart = Apart { place, within, terms: Terms::default(), pieces: 0, written: 0, depth: 0 };
+        if let Some(solid) = apart.solid(&e) {
+            return Some(solid);
+        }
+    }
+    split(&e)
+}
+
+struct Apart<'a> {
+    place: &'a Placement,
+    within: &'a Within,
+    terms: Terms,
+    pieces: usize,
+    /// Subformulas written anew.
+    written: usize,
+    depth: usize,
+}
+
+impl Apart<'_> {
+    /// The solid `e >= 0` without steps; `None` if there are too many.
+    fn solid(&mut self, e: &Expr) -> Option<Solid> {
+        let Some(step) = innermost(e) else {
+            self.pieces += 1;
+            return (self.pieces <= MOST_PIECES).then(|| split(e).unwrap_or_else(|| Solid::formula(e.clone())));
+        };
+        let counter = counted(step)?;
+        self.depth += 1;
+        if self.depth > MOST_STEPS as usize {
+            return None;
+        }
+        let [x, y, z] = std::array::from_fn(|k| Interval::new(self.within.bounds.lo[k], self.within.bounds.hi[k]));
+        let range = Formula::compile(&counter, self.place).range(x, y, z).scale(1.0 / self.place.scale);
+        let (first, last) = ((range.lo + BARELY).floor(), (range.hi - BARELY).ceil() - 1.0);
+        if !(last - first < MOST_STEPS) {
+            return None;
+        }
+        let last = last.max(first);
+        let (from, to) = if self.within.closed { (first, last) } else { (first - 1.0, last + 1.0) };
+        let count = (to - from) as usize + 1;
+        let mut all = Vec::with_capacity(count + 2);
+        for i in 0..count {
+            let stretch = self.with(e, &counter, from + i as f64);
+            if self.written > MOST_WRITTEN {
+                return None;
+            }
+            all.push(self.solid(&stretch)?);
+        }
+        self.depth -= 1;
+        if self.within.closed {
+            return Some(divided(&counter, from + 1.0, &all));
+        }
+        // Beyond the bounds the formula is what it was.
+        all.insert(0, Solid::formula(e.clone()));
+        all.push(Solid::formula(e.clone()));
+        Some(divided(&counter, from, &all))
+    }
+
+    /// The formula where the counter has this whole part.
+    fn with(&mut self, e: &Expr, counter: &Expr, whole: f64) -> Expr {
+        let number = self.terms.number(counter);
+        let (terms, written) = (&mut self.terms, &mut self.written);
+        rewritten(e, |e| {
+            *written += 1;
+            let same = counted(e).is_some_and(|c| terms.number(&c) == number);
+            match e.node() {
+                ExprNode::Unary(Unary::Floor, _) if same => Some(Expr::constant(whole)),
+                ExprNode::Binary(Binary::Mod, a, _) if same && whole == 0.0 => Some(a.clone()),
+                ExprNode::Binary(Binary::Mod, a, m) if same => Some(a.clone() - m.clone() * Expr::constant(whole)),
+                _ => None,
+            }
+        })
+    }
+}
+
+/// The first of some solids below `first`, the next one from there to the next whole number, and so on.
+fn divided(counter: &Expr, first: f64, all: &[Solid]) -> Solid {
+    if let [one] = all {
+        return one.clone();
+    }
+    let (low, high) = all.split_at(all.len() / 2);
+    let at = first + (low.len() - 1) as f64;
+    let above = beyond(counter, at);
+    (above.clone() & divided(counter, at + 1.0, high)) | (!above & divided(counter, first, low))
+}
+
+/// Where a formula is at least a number.
+fn beyond(e: &Expr, number: f64) -> Solid {
+    match linear(e, 0) {
+        Some((normal, offset)) if normal != DVec3::ZERO => {
+            Solid::half_space(-normal, normal * ((number - offset) / normal.length_squared()))
+        }
+        _ => Solid::formula(e.clone() - number),
+    }
+}
+
+/// Gradient and offset of a linear formula.
+fn linear(e: &Expr, depth: usize) -> Option<(DVec3, f64)> {
+    if depth > DEEPEST {
+        return None;
+    }
+    let of = |e: &Expr| linear(e, depth + 1);
+    Some(match e.node() {
+        ExprNode::Const(c) => (DVec3::ZERO, *c),
+        ExprNode::Coordinate(k) => (DVec3::AXES[*k as usize % 3], 0.0),
+        ExprNode::Unary(Unary::Neg, a) => of(a).map(|(g, c)| (-g, -c))?,
+        ExprNode::Binary(op @ (Binary::Add | Binary::Sub), a, b) => {
+            let (((g, c), (h, d)), s) = (of(a).zip(of(b))?, if *op == Binary::Add { 1.0 } else { -1.0 });
+            (g + h * s, c + d * s)
+        }
+        ExprNode::Binary(Binary::Mul, a, b) => match (a.as_constant(), b.as_constant()) {
+            (Some(k), _) => of(b).map(|(g, c)| (g * k, c * k))?,
+            (_, Some(k)) => of(a).map(|(g, c)| (g * k, c * k))?,
+            _ => return None,
+        },
+        ExprNode::Binary(Binary::Div, a, b) => {
+            let k = b.as_constant()?;
+            of(a).map(|(g, c)| (g / k, c / k))?
+        }
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::{Implicit, RSystem};
+
+    #[test]
+    fn what_is_taken_apart_is_the_same_solid() {
+        let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
+        let (un, bi) = (Expr::unary, Expr::binary);
+        let modulo = |a: &Expr, m: f64| bi(Binary::Mod, a.clone(), Expr::constant(m));
+        let floor = |a: Expr| un(Unary::Floor, a);
+        let walls = 6;
+        // With how many leaves: dividers and stretches.
+        let cases = [
+            (modulo(&x, 1.0) * 0.3 - z.clone(), 3 + 4),
+            (un(Unary::Abs, modulo(&x, 0.5) - 0.25) - z.clone() * z.clone() - 0.1, 5 + 2 * 6),
+            (bi(Binary::Hypot, modulo(&x, 1.0) - 0.5, modulo(&y, 1.0) - 0.5) - 0.3, 3 + 3 + 16),
+            (floor(x.clone() * 2.0 + y.clone()) * 0.1 - z.clone(), 7 + 8),
+            (modulo(&x, -0.7) + z.clone() + 0.1, 3 + 4),
+            (x.clone().fmod(Expr::constant(0.4)) - z.clone(), 24),
+            (y.clone().round() + x.clone().ceil() * 0.2 + z.clone().trunc() - 0.7, 12),
+            (un(Unary::Sign, y.clone()) * 0.3 - z.clone(), 3),
+            (un(Unary::Sign, floor(x.clone())) - y.clone(), 8),
+            (un(Unary::Sign, bi(Binary::Max, x.clone(), Expr::constant(0.0))) - z.clone() - 0.5, 5),
+            // Too many stretches: whole.
+            (modulo(&x, 0.001) - z.clone(), 1),
+        ];
+        let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));
+        for (e, leaves) in cases {
+            let model = Implicit::new(&Solid::formula(e.clone()), RSystem::R0, Some(domain)).unwrap();
+            let found = model.leaf_count();
+            assert!(found <= leaves + walls && (found > 1 + walls || leaves == 1), "{found} leaves: {e:?}");
+            let whole = Formula::compile(&e, &Placement::IDENTITY);
+            let n = 13;
+            for i in 0..n * n * n {
+                let p = DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) / 6.07 - 1.0;
+                assert_eq!(model.inside(p), whole.gradient(p).v >= 0.0, "{e:?} {p}");
+            }
+        }
+    }
+}
