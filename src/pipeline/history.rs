@@ -65,11 +65,6 @@ impl Proof {
         let places = unproved.iter().take(NAMED).map(place).collect();
         Self { cells: *cells, unproved: unproved.len(), places, astray: astray.len() }
     }
-
-    /// Whether nothing is left unproved.
-    pub(super) fn is_whole(&self) -> bool {
-        self.unproved == 0 && self.astray == 0
-    }
 }
 
 /// One attempt at a mesh, in the order of time.

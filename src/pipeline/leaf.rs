@@ -1,7 +1,7 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
 use super::attempts::{Ladder, Scout, Searched, Trial, search};
-use super::history::{Attempt, Clock, Proof, Tried};
+use super::history::{Attempt, Clock, Tried};
 use super::mesh::{MeshOptions, Method, Ready};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
@@ -143,7 +143,7 @@ pub(super) fn by_leaf(
     let mut left = Vec::new();
     // Triangles of an arrangement lie on their leaves: there is no extraction to go back to.
     let arranged = best.scout.proof.is_some();
-    let proved = best.scout.proof.as_ref().is_some_and(Proof::is_whole);
+    let proved = best.scout.proof.as_ref().is_some_and(|p| p.unproved == 0);
     if best.faults() > 0 && !arranged {
         left = leave(ready, options, &mut best, run, observer)?;
         let (cell, triangles) = (best.scout.cell, best.exact.mesh.triangles.len());
