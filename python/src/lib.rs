@@ -34,6 +34,7 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(solid::intersection, m)?)?;
     m.add_function(wrap_pyfunction!(solid::blend, m)?)?;
     m.add_function(wrap_pyfunction!(field::field, m)?)?;
+    m.add_function(wrap_pyfunction!(field::grid, m)?)?;
     m.add_function(wrap_pyfunction!(part::mesh, m)?)?;
     m.add_function(wrap_pyfunction!(part::remesh, m)?)?;
     m.add_function(wrap_pyfunction!(part::heal, m)?)?;

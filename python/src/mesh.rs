@@ -358,6 +358,14 @@ impl PyMesh {
         slf.py().import("rvachev._convert")?.call_method1("to_pyvista", (slf,))
     }
 
+    /// The solid inside in tetrahedra, a `rvachev.Filled`, by one of the packages gmsh, tetgen, netgen and pytetwild,
+    /// where it is installed. Triangles stay as they are but by pytetwild, and names stay with all.
+    /// size: the longest edges inside should have; without it they grow from those of the surface.
+    #[pyo3(signature = (by="gmsh", size=None))]
+    fn fill<'py>(slf: &Bound<'py, Self>, by: &str, size: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._fill")?.call_method1("fill", (slf, by, size))
+    }
+
     fn __repr__(&self) -> String {
         let m = self.mesh();
         let (n, t, f) = (m.nodes.len(), m.triangles.len(), m.faces.len());
