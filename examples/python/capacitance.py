@@ -8,8 +8,8 @@ import numpy as np
 
 import rvachev as rv
 
-# Triangles looked at together: 100 MB of arrays.
-BLOCK = 400_000
+# Pairs looked at together: what fits a cache.
+BLOCK = 30_000
 
 
 def potentials(at, corners):
@@ -17,19 +17,25 @@ def potentials(at, corners):
     a, b, c = (corners[:, k] for k in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    height = np.abs(((at[:, None] - a) * normal).sum(axis=2))
+
+    def measured(directions, origins):
+        """Coordinates along a direction of each triangle from an origin of it."""
+        return at @ directions.T - (directions * origins).sum(axis=1)
+
+    height = np.abs(measured(normal, a))
     total = np.zeros(height.shape)
     for k in range(3):
-        start, end = corners[:, k], corners[:, (k + 1) % 3]
-        along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
-        to_start, to_end = start - at[:, None], end - at[:, None]
-        aside = (to_start * np.cross(along, normal)).sum(axis=2)
-        s, e = (to_start * along).sum(axis=2), (to_end * along).sum(axis=2)
-        rs, re = np.linalg.norm(to_start, axis=2), np.linalg.norm(to_end, axis=2)
+        start, side = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+        length = np.linalg.norm(side, axis=1)
+        along = side / length[:, None]
+        aside = -measured(np.cross(along, normal), start)
+        s = -measured(along, start)
+        e = s + length
+        near = aside**2 + height**2
+        rs, re = np.sqrt(near + s**2), np.sqrt(near + e**2)
         # Whichever of the two equal quotients does not cancel.
         behind = s + e < 0
         total += aside * np.log(np.where(behind, rs - s, re + e) / np.where(behind, re - e, rs + s))
-        near = aside**2 + height**2
         total -= height * (np.arctan2(aside * e, near + height * re) - np.arctan2(aside * s, near + height * rs))
     return total
 

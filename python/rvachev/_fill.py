@@ -66,12 +66,35 @@ class Filled:
         )
 
     def write(self, *paths, **options):
-        """Writes files by meshio, formats by extension; options go to meshio.write."""
+        """Writes files by meshio, formats by extension; options go to meshio.write.
+
+        Decks of solvers (.inp, .bdf) have the tetrahedra alone, .inp the names as sets of nodes; .msh has faces as physical groups;
+        .vtu and .vtk have a number for each face, and 1 where a triangle is of a group.
+        """
         import meshio
 
-        whole = self.to_meshio()
         for path in paths:
-            meshio.write(path, whole, **options)
+            whole, how = self.to_meshio(), dict(options)
+            kind = str(path).rpartition(".")[2].lower()
+            if kind in ("inp", "bdf", "nas", "fem"):
+                whole = meshio.Mesh(self.points, whole.cells[:1], point_sets=whole.point_sets)
+            elif kind == "msh":
+                count = len(self.face_names)
+                solid = numpy.full(len(self.tets), count + 1)
+                tags = [solid, self.labels.astype(numpy.int64) + 1]
+                names = {name: numpy.array([i + 1, 2]) for i, name in enumerate(self.face_names)}
+                names["solid"] = numpy.array([count + 1, 3])
+                data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+                whole = meshio.Mesh(self.points, whole.cells, cell_data=data, field_data=names)
+                how.setdefault("file_format", "gmsh22")
+            elif kind in ("vtu", "vtk", "xdmf"):
+                data = {"face": whole.cell_data["face"]}
+                for name, list_ in self.groups.items():
+                    on = numpy.zeros(len(self.triangles), dtype=numpy.int64)
+                    on[list_] = 1
+                    data[name] = [numpy.zeros(len(self.tets), dtype=numpy.int64), on]
+                whole = meshio.Mesh(self.points, whole.cells, cell_data=data)
+            meshio.write(path, whole, **how)
 
     def __repr__(self):
         return f"<rvachev.Filled: {len(self.points)} points, {len(self.tets)} tetrahedra by {self.by}>"
@@ -91,7 +114,8 @@ def fill(mesh, by="gmsh", size=None):
         raise InputError("a mesh without triangles has no inside")
     try:
         package = importlib.import_module(by)
-    except ImportError as e:
+    # Libraries a package is linked against may be missing too.
+    except (ImportError, OSError) as e:
         what = f"fill({by!r}) needs the Python package {PACKAGES[by]}, which cannot be imported: {e}"
         raise InputError(what, help=f"pip install {PACKAGES[by]}") from e
     shells = Shells(mesh.points, mesh.triangles)

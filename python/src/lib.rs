@@ -10,6 +10,7 @@ mod field;
 mod mesh;
 mod options;
 mod part;
+mod pickle;
 mod solid;
 mod text;
 mod work;
@@ -41,6 +42,8 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(part::check, m)?)?;
     m.add_function(wrap_pyfunction!(part::evaluate, m)?)?;
     m.add_function(wrap_pyfunction!(mesh::read_triangles, m)?)?;
+    m.add_function(wrap_pyfunction!(pickle::mesh_again, m)?)?;
+    m.add_function(wrap_pyfunction!(pickle::part_again, m)?)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())
 }
