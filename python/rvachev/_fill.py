@@ -28,7 +28,7 @@ class Filled:
     def __init__(self, mesh, points, tets, triangles, labels, by):
         self.points, self.tets, self.triangles, self.labels, self.by = points, tets, triangles, labels, by
         self.face_names = mesh.face_names
-        self.keeps_surface = triangles is mesh.triangles
+        self.keeps_surface = by != "pytetwild"
         self.faces = {name: numpy.flatnonzero(labels == i) for i, name in enumerate(self.face_names)}
         # A group is a union of faces, so the faces of its triangles tell which.
         of_groups = {name: numpy.unique(mesh.labels[list_]) for name, list_ in mesh.groups.items()}
@@ -39,7 +39,9 @@ class Filled:
         if name in self.groups:
             chosen = self.groups[name]
         else:
-            fits = [list_ for face, list_ in self.faces.items() if face == name or fnmatch.fnmatchcase(face, name)]
+            # Patterns have * and ? only.
+            pattern = name.replace("[", "[[]")
+            fits = [list_ for face, list_ in self.faces.items() if fnmatch.fnmatchcase(face, pattern)]
             if not fits:
                 raise KeyError(f"there is no group and no face {name!r}")
             chosen = numpy.concatenate(fits)

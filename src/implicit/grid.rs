@@ -198,3 +198,84 @@ fn check(points: [usize; 3], bounds: &Aabb, values: &[f64]) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers between 0 and 1 that are the same each time.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 1963u64;
+        move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    fn some() -> (GridField, impl FnMut() -> f64) {
+        let mut next = numbers();
+        let (points, bounds) = ([5, 9, 4], Aabb::new(DVec3::new(-1.0, 2.0, 0.5), DVec3::new(1.0, 3.0, 4.0)));
+        let values = (0..180).map(|_| next() - 0.5).collect();
+        (GridField::new(points, bounds, values).unwrap(), next)
+    }
+
+    #[test]
+    fn ranges_hold_all_values_of_a_box_and_are_no_wider_than_all() {
+        let (grid, mut next) = some();
+        let whole = grid.range(&grid.bounds);
+        for _ in 0..300 {
+            let mut point =
+                || grid.bounds.lo - 0.2 + (grid.bounds.hi - grid.bounds.lo + 0.4) * DVec3::new(next(), next(), next());
+            let (p, q) = (point(), point());
+            let cell = Aabb::new(p.min(q), p.max(q));
+            let (lo, hi) = grid.range(&cell);
+            assert!(lo >= whole.0 && hi <= whole.1);
+            for _ in 0..30 {
+                let v = grid.value(p + (q - p) * DVec3::new(next(), next(), next()));
+                assert!(lo <= v && v <= hi, "{v} is not in {lo} .. {hi}");
+            }
+        }
+        // Small boxes see their own cells only.
+        let small = grid.range(&Aabb::new(DVec3::new(-0.9, 2.05, 0.6), DVec3::new(-0.89, 2.06, 0.61)));
+        assert!(small.1 - small.0 < whole.1 - whole.0);
+    }
+
+    #[test]
+    fn values_at_points_are_those_given_and_gradients_are_slopes() {
+        let (grid, mut next) = some();
+        let step = (grid.bounds.hi - grid.bounds.lo) / DVec3::new(4.0, 8.0, 3.0);
+        for at in [[0, 0, 0], [4, 8, 3], [2, 5, 1]] {
+            let [i, j, k] = at.map(|i: usize| i as f64);
+            let v = grid.value(grid.bounds.lo + step * DVec3::new(i, j, k));
+            assert!((v - grid.values[at[0] + 5 * (at[1] + 9 * at[2])]).abs() < 1e-12);
+        }
+        for _ in 0..50 {
+            // In the middle half of a cell, where differences stay in it.
+            let mut share = || (next() * 3.0).floor() + 0.25 + 0.5 * next();
+            let p = grid.bounds.lo + step * DVec3::new(share(), share(), share());
+            let g = grid.gradient(p);
+            for axis in DVec3::AXES {
+                let slope = (grid.value(p + axis * 1e-4) - grid.value(p - axis * 1e-4)) / 2e-4;
+                assert!((slope - g.dot(axis)).abs() < 1e-9, "{slope} {g}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_grid_is_an_error() {
+        let bounds = Aabb::new(DVec3::ZERO, DVec3::ONE);
+        let told = |points, values: Vec<f64>| match GridField::new(points, bounds, values) {
+            Ok(_) => String::new(),
+            Err(e) => e.to_string(),
+        };
+        let mut values = vec![1.0; 12];
+        values[0] = -1.0;
+        assert_eq!(told([2, 3, 2], values.clone()), "");
+        assert!(told([2, 3, 3], values.clone()).contains("12 values"));
+        assert!(told([12, 1, 1], values.clone()).contains("two points"));
+        values[9] = f64::NAN;
+        assert!(told([2, 3, 2], values).starts_with("value [1, 1, 1] of the grid: it is not finite"));
+        assert!(told([2, 3, 2], vec![1.0; 12]).contains("inside"));
+        assert!(told([2, 3, 2], vec![0.0; 12]).contains("outside"));
+    }
+}
