@@ -12,6 +12,9 @@ from ._errors import Failed, InputError
 # Names of the packages where they are imported and where they are installed.
 PACKAGES = {"gmsh": "gmsh", "tetgen": "tetgen", "netgen": "netgen-mesher", "pytetwild": "pytetwild"}
 
+# Facets of a tetrahedron, counter-clockwise seen from outside.
+FACETS = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+
 # Rows of points times triangles looked at together where distances or solid angles are taken: some 100 MB.
 BLOCK = 1_000_000
 
@@ -130,10 +133,12 @@ def fill(mesh, by="gmsh", size=None):
         raise Failed(f"{by} could not fill the surface: {e}") from e
     points = numpy.ascontiguousarray(points, dtype=numpy.float64)
     tets = numpy.ascontiguousarray(tets, dtype=numpy.int64)
-    if by != "gmsh" and shells.cavities:
-        # These fill cavities too.
-        inside = winding(mesh, points[tets].mean(axis=1)) > 0.5
-        points, tets = used(points, tets[inside], len(mesh.points))
+    if by in ("tetgen", "netgen") and shells.cavities:
+        # These fill cavities too. A region between surfaces is inside or not as one of its tetrahedra is.
+        region = regions(tets, mesh.triangles)
+        first = numpy.unique(region, return_index=True)[1]
+        solid = angles(mesh.points, mesh.triangles, points[tets[first]].mean(axis=1)) > 0.5
+        points, tets = used(points, tets[solid[region]], len(mesh.points))
     turned = volumes(points, tets) < 0
     tets[turned] = tets[turned][:, [0, 2, 1, 3]]
     if len(tets) == 0:
@@ -156,7 +161,7 @@ def turns(triangles):
 
 def boundary(tets):
     """Facets of one tetrahedron only, counter-clockwise seen from outside."""
-    all_ = tets[:, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]].reshape(-1, 3)
+    all_ = tets[:, FACETS].reshape(-1, 3)
     _, back, count = numpy.unique(numpy.sort(all_, axis=1), axis=0, return_inverse=True, return_counts=True)
     return all_[count[back.ravel()] == 1]
 
@@ -174,17 +179,7 @@ class Shells:
     """The surface in pieces that hang together: which bound solids from outside, and which are cavities of which of these."""
 
     def __init__(self, points, triangles):
-        least = numpy.arange(len(points))
-        # Each point takes the least number around it, then that point's own, until nothing changes.
-        while True:
-            before = least.copy()
-            low = least[triangles].min(axis=1)
-            for k in range(3):
-                numpy.minimum.at(least, triangles[:, k], low)
-            least = least[least]
-            if numpy.array_equal(before, least):
-                break
-        self.piece = numpy.unique(least[triangles[:, 0]], return_inverse=True)[1]
+        self.piece = pieces(triangles, len(points))
         self.triangles = [triangles[self.piece == i] for i in range(self.piece.max() + 1)]
         corner = points[triangles] - points.mean(axis=0)
         each = numpy.einsum("ij,ij->i", corner[:, 0], numpy.cross(corner[:, 1], corner[:, 2])) / 6
@@ -213,24 +208,53 @@ def angles(points, triangles, at):
     return out
 
 
-def winding(mesh, at):
-    return angles(mesh.points, mesh.triangles, at)
+def pieces(rows, count):
+    """Which rows of numbers below `count` hang together by those they share: a number for each row, from 0."""
+    least = numpy.arange(count)
+    # Each takes the least number around it, then that one's own, until nothing changes.
+    while True:
+        before = least.copy()
+        low = least[rows].min(axis=1)
+        for k in range(rows.shape[1]):
+            numpy.minimum.at(least, rows[:, k], low)
+        least = least[least]
+        if numpy.array_equal(before, least):
+            return numpy.unique(least[rows[:, 0]], return_inverse=True)[1]
+
+
+def regions(tets, triangles):
+    """Which tetrahedra hang together by facets that are not of the surface: a number for each, from 0."""
+    facets = numpy.sort(tets[:, FACETS].reshape(-1, 3), axis=1)
+    all_ = numpy.concatenate([numpy.sort(triangles, axis=1), facets])
+    back = numpy.unique(all_, axis=0, return_inverse=True)[1].ravel()
+    wall = numpy.zeros(back.max() + 1, dtype=bool)
+    wall[back[: len(triangles)]] = True
+    number = back[len(triangles) :].reshape(-1, 4)
+    # A wall is a number of its own on either side.
+    alone = len(wall) + numpy.arange(number.size).reshape(-1, 4)
+    return pieces(numpy.where(wall[number], alone, number), len(wall) + number.size)
 
 
 def nearest(mesh, at):
-    """The triangle of the surface next to each point."""
-    p, t = mesh.points, mesh.triangles
+    """The triangle of the surface next to each point, among those whose middles are."""
+    corners = mesh.points[mesh.triangles]
+    middle = corners.mean(axis=1)
+    few = min(16, len(middle))
     out = numpy.zeros(len(at), dtype=numpy.int64)
-    step = max(1, BLOCK // len(t))
+    step = max(1, BLOCK // len(middle))
     for i in range(0, len(at), step):
-        out[i : i + step] = distance(p[t], at[i : i + step]).argmin(axis=1)
+        some = at[i : i + step]
+        far = (middle**2).sum(axis=1) - 2 * some @ middle.T
+        found = numpy.argpartition(far, few - 1, axis=1)[:, :few]
+        best = distance(corners[found], some).argmin(axis=1)
+        out[i : i + step] = found[numpy.arange(len(some)), best]
     return out
 
 
 def distance(corners, at):
-    """Squared distances of points from triangles, (points, triangles)."""
-    a = corners[None, :, 0]
-    u, v = corners[None, :, 1] - a, corners[None, :, 2] - a
+    """Squared distances of points (n, 3) from triangles (n, k, 3, 3): (n, k)."""
+    a = corners[:, :, 0]
+    u, v = corners[:, :, 1] - a, corners[:, :, 2] - a
     w = at[:, None] - a
     dot = lambda x, y: (x * y).sum(axis=2)  # noqa: E731
     uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
@@ -240,8 +264,8 @@ def distance(corners, at):
     flat = ((w - s[..., None] * u - t[..., None] * v) ** 2).sum(axis=2)
     best = numpy.where(inside, flat, numpy.inf)
     for k in range(3):
-        start = corners[None, :, k]
-        along = corners[None, :, (k + 1) % 3] - start
+        start = corners[:, :, k]
+        along = corners[:, :, (k + 1) % 3] - start
         off = at[:, None] - start
         share = numpy.clip(dot(off, along) / numpy.maximum(dot(along, along), numpy.finfo(float).tiny), 0, 1)
         best = numpy.minimum(best, ((off - share[..., None] * along) ** 2).sum(axis=2))
