@@ -34,6 +34,7 @@ impl Source {
 
 /// What else than nodes and triangles a mesh has; report and certificate as JSON.
 #[derive(Clone, FromPyObject, IntoPyObject)]
+#[pyo3(from_item_all)]
 pub struct About {
     /// Names of faces.
     pub faces: Vec<String>,
@@ -51,7 +52,7 @@ pub struct About {
     pub shortfalls: Vec<String>,
 }
 
-/// A mesh that was pickled. KeyError or TypeError for what no mesh wrote; InputError for indices that are out of range.
+/// A mesh that was pickled. InputError for numbers that are out of range.
 #[pyfunction]
 pub fn mesh_again(
     py: Python<'_>,
