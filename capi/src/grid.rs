@@ -1,161 +1,13 @@
-//! Values on a grid of points as a leaf: trilinear between them.
+//! Values on a grid of points as a solid.
 
 use std::ffi::c_int;
 
-use rvachev::DVec3;
-use rvachev::implicit::{Field, Solid};
-use rvachev::spatial::Aabb;
+use rvachev::implicit::GridField;
 
-use crate::errors::{ErrorOut, Failure, entry, input, slot, usage};
+use crate::errors::{ErrorOut, entry, slot, usage};
 use crate::part::bounds as box_of;
 use crate::pass::{Items, Out};
 use crate::solid::{RvSolid, solid_out};
-
-/// Bounds over cells are widened by this share of the largest value, for rounding.
-const SLACK: f64 = 1e-12;
-
-/// The least and the largest value over blocks of cells.
-struct Level {
-    blocks: [usize; 3],
-    /// In the order of the values.
-    ranges: Vec<[f64; 2]>,
-}
-
-impl Level {
-    fn at(&self, [i, j, k]: [usize; 3]) -> [f64; 2] {
-        self.ranges[i + self.blocks[0] * (j + self.blocks[1] * k)]
-    }
-
-    /// Over a span of blocks, both ends included.
-    fn over(&self, lo: [usize; 3], hi: [usize; 3]) -> [f64; 2] {
-        let mut all = [f64::INFINITY, f64::NEG_INFINITY];
-        for k in lo[2]..=hi[2] {
-            for j in lo[1]..=hi[1] {
-                for i in lo[0]..=hi[0] {
-                    let [a, b] = self.at([i, j, k]);
-                    all = [all[0].min(a), all[1].max(b)];
-                }
-            }
-        }
-        all
-    }
-}
-
-/// Values on a grid.
-struct Grid {
-    points: [usize; 3],
-    bounds: Aabb,
-    values: Vec<f64>,
-    /// Ranges over cells, then over blocks of twice as many along each axis, up to one block.
-    levels: Vec<Level>,
-    slack: f64,
-}
-
-/// One cell, and where in it a point is.
-struct Within {
-    cell: [usize; 3],
-    share: [f64; 3],
-}
-
-impl Grid {
-    fn new(points: [usize; 3], bounds: Aabb, values: Vec<f64>) -> Self {
-        let slack = SLACK * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let mut grid = Grid { points, bounds, values, levels: Vec::new(), slack };
-        let cells = points.map(|n| n - 1);
-        let mut ranges = Vec::with_capacity(cells.iter().product());
-        for k in 0..cells[2] {
-            for j in 0..cells[1] {
-                for i in 0..cells[0] {
-                    let corners = grid.corners([i, j, k]);
-                    ranges.push(
-                        corners.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, v| [r[0].min(*v), r[1].max(*v)]),
-                    );
-                }
-            }
-        }
-        let mut level = Level { blocks: cells, ranges };
-        while level.ranges.len() > 1 {
-            let blocks = level.blocks.map(|n| n.div_ceil(2));
-            let mut ranges = Vec::with_capacity(blocks.iter().product());
-            for k in 0..blocks[2] {
-                for j in 0..blocks[1] {
-                    for i in 0..blocks[0] {
-                        let lo = [2 * i, 2 * j, 2 * k];
-                        let hi = std::array::from_fn(|a| (lo[a] + 1).min(level.blocks[a] - 1));
-                        ranges.push(level.over(lo, hi));
-                    }
-                }
-            }
-            grid.levels.push(std::mem::replace(&mut level, Level { blocks, ranges }));
-        }
-        grid.levels.push(level);
-        grid
-    }
-
-    /// Values at the corners of a cell, x first.
-    fn corners(&self, [i, j, k]: [usize; 3]) -> [f64; 8] {
-        let [nx, ny, _] = self.points;
-        std::array::from_fn(|c| self.values[i + (c & 1) + nx * (j + (c >> 1 & 1) + ny * (k + (c >> 2)))])
-    }
-
-    /// The cell of a point; what is outside counts as the nearest point inside.
-    fn within(&self, p: DVec3) -> Within {
-        let (mut cell, mut share) = ([0; 3], [0.0; 3]);
-        let size = self.bounds.hi - self.bounds.lo;
-        for a in 0..3 {
-            let last = self.points[a] - 2;
-            let at = ((p[a] - self.bounds.lo[a]) / size[a] * (last + 1) as f64).clamp(0.0, (last + 1) as f64);
-            cell[a] = (at as usize).min(last);
-            share[a] = at - cell[a] as f64;
-        }
-        Within { cell, share }
-    }
-}
-
-/// Between two values.
-fn mix(a: f64, b: f64, t: f64) -> f64 {
-    a * (1.0 - t) + b * t
-}
-
-impl Field for Grid {
-    fn value(&self, p: DVec3) -> f64 {
-        if p.is_nan() {
-            return f64::NAN;
-        }
-        let Within { cell, share: [x, y, z] } = self.within(p);
-        let v = self.corners(cell);
-        let face = |c: usize| mix(mix(v[c], v[c + 1], x), mix(v[c + 2], v[c + 3], x), y);
-        mix(face(0), face(4), z)
-    }
-
-    fn gradient(&self, p: DVec3) -> DVec3 {
-        if p.is_nan() {
-            return DVec3::NAN;
-        }
-        let Within { cell, share: [x, y, z] } = self.within(p);
-        let v = self.corners(cell);
-        let slope = |c: usize, d: usize| v[c + d] - v[c];
-        let step = (self.bounds.hi - self.bounds.lo) / DVec3::from_array(self.points.map(|n| (n - 1) as f64));
-        let gx = mix(mix(slope(0, 1), slope(2, 1), y), mix(slope(4, 1), slope(6, 1), y), z);
-        let gy = mix(mix(slope(0, 2), slope(1, 2), x), mix(slope(4, 2), slope(5, 2), x), z);
-        let gz = mix(mix(slope(0, 4), slope(1, 4), x), mix(slope(2, 4), slope(3, 4), x), y);
-        DVec3::new(gx, gy, gz) / step
-    }
-
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let (mut lo, mut hi) = (self.within(cell.lo).cell, self.within(cell.hi).cell);
-        // Rounding may put a corner of the box just across the wall of a cell.
-        for a in 0..3 {
-            lo[a] = lo[a].saturating_sub(1);
-            hi[a] = (hi[a] + 1).min(self.points[a] - 2);
-        }
-        let wide = (0..3).map(|a| hi[a] - lo[a]).max().unwrap_or(0);
-        // Blocks about as large as the box: a few of them cover it, however large it is.
-        let level = (wide.max(1).ilog2() as usize).saturating_sub(1).min(self.levels.len() - 1);
-        let [a, b] = self.levels[level].over(lo.map(|i| i >> level), hi.map(|i| i >> level));
-        (a - self.slack, b + self.slack)
-    }
-}
 
 /// Where values on a grid of points, trilinear between them, are positive.
 #[unsafe(no_mangle)]
@@ -169,20 +21,10 @@ pub extern "C" fn rv_solid_grid(
     entry(error, || {
         let out = slot(solid, std::ptr::null_mut(), "solid")?;
         let n = counts.slice(3, "counts")?;
-        if n.iter().any(|n| *n < 2) {
-            return Err(input(format!("a grid needs two points along each axis, not {n:?}"), ""));
-        }
         let all = n.iter().try_fold(1usize, |all, n| all.checked_mul(*n)).ok_or_else(|| usage("too many points"))?;
         let values = values.slice(all, "values")?;
         let Some(bounds) = box_of(&bounds)? else { return Err(usage("bounds is NULL")) };
-        all_finite(values, n)?;
-        let grid = Grid::new([n[0], n[1], n[2]], bounds, values.to_vec());
-        solid_out(Solid::field(grid) & Solid::cuboid(bounds.lo, bounds.hi), out)
+        let grid = GridField::new([n[0], n[1], n[2]], bounds, values.to_vec())?;
+        solid_out(grid.into_solid(), out)
     })
-}
-
-fn all_finite(values: &[f64], n: &[usize]) -> Result<(), Failure> {
-    let Some(i) = values.iter().position(|v| !v.is_finite()) else { return Ok(()) };
-    let at = [i % n[0], i / n[0] % n[1], i / n[0] / n[1]];
-    Err(input(format!("the grid's value at {at:?} is not finite: {}", values[i]), ""))
 }

@@ -20,6 +20,7 @@ from functools import reduce as _reduce
 import numpy as _np
 
 from ._errors import Cancelled, Error, Failed, InputError, NotTraced, Shortfall, Told
+from ._fill import Filled
 from ._rvachev import (
     Built,
     Edges,
@@ -32,6 +33,7 @@ from ._rvachev import (
     check,
     evaluate,
     field,
+    grid,
     heal,
     intersection,
     mesh,
@@ -46,9 +48,9 @@ from ._rvachev import (
 from ._rvachev import made as _made
 
 __all__ = [
-    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "InputError", "Mesh", "NotTraced", "Part", "Shortfall", "Solid", "Told",
+    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Shortfall", "Solid", "Told",
     "arc", "bezier", "blend", "box", "chain", "check", "circle", "cone", "cylinder", "diamond", "ellipse", "ellipsoid", "evaluate",
-    "extrude", "extrude_edges", "field", "flat_face", "gyroid", "half_space", "heal", "intersection", "loft", "mesh", "polygon",
+    "extrude", "extrude_edges", "field", "flat_face", "grid", "gyroid", "half_space", "heal", "intersection", "loft", "mesh", "polygon",
     "polyline", "read_triangles", "remesh", "revolve", "revolve_edges", "ruled", "schwarz_p", "sew", "solid", "sphere", "spline",
     "sweep_edges", "torus", "union", "x", "y", "z",
 ]

@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods}
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rvachev::DVec3;
-use rvachev::implicit::{Field, Solid};
+use rvachev::implicit::{Field, GridField, Solid};
 use rvachev::spatial::Aabb;
 
 use crate::arrays::{floats, table};
@@ -200,5 +200,53 @@ pub fn domain(py: Python<'_>, v: &Bound<'_, PyAny>) -> PyResult<Aabb> {
             Err(raise(py, &input(what, "")))
         }
         _ => Err(raise(py, &input("bounds are two points: ((x0, y0, z0), (x1, y1, z1))", ""))),
+    }
+}
+
+/// grid(values, origin=(0, 0, 0), spacing=1.0): where values on a grid of points, trilinear between them, are positive, as a solid.
+///
+/// values: float64 (nx, ny, nz), positive inside; values[i, j, k] is at origin + (i, j, k) * spacing. They are copied.
+/// spacing: one number, or one for each axis, in the part's unit.
+/// What reaches the walls of the grid is cut off there. Python is not called while the mesh is made.
+#[pyfunction]
+#[pyo3(signature = (values, origin=None, spacing=None))]
+pub fn grid(
+    py: Python<'_>,
+    values: &Bound<'_, PyAny>,
+    origin: Option<&Bound<'_, PyAny>>,
+    spacing: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PySolid> {
+    let wrong = |what: String, help: &str| raise(py, &input(what, help));
+    let values = floats(values)?;
+    let &[nx, ny, nz] = values.shape() else {
+        let got = values.shape().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        return Err(wrong(format!("the values of a grid must have shape (nx, ny, nz), not ({got})"), ""));
+    };
+    let origin = origin.map_or(Ok(DVec3::ZERO), |v| three(v, "origin"))?;
+    let spacing = spacing.map_or(Ok(DVec3::ONE), |v| three(v, "spacing"))?;
+    if !(spacing.is_finite() && spacing.cmpgt(DVec3::ZERO).all() && origin.is_finite()) {
+        let what = format!("a grid needs a finite origin and a positive spacing, not {origin} and {spacing}");
+        return Err(wrong(what, ""));
+    }
+    let far = origin + spacing * DVec3::new(nx as f64, ny as f64, nz as f64).map(|n| (n - 1.0).max(1.0));
+    // The library has x running fastest, numpy z.
+    let given = values.as_slice()?;
+    let mut sorted = Vec::with_capacity(given.len());
+    for k in 0..nz {
+        for j in 0..ny {
+            sorted.extend((0..nx).map(|i| given[k + nz * (j + ny * i)]));
+        }
+    }
+    let field = GridField::new([nx, ny, nz], Aabb::new(origin, far), sorted).map_err(|e| raise(py, &e))?;
+    Ok(field.into_solid().into())
+}
+
+/// A number for all three axes, or one for each.
+fn three(v: &Bound<'_, PyAny>, name: &str) -> PyResult<DVec3> {
+    let array = floats(v)?;
+    match (array.shape(), array.as_slice()?) {
+        ([] | [1], [a]) if name == "spacing" => Ok(DVec3::splat(*a)),
+        ([3], [a, b, c]) => Ok(DVec3::new(*a, *b, *c)),
+        _ => Err(raise(v.py(), &input(format!("\"{name}\" of grid() is a point or vector of three numbers"), ""))),
     }
 }

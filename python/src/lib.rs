@@ -10,6 +10,7 @@ mod field;
 mod mesh;
 mod options;
 mod part;
+mod pickle;
 mod solid;
 mod text;
 mod work;
@@ -34,12 +35,15 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(solid::intersection, m)?)?;
     m.add_function(wrap_pyfunction!(solid::blend, m)?)?;
     m.add_function(wrap_pyfunction!(field::field, m)?)?;
+    m.add_function(wrap_pyfunction!(field::grid, m)?)?;
     m.add_function(wrap_pyfunction!(part::mesh, m)?)?;
     m.add_function(wrap_pyfunction!(part::remesh, m)?)?;
     m.add_function(wrap_pyfunction!(part::heal, m)?)?;
     m.add_function(wrap_pyfunction!(part::check, m)?)?;
     m.add_function(wrap_pyfunction!(part::evaluate, m)?)?;
     m.add_function(wrap_pyfunction!(mesh::read_triangles, m)?)?;
+    m.add_function(wrap_pyfunction!(pickle::mesh_again, m)?)?;
+    m.add_function(wrap_pyfunction!(pickle::part_again, m)?)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())
 }

@@ -17,12 +17,24 @@ use rvachev::{DVec3, Error, Run};
 
 use crate::errors::{raise, warn};
 use crate::options::Options;
+use crate::pickle::About;
 use crate::work::Listeners;
 
 /// Where a mesh comes from.
 enum Source {
     Made(Meshed),
     Healed(Healed),
+    /// Out of a pickle.
+    Again(Box<(TriMesh, About)>),
+}
+
+/// JSON as dicts and lists.
+fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (text,))
+}
+
+fn to_json(value: &impl serde::Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))
 }
 
 /// A mesh of triangles: `points, triangles = mesh`.
@@ -41,9 +53,7 @@ pub struct PyMesh {
 
 /// A value of the library as dicts and lists.
 pub fn from_json<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bound<'py, PyAny>> {
-    let text =
-        serde_json::to_string(value).map_err(|e| raise(py, &Error::Failed(format!("cannot write JSON: {e}"))))?;
-    py.import("json")?.call_method1("loads", (text,))
+    loads(py, &to_json(value).map_err(|e| raise(py, &e))?)
 }
 
 /// Points as numbers, three for each.
@@ -58,6 +68,7 @@ impl PyMesh {
         let mesh = match &source {
             Source::Made(m) => &m.mesh,
             Source::Healed(h) => &h.mesh,
+            Source::Again(a) => &a.0,
         };
         let triangles = mesh.triangles.iter().flatten().map(|v| i64::from(*v)).collect();
         let (faces, groups, report) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
@@ -74,11 +85,17 @@ impl PyMesh {
         Self::new(Source::Healed(healed))
     }
 
+    /// What was pickled.
+    pub fn again(mesh: TriMesh, about: About) -> Self {
+        Self::new(Source::Again(Box::new((mesh, about))))
+    }
+
     /// The mesh itself.
     pub fn mesh(&self) -> &TriMesh {
         match &self.source {
             Source::Made(m) => &m.mesh,
             Source::Healed(h) => &h.mesh,
+            Source::Again(a) => &a.0,
         }
     }
 
@@ -86,6 +103,7 @@ impl PyMesh {
         match &self.source {
             Source::Made(m) => (&m.seams, &m.corners),
             Source::Healed(_) => (&[], &[]),
+            Source::Again(a) => (&a.1.seams, &a.1.corners),
         }
     }
 
@@ -93,6 +111,7 @@ impl PyMesh {
         match &self.source {
             Source::Made(m) => m.report.shortfalls.iter().map(ToString::to_string).collect(),
             Source::Healed(h) => h.report.shortfalls.clone(),
+            Source::Again(a) => a.1.shortfalls.clone(),
         }
     }
 
@@ -282,6 +301,7 @@ impl PyMesh {
             Ok(match &self.source {
                 Source::Made(m) => from_json(py, &m.report)?,
                 Source::Healed(h) => from_json(py, &h.report)?,
+                Source::Again(a) => loads(py, &a.1.report)?,
             }
             .unbind())
         })?;
@@ -296,6 +316,7 @@ impl PyMesh {
                 Some(c) => from_json(py, &c.certificate),
                 None => Ok(py.None().into_bound(py)),
             },
+            Source::Again(a) => loads(py, &a.1.certificate),
             Source::Healed(h) => {
                 let (mesh, options) = (&h.mesh, rvachev::quality::Expectation::default());
                 let check = Listeners::default().work(py, |run| rvachev::quality::check(mesh, options, None, run))?;
@@ -338,7 +359,7 @@ impl PyMesh {
         };
         let told = Listeners::default().work(py, |run| match &self.source {
             Source::Made(m) => write_files(&paths, &m.merged()?, &options, run),
-            Source::Healed(h) => write_files(&paths, &h.mesh, &options, run),
+            Source::Healed(_) | Source::Again(_) => write_files(&paths, self.mesh(), &options, run),
         })?;
         told.iter().try_for_each(|text| warn(py, "Told", text))
     }
@@ -356,6 +377,33 @@ impl PyMesh {
     /// As a pyvista.PolyData, with the number of the face in cell data `face`.
     fn to_pyvista<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rvachev._convert")?.call_method1("to_pyvista", (slf,))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, me) = (slf.py(), slf.get());
+        let mesh = me.mesh();
+        let text = |value: Bound<'py, PyAny>| py.import("json")?.call_method1("dumps", (value,))?.extract::<String>();
+        let (seams, corners) = me.seams_and_corners();
+        let about = About {
+            faces: mesh.faces.clone(),
+            groups: mesh.groups.iter().map(|g| (g.name.clone(), g.faces.clone())).collect(),
+            seams: seams.to_vec(),
+            corners: corners.to_vec(),
+            report: text(me.report(py)?)?,
+            certificate: text(me.certificate(py)?)?,
+            shortfalls: me.short(),
+        };
+        let how = py.import("rvachev._rvachev")?.getattr("mesh_again")?;
+        let state = (Self::points(slf)?, Self::triangles(slf)?, Self::labels(slf)?, about);
+        (how, state).into_pyobject(py)
+    }
+
+    /// The solid inside in tetrahedra, a `rvachev.Filled`, by one of the packages gmsh, tetgen, netgen and pytetwild,
+    /// where it is installed. Triangles stay as they are but by pytetwild, and names stay with all.
+    /// size: the longest edges inside should have; without it they grow from those of the surface.
+    #[pyo3(signature = (by="gmsh", size=None))]
+    fn fill<'py>(slf: &Bound<'py, Self>, by: &str, size: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._fill")?.call_method1("fill", (slf, by, size))
     }
 
     fn __repr__(&self) -> String {

@@ -7,10 +7,10 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rvachev::Place;
 use rvachev::implicit::part::{Part, PartGroup};
 use rvachev::implicit::{Sampling, evaluate as evaluate_at};
 use rvachev::pipeline::{self, Meshed};
+use rvachev::{Error, Place};
 
 use crate::arrays::{surface, table};
 use crate::edges::Built;
@@ -18,6 +18,7 @@ use crate::errors::{input, raise};
 use crate::field::domain;
 use crate::mesh::{PyMesh, from_json};
 use crate::options::Options;
+use crate::pickle::{self, Source};
 use crate::solid::PySolid;
 use crate::text::{call, literal, quoted, read};
 use crate::work::Listeners;
@@ -32,9 +33,16 @@ use crate::work::Listeners;
 #[pyclass(frozen, name = "Part", module = "rvachev")]
 pub struct PyPart {
     part: Mutex<Part>,
+    /// The file it was read from.
+    source: Option<Source>,
 }
 
 impl PyPart {
+    /// A part out of a file.
+    pub fn read(part: Part, source: Source) -> Self {
+        PyPart { part: Mutex::new(part), source: Some(source) }
+    }
+
     /// The part as it is at the moment.
     pub fn part(&self) -> Part {
         self.part.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -95,7 +103,7 @@ impl PyPart {
         if items.is_empty() {
             return Err(raise(py, &input("a part needs a solid", "")));
         }
-        Ok(PyPart { part: Mutex::new(part) })
+        Ok(PyPart { part: Mutex::new(part), source: None })
     }
 
     /// Reads a part file. `define` replaces numbers assigned at its top level.
@@ -107,7 +115,9 @@ impl PyPart {
             None => Vec::new(),
         };
         let part = pipeline::load_part(&path, &define).map_err(|e| raise(py, &e))?;
-        Ok(PyPart { part: Mutex::new(part) })
+        // What is pickled is the text: the file may be gone by then, or another.
+        let text = std::fs::read_to_string(&path).map_err(|e| raise(py, &Error::io("read", &path, e)))?;
+        Ok(PyPart::read(part, Source { path, text, define }))
     }
 
     /// Names a set of faces: those whose names fit one of the patterns (`*` stands for any characters, `?` for one). A pattern no
@@ -160,6 +170,13 @@ impl PyPart {
         let how = o.mesh;
         let made = o.listeners.work(py, |run| pipeline::mesh_part(&part, &how, run))?;
         given(py, made, o.force)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let Source { path, text, define } = self.source.clone().ok_or_else(pickle::no_file)?;
+        let groups: Vec<_> = self.part().groups.into_iter().map(|g| (g.name, g.patterns)).collect();
+        let how = py.import("rvachev._rvachev")?.getattr("part_again")?;
+        (how, (path.as_os_str(), text, define, groups)).into_pyobject(py)
     }
 
     fn __repr__(&self) -> String {

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import pickle
 import subprocess
 import sys
 import textwrap
@@ -475,6 +476,31 @@ def test_files_and_built_solids(mesh, tmp_path):
     assert len(made.groups["all"]) == len(made.triangles)
     (tmp_path / "p.py").write_text("r = 1\npart(sphere(r))\n")
     assert volume(*rv.mesh(tmp_path / "p.py", size="3%", define={"r": 2})) == pytest.approx(32 / 3 * math.pi, rel=1e-2)
+
+
+def test_meshes_and_parts_from_files_can_be_pickled(mesh, tmp_path):
+    again = pickle.loads(pickle.dumps(mesh))
+    assert again.points.tobytes() == mesh.points.tobytes() and again.triangles.tobytes() == mesh.triangles.tobytes()
+    assert again.labels.tolist() == mesh.labels.tolist() and again.face_names == mesh.face_names
+    assert {k: v.tolist() for k, v in again.groups.items()} == {k: v.tolist() for k, v in mesh.groups.items()}
+    assert again.feature_edges.tolist() == mesh.feature_edges.tolist() and again.corners.tolist() == mesh.corners.tolist()
+    assert again.report == mesh.report and again.certificate == mesh.certificate and again.shortfalls == mesh.shortfalls
+    assert again.nodes("loaded").tolist() == mesh.nodes("loaded").tolist()
+    mesh.write(tmp_path / "a.msh", tmp_path / "a.inp")
+    pickle.loads(pickle.dumps(again)).write(tmp_path / "b.msh", tmp_path / "b.inp")
+    for kind in ("msh", "inp"):
+        assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+    path = tmp_path / "p.py"
+    path.write_text("r = 1\nunits('mm')\npart(sphere(r).name('ball'))\ngroup('one', 'ball')\n")
+    part = rv.Part.load(path, define={"r": 2})
+    part.group("all", "*")
+    text = pickle.dumps(part)
+    path.unlink()
+    copy = pickle.loads(text)
+    assert copy.units == "mm" and copy.groups == {"one": ("ball",), "all": ("*",)}
+    assert copy.mesh(size="10%").points.tobytes() == part.mesh(size="10%").points.tobytes()
+    with pytest.raises(TypeError, match="Part.load"):
+        pickle.dumps(rv.Part(cube()))
 
 
 def test_other_packages_get_the_same_mesh(mesh):
