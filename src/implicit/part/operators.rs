@@ -114,7 +114,7 @@ pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'
         Operator::Mod => Binary::Mod,
         _ => return Err(mismatch()),
     };
-    it.grow(range, 2)?;
+    it.grow(range, 1 + usize::from(floored))?;
     let made = Expr::binary(op, a, b);
     Ok(Value::from_formula(if floored { Expr::unary(Unary::Floor, made) } else { made }))
 }
