@@ -5,12 +5,13 @@ use std::rc::Rc;
 use glam::DVec3;
 use ruff_text_size::TextRange;
 
-use super::super::expr::{Binary, Expr, Unary};
+use super::super::expr::Expr;
 use super::super::polygon::polygon_tree;
 use super::super::rfunction::RSystem;
 use super::super::solid::{Primitive, Solid, Tpms};
 use super::arguments::{Argument, Bound};
 use super::edges;
+use super::functions::function;
 use super::interpreter::{Declared, Interpreter};
 use super::operators;
 use super::recipe::Recipe;
@@ -122,106 +123,6 @@ pub(super) fn call<'a>(
         | "degrees" | "radians" | "floor" | "ceil" | "trunc" => plain(it, range, name, arguments),
         _ if edges::NAMES.contains(&name) => edges::call(it, range, name, arguments),
         _ => shape(it, range, name, arguments),
-    }
-}
-
-/// Functions of numbers and formulas.
-fn function<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<Argument<'a>>) -> Result<Value<'a>> {
-    if let Some(k) = arguments.iter().find(|a| a.keyword.is_some()) {
-        return Err(it.error(k.range, format!("{name}() takes no keywords")));
-    }
-    let mut formulas = Vec::new();
-    let mut ints = Vec::new();
-    let mut add = |v: &Value<'a>, r: TextRange| -> Result<()> {
-        if let Value::Int(i) = v {
-            ints.push(*i);
-        }
-        formulas.push(
-            v.formula().ok_or_else(|| it.error(r, format!("{name}() takes numbers and formulas, not {}", v.kind())))?,
-        );
-        Ok(())
-    };
-    for a in &arguments {
-        match a.value.items() {
-            Some(items) if matches!(name, "min" | "max") => items.iter().try_for_each(|v| add(v, a.range))?,
-            _ => add(&a.value, a.range)?,
-        }
-    }
-    it.grow(range, formulas.len())?;
-    let count = formulas.len();
-    if matches!(name, "mod" | "fmod") && formulas.get(1).and_then(Expr::as_constant) == Some(0.0) {
-        return Err(it.error(range, "division by zero"));
-    }
-    if let Some(made) = composed(name, &formulas) {
-        return finite(it, range, name, made);
-    }
-    let unary = match name {
-        "asin" => Some(Unary::Asin),
-        "acos" => Some(Unary::Acos),
-        // With one argument only `floor` comes here; the others are composed.
-        "floor" | "atan" | "round" | "ceil" | "trunc" => Some(Unary::Floor),
-        "sinh" => Some(Unary::Sinh),
-        "cosh" => Some(Unary::Cosh),
-        "tanh" => Some(Unary::Tanh),
-        "sign" => Some(Unary::Sign),
-        "sqrt" => Some(Unary::Sqrt),
-        "exp" => Some(Unary::Exp),
-        "log" => Some(Unary::Log),
-        "sin" => Some(Unary::Sin),
-        "cos" => Some(Unary::Cos),
-        "tan" => Some(Unary::Tan),
-        "abs" => Some(Unary::Abs),
-        _ => None,
-    };
-    let binary = match name {
-        "atan2" => Binary::Atan2,
-        "hypot" => Binary::Hypot,
-        "pow" => Binary::Pow,
-        "mod" | "fmod" => Binary::Mod,
-        "min" => Binary::Min,
-        _ => Binary::Max,
-    };
-    let all_ints = ints.len() == count;
-    let made = match (unary, binary) {
-        (Some(op), _) if count == 1 => formulas.into_iter().next().map(|f| Expr::unary(op, f)),
-        (None, Binary::Min | Binary::Max) => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
-        (None, _) if count == 2 => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
-        _ => None,
-    };
-    let Some(made) = made else {
-        let wants = if unary.is_some() {
-            "1 argument"
-        } else if matches!(name, "min" | "max") {
-            "at least 1"
-        } else {
-            "2 arguments"
-        };
-        return Err(it.error(range, format!("{name}() takes {wants}, not {count}")));
-    };
-    match made.as_constant() {
-        Some(c) if c.is_finite() && all_ints && matches!(name, "min" | "max" | "abs" | "mod" | "sign") => {
-            Ok(Value::Int(c as i64))
-        }
-        _ => finite(it, range, name, made),
-    }
-}
-
-fn finite<'a>(it: &It<'a>, range: TextRange, name: &str, made: Expr) -> Result<Value<'a>> {
-    match made.as_constant() {
-        Some(c) if !c.is_finite() => Err(it.error(range, format!("{name}() is not a finite number here"))),
-        _ => Ok(Value::from_formula(made)),
-    }
-}
-
-/// Functions that are made of several operations; `None` for others, and for a wrong number of arguments.
-fn composed(name: &str, arguments: &[Expr]) -> Option<Expr> {
-    match (name, arguments) {
-        ("atan", [a]) => Some(Expr::binary(Binary::Atan2, a.clone(), Expr::constant(1.0))),
-        ("round", [a]) => Some(a.clone().round()),
-        ("ceil", [a]) => Some(a.clone().ceil()),
-        ("trunc", [a]) => Some(a.clone().trunc()),
-        ("fmod", [a, b]) => Some(a.clone().fmod(b.clone())),
-        _ => None,
     }
 }
 

@@ -7,6 +7,7 @@
 mod arguments;
 mod builtins;
 mod edges;
+mod functions;
 mod guard;
 mod interpreter;
 mod methods;
