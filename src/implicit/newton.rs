@@ -13,6 +13,10 @@ const MOST_STEPS: usize = 30;
 /// A step shorter than this share of the scale changes nothing.
 const SETTLED: f64 = 4.0 * f64::EPSILON;
 
+/// A foot on one surface is settled when a step along the surface is no longer than this share of the distance to it: that distance is
+/// then right to ten digits, and the last steps put the foot on the surface whatever it is.
+const FOOT: f64 = 1e-5;
+
 /// Two surfaces at a smaller angle (radians) than this, or three whose normals span less, have no intersection that
 /// doubles could place. Where surfaces touch, Newton's method halves the distance to the seam with every step, and with it
 /// the angle; once that is so small the surfaces are apart by its square.
@@ -49,7 +53,8 @@ fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, s
         }
         let moved = next.distance(q);
         q = next;
-        if moved <= SETTLED * scale {
+        let enough = if which.len() == 1 { FOOT * q.distance(p) } else { 0.0 };
+        if moved <= enough.max(SETTLED * scale) {
             break;
         }
         if step + 1 == MOST_STEPS && moved > 1e-9 * scale {
@@ -58,7 +63,12 @@ fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, s
     }
     // two plain Newton steps put the point on the surfaces as well as doubles can
     for _ in 0..2 {
-        q = project_once(leaves, which, q, q, scale)?;
+        let next = project_once(leaves, which, q, q, scale)?;
+        let moved = next.distance(q);
+        q = next;
+        if moved <= SETTLED * scale {
+            break;
+        }
     }
     (q.is_finite() && q.distance(p) <= reach).then_some(q)
 }

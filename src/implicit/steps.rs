@@ -4,6 +4,8 @@
 //! are passed inside the part's bounds, each stretch becomes a formula of its own, and the surfaces on which `a` is whole divide
 //! them. So walls at jumps and creases at seams are edges between leaves, like any other.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -200,11 +202,12 @@ impl Apart<'_> {
         Some(divided(&counter, from, &all))
     }
 
-    /// The formula where the counter has this whole part.
+    /// The formula where the counter has this whole part. Where that counts turns around an axis, its angle is written so that it
+    /// jumps on the other side of the axis.
     fn with(&mut self, e: &Expr, counter: &Expr, whole: f64) -> Expr {
         let number = self.terms.number(counter);
         let (terms, written) = (&mut self.terms, &mut self.written);
-        rewritten(e, |e| {
+        let counted_out = rewritten(e, |e| {
             *written += 1;
             let same = counted(e).is_some_and(|c| terms.number(&c) == number);
             match e.node() {
@@ -213,7 +216,87 @@ impl Apart<'_> {
                 ExprNode::Binary(Binary::Mod, a, m) if same => Some(a.clone() - m.clone() * Expr::constant(whole)),
                 _ => None,
             }
+        });
+        let Some(turned) = Turned::of(counter, 0) else { return counted_out };
+        let (angle, ahead) = (terms.number(turned.angle), turned.ahead(whole + 0.5));
+        rewritten(&counted_out, |e| {
+            *written += 1;
+            let is_atan2 = matches!(e.node(), ExprNode::Binary(Binary::Atan2, ..));
+            (is_atan2 && terms.number(e) == angle).then(|| ahead.clone())
         })
+    }
+}
+
+/// `factor * angle + offset`, where the angle is `atan2(y, x)`.
+#[derive(Clone, Copy)]
+struct Turned<'a> {
+    angle: &'a Expr,
+    y: &'a Expr,
+    x: &'a Expr,
+    factor: f64,
+    offset: f64,
+}
+
+impl<'a> Turned<'a> {
+    fn of(e: &'a Expr, depth: usize) -> Option<Self> {
+        if depth > DEEPEST {
+            return None;
+        }
+        let of = |e: &'a Expr| Self::of(e, depth + 1);
+        let scaled = |t: Self, k: f64| Self { factor: k * t.factor, offset: k * t.offset, ..t };
+        let raised = |t: Self, c: f64| Self { offset: t.offset + c, ..t };
+        let found = match e.node() {
+            ExprNode::Binary(Binary::Atan2, y, x) => Self { angle: e, y, x, factor: 1.0, offset: 0.0 },
+            ExprNode::Unary(Unary::Neg, a) => scaled(of(a)?, -1.0),
+            ExprNode::Binary(op @ (Binary::Add | Binary::Sub), a, b) => {
+                let s = if *op == Binary::Add { 1.0 } else { -1.0 };
+                match (a.as_constant(), b.as_constant()) {
+                    (_, Some(c)) => raised(of(a)?, s * c),
+                    (Some(c), _) => raised(scaled(of(b)?, s), c),
+                    _ => return None,
+                }
+            }
+            ExprNode::Binary(Binary::Mul, a, b) => match (a.as_constant(), b.as_constant()) {
+                (_, Some(k)) => scaled(of(a)?, k),
+                (Some(k), _) => scaled(of(b)?, k),
+                _ => return None,
+            },
+            ExprNode::Binary(Binary::Div, a, b) => scaled(of(a)?, 1.0 / b.as_constant()?),
+            _ => return None,
+        };
+        (found.factor != 0.0 && found.factor.is_finite() && found.offset.is_finite()).then_some(found)
+    }
+
+    /// The angle at which the whole is a number.
+    fn at(&self, number: f64) -> f64 {
+        (number - self.offset) / self.factor
+    }
+
+    /// How far the point is to the left of the ray at an angle, and how far along it.
+    fn beside(&self, angle: f64) -> [Expr; 2] {
+        let (sin, cos) = angle.sin_cos();
+        let (y, x) = (self.y.clone(), self.x.clone());
+        [y.clone() * cos - x.clone() * sin, x * cos + y * sin]
+    }
+
+    /// The angle in a form that jumps opposite to where the whole is a number.
+    fn ahead(&self, number: f64) -> Expr {
+        let middle = self.at(number);
+        let [left, along] = self.beside(middle);
+        Expr::binary(Binary::Atan2, left, along) + middle
+    }
+
+    /// Where the whole is at least a number: on the left of a ray, on the left side of the axis' plane or not, so that no divider
+    /// jumps. `None` where that is everywhere or nowhere.
+    fn beyond(&self, number: f64) -> Option<Solid> {
+        let angle = self.at(number);
+        if !(angle.abs() < PI) {
+            return None;
+        }
+        let [left, _] = self.beside(angle);
+        let (left, upper) = (beyond(&left, 0.0), beyond(self.y, 0.0));
+        let above = if angle >= 0.0 { left & upper } else { left | upper };
+        Some(if self.factor > 0.0 { above } else { !above })
     }
 }
 
@@ -230,6 +313,9 @@ fn divided(counter: &Expr, first: f64, all: &[Solid]) -> Solid {
 
 /// Where a formula is at least a number.
 fn beyond(e: &Expr, number: f64) -> Solid {
+    if let Some(place) = Turned::of(e, 0).and_then(|t| t.beyond(number)) {
+        return place;
+    }
     match linear(e, 0) {
         Some((normal, offset)) if normal != DVec3::ZERO => {
             Solid::half_space(-normal, normal * ((number - offset) / normal.length_squared()))
@@ -276,6 +362,8 @@ mod tests {
         let (un, bi) = (Expr::unary, Expr::binary);
         let modulo = |a: &Expr, m: f64| bi(Binary::Mod, a.clone(), Expr::constant(m));
         let floor = |a: Expr| un(Unary::Floor, a);
+        let hypot = |a: &Expr, b: &Expr| bi(Binary::Hypot, a.clone(), b.clone());
+        let turn = bi(Binary::Atan2, y.clone(), x.clone());
         let walls = 6;
         // With how many leaves: dividers and stretches.
         let cases = [
@@ -289,6 +377,12 @@ mod tests {
             (un(Unary::Sign, y.clone()) * 0.3 - z.clone(), 3),
             (un(Unary::Sign, floor(x.clone())) - y.clone(), 8),
             (un(Unary::Sign, bi(Binary::Max, x.clone(), Expr::constant(0.0))) - z.clone() - 0.5, 5),
+            // Around an axis: eight petals, a thread.
+            (
+                hypot(&x, &y) * -1.0 + un(Unary::Abs, modulo(&(turn.clone() * (4.0 / PI)), 1.0) - 0.5) * 0.4 + 0.7,
+                12 + 16,
+            ),
+            (modulo(&(turn * (-3.0 / PI) + 0.3), 2.0) - z.clone(), 9),
             // Too many stretches: whole.
             (modulo(&x, 0.001) - z.clone(), 1),
         ];
