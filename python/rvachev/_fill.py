@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import fnmatch
 import importlib
+import os
+import tempfile
 
 import numpy
 
@@ -344,5 +346,13 @@ def by_netgen(netgen, mesh, shells, size):
 
 def by_pytetwild(pytetwild, mesh, shells, size):
     share = 0.05 if size is None else size / numpy.linalg.norm(numpy.ptp(mesh.points, axis=0))
-    found = pytetwild.tetrahedralize(mesh.points.copy(), mesh.triangles.astype(numpy.int32), edge_length_fac=min(share, 1.0))
+    points, triangles = mesh.points.copy(), mesh.triangles.astype(numpy.int32)
+    # It leaves a file where it runs.
+    here = os.getcwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            found = pytetwild.tetrahedralize(points, triangles, edge_length_fac=min(share, 1.0))
+        finally:
+            os.chdir(here)
     return found[0], found[1]
