@@ -25,6 +25,8 @@ pub enum Unary {
     Tan,
     /// The angle less whole turns, from -pi to pi, radians: what `atan2(sin(a), cos(a))` is.
     Wrap,
+    /// The angle less whole turns up to [`SWING`], and from there back to 0 at half a turn: without a jump, radians.
+    Swing,
     /// Inverse sine in radians; NaN outside of -1 to 1.
     Asin,
     /// Inverse cosine in radians; NaN outside of -1 to 1.
@@ -179,6 +181,10 @@ impl Expr {
     }
 }
 
+/// Where [`Unary::Swing`] turns back, and how steeply it does.
+pub(crate) const SWING: f64 = 5.0 * PI / 6.0;
+pub(crate) const SWUNG_BACK: f64 = 5.0;
+
 /// Formulas with more nodes than this are not compared.
 const MOST_COMPARED: usize = 256;
 
@@ -247,6 +253,10 @@ impl Unary {
             Unary::Cos => a.cos(),
             Unary::Tan => a.tan(),
             Unary::Wrap => a - TAU * (a / TAU).round(),
+            Unary::Swing => {
+                let w = Unary::Wrap.apply(a);
+                if w.abs() > SWING { (PI - w.abs()).copysign(w) * SWUNG_BACK } else { w }
+            }
             Unary::Asin => a.asin(),
             Unary::Acos => a.acos(),
             Unary::Sinh => a.sinh(),

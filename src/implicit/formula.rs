@@ -6,7 +6,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::branches::branches;
-use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::expr::{Binary, Expr, ExprNode, SWING, SWUNG_BACK, Unary};
 use super::slopes::Slopes;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
@@ -20,7 +20,7 @@ enum Op {
     Binary(Binary, u32, u32),
     Square(u32),
     Select(u32, u32, u32),
-    /// Sine, cosine or wrap of the first operand. The second is the same angle, but jumps elsewhere, by whole turns: see [`branches`]. It
+    /// Sine, cosine, wrap or swing of the first operand. The second is the same angle, but jumps elsewhere, by whole turns: see [`branches`]. It
     /// serves bounds only.
     Turn(Unary, u32, u32),
 }
@@ -265,6 +265,10 @@ impl Formula {
                         }
                         Unary::Tan => x.chain(v(), 1.0 + v() * v()),
                         Unary::Wrap => x.chain(v(), 1.0),
+                        Unary::Swing => {
+                            let ahead = Unary::Wrap.apply(x.v).abs() <= SWING;
+                            x.chain(v(), if ahead { 1.0 } else { -SWUNG_BACK })
+                        }
                         Unary::Asin => x.chain(v(), 1.0 / (1.0 - x.v * x.v).sqrt()),
                         Unary::Acos => x.chain(v(), -1.0 / (1.0 - x.v * x.v).sqrt()),
                         Unary::Sinh => x.chain(v(), x.v.cosh()),
@@ -347,6 +351,7 @@ impl Formula {
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
                         Unary::Wrap => a.wrap(),
+                        Unary::Swing => a.swing(SWING),
                         Unary::Asin => a.asin(),
                         Unary::Acos => a.acos(),
                         Unary::Sinh => a.sinh(),
@@ -360,6 +365,7 @@ impl Formula {
                     let of = |x: Interval| match u {
                         Unary::Sin => x.sin(),
                         Unary::Cos => x.cos(),
+                        Unary::Swing => x.swing(SWING),
                         _ => x.wrap(),
                     };
                     both(of(reg(a)), of(reg(b)))

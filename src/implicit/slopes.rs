@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::expr::{Binary, Unary};
+use super::expr::{Binary, SWING, SWUNG_BACK, Unary};
 use super::leaf::{Frame, Leaf};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
@@ -72,6 +72,11 @@ impl Slopes {
             Unary::Tan => {
                 let t = v.tan();
                 self.chain(t, Interval::point(1.0) + t.square())
+            }
+            Unary::Swing => {
+                let w = v.wrap();
+                let ahead = w.lo >= -SWING && w.hi <= SWING;
+                self.chain(v.swing(SWING), Interval { lo: if ahead { 1.0 } else { -SWUNG_BACK }, hi: 1.0 })
             }
             Unary::Wrap => {
                 let w = v.wrap();

@@ -214,19 +214,24 @@ impl Splitter {
     }
 }
 
-/// The tangent of about 52 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
-/// other surfaces like to end there (a thread's root is at 135).
-const DIVIDED: f64 = 1.294;
+/// The tangent of about 31 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
+/// other surfaces like to end there (a thread's root is at 135). The nearer to the creases, the farther leaves go on before they turn back.
+const DIVIDED: f64 = 0.611;
 
 impl Splitter {
-    /// `factor * |atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 52 degrees, the
-    /// larger of the two counts, with a crease between them; behind, above 128, the smaller does; between there is one alone. Each is a
-    /// leaf that goes on smoothly beyond both creases and jumps only in the middle of the other's side, where nobody asks it.
+    /// `factor * |atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 31 degrees, the
+    /// larger of the two counts, with a crease between them; behind, above 149, the smaller does; between there is one alone. Each is a
+    /// leaf that goes on smoothly beyond both creases and swings back only in the middle of the other's side, where nobody asks it; a jump
+    /// there would be seen by what is linear between points on both sides of it.
     fn unsigned_angle(&mut self, [y, x]: [&Expr; 2], factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
         self.taken_apart = true;
         let angle = |y: Expr, x: Expr| Expr::binary(Binary::Atan2, y, x);
-        let rising = angle(-x.clone(), y.clone()) + FRAC_PI_2;
-        let falling = -angle(x.clone(), -y.clone()) + FRAC_PI_2;
+        let swing = |e: Expr| match e.node() {
+            ExprNode::Unary(Unary::Wrap, t) => Expr::unary(Unary::Swing, t.clone()),
+            _ => Expr::unary(Unary::Swing, e),
+        };
+        let rising = swing(angle(-x.clone(), y.clone())) + FRAC_PI_2;
+        let falling = -swing(angle(x.clone(), -y.clone())) + FRAC_PI_2;
         let mut place = |e: Expr| self.condition(&e, 1.0, &Rest::default(), depth);
         let (right, left) = (place(x.clone() * DIVIDED + y.clone())?, place(x.clone() * DIVIDED - y.clone())?);
         let (p, q) = (self.condition(&rising, factor, rest, depth)?, self.condition(&falling, factor, rest, depth)?);

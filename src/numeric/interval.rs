@@ -162,6 +162,12 @@ impl Interval {
         }
     }
 
+    /// [`wrap`](Self::wrap) where that is below `most` both ways, else all between.
+    pub fn swing(self, most: f64) -> Self {
+        let w = self.wrap();
+        if w.lo >= -most && w.hi <= most { w } else { wide(-most, most) }
+    }
+
     /// Inverse sine; everything when a number that has none lies inside.
     pub fn asin(self) -> Self {
         if !(self.lo >= -1.0 && self.hi <= 1.0) {
