@@ -205,6 +205,12 @@ fn sides(triangles: &[Triangle]) -> Vec<([u32; 2], u32)> {
     all
 }
 
+/// Whether every edge has as many triangles one way as the other.
+pub(super) fn is_closed(triangles: &[Triangle]) -> bool {
+    let balanced = |edge: &[([u32; 2], u32)]| 2 * edge.iter().filter(|e| forward(triangles, e.1)).count() == edge.len();
+    sides(triangles).chunk_by(|x, y| x.0 == y.0).all(balanced)
+}
+
 /// Halves edges of more than two triangles: where both ends lie in one part of the inside, its copies could not be told from
 /// each other.
 pub(super) fn divided(keys: &mut Vec<Key>, places: &mut Vec<DVec3>, triangles: &mut Vec<Triangle>) {

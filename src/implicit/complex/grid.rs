@@ -225,6 +225,12 @@ impl Octree {
         out
     }
 
+    /// Whether a cell may hold some of the surface, and is not halved.
+    pub(super) fn held(&self, i: u32) -> bool {
+        let c = &self.cubes[i as usize];
+        c.children == NONE && c.tape.is_some()
+    }
+
     fn is_leaf(&self, i: u32) -> bool {
         self.cubes[i as usize].children == NONE
     }

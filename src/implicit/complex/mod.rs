@@ -21,11 +21,13 @@ mod exact;
 mod grid;
 mod proof;
 mod settle;
+mod shared;
 #[cfg(test)]
 mod tests;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::leaf::Leaf;
 use super::model::Implicit;
@@ -35,12 +37,13 @@ use super::trim::Trimmed;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use assemble::{Key, Skin, divided, parted};
+use assemble::{Key, Skin, divided, is_closed, parted};
 use cell::{Boolean, Crossed};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
-use proof::unproved;
+use proof::{Asked, Judged, judged};
 use settle::Nodes;
+use shared::{Curves, Shared, beside, inside};
 
 /// How often cells are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
 /// a 20th of a cell wide, as in `data/small_features.py`.
@@ -81,22 +84,33 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
         let most = (memory / BYTES_PER_CELL) as usize;
         let wanted = Wanted { leaves, tape: &model.tape, bounds: model.bounds(), size, deeper: DEEPER, most };
         run.progress("cells", 0.0);
-        let tree = Octree::build(&wanted, &|t, b| unproved(leaves, t, b).is_none(), run)?;
+        let tree = Octree::build(
+            &wanted,
+            &|t, b| judged(t, &Asked { leaves, cell: *b, scale, briefly: true }).unproved.is_none(),
+            run,
+        )?;
+        let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(|i| tree.held(*i)).collect();
+        let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
+        let known: Vec<Judged> = held
+            .par_iter()
+            .filter_map(|i| {
+                let asked = Asked { leaves, cell: box_of(i), scale, briefly: false };
+                Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
+            })
+            .collect();
+        let unproved = held.iter().zip(&known).filter_map(|(i, j)| Some((box_of(i).center(), j.unproved?))).collect();
+        let with_curves = held.iter().zip(known).filter(|x| !x.1.shared.is_empty());
+        let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared)).collect();
         let mut tetrahedra = tree.tetrahedra();
+        let curves = Curves::new(&tetrahedra, &with_curves);
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let pieces: Result<Vec<Skin>> = groups
-            .par_chunks(GROUPS)
-            .map(|some| {
-                run.check()?;
-                let mut piece = Skin::default();
-                some.iter().try_for_each(|g| within(leaves, &tree, g, &mut piece))?;
-                Ok(piece)
-            })
-            .collect();
-        let mut all = Skin::default();
-        pieces?.iter().for_each(|p| all.append(p));
+        let mut all = skin(leaves, &tree, &curves, &groups, run)?;
+        if !curves.is_empty() && !is_closed(&all.triangles) {
+            // Some sliver goes on where its curve was not seen.
+            all = skin(leaves, &tree, &Curves::default(), &groups, run)?;
+        }
         run.check()?;
         let Skin { mut keys, mut places, mut triangles, .. } = all;
         divided(&mut keys, &mut places, &mut triangles);
@@ -115,13 +129,6 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
             faces: (0..leaves.len()).map(|l| format!("leaf{l}")).collect(),
             ..TriMesh::default()
         };
-        let held: Vec<&grid::Cube> =
-            tree.cubes.iter().filter(|c| c.children == grid::NONE && c.tape.is_some()).collect();
-        let left = held.par_iter().filter_map(|c| {
-            let b = tree.bounds(c.at, c.level);
-            Some((b.center(), unproved(leaves, c.tape.as_ref()?, &b)?))
-        });
-        let unproved = left.collect();
         Ok(Arranged {
             made: Trimmed { mesh, leaves: on, faces },
             touches: copies.len() > keys.len(),
@@ -132,6 +139,22 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
     })
 }
 
+/// The boundary in all tetrahedra.
+fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, groups: &[&[Tetrahedron]], run: &Run) -> Result<Skin> {
+    let pieces: Result<Vec<Skin>> = groups
+        .par_chunks(GROUPS)
+        .map(|some| {
+            run.check()?;
+            let mut piece = Skin::default();
+            some.iter().try_for_each(|g| within(leaves, tree, curves, g, &mut piece))?;
+            Ok(piece)
+        })
+        .collect();
+    let mut all = Skin::default();
+    pieces?.iter().for_each(|p| all.append(p));
+    Ok(all)
+}
+
 /// The size of the simplex a node was made in.
 fn extent(tree: &Octree, key: &Key) -> f64 {
     let corners: Vec<DVec3> = key.corners().map(|p| tree.point(p)).collect();
@@ -140,7 +163,7 @@ fn extent(tree: &Octree, key: &Key) -> f64 {
 }
 
 /// The boundary in the tetrahedra that one cell owns.
-fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
+fn within(leaves: &[Leaf], tree: &Octree, curves: &Curves, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
     let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
     let tape: &Tape = tape;
     let mine = leaves_of(tape);
@@ -182,9 +205,16 @@ fn within(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron], out: &mut Skin)
             Ok(k) => sides[k],
             Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
         };
+        let mut near = curves.near(t);
+        near.retain(|s| s.leaves.iter().all(|l| mine.binary_search(l).is_ok()));
+        let of = |sides: shared::Sides<'_>| tape.inside_by(sides);
         let facets = cut.boundary(&Boolean {
-            inside: &|sides| tape.inside_by(|leaf| positive(leaf, sides)),
-            face: &|leaf, sides| tape.owner(cutting[leaf as usize], &|l| positive(l, sides)),
+            inside: &|sides| inside(&near, &of, &|l| positive(l, sides)),
+            face: &|leaf, sides| {
+                let leaf = cutting[leaf as usize];
+                let other = beside(&near, &of, leaf, &|l| positive(l, sides));
+                tape.owner(leaf, &|l| positive(l, sides) != (Some(l) == other))
+            },
         });
         out.add(tree, &t.corners, &cut, &facets);
     }

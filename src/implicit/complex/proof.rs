@@ -3,6 +3,7 @@
 use super::super::leaf::Leaf;
 use super::super::newton::leaves_of;
 use super::super::tape::Tape;
+use super::shared::Shared;
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 use std::fmt;
@@ -92,16 +93,37 @@ fn cross(a: &[Interval; 3], b: &[Interval; 3]) -> [Interval; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// What is not shown of the leaves of a tape in a box; `None` if all is.
-pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unproved> {
+/// What is known of the leaves in a box.
+pub(super) struct Judged {
+    /// What is not shown, if anything.
+    pub(super) unproved: Option<Unproved>,
+    /// The curves that three leaves share there. They are seen, not shown.
+    pub(super) shared: Vec<Shared>,
+}
+
+/// A box with what is asked of it.
+pub(super) struct Asked<'a> {
+    pub(super) leaves: &'a [Leaf],
+    pub(super) cell: Aabb,
+    /// The size of the part.
+    pub(super) scale: f64,
+    /// Whether the first thing that is not shown ends it; curves that come after it are not looked for.
+    pub(super) briefly: bool,
+}
+
+/// Whether the leaves of a tape are shown to be arranged simply in a box.
+pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
+    let Asked { leaves, cell, briefly, .. } = asked;
     let half = cell.size() * 0.5;
+    let mut all = Judged { unproved: None, shared: Vec::new() };
     let mut here: Vec<Local> = Vec::new();
+    let mut numbers: Vec<u32> = Vec::new();
     let passing = leaves_of(tape);
     if passing.len() > MOST_TOGETHER {
-        return Some(Unproved::Crowded);
+        return Judged { unproved: Some(Unproved::Crowded), ..all };
     }
-    for l in passing {
-        let leaf = &leaves[l as usize];
+    for number in passing {
+        let leaf = &leaves[number as usize];
         if !leaf.range(cell).contains(0.0) {
             continue;
         }
@@ -111,9 +133,13 @@ pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unpr
         }
         let largest = l.gradient.iter().map(|g| g.lo.abs().max(g.hi.abs())).fold(0.0, |s, g| s + g * g).sqrt();
         if !(dot(&l.gradient, l.middle).lo > GRAPH && largest < STEEPEST) {
-            return Some(Unproved::Bent);
+            all.unproved = Some(Unproved::Bent);
+            if *briefly {
+                return all;
+            }
         }
         here.push(l);
+        numbers.push(number);
     }
     let n = here.len();
     let mut meet = vec![false; n * n];
@@ -127,7 +153,11 @@ pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unpr
             }
             let t = a.middle.cross(b.middle);
             if !(t.length() > CROSSING) || !(dot(&cross(&a.gradient, &b.gradient), t / t.length()).lo > 0.0) {
-                return Some(Unproved::Touching);
+                all.unproved = all.unproved.or(Some(Unproved::Touching));
+                if *briefly {
+                    return all;
+                }
+                continue;
             }
             meet[i * n + j] = true;
         }
@@ -138,33 +168,45 @@ pub(super) fn unproved(leaves: &[Leaf], tape: &Tape, cell: &Aabb) -> Option<Unpr
             for k in (j + 1..n).filter(|k| meet[i * n + k] && meet[j * n + k]) {
                 let (a, b, c) = (&here[i], &here[j], &here[k]);
                 let v = DVec3::new(a.value, b.value, c.value);
-                let mut ways = vec![v / v.length(), weights(a, b, c)];
+                let factors = weights(a, b, c);
+                let mut ways = vec![v / v.length(), factors];
                 ways.extend([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| DVec3::new(1.0, x, y)));
                 if ways.iter().any(|w| apart(&[(a, w.x), (b, w.y), (c, w.z)], half)) {
                     continue;
                 }
                 let det = cross(&a.gradient, &b.gradient);
                 let det = det[0] * c.gradient[0] + det[1] * c.gradient[1] + det[2] * c.gradient[2];
-                if det.contains(0.0) {
-                    return Some(Unproved::Dependent);
+                if !det.contains(0.0) {
+                    triples.push([i, j, k]);
+                    continue;
                 }
-                triples.push([i, j, k]);
+                match Shared::of(asked, [i, j, k].map(|x| numbers[x])) {
+                    Some(s) => all.shared.push(s),
+                    None => all.unproved = all.unproved.or(Some(Unproved::Dependent)),
+                }
+                if *briefly && all.unproved.is_some() {
+                    return all;
+                }
             }
         }
     }
     for (m, [i, j, k]) in triples.iter().enumerate() {
         for other in &triples[m + 1..] {
             if other[0] == *i && other[1] == *j && triples.contains(&[*i, *k, other[2]]) {
-                let all = [*i, *j, *k, other[2]].map(|x| &here[x]);
-                let s = all.iter().map(|l| l.value * l.value).sum::<f64>().sqrt();
-                let ways: Vec<(&Local, f64)> = all.iter().map(|l| (*l, l.value / s)).collect();
+                if all.shared.iter().any(|s| s.leaves == [*j, *k, other[2]].map(|x| numbers[x])) {
+                    continue;
+                }
+                let four = [*i, *j, *k, other[2]].map(|x| &here[x]);
+                let s = four.iter().map(|l| l.value * l.value).sum::<f64>().sqrt();
+                let ways: Vec<(&Local, f64)> = four.iter().map(|l| (*l, l.value / s)).collect();
                 if !apart(&ways, half) {
-                    return Some(Unproved::Crowded);
+                    all.unproved = all.unproved.or(Some(Unproved::Crowded));
+                    return all;
                 }
             }
         }
     }
-    None
+    all
 }
 
 /// Factors with which the gradients in the middle cancel best.

@@ -244,3 +244,35 @@ fn a_formula_that_bends_back_is_refined_until_it_does_not() {
     assert_eq!((topology.components, topology.euler), (2, 4));
     assert!(a.unproved.is_empty());
 }
+
+#[test]
+fn three_leaves_that_share_a_circle_bound_what_any_of_the_six_sectors_around_it_bound() {
+    // A cylinder, a plane and a cone through one circle; the signs of the sectors around it, in turn.
+    let r = Expr::unary(crate::implicit::expr::Unary::Sqrt, Expr::x() * Expr::x() + Expr::y() * Expr::y());
+    let leaves = [
+        Solid::formula(r.clone() - 1.0),
+        Solid::formula(Expr::z() - 0.1),
+        Solid::formula(r + (Expr::z() - 0.1) * 0.7 - 1.0),
+    ];
+    let turns = [[1, 1, 1], [0, 1, 1], [0, 1, 0], [0, 0, 0], [1, 0, 0], [1, 0, 1]];
+    let sector = |k: usize| {
+        Solid::intersection((0..3).map(|l| if turns[k][l] == 1 { leaves[l].clone() } else { !leaves[l].clone() }))
+    };
+    let around =
+        Solid::cuboid(DVec3::splat(-1.7), DVec3::splat(1.7)) - Solid::cylinder(0.4, DVec3::Z, DVec3::ZERO, None);
+    for first in 0..6 {
+        for count in 1..6 {
+            let some = Solid::union((first..first + count).map(|k| sector(k % 6)));
+            let a = made(&(some & around.clone()), 0.21);
+            sound(&a);
+            assert!(a.unproved.is_empty() && a.astray.is_empty(), "{first} {count} {:?}", a.unproved);
+            let m = &a.made.mesh;
+            // Of all that is near the circle, only what bounds the sectors shows, and where both bound, their circle does.
+            let on_circle = |p: DVec3| (p.x.hypot(p.y) - 1.0).abs() < 1e-9 && (p.z - 0.1).abs() < 1e-9;
+            let flat = m.triangles.iter().filter(|t| t.iter().all(|v| on_circle(m.nodes[*v as usize]))).count();
+            assert_eq!(flat, 0, "{first} {count}");
+            let circle = (0..m.nodes.len()).filter(|v| on_circle(m.nodes[*v])).count();
+            assert_eq!(circle == 0, count == 3, "{first} {count}: {circle}");
+        }
+    }
+}
