@@ -5,7 +5,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::super::expr::{Binary, Expr, Unary};
+use super::super::expr::{Binary, Expr, ExprNode, Unary};
 use super::super::solid::Solid;
 use super::{Part, nearest, place};
 use crate::error::{Error, Place, Result};
@@ -108,7 +108,52 @@ pub fn parse_vm(source: &str) -> Result<Part> {
         let what = "the result is the same number everywhere: it does not depend on x, y, z";
         return Err(last.error(source, what).with_help("the last line of the file is its result"));
     }
-    Ok(Part::from_solid(Solid::formula(-root)))
+    Ok(Part::from_solid(crowd(&root).unwrap_or_else(|| Solid::formula(-root))))
+}
+
+/// Formulas of more parts than this are taken apart here; lowering does so with fewer.
+const MANY: usize = 128;
+
+/// Formulas that would have more parts than this, written out, stay whole.
+const MOST_PARTS: usize = 1 << 18;
+
+/// Where a formula is negative, if it is a `min` and `max` of many: as set operations of those, whose surface is one face.
+fn crowd(root: &Expr) -> Option<Solid> {
+    // For each subformula and sign: the solid, and how many parts it has.
+    let mut known: FxHashMap<(*const ExprNode, bool), (Solid, usize)> = FxHashMap::default();
+    // Without recursion: formulas may be as deep as the file is long.
+    let mut stack = vec![(root, true, false)];
+    while let Some((e, negative, ready)) = stack.pop() {
+        let key = |e: &Expr, negative: bool| (std::ptr::from_ref(e.node()), negative);
+        if known.contains_key(&key(e, negative)) {
+            continue;
+        }
+        let (operands, turned): (&[&Expr], bool) = match e.node() {
+            ExprNode::Unary(Unary::Neg, a) => (&[a], true),
+            ExprNode::Binary(Binary::Min | Binary::Max, a, b) => (&[a, b], false),
+            _ => (&[], false),
+        };
+        if !ready && !operands.is_empty() {
+            stack.push((e, negative, true));
+            stack.extend(operands.iter().rev().map(|a| (*a, negative != turned, false)));
+            continue;
+        }
+        let below: Vec<_> = operands.iter().filter_map(|a| known.get(&key(a, negative != turned)).cloned()).collect();
+        let parts = below.iter().map(|b| b.1).sum::<usize>().max(1);
+        if parts > MOST_PARTS {
+            return None;
+        }
+        let mut below = below.into_iter().map(|b| b.0);
+        let solid = match (below.next(), below.next(), e.node()) {
+            (Some(a), Some(b), ExprNode::Binary(op, ..)) if (*op == Binary::Min) != negative => a & b,
+            (Some(a), Some(b), _) => a | b,
+            (Some(a), None, _) => a,
+            _ => Solid::formula(if negative { -e.clone() } else { e.clone() }),
+        };
+        known.insert(key(e, negative), (solid, parts));
+    }
+    let (solid, parts) = known.remove(&(std::ptr::from_ref(root.node()), true))?;
+    (parts > MANY).then(|| solid.name("formula1"))
 }
 
 /// What a file looks like.
