@@ -52,7 +52,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
+    /// Part file (.py), formula (.vm), OpenSCAD's tree (.csg), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -208,7 +208,7 @@ pub struct Files {
 /// A part file and the R-system its function is taken in.
 #[derive(Debug, Args)]
 pub struct FunctionOf {
-    /// Part file (.py) with a solid of R-functions
+    /// Part file (.py) with a solid of R-functions, formula (.vm) or OpenSCAD's tree (.csg)
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
