@@ -239,6 +239,48 @@ fn many_parts_in_one_chain_keep_their_edges() {
     assert!(model.inside(DVec3::new(0.25, 0.0, 0.0)) && !model.inside(DVec3::splat(0.25)));
 }
 
+/// Written and read again a part is the same solid, and its edges are found.
+#[test]
+fn what_is_written_as_a_formula_reads_back() {
+    let again = |part: &Part| parse_vm(&pipeline::vm_text(part).unwrap()).unwrap();
+    let volume = 1000.0 - PI * 90.0 + 480.0 - frustum(2.0 - 0.125, 1.25 - 0.125, 6.0);
+    right(&meshed(&again(&parse_csg(TREE).unwrap()), 0.008), volume, 1e-3);
+
+    let rich = "f = (x - 0.1)**2 + y**3 / 4 + hypot(x, z) + tanh(x) + sinh(y) * cosh(z) + (x + 2)**-2 + (x + 3)**1.5\n\
+                g = (x if y >= 0.2 else z) + floor(2 * x) / 5 + mod(y, 0.7) + sign(z - 0.3) + abs(x - y) + atan2(y, x + 5)\n\
+                part((torus(1, 0.4, axis=(1, 2, 3)) | cone(0.5, 0, 2, axis=(1, 0, 1)) | sphere(0.7, at=(1, 1, 0))\n\
+                  | cylinder(0.3, axis=(1, 1, 0), height=3)) & solid(f <= 8) & solid(g <= 3) - box((0.5, 0.6, 0.7)))\n";
+    let rich = pipeline::parse_part(Path::new("a.py"), rich, &[]).unwrap();
+    let model = |p: &Part| Implicit::new(p.solid.as_ref().unwrap(), RSystem::default(), None).unwrap();
+    let (before, after) = (model(&rich), model(&again(&rich)));
+    let n = 23;
+    let mut inside = 0;
+    for i in 0..n * n * n {
+        let p = DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) / 6.07 - 1.799;
+        assert_eq!(before.inside(p), after.inside(p), "{p}");
+        inside += i32::from(before.inside(p));
+    }
+    assert!(inside > 200, "{inside}");
+}
+
+#[test]
+fn what_has_no_formula_is_not_written() {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("blend.py"), "part(blend(box((1, 1, 1)), box((3, 0.5, 0.5)), 0.2))\n").unwrap();
+    fs::write(dir.path().join("built.py"), "part(extrude_edges(circle(1), \"z\", 2))\n").unwrap();
+    fs::write(dir.path().join("ball.py"), "part(sphere(1))\n").unwrap();
+    for (file, code, says) in
+        [("blend.py", 3, "a blend cannot be written"), ("built.py", 3, "built from edges"), ("ball.py", 0, "")]
+    {
+        let mut run = Command::cargo_bin("rvachev").unwrap();
+        let out = run.current_dir(&dir).args(["convert", file, "-o", "out.vm"]).output().unwrap();
+        let err = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(code), "{file}: {err}");
+        assert!(err.contains(says), "{file}: {err}");
+        assert_eq!(dir.path().join("out.vm").exists(), code == 0, "{file}");
+    }
+}
+
 /// A file's name, its text, and what is said of it.
 const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.vm", "", &["line 1, column 1", "no operation"]),

@@ -32,7 +32,7 @@ pub enum Command {
     Eval(Eval),
     /// Sample a part's function on a regular grid, for ParaView or NumPy
     Grid(GridFile),
-    /// Write solids built from edges, or read from STEP, as STEP (AP214)
+    /// Write solids built from edges, or read from STEP, as STEP (AP214), and solids of R-functions as a formula
     Convert(Convert),
     /// Draw a mesh
     Render(Render),
@@ -343,7 +343,7 @@ pub struct Info {
 pub struct Convert {
     #[command(flatten)]
     pub part: PartFile,
-    /// STEP file to write
+    /// STEP file (.step, .stp) to write, for boundaries, or formula (.vm), for solids of R-functions
     #[arg(short, long, value_name = "STEP")]
     pub output: PathBuf,
     #[command(flatten)]

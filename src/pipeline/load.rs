@@ -1,9 +1,10 @@
-//! Parts from files: which reader is for which ending.
+//! Parts from files, by which ending tells the reader, and back to formula files.
 
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, parse, parse_csg, parse_vm};
+use crate::implicit::{Implicit, write_vm};
 
 /// Reads a part file, or by its ending a formula file (`.vm`) or a tree of OpenSCAD's (`.csg`). Errors name the file, line and column.
 ///
@@ -30,4 +31,20 @@ pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Resul
         return Err(Error::Usage(what));
     }
     read(text).map_err(|e| e.in_file(path))
+}
+
+/// Whether a path is that of a formula file.
+pub fn is_vm(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vm"))
+}
+
+/// The part's solid of R-functions as the text of a formula file: see [`write_vm`] for what is lost.
+///
+/// Errors: a part without such a solid, or with others beside it; what [`Implicit::new`] and [`write_vm`] refuse.
+pub fn vm_text(part: &Part) -> Result<String> {
+    match &part.solid {
+        Some(solid) if part.built.is_empty() => write_vm(&Implicit::new(solid, part.rsystem, part.domain)?),
+        _ => Err(Error::input(Place::Unknown, "a solid built from edges cannot be written as a formula")
+            .with_help("convert writes it as STEP")),
+    }
 }

@@ -37,7 +37,7 @@ pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_sou
 pub use distance::Distance;
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use history::{Attempt, Proof, Stage, Tried, UnprovedPlace};
-pub use load::{load_part, parse_part};
+pub use load::{is_vm, load_part, parse_part, vm_text};
 pub use mesh::{MeshOptions, Meshed, Method, against, mesh_part};
 pub use refine::{Place, Refinement};
 pub use report::{FaceStep, Info, LeafInfo, Report, Rung, SCHEMA, info};
