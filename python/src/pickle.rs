@@ -6,8 +6,9 @@ use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use rvachev::Place;
-use rvachev::implicit::part::{Part, PartGroup, parse};
+use rvachev::implicit::part::{Part, PartGroup};
 use rvachev::mesh::{Group, TriMesh};
+use rvachev::pipeline;
 
 use crate::arrays::surface;
 use crate::errors::raise;
@@ -17,7 +18,7 @@ use crate::part::PyPart;
 /// What a part was read from.
 #[derive(Clone)]
 pub struct Source {
-    /// Named in errors only: the text is at hand.
+    /// Its ending tells what the text is, and errors name it; the text is at hand.
     pub path: PathBuf,
     /// The part file.
     pub text: String,
@@ -28,7 +29,7 @@ pub struct Source {
 impl Source {
     /// The part as the file has it.
     pub fn part(&self) -> rvachev::Result<Part> {
-        parse(&self.text, &self.define).map_err(|e| e.in_file(&self.path))
+        pipeline::parse_part(&self.path, &self.text, &self.define)
     }
 }
 

@@ -32,7 +32,7 @@ pub enum Command {
     Eval(Eval),
     /// Sample a part's function on a regular grid, for ParaView or NumPy
     Grid(GridFile),
-    /// Write solids built from edges, or read from STEP, as STEP (AP214)
+    /// Write solids built from edges, or read from STEP, as STEP (AP214), and solids of R-functions as a formula
     Convert(Convert),
     /// Draw a mesh
     Render(Render),
@@ -52,7 +52,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
+    /// Part file (.py), formula (.vm), OpenSCAD's tree (.csg), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -208,7 +208,7 @@ pub struct Files {
 /// A part file and the R-system its function is taken in.
 #[derive(Debug, Args)]
 pub struct FunctionOf {
-    /// Part file (.py) with a solid of R-functions
+    /// Part file (.py) with a solid of R-functions, formula (.vm) or OpenSCAD's tree (.csg)
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -343,7 +343,7 @@ pub struct Info {
 pub struct Convert {
     #[command(flatten)]
     pub part: PartFile,
-    /// STEP file to write
+    /// STEP file (.step, .stp) to write, for boundaries, or formula (.vm), for solids of R-functions
     #[arg(short, long, value_name = "STEP")]
     pub output: PathBuf,
     #[command(flatten)]

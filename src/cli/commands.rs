@@ -322,11 +322,18 @@ pub fn info(a: &Info) -> Result<bool> {
 }
 
 pub fn convert(a: &Convert) -> Result<bool> {
+    let path = &a.part.part;
+    if pipeline::is_vm(&a.output) {
+        writable(&a.output)?;
+        let part = function_part(path, &a.part.define)?;
+        let text = pipeline::vm_text(&part).map_err(|e| e.in_file(path))?;
+        write_bytes(&a.output, text.as_bytes())?;
+        return Ok(true);
+    }
     if !pipeline::is_step(&a.output) {
-        return Err(Error::Usage(format!("convert writes .step or .stp files, not {}", a.output.display())));
+        return Err(Error::Usage(format!("convert writes .step, .stp and .vm files, not {}", a.output.display())));
     }
     writable(&a.output)?;
-    let path = &a.part.part;
     let run = run(&a.common)?;
     if pipeline::is_step(path) {
         let model = pipeline::load_step(path, &run)?;

@@ -1,5 +1,7 @@
 //! Formulas compiled to a flat list of operations, evaluated for batches of points, over boxes, and with gradients.
 
+mod written;
+
 use std::sync::Arc;
 
 use glam::DVec3;

@@ -43,6 +43,7 @@ mod tape;
 mod tests;
 mod thin;
 mod trim;
+mod written;
 
 pub use complex::Unproved;
 pub(crate) use complex::{Arranged, arranged, can_arrange};
@@ -62,3 +63,4 @@ pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
 pub(crate) use trim::{Trimmed, trimmed};
+pub use written::write_vm;

@@ -81,7 +81,7 @@ impl Implicit {
         if !model.bounds.is_empty() && !model.bounds.is_finite() {
             model.bounds = model.find_bounds().ok_or_else(|| {
                 Error::input(Place::Unknown, "the solid may be infinite: no finite box around it can be proved")
-                    .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))")
+                    .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1))); a .vm file ends with the max of it and a box")
             })?;
         }
         for _ in 0..2 {

@@ -1,7 +1,6 @@
 //! Part in, mesh out.
 
 use std::borrow::Cow;
-use std::path::Path;
 use std::str::FromStr;
 
 use glam::DVec3;
@@ -16,7 +15,7 @@ use super::leaf::{ByLeaf, by_leaf};
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use crate::error::{Error, Place, Result};
-use crate::implicit::part::{Part, SizeRequest, glob, nearest, parse};
+use crate::implicit::part::{Part, SizeRequest, glob, nearest};
 use crate::implicit::{
     ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features, surface_points, thin_places,
     thin_walls,
@@ -169,15 +168,6 @@ impl Meshed {
         let Cut { model, fragments, nodes, triangles } = self.model()?;
         Reordered::new(Merged::new(model, fragments)?, nodes, &triangles)
     }
-}
-
-/// Reads a part file. Errors name the file, line and column.
-pub fn load_part(path: &Path, overrides: &[(String, f64)]) -> Result<Part> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    let text = String::from_utf8(bytes).map_err(|e| {
-        Error::input(Place::Byte(e.utf8_error().valid_up_to() as u64), "a part file must be UTF-8 text").in_file(path)
-    })?;
-    parse(&text, overrides).map_err(|e| e.in_file(path))
 }
 
 /// A part made ready for meshing at one size.

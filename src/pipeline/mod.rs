@@ -16,6 +16,7 @@ mod heal;
 mod hidden;
 mod history;
 mod leaf;
+mod load;
 mod mesh;
 mod refine;
 mod report;
@@ -36,7 +37,8 @@ pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_sou
 pub use distance::Distance;
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use history::{Attempt, Proof, Stage, Tried, UnprovedPlace};
-pub use mesh::{MeshOptions, Meshed, Method, against, load_part, mesh_part};
+pub use load::{is_vm, load_part, parse_part, vm_text};
+pub use mesh::{MeshOptions, Meshed, Method, against, mesh_part};
 pub use refine::{Place, Refinement};
 pub use report::{FaceStep, Info, LeafInfo, Report, Rung, SCHEMA, info};
 pub use rsystems::{Depth, Spread, SystemComparison, SystemRow, compare_rsystems};

@@ -6,6 +6,7 @@
 
 mod arguments;
 mod builtins;
+mod csg;
 mod edges;
 mod functions;
 mod guard;
@@ -17,6 +18,7 @@ mod refused;
 #[cfg(test)]
 mod tests;
 mod value;
+mod vm;
 
 use std::str::FromStr;
 
@@ -24,6 +26,9 @@ use super::rfunction::RSystem;
 use super::solid::Solid;
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
+
+pub use csg::parse_csg;
+pub use vm::parse_vm;
 
 /// Bounds on what a part file may ask for. Errors name the bound that was met.
 pub mod limits {

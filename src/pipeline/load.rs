@@ -1,0 +1,50 @@
+//! Parts from files, by which ending tells the reader, and back to formula files.
+
+use std::path::Path;
+
+use crate::error::{Error, Place, Result};
+use crate::implicit::part::{Part, parse, parse_csg, parse_vm};
+use crate::implicit::{Implicit, write_vm};
+
+/// Reads a part file, or by its ending a formula file (`.vm`) or a tree of OpenSCAD's (`.csg`). Errors name the file, line and column.
+///
+/// `overrides` are for part files: for the others, which have no named numbers, they are an [`Error::Usage`].
+pub fn load_part(path: &Path, overrides: &[(String, f64)]) -> Result<Part> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        Error::input(Place::Byte(e.utf8_error().valid_up_to() as u64), "a part file must be UTF-8 text").in_file(path)
+    })?;
+    parse_part(path, &text, overrides)
+}
+
+/// Reads the text of a file as [`load_part`] does; the path tells what it is, and is named in errors.
+pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Result<Part> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let read: fn(&str) -> Result<Part> = match ending.as_deref() {
+        Some("vm") => parse_vm,
+        Some("csg") => parse_csg,
+        _ => return parse(text, overrides).map_err(|e| e.in_file(path)),
+    };
+    if let Some((name, _)) = overrides.first() {
+        let what =
+            format!("-D {name}: {} has no named numbers to override, only part files (.py) have", path.display());
+        return Err(Error::Usage(what));
+    }
+    read(text).map_err(|e| e.in_file(path))
+}
+
+/// Whether a path is that of a formula file.
+pub fn is_vm(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vm"))
+}
+
+/// The part's solid of R-functions as the text of a formula file: see [`write_vm`] for what is lost.
+///
+/// Errors: a part without such a solid, or with others beside it; what [`Implicit::new`] and [`write_vm`] refuse.
+pub fn vm_text(part: &Part) -> Result<String> {
+    match &part.solid {
+        Some(solid) if part.built.is_empty() => write_vm(&Implicit::new(solid, part.rsystem, part.domain)?),
+        _ => Err(Error::input(Place::Unknown, "a solid built from edges cannot be written as a formula")
+            .with_help("convert writes it as STEP")),
+    }
+}
