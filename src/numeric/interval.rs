@@ -61,8 +61,10 @@ impl Interval {
         if k == 0.0 {
             return Self::point(0.0);
         }
-        let (a, b) = (times(self.lo, k), times(self.hi, k));
-        if k > 0.0 { wide(a, b) } else { wide(b, a) }
+        let (a, b) = if k > 0.0 { (self.lo, self.hi) } else { (self.hi, self.lo) };
+        let r = wide(times(a, k), times(b, k));
+        // A bound that is zero stays.
+        Self { lo: if a == 0.0 { 0.0 } else { r.lo }, hi: if b == 0.0 { 0.0 } else { r.hi } }
     }
 
     /// The square.
@@ -309,7 +311,8 @@ impl Interval {
             lo = lo.min(1.0);
             hi = hi.max(1.0);
         }
-        libm(lo, hi)
+        let r = libm(lo, hi);
+        Self { lo: r.lo.max(0.0), hi: r.hi }
     }
 
     /// Length of the vector (a, b).
@@ -330,7 +333,9 @@ impl ops::Neg for Interval {
 impl ops::Add for Interval {
     type Output = Self;
     fn add(self, o: Self) -> Self {
-        wide(self.lo + o.lo, self.hi + o.hi)
+        let r = wide(self.lo + o.lo, self.hi + o.hi);
+        // What adds up from numbers that are not negative is not.
+        if self.lo >= 0.0 && o.lo >= 0.0 { Self { lo: r.lo.max(0.0), hi: r.hi } } else { r }
     }
 }
 
@@ -345,7 +350,13 @@ impl ops::Mul for Interval {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
         let p = [times(self.lo, o.lo), times(self.lo, o.hi), times(self.hi, o.lo), times(self.hi, o.hi)];
-        wide(p.iter().copied().fold(f64::INFINITY, f64::min), p.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+        let r =
+            wide(p.iter().copied().fold(f64::INFINITY, f64::min), p.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        // Bounds that are zero stay: a power of a length has to have a base that is not negative.
+        let same = self.lo >= 0.0 && o.lo >= 0.0 || self.hi <= 0.0 && o.hi <= 0.0;
+        let opposite = self.lo >= 0.0 && o.hi <= 0.0 || self.hi <= 0.0 && o.lo >= 0.0;
+        let lo = if same { r.lo.max(0.0) } else { r.lo };
+        Self { lo, hi: if opposite { r.hi.min(0.0) } else { r.hi } }
     }
 }
 
@@ -355,7 +366,8 @@ impl ops::Div for Interval {
         if o.contains(0.0) {
             return Self::ALL;
         }
-        self * wide(1.0 / o.hi, 1.0 / o.lo)
+        let r = wide(1.0 / o.hi, 1.0 / o.lo);
+        self * if o.lo > 0.0 { Self { lo: r.lo.max(0.0), hi: r.hi } } else { Self { lo: r.lo, hi: r.hi.min(0.0) } }
     }
 }
 

@@ -1,7 +1,9 @@
 //! A compiled formula as lines of `.vm` text.
 
+use std::f64::consts::PI;
+
 use super::{Formula, Op};
-use crate::implicit::expr::{Binary, Unary};
+use crate::implicit::expr::{Binary, SWUNG_BACK, Unary};
 use crate::implicit::written::VmText;
 
 /// Powers up to this are written as products, which more programs know.
@@ -59,6 +61,14 @@ fn unary(text: &mut VmText, op: Unary, a: u32) -> u32 {
         Unary::Wrap => {
             let (sin, cos) = (text.line("sin", &[a]), text.line("cos", &[a]));
             return text.line("atan2", &[sin, cos]);
+        }
+        Unary::Swing => {
+            // The larger of back from below and the smaller of ahead and back from above.
+            let ahead = unary(text, Unary::Wrap, a);
+            let back = text.times(ahead, -SWUNG_BACK);
+            let (above, below) = (text.plus(back, PI * SWUNG_BACK), text.plus(back, -PI * SWUNG_BACK));
+            let least = text.line("min", &[ahead, above]);
+            return text.line("max", &[least, below]);
         }
         Unary::Sinh | Unary::Cosh => {
             let turned = text.line("neg", &[a]);
