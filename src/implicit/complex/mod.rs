@@ -43,7 +43,7 @@ use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
 use settle::Nodes;
-use shared::{Curves, Shared, beside, inside};
+use shared::{Curves, Shared, beside, existing, with};
 
 /// How often cells are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
 /// a 20th of a cell wide, as in `data/small_features.py`.
@@ -205,11 +205,14 @@ fn within(leaves: &[Leaf], tree: &Octree, curves: &Curves, group: &[Tetrahedron]
             Ok(k) => sides[k],
             Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
         };
-        let mut near = curves.near(t);
-        near.retain(|s| s.leaves.iter().all(|l| mine.binary_search(l).is_ok()));
+        let near = curves.near(t, &mine);
         let of = |sides: shared::Sides<'_>| tape.inside_by(sides);
         let facets = cut.boundary(&Boolean {
-            inside: &|sides| inside(&near, &of, &|l| positive(l, sides)),
+            inside: &|sides| {
+                let sides = |l: u32| positive(l, sides);
+                let changed = existing(&near, &of, &sides);
+                of(&|l| with(&changed, &sides, l))
+            },
             face: &|leaf, sides| {
                 let leaf = cutting[leaf as usize];
                 let other = beside(&near, &of, leaf, &|l| positive(l, sides));

@@ -3,7 +3,7 @@
 use super::super::leaf::Leaf;
 use super::super::newton::leaves_of;
 use super::super::tape::Tape;
-use super::shared::Shared;
+use super::shared::{Shared, common};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 use std::fmt;
@@ -163,6 +163,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
         }
     }
     let mut triples: Vec<[usize; 3]> = Vec::new();
+    let mut bundles: Vec<(Vec<usize>, DVec3)> = Vec::new();
     for i in 0..n {
         for j in (i + 1..n).filter(|j| meet[i * n + j]) {
             for k in (j + 1..n).filter(|k| meet[i * n + k] && meet[j * n + k]) {
@@ -180,8 +181,23 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                     triples.push([i, j, k]);
                     continue;
                 }
-                match Shared::of(asked, [i, j, k].map(|x| numbers[x])) {
-                    Some(s) => all.shared.push(s),
+                match common(asked, [i, j, k].map(|x| numbers[x])) {
+                    Some(at) => {
+                        // More than three have a curve in common if two of it are in two threes.
+                        let fits = |b: &&mut (Vec<usize>, DVec3)| {
+                            let has = |x: usize| b.0.contains(&x);
+                            let crosses = |x: usize| has(x) || b.0.iter().all(|y| meet[x.min(*y) * n + x.max(*y)]);
+                            [i, j, k].into_iter().filter(|x| has(*x)).count() >= 2 && [i, j, k].into_iter().all(crosses)
+                        };
+                        match bundles.iter_mut().find(fits) {
+                            Some(b) => [i, j, k].into_iter().for_each(|x| {
+                                if !b.0.contains(&x) {
+                                    b.0.push(x);
+                                }
+                            }),
+                            None => bundles.push((vec![i, j, k], at)),
+                        }
+                    }
                     None => all.unproved = all.unproved.or(Some(Unproved::Dependent)),
                 }
                 if *briefly && all.unproved.is_some() {
@@ -190,10 +206,15 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
             }
         }
     }
+    let bundled = |which: [usize; 3]| bundles.iter().any(|b| which.iter().all(|x| b.0.contains(x)));
+    if !briefly {
+        let curve = |b: &(Vec<usize>, DVec3)| Shared::new(asked, b.0.iter().map(|x| numbers[*x]).collect(), b.1);
+        all.shared = bundles.iter().map(curve).collect();
+    }
     for (m, [i, j, k]) in triples.iter().enumerate() {
         for other in &triples[m + 1..] {
             if other[0] == *i && other[1] == *j && triples.contains(&[*i, *k, other[2]]) {
-                if all.shared.iter().any(|s| s.leaves == [*j, *k, other[2]].map(|x| numbers[x])) {
+                if bundled([*j, *k, other[2]]) {
                     continue;
                 }
                 let four = [*i, *j, *k, other[2]].map(|x| &here[x]);

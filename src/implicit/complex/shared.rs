@@ -1,8 +1,8 @@
-//! Three leaves with one curve in common, as where a formula switches from one branch to another that has the same value there.
+//! Leaves with one curve in common, as where a formula switches from one branch to another that has the same value there.
 //!
-//! Around such a curve there are six sectors, not eight. The leaves' linear interpolants have three lines nearby instead of one
-//! curve, and between these a sliver whose sides no point of the true leaves has. What is said of the sliver decides whether
-//! strips of a leaf show that bounds nothing. It is said to be what the sectors around it need.
+//! Around a curve of n leaves there are 2 n sectors, not a sector for each choice of sides. The leaves' linear interpolants have
+//! lines nearby instead of one curve, and between these slivers whose sides no point of the true leaves has. What is said of
+//! slivers decides whether strips of a leaf show that bounds nothing. They are said to be what the sectors around them need.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -17,104 +17,118 @@ const VANISHES: f64 = 1e-12;
 /// Places along the curve at which this is looked at, in halves of the cell from its middle.
 const LOOKED: [f64; 5] = [0.0, -0.9, 0.9, -0.4, 0.4];
 
-/// Three leaves with one curve in common, and sides that they do not have there. Those opposite to all three of these do not
-/// exist either.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// A point of the curve that three leaves have in common in a cell or beside it, if they have one.
+pub(super) fn common(asked: &Asked<'_>, [a, b, c]: [u32; 3]) -> Option<DVec3> {
+    let Asked { leaves, cell, scale, .. } = *asked;
+    let half = 0.5 * cell.size().max_element();
+    let pair = |p: DVec3| nearest(leaves, &[a, b], p, 4.0 * half, scale);
+    let start = pair(cell.center())?;
+    let along = leaves[a as usize].slope(start).cross(leaves[b as usize].slope(start)).normalize_or_zero();
+    for share in LOOKED {
+        let q = pair(start + along * (share * half))?;
+        let d = leaves[c as usize].gradient(q);
+        if !(d.v.abs() <= VANISHES * scale * d.g.length()) {
+            return None;
+        }
+    }
+    Some(start)
+}
+
+/// Leaves with one curve in common.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Shared {
-    pub(super) leaves: [u32; 3],
-    pub(super) never: [bool; 3],
+    /// Ascending.
+    leaves: Vec<u32>,
+    /// The sectors in turn, by their sides on each leaf; the leaf between one and the next.
+    sectors: Vec<(Vec<bool>, usize)>,
 }
 
 impl Shared {
-    /// Three leaves, if they have a curve in common in a cell or beside it.
-    pub(super) fn of(asked: &Asked<'_>, which: [u32; 3]) -> Option<Self> {
-        let Asked { leaves: all, cell, scale, .. } = *asked;
-        let [a, b, c] = which;
-        let half = 0.5 * cell.size().max_element();
-        let pair = |p: DVec3| nearest(all, &[a, b], p, 4.0 * half, scale);
-        let start = pair(cell.center())?;
-        let slopes = which.map(|l| all[l as usize].slope(start));
+    /// Leaves that cross each other in a curve through a point.
+    pub(super) fn new(asked: &Asked<'_>, mut leaves: Vec<u32>, at: DVec3) -> Self {
+        leaves.sort_unstable();
+        let slopes: Vec<DVec3> =
+            leaves.iter().map(|l| asked.leaves[*l as usize].slope(at).normalize_or_zero()).collect();
         let along = slopes[0].cross(slopes[1]).normalize_or_zero();
-        for share in LOOKED {
-            let q = pair(start + along * (share * half))?;
-            let d = all[c as usize].gradient(q);
-            if !(d.v.abs() <= VANISHES * scale * d.g.length()) {
-                return None;
+        let (u, v) = along.any_orthonormal_pair();
+        // A leaf's zero set leaves the curve at right angles to its slope, both ways.
+        let mut rays: Vec<(f64, usize, f64)> = Vec::new();
+        for (k, s) in slopes.iter().enumerate() {
+            for way in [1.0, -1.0] {
+                rays.push(((way * s.dot(v)).atan2(way * s.dot(u)), k, way));
             }
         }
-        // Where the factors with which gradients cancel are all of one sign, no side of all three is.
-        let factors = [(1, 2), (2, 0), (0, 1)].map(|(x, y)| slopes[x].cross(slopes[y]).dot(along));
-        let never = factors.map(|f| f > 0.0);
-        Some(Self { leaves: which, never })
+        rays.sort_by(|x, y| x.0.total_cmp(&y.0));
+        // From one ray to the next the side of its leaf changes: turned by a right angle, rays start at the slope.
+        let mut sides: Vec<bool> = vec![false; leaves.len()];
+        rays.iter().for_each(|r| sides[r.1] = r.2 < 0.0);
+        let sectors = rays
+            .iter()
+            .map(|r| {
+                let before = sides.clone();
+                sides[r.1] = !sides[r.1];
+                (before, r.1)
+            })
+            .collect();
+        Self { leaves, sectors }
     }
 
-    /// Whether the leaves cannot have these sides.
-    fn is_sliver(&self, sides: [bool; 3]) -> bool {
-        let opposite = self.never.map(|s| !s);
-        sides == self.never || sides == opposite
+    /// Sides of leaves that exist in place of those that do not: of the leaves that show around the curve they are the same.
+    fn real(&self, of: &dyn Fn(Sides<'_>) -> bool, sides: Sides<'_>) -> Option<&[bool]> {
+        let here: Vec<bool> = self.leaves.iter().map(|l| sides(*l)).collect();
+        if self.sectors.iter().any(|s| s.0 == here) {
+            return None;
+        }
+        let n = self.sectors.len();
+        let value = |k: usize| {
+            of(&|l| self.leaves.iter().position(|x| *x == l).map_or_else(|| sides(l), |x| self.sectors[k].0[x]))
+        };
+        let values: Vec<bool> = (0..n).map(value).collect();
+        let mut shows = vec![false; self.leaves.len()];
+        for k in 0..n {
+            shows[self.sectors[k].1] |= values[k] != values[(k + 1) % n];
+        }
+        // Where many show, slivers may be of none of their sectors: then the one with most sides right.
+        let wrong = |k: &usize| -> (usize, usize) {
+            let differs = |x: &usize| self.sectors[*k].0[*x] != here[*x];
+            let all = 0..here.len();
+            (all.clone().filter(|x| shows[*x]).filter(differs).count(), all.filter(differs).count())
+        };
+        (0..n).min_by_key(wrong).map(|k| &self.sectors[k].0[..])
     }
 }
 
 /// Sides of leaves by their numbers.
 pub(super) type Sides<'a> = &'a dyn Fn(u32) -> bool;
 
-/// Whether inside is where leaves have these sides, with what slivers need. The last of `shared` is asked first.
-pub(super) fn inside(shared: &[Shared], of: &dyn Fn(Sides<'_>) -> bool, sides: Sides<'_>) -> bool {
-    let Some((last, others)) = shared.split_last() else { return of(sides) };
-    let here = last.leaves.map(sides);
-    if !last.is_sliver(here) {
-        return inside(others, of, sides);
+/// Sides in place of given ones that exist around each of the curves, where `of` says what is inside.
+pub(super) fn existing(shared: &[Shared], of: &dyn Fn(Sides<'_>) -> bool, sides: Sides<'_>) -> Vec<(u32, bool)> {
+    let mut changed: Vec<(u32, bool)> = Vec::new();
+    for s in shared {
+        let found = s.real(of, &|l| with(&changed, sides, l)).map(<[bool]>::to_vec);
+        for (l, side) in s.leaves.iter().zip(found.into_iter().flatten()) {
+            changed.retain(|c| c.0 != *l);
+            changed.push((*l, side));
+        }
     }
-    // The sectors in turn: across the side of the sliver on leaf 2, and on from there across leaves 0, 2, 1, 0, 2, 1.
-    let turned = |flips: [bool; 3]| {
-        let flipped = |l: u32| match last.leaves.iter().position(|x| *x == l) {
-            Some(k) => sides(l) != flips[k],
-            None => sides(l),
-        };
-        inside(others, of, &flipped)
-    };
-    let sectors = [
-        turned([false, false, true]),
-        turned([true, false, true]),
-        turned([true, false, false]),
-        turned([true, true, false]),
-        turned([false, true, false]),
-        turned([false, true, true]),
-    ];
-    const CROSSED: [usize; 6] = [0, 2, 1, 0, 2, 1];
-    let mut shows = [false; 3];
-    for (k, leaf) in CROSSED.into_iter().enumerate() {
-        shows[leaf] |= sectors[k] != sectors[(k + 1) % 6];
-    }
-    // Sides of the sliver that show, those of leaves that show nowhere else first.
-    let across = [sectors[2], sectors[4], sectors[0]];
-    let cost = |value: bool| {
-        let shown = (0..3).filter(|k| across[*k] != value);
-        shown.map(|k| if shows[k] { 1 } else { 10 }).sum::<u32>()
-    };
-    cost(true) < cost(false)
+    changed
 }
 
-/// Sides beside a leaf that exist, if those given do not on one side of it: those of another place where it bounds the same.
+/// The side of a leaf, changed or not.
+pub(super) fn with(changed: &[(u32, bool)], sides: Sides<'_>, leaf: u32) -> bool {
+    changed.iter().find(|c| c.0 == leaf).map_or_else(|| sides(leaf), |c| c.1)
+}
+
+/// Another leaf on whose other side a leaf bounds what is inside, if it does not where it is asked beside one of the curves.
 pub(super) fn beside(shared: &[Shared], of: &dyn Fn(Sides<'_>) -> bool, leaf: u32, sides: Sides<'_>) -> Option<u32> {
-    for s in shared {
-        let Some(own) = s.leaves.iter().position(|l| *l == leaf) else { continue };
-        let mut here = s.leaves.map(sides);
-        let sliver = s.is_sliver(here) || {
-            here[own] = !here[own];
-            s.is_sliver(here)
-        };
-        if !sliver {
-            continue;
-        }
-        for other in s.leaves.into_iter().filter(|l| *l != leaf) {
-            let with = |own: bool| of(&|l| if l == leaf { own } else { sides(l) != (l == other) });
-            if with(true) != with(false) {
-                return Some(other);
-            }
-        }
-    }
-    None
+    let bounds = |other: Option<u32>| {
+        let on = |own: bool| of(&|l| if l == leaf { own } else { sides(l) != (Some(l) == other) });
+        on(true) != on(false)
+    };
+    let near = shared.iter().filter(|s| s.leaves.contains(&leaf));
+    let mut others = near.flat_map(|s| s.leaves.iter().copied()).filter(|l| *l != leaf).peekable();
+    others.peek()?;
+    if bounds(None) { None } else { others.find(|l| bounds(Some(*l))) }
 }
 
 /// The curves near each point of the grid.
@@ -132,7 +146,7 @@ impl Curves {
                 for p in t.corners {
                     let known = at.entry(p).or_default();
                     if !known.iter().any(|k| k.leaves == s.leaves) {
-                        known.push(*s);
+                        known.push(s.clone());
                     }
                 }
             }
@@ -144,11 +158,13 @@ impl Curves {
         self.at.is_empty()
     }
 
-    /// Those near a tetrahedron.
-    pub(super) fn near(&self, t: &Tetrahedron) -> Vec<Shared> {
-        let mut all: Vec<Shared> = t.corners.iter().filter_map(|p| self.at.get(p)).flatten().copied().collect();
+    /// Those near a tetrahedron whose leaves are all known there.
+    pub(super) fn near(&self, t: &Tetrahedron, known: &[u32]) -> Vec<Shared> {
+        let all = t.corners.iter().filter_map(|p| self.at.get(p)).flatten();
+        let mut all: Vec<Shared> =
+            all.filter(|s| s.leaves.iter().all(|l| known.binary_search(l).is_ok())).cloned().collect();
         all.sort_unstable();
-        all.dedup_by_key(|s| s.leaves);
+        all.dedup_by(|a, b| a.leaves == b.leaves);
         all
     }
 }
