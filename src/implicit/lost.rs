@@ -8,7 +8,7 @@ use super::apex::apexes;
 use super::extract::Extracted;
 use super::leaf::Leaf;
 use super::model::Implicit;
-use super::newton::nearest;
+use super::newton::{Meeting, nearest};
 use super::octree::{BRICK, Cell, key};
 use super::tape::{Op, Pruned, Scratch, Tape};
 use crate::error::Result;
@@ -335,6 +335,13 @@ impl Look<'_> {
         // Leaves that go the same way have no point in common but by chance.
         if which.iter().any(|i| !leaves[*i as usize].vanishes(q, APART * self.scale)) {
             return None;
+        }
+        let tape = self.extracted.tape_at(self.model, q);
+        let (bricks, whole) = (&self.extracted.bricks, &self.model.tape);
+        let meeting = Meeting { tape, bricks, whole, leaves, scale: self.scale };
+        if meeting.is_crowded(which, q, 4.0 * APART * self.scale) {
+            // Sides of some do not tell those of the others that pass here.
+            return meeting.seen_nearby(which[0], q).map(|_| q);
         }
         let mut normals = [DVec3::ZERO; 3];
         for (n, leaf) in normals.iter_mut().zip(which) {

@@ -177,7 +177,7 @@ pub(crate) struct Meeting<'a> {
 impl Meeting<'_> {
     /// Like [`bounds_edge`], also where more leaves vanish than the two.
     pub(crate) fn edge(&self, i: u32, j: u32, q: DVec3) -> Option<(bool, bool)> {
-        if self.is_crowded(&[i, j], q) {
+        if self.is_crowded(&[i, j], q, CROWDED * self.scale) {
             Some((self.seen_nearby(i, q)?, self.seen_nearby(j, q)?))
         } else {
             bounds_edge(self.tape, self.leaves, i, j, q)
@@ -186,16 +186,15 @@ impl Meeting<'_> {
 
     /// Like [`bounds_corner`], also where more leaves vanish than the three.
     pub(crate) fn corner(&self, which: [u32; 3], q: DVec3) -> bool {
-        if self.is_crowded(&which, q) {
+        if self.is_crowded(&which, q, CROWDED * self.scale) {
             which.iter().all(|i| self.seen_nearby(*i, q).is_some())
         } else {
             bounds_corner(self.tape, self.leaves, which, q)
         }
     }
 
-    /// Whether leaves other than `which` pass the point, or a fillet ends there.
-    fn is_crowded(&self, which: &[u32], q: DVec3) -> bool {
-        let near = CROWDED * self.scale;
+    /// Whether leaves other than `which` pass the point nearer than `near`, or a fillet ends there.
+    pub(crate) fn is_crowded(&self, which: &[u32], q: DVec3, near: f64) -> bool {
         self.tape.ops.iter().any(|op| {
             let Op::Leaf { leaf, .. } = *op else { return false };
             let passes = || {
@@ -208,7 +207,7 @@ impl Meeting<'_> {
     }
 
     /// The side of a leaf that is inside, where the leaf bounds the solid somewhere around the point.
-    fn seen_nearby(&self, leaf: u32, q: DVec3) -> Option<bool> {
+    pub(crate) fn seen_nearby(&self, leaf: u32, q: DVec3) -> Option<bool> {
         let n = self.leaves[leaf as usize].slope(q).try_normalize()?;
         let (u, v) = n.any_orthonormal_pair();
         let step = LOOK * self.scale;
