@@ -81,8 +81,16 @@ pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run)
         let found: Vec<Vec<SurfacePoint>> = empty.chain(crossed).collect::<Result<_>>()?;
         let mut found: Vec<SurfacePoint> = found.into_iter().flatten().collect();
         let mesh = &extracted.mesh;
+        // Nodes that found no place on their leaves are not points of the surface.
+        let scale = model.bounds().diagonal();
+        let is_there = |x: &SurfacePoint| {
+            extracted.tape_at(model, x.at).ops.iter().any(|op| match op {
+                Op::Leaf { leaf, .. } => model.leaves[*leaf as usize].vanishes(x.at, APART * scale),
+                _ => false,
+            })
+        };
         let nodes = |t: usize| mesh.corners(t).map(|at| SurfacePoint { at, face: mesh.labels[t] });
-        found.extend((0..small.len()).filter(|t| small[*t]).flat_map(nodes));
+        found.extend((0..small.len()).filter(|t| small[*t]).flat_map(nodes).filter(is_there));
         // Tips get narrower than any cell.
         found.extend(apexes(model).into_iter().filter_map(|(i, at)| {
             let face =
