@@ -145,6 +145,23 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     })
 }
 
+/// The distance of each node to the surface; infinite where none is found within the mesh's diagonal.
+///
+/// It is that to a foot near the node: where the node is farther from the surface than the features there are large,
+/// the nearest point may be closer.
+///
+/// Errors: cancellation.
+pub fn node_distances(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<f64>> {
+    let reach = mesh.bounds().diagonal();
+    let one = |p: &DVec3| oracle.project(*p, reach).map_or(f64::INFINITY, |f| f.point.distance(*p));
+    run.progress("distance", 0.0);
+    let chunks: Result<Vec<Vec<f64>>> = run.install(|| {
+        let chunks = mesh.nodes.par_chunks(CHUNK);
+        chunks.map(|nodes| run.check().map(|()| nodes.iter().map(one).collect())).collect()
+    });
+    Ok(chunks?.concat())
+}
+
 /// Triangles whose normal opposes that of the surface nearest to them, ascending: [inverted](Deviation::inverted) and
 /// [across](Deviation::across).
 pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<u32>> {

@@ -1,5 +1,7 @@
 //! What pictures must show, read off their pixels.
 
+use glam::DVec3;
+
 use super::*;
 
 /// An axis-parallel box with one face per side.
@@ -119,7 +121,7 @@ fn boundaries_are_red_and_backs_are_grey() {
 #[test]
 fn touching_faces_differ_and_equal_names_agree() {
     let mesh = box_mesh();
-    let look = palette::Look::new(&mesh, ColorBy::Face);
+    let look = palette::Look::new(&mesh, &ColorBy::Face);
     let colors: Vec<_> = (0..12).step_by(2).map(|t| look.color(&mesh, t)).collect();
     for i in 0..6 {
         assert!((0..i).all(|j| colors[i] != colors[j]));
@@ -128,7 +130,7 @@ fn touching_faces_differ_and_equal_names_agree() {
     let mut turned = box_mesh();
     turned.faces.rotate_left(2);
     turned.labels.iter_mut().for_each(|l| *l = (*l + 4) % 6);
-    let look = palette::Look::new(&turned, ColorBy::Face);
+    let look = palette::Look::new(&turned, &ColorBy::Face);
     assert!((0..6).all(|i| look.color(&turned, 2 * i) == colors[i]));
 }
 
@@ -136,7 +138,7 @@ fn touching_faces_differ_and_equal_names_agree() {
 fn quality_goes_from_red_to_blue() {
     let nodes = vec![DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.75f64.sqrt(), 0.0), DVec3::new(0.5, 0.01, 0.0)];
     let mesh = TriMesh::new(nodes, vec![[0, 1, 2], [0, 1, 3], [0, 1, 1]]);
-    let look = palette::Look::new(&mesh, ColorBy::Quality);
+    let look = palette::Look::new(&mesh, &ColorBy::Angle);
     let [good, bad, worst] = [0, 1, 2].map(|t| look.color(&mesh, t));
     assert!(good[2] > good[0] && bad[0] > 2.0 * bad[2] && worst[0] > 2.0 * worst[2]);
 }
@@ -161,7 +163,7 @@ fn png_comes_back_as_it_was() {
     let info = reader.next_frame(&mut pixels).unwrap();
     assert_eq!((info.width, info.height, info.color_type), (61, 47, png::ColorType::Rgb));
     assert_eq!(pixels, p.rgb);
-    assert!(Picture { width: 3, height: 3, rgb: vec![0; 5] }.png_bytes().is_err());
+    assert!(Picture { width: 3, height: 3, rgb: vec![0; 5], alpha: None }.png_bytes().is_err());
 }
 
 #[test]
