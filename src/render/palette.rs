@@ -207,7 +207,7 @@ type Entry = (Option<Rgb>, String);
 pub(super) struct Legend {
     /// Pixels it takes from the picture's width.
     pub(super) width: usize,
-    lines: Vec<Entry>,
+    pub(super) lines: Vec<Entry>,
 }
 
 impl Legend {
