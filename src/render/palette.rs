@@ -140,7 +140,7 @@ impl<'a> Look<'a> {
             .then(|| Legend { width: longest * text_width("m") + beside, lines: entries })
     }
 
-    fn names(&self, mesh: &TriMesh, clipping: &Clipping, lines: usize, chars: usize) -> Option<Vec<Entry>> {
+    fn names(&self, mesh: &TriMesh, clipping: &Clipping, lines: usize, chars: usize) -> Option<Vec<LegendLine>> {
         let mut used = vec![false; mesh.faces.len()];
         let kept = mesh.labels.iter().enumerate().filter(|(t, _)| clipping.keeps(*t));
         kept.for_each(|(_, l)| used[*l as usize] = true);
@@ -152,7 +152,7 @@ impl<'a> Look<'a> {
         }
         let shown = if used.len() > most { most - 1 } else { used.len() };
         let entry = |f: &usize| (Some(self.faces[*f]), shortened(&mesh.faces[*f], chars));
-        let mut entries: Vec<Entry> = used[..shown].iter().map(entry).collect();
+        let mut entries: Vec<LegendLine> = used[..shown].iter().map(entry).collect();
         if shown < used.len() {
             let more = used.len() - shown;
             let text = format!("and {more} more");
@@ -161,7 +161,7 @@ impl<'a> Look<'a> {
         Some(entries)
     }
 
-    fn scale(&self, mesh: &TriMesh) -> Vec<Entry> {
+    fn scale(&self, mesh: &TriMesh) -> Vec<LegendLine> {
         let title = |text: &str| (None, text.to_string());
         match self.by {
             ColorBy::Face => Vec::new(),
@@ -201,13 +201,13 @@ fn brief(x: f64) -> String {
 }
 
 /// A color, where the text has one, and the text.
-type Entry = (Option<Rgb>, String);
+type LegendLine = (Option<Rgb>, String);
 
 /// Colored squares with a text each.
 pub(super) struct Legend {
     /// Pixels it takes from the picture's width.
     pub(super) width: usize,
-    pub(super) lines: Vec<Entry>,
+    pub(super) lines: Vec<LegendLine>,
 }
 
 impl Legend {

@@ -55,14 +55,14 @@ pub(super) struct Shot<'a> {
 }
 
 /// Red, green and blue times opacity, and opacity.
-type Sample = [f32; 4];
+type Paint = [f32; 4];
 
 /// A mesh projected to pixels (x right, y down, depth towards the camera), with everything sorted into bands.
 pub(super) struct Scene<'a> {
     mesh: &'a TriMesh,
     samples: usize,
     room: usize,
-    ground: Sample,
+    ground: Paint,
     points: Vec<Vec3>,
     /// For each clipping plane the distances of all nodes, not negative where the mesh stays.
     sides: Vec<Vec<f32>>,
@@ -163,7 +163,7 @@ impl<'a> Scene<'a> {
         for &t in &self.triangles_of_band[band] {
             self.cover(t, top, columns, rows, &mut depth, &mut owner);
         }
-        let mut color: Vec<Sample> = owner
+        let mut color: Vec<Paint> = owner
             .iter()
             .enumerate()
             .map(|(i, t)| match *t {
@@ -272,7 +272,7 @@ impl<'a> Scene<'a> {
         columns: usize,
         rows: usize,
         depth: &[f32],
-        color: &mut [Sample],
+        color: &mut [Paint],
     ) {
         let (half, ink, strength) = style(segment.line);
         let [a, b] = segment.ends;
@@ -298,7 +298,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-fn solid([r, g, b]: Rgb) -> Sample {
+fn solid([r, g, b]: Rgb) -> Paint {
     [r, g, b, 1.0]
 }
 
