@@ -221,6 +221,8 @@ fn pictures_are_drawn_as_asked() {
     assert!(far.iter().filter(red).count() > 6_000);
     assert!(drawn(&[&plain[..], &["--color", "edge"]].concat()).2.iter().filter(red).count() == 0);
     fs::remove_file(dir.path().join("out.png")).unwrap();
+    fs::write(dir.path().join("far.py"), "part(sphere(1, at=(1000, 0, 0)))\n").unwrap();
+    args(&["--color", "distance", "--against", "far.py"]).code(3).stderr(contains("same unit"));
     for (bad, said) in [
         (&["--view", "up"][..], "front, back, left, right, top, bottom"),
         (&["--view", "0,100"], "-90 to 90"),

@@ -402,5 +402,11 @@ fn node_distances(mesh: &TriMesh, part: &Path, define: &[(String, f64)], run: &R
     } else {
         pipeline::distances_to(mesh, &pipeline::load_part(part, define)?, run)
     };
-    found.map_err(|e| e.in_file(part))
+    let found = found.map_err(|e| e.in_file(part))?;
+    // A picture of one color would tell nothing.
+    if found.iter().all(|d| d.is_infinite()) {
+        let what = "its surface is nowhere near the mesh";
+        return Err(Error::input(Place::Unknown, what).with_help("are both in the same unit?").in_file(part));
+    }
+    Ok(found)
 }
