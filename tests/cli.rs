@@ -176,6 +176,72 @@ fn info_and_render_and_compare_answer() {
     assert!(fs::read(dir.path().join("b.png")).unwrap().starts_with(b"\x89PNG"));
 }
 
+/// Width, height and pixels of four bytes of a PNG file.
+fn pixels(path: &Path) -> (u32, u32, Vec<[u8; 4]>) {
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(fs::read(path).unwrap()));
+    decoder.set_transformations(png::Transformations::ALPHA);
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    (info.width, info.height, bytes.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect())
+}
+
+#[test]
+fn pictures_are_drawn_as_asked() {
+    let dir = TempDir::new().unwrap();
+    mesh_source(dir.path(), "part(sphere(1))\n", &["--size", "0.3", "-q"]).success();
+    let args = |more: &[&str]| {
+        let mut all = vec!["render", "out.off", "-o", "out.png"];
+        all.extend(more);
+        rvachev().current_dir(&dir).args(all).assert()
+    };
+    let drawn = |more: &[&str]| {
+        args(more).success();
+        pixels(&dir.path().join("out.png"))
+    };
+    // A disk and its cut half fill pi / 4 of the free square.
+    let plain = ["--view", "front", "--size", "200x100", "--edges", "none"];
+    let (width, height, disk) = drawn(&[&plain[..], &["--transparent"]].concat());
+    assert_eq!((width, height), (200, 100));
+    let opaque = |pixels: &[[u8; 4]]| pixels.iter().map(|c| f64::from(c[3]) / 255.0).sum::<f64>();
+    let full = 90.0 * 90.0 * std::f64::consts::FRAC_PI_4;
+    assert!((opaque(&disk) / full - 1.0).abs() < 0.03, "{}", opaque(&disk));
+    assert!(disk.iter().filter(|c| c[3] == 0).count() > 12_000);
+    // The half behind the middle is as wide and shows its inside, which is grey.
+    let cut = drawn(&[&plain[..], &["--transparent", "--clip", "y=0"]].concat()).2;
+    assert!((opaque(&cut) / full - 1.0).abs() < 0.03);
+    let grey = |c: &&[u8; 4]| c[3] == 255 && c[0].abs_diff(c[2]) < 20;
+    assert!(cut.iter().filter(grey).count() > 6_000 && disk.iter().filter(grey).count() == 0);
+    assert_eq!(drawn(&[&plain[..], &["--color", "angle"]].concat()), drawn(&[&plain[..], &["--quality"]].concat()));
+    // All nodes are a tenth away from a smaller ball, whichever file tells of it: the color of the largest distance.
+    fs::write(dir.path().join("small.py"), "r = 1\npart(sphere(r))\n").unwrap();
+    let far = ["--color", "distance", "--against", "small.py", "-D", "r=0.9"];
+    let far = drawn(&[&plain[..], &far[..]].concat()).2;
+    let red = |c: &&[u8; 4]| c[0] > 2 * c[1].max(c[2]);
+    assert!(far.iter().filter(red).count() > 6_000);
+    assert!(drawn(&[&plain[..], &["--color", "edge"]].concat()).2.iter().filter(red).count() == 0);
+    fs::remove_file(dir.path().join("out.png")).unwrap();
+    fs::write(dir.path().join("far.py"), "part(sphere(1, at=(1000, 0, 0)))\n").unwrap();
+    args(&["--color", "distance", "--against", "far.py"]).code(3).stderr(contains("same unit"));
+    for (bad, said) in [
+        (&["--view", "up"][..], "front, back, left, right, top, bottom"),
+        (&["--view", "0,100"], "-90 to 90"),
+        (&["--clip", "x<1"], "AXIS=POSITION"),
+        (&["--clip", "x=2"], "between x = -"),
+        (&["--color", "hue"], "face, angle, edge, distance"),
+        (&["--edges", "some"], "none, sharp, all"),
+        (&["--size", "9x9"], "16 to 16384"),
+        (&["--size", "100"], "WIDTHxHEIGHT"),
+        (&["--color", "distance"], "--against"),
+        (&["--against", "small.py"], "--color distance"),
+        (&["--color", "distance", "--against", "a.step", "-D", "r=1"], "STEP"),
+        (&["--quality", "--color", "edge"], "--color"),
+    ] {
+        args(bad).code(2).stderr(contains(said));
+        assert!(!dir.path().join("out.png").exists());
+    }
+}
+
 #[test]
 fn saying_nothing_changes_nothing() {
     // Walls so thin that the first mesh is measured and made anew.

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, SizeRequest};
+use rvachev::render::{ClipPlane, MAX_SIDE, View};
 
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
@@ -357,11 +358,75 @@ pub struct Render {
     /// Picture to write (PNG)
     #[arg(short, long, value_name = "PNG")]
     pub output: PathBuf,
-    /// Color triangles by their smallest angle instead of by face
-    #[arg(long)]
+    /// From where: iso, front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees (0,0 is the front, 90,0 the
+    /// right, 0,90 the top) [default: three quarters from the front right and above, 38,26]
+    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true)]
+    pub view: Option<View>,
+    /// Cut away one side of a plane, in the mesh's unit: x=0 keeps what is behind the plane as the view sees it, x=0,below and
+    /// x=0,above the side they name; may be given more than once
+    #[arg(long, value_name = "AXIS=POSITION[,SIDE]", value_parser = clip)]
+    pub clip: Vec<ClipPlane>,
+    /// What colors tell. face: the face; angle: the smallest angle; edge: the edges' length over the mean; distance: how far
+    /// nodes are from the surface of the part given by --against
+    #[arg(long, value_enum, value_name = "BY", default_value = "face")]
+    pub color: Coloring,
+    /// The same as --color angle
+    #[arg(long, hide = true, conflicts_with = "color")]
     pub quality: bool,
+    /// Part file or STEP file the mesh should be of, for --color distance
+    #[arg(long, value_name = "PART")]
+    pub against: Option<PathBuf>,
+    /// Override a top-level number of the part file of --against
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition, requires = "against")]
+    pub define: Vec<(String, f64)>,
+    /// Which edges are drawn. sharp: sharp ones, borders of faces and open ones; all: those of all triangles, too [default:
+    /// sharp, and those of triangles where these are large enough in the picture]
+    #[arg(long, value_enum, value_name = "WHICH")]
+    pub edges: Option<DrawnEdges>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = pixels, default_value = "1200x900")]
+    pub size: (usize, usize),
+    /// Transparent background
+    #[arg(long)]
+    pub transparent: bool,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// What the colors of a picture tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Coloring {
+    Face,
+    Angle,
+    Edge,
+    Distance,
+}
+
+/// The edges in a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DrawnEdges {
+    None,
+    Sharp,
+    All,
+}
+
+fn view(s: &str) -> Result<View, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+fn clip(s: &str) -> Result<ClipPlane, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
+}
+
+/// Width and height of a picture.
+fn pixels(s: &str) -> Result<(usize, usize), String> {
+    /// Less shows nothing.
+    const MIN_SIDE: usize = 16;
+    let side = |t: &str| t.parse::<usize>().ok().filter(|n| (MIN_SIDE..=MAX_SIDE).contains(n));
+    let sides = s.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| {
+        format!("a picture is WIDTHxHEIGHT with whole numbers of pixels from {MIN_SIDE} to {MAX_SIDE}, not {s:?}")
+    })
 }
 
 fn number(s: &str) -> Result<f64, String> {

@@ -12,7 +12,9 @@ use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
-use super::arguments::{Check, Compare, Convert, Files, Heal, How, Info, Mesh, Render, Triangles};
+use super::arguments::{
+    Check, Coloring, Compare, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Render, Triangles,
+};
 use super::console::{note, run, say, writable};
 use super::sample::function_part;
 
@@ -76,10 +78,6 @@ fn write_page(path: &Path, mesh: &TriMesh, text: &PageText, run: &Run) -> Result
 /// The title of a page: the name of the file it is of.
 fn title(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn paint(mesh: &TriMesh, run: &Run) -> Result<Picture> {
-    draw::render(mesh, &RenderOptions::default(), run)
 }
 
 fn written_as(files: &Files) -> WriteOptions {
@@ -163,7 +161,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         note("falls short", &made.report.shortfalls);
         return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
     }
-    let picture = a.png.as_ref().map(|_| paint(&made.mesh, &run)).transpose()?;
+    let picture = a.png.as_ref().map(|_| draw::render(&made.mesh, &RenderOptions::default(), &run)).transpose()?;
     let mut told = Told::default();
     if !a.output.is_empty() {
         let merged = made.merged()?;
@@ -226,7 +224,7 @@ pub fn compare(a: &Compare) -> Result<bool> {
         let (width, height) = SHEET_CELL;
         let view = View { focus: c.focus.map(|p| (p, SHEET_FOCUS * c.size)), margin: 0.0, ..View::default() };
         for row in &c.rows {
-            let color_by = ColorBy::Quality;
+            let color_by = ColorBy::Angle;
             let o = RenderOptions { width, height, view, color_by, legend: false, ..RenderOptions::default() };
             cells.push((format!("{}: {}", row.method, row.stage), draw::render(&row.mesh, &o, &run)?));
         }
@@ -356,11 +354,59 @@ pub fn convert(a: &Convert) -> Result<bool> {
 }
 
 pub fn render(a: &Render) -> Result<bool> {
+    match (a.color, &a.against) {
+        (Coloring::Distance, None) => {
+            return Err(Error::Usage("--color distance needs the part the mesh should be of: --against PART".into()));
+        }
+        (Coloring::Distance, Some(path)) if pipeline::is_step(path) && !a.define.is_empty() => {
+            return Err(Error::Usage("-D overrides numbers of part files; a STEP file has none".into()));
+        }
+        (Coloring::Distance, _) | (_, None) => {}
+        (_, Some(_)) => return Err(Error::Usage("--against is for --color distance alone".into())),
+    }
     writable(&a.output)?;
     let run = run(&a.common)?;
     let mesh = io::read(&a.mesh, &run)?;
-    let color_by = if a.quality { ColorBy::Quality } else { ColorBy::Face };
-    let picture = draw::render(&mesh, &RenderOptions { color_by, ..RenderOptions::default() }, &run)?;
-    write_picture(&a.output, &picture)?;
+    let usual = RenderOptions::default();
+    let (wireframe, sharp_angle) = match a.edges {
+        None => (usual.wireframe, usual.sharp_angle),
+        Some(DrawnEdges::None) => (Some(false), None),
+        Some(DrawnEdges::Sharp) => (Some(false), usual.sharp_angle),
+        Some(DrawnEdges::All) => (Some(true), usual.sharp_angle),
+    };
+    let color_by = match (a.color, &a.against) {
+        (Coloring::Distance, Some(part)) => ColorBy::Distance(node_distances(&mesh, part, &a.define, &run)?),
+        (Coloring::Angle, _) => ColorBy::Angle,
+        (Coloring::Edge, _) => ColorBy::Edge,
+        _ if a.quality => ColorBy::Angle,
+        _ => ColorBy::Face,
+    };
+    let options = RenderOptions {
+        width: a.size.0,
+        height: a.size.1,
+        view: a.view.unwrap_or(usual.view),
+        clips: a.clip.clone(),
+        color_by,
+        wireframe,
+        sharp_angle,
+        transparent: a.transparent,
+        ..usual
+    };
+    write_picture(&a.output, &draw::render(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?)?;
     Ok(true)
+}
+
+fn node_distances(mesh: &TriMesh, part: &Path, define: &[(String, f64)], run: &Run) -> Result<Vec<f64>> {
+    let found = if pipeline::is_step(part) {
+        pipeline::distances_to_step(mesh, pipeline::load_step(part, run)?, run)
+    } else {
+        pipeline::distances_to(mesh, &pipeline::load_part(part, define)?, run)
+    };
+    let found = found.map_err(|e| e.in_file(part))?;
+    // A picture of one color would tell nothing.
+    if found.iter().all(|d| d.is_infinite()) {
+        let what = "its surface is nowhere near the mesh";
+        return Err(Error::input(Place::Unknown, what).with_help("are both in the same unit?").in_file(part));
+    }
+    Ok(found)
 }

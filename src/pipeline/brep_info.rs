@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
 use crate::parametric::step::StepModel;
-use crate::quality::{Against, Check, Expectation, check as measured};
+use crate::quality::{self, Against, Check, Expectation, check as measured};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -204,4 +204,11 @@ pub fn against_step(mesh: &TriMesh, model: StepModel, run: &Run) -> Result<Check
     let solid = Parametric::new(model.brep, run)?;
     let oracle = Trimmed::new(&solid, run)?;
     measured(mesh, Expectation::default(), Some(Against { points: oracle.points(), ..Against::new(&oracle) }), run)
+}
+
+/// The distance of each node of a mesh to a boundary representation in the same unit, as
+/// [`node_distances`](quality::node_distances) tells it. Errors: cancellation.
+pub fn distances_to_step(mesh: &TriMesh, model: StepModel, run: &Run) -> Result<Vec<f64>> {
+    let solid = Parametric::new(model.brep, run)?;
+    quality::node_distances(mesh, &Trimmed::new(&solid, run)?, run)
 }

@@ -24,7 +24,8 @@ use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, improve};
-use crate::quality::{Against, Check, Expectation, Fault, check_tested, facing_away};
+use crate::parametric::brep::Brep;
+use crate::quality::{self, Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
@@ -471,22 +472,41 @@ pub(super) fn nothing_found(surface: Option<DVec3>, size: f64) -> Error {
 
 /// Measures a mesh file's mesh against a part; cells for the oracle follow the mesh's edges.
 pub fn against(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Check> {
-    if let Some(brep) = build(part, run)? {
-        if part.solid.is_some() {
-            let what =
-                "a mesh is measured against solids of one kind: the part has some of R-functions and some of edges";
-            return Err(Error::input(Place::Unknown, what));
-        }
+    if let Some(brep) = build_alone(part, run)? {
         return super::against_step(mesh, brep.into(), run);
     }
+    let ready = ready_for(mesh, part)?;
+    let oracle = ImplicitOracle::with_cells(&ready.model, ready.size, run)?;
+    let points = ready.extract(ready.size, &MeshOptions::default(), run)?.mesh.nodes;
+    ready.check(mesh, None, &oracle, &points, run)
+}
+
+/// The distance of each node of a mesh to a part's surface, as [`node_distances`](quality::node_distances) tells it.
+pub fn distances_to(mesh: &TriMesh, part: &Part, run: &Run) -> Result<Vec<f64>> {
+    if let Some(brep) = build_alone(part, run)? {
+        return super::distances_to_step(mesh, brep.into(), run);
+    }
+    let ready = ready_for(mesh, part)?;
+    quality::node_distances(mesh, &ImplicitOracle::with_cells(&ready.model, ready.size, run)?, run)
+}
+
+/// What is built from edges, if the part is of that kind. Errors: a part of both kinds, and those of building.
+fn build_alone(part: &Part, run: &Run) -> Result<Option<Brep>> {
+    let brep = build(part, run)?;
+    if brep.is_some() && part.solid.is_some() {
+        let what = "a mesh is measured against solids of one kind: the part has some of R-functions and some of edges";
+        return Err(Error::input(Place::Unknown, what));
+    }
+    Ok(brep)
+}
+
+/// A part with cells that follow the edges of a mesh.
+fn ready_for(mesh: &TriMesh, part: &Part) -> Result<Ready> {
     let h = mesh.mean_edge_length();
     let ready = Ready::new(part, (h > 0.0).then_some(SizeRequest::Length(h)))?;
     // a mesh may be far coarser or finer than is good for cells
     let diagonal = ready.model.bounds().diagonal();
-    let ready = Ready { size: ready.size.clamp(diagonal / 1024.0, diagonal / 32.0), ..ready };
-    let oracle = ImplicitOracle::with_cells(&ready.model, ready.size, run)?;
-    let points = ready.extract(ready.size, &MeshOptions::default(), run)?.mesh.nodes;
-    ready.check(mesh, None, &oracle, &points, run)
+    Ok(Ready { size: ready.size.clamp(diagonal / 1024.0, diagonal / 32.0), ..ready })
 }
 
 /// Every pattern of a group must fit some face, whether that has triangles or not: a misspelled one would load nothing.

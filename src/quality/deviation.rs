@@ -145,6 +145,45 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     })
 }
 
+/// For each node a distance to a point of the surface near it; infinite where none is found within the mesh's diagonal.
+///
+/// It is never smaller than the distance to the surface, and the same where the oracle's foot is the nearest point. Where
+/// the foot is missing or farther than half an edge, feet of points beside the node count as well: where leaves touch an
+/// oracle may fail at the very point and answer beside it.
+///
+/// Errors: cancellation.
+pub fn node_distances(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<f64>> {
+    /// How far from the node towards the middle of a triangle its neighbor points lie.
+    const BESIDE: [f64; 4] = [0.25, 4e-3, 6e-5, 1e-6];
+    let reach = mesh.bounds().diagonal();
+    let near = |q: DVec3, p: DVec3| oracle.project(q, reach).map_or(f64::INFINITY, |f| f.point.distance(p));
+    run.progress("distance", 0.0);
+    let chunks: Result<Vec<Vec<f64>>> = run.install(|| {
+        let chunks = mesh.nodes.par_chunks(CHUNK);
+        chunks.map(|nodes| run.check().map(|()| nodes.iter().map(|p| near(*p, *p)).collect())).collect()
+    });
+    let mut found = chunks?.concat();
+    let far = 0.5 * mesh.mean_edge_length();
+    let mut doubtful: Vec<(u32, u32)> = Vec::new();
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        doubtful.extend(corners.iter().filter(|v| !(found[**v as usize] <= far)).map(|v| (*v, t as u32)));
+    }
+    run.progress("distance", 0.5);
+    let better: Result<Vec<f64>> = run.install(|| {
+        let one = |(v, t): &(u32, u32)| {
+            run.check()?;
+            let (p, middle) = (mesh.nodes[*v as usize], mesh.centroid(*t as usize));
+            Ok(BESIDE.iter().map(|s| near(p + *s * (middle - p), p)).fold(f64::INFINITY, f64::min))
+        };
+        doubtful.par_iter().map(one).collect()
+    });
+    for ((v, _), d) in doubtful.iter().zip(better?) {
+        let best = &mut found[*v as usize];
+        *best = best.min(d);
+    }
+    Ok(found)
+}
+
 /// Triangles whose normal opposes that of the surface nearest to them, ascending: [inverted](Deviation::inverted) and
 /// [across](Deviation::across).
 pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<u32>> {

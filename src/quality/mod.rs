@@ -11,7 +11,7 @@ mod tests;
 
 pub use certificate::{Certificate, Expectation, SMALLEST_ANGLE};
 pub use check::{Against, Check, GroupSummary, check, check_tested};
-pub use deviation::{Deviation, deviation, facing_away};
+pub use deviation::{Deviation, deviation, facing_away, node_distances};
 pub use fault::Fault;
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
 pub use metrics::{Quality, Shape, quality, shape};

@@ -13,6 +13,8 @@ pub(super) enum Line {
     Sharp,
     /// Two faces meet smoothly.
     Border,
+    /// A clipping plane cuts the surface.
+    Cut,
 }
 
 /// The edges to draw, ordered by their nodes: `a < b` and what it is.

@@ -1,4 +1,4 @@
-//! A bitmap font of our own for captions: ASCII 32..=126, five dots wide, seven high, two more below for descenders.
+//! A bitmap font of our own for captions: ASCII 32..=126 and the ellipsis, five dots wide, seven high, two more below for descenders.
 
 /// Dots from one character to the next.
 pub(super) const ADVANCE: usize = 6;
@@ -16,12 +16,15 @@ const FIRST: usize = 32;
 /// The dots of a character as (column, row); characters outside the table look like `?`.
 pub(super) fn dots(c: char) -> impl Iterator<Item = (usize, usize)> {
     let known = (c as usize).checked_sub(FIRST).filter(|i| *i < GLYPHS.len());
-    let glyph = &GLYPHS[known.unwrap_or('?' as usize - FIRST)];
+    let glyph = if c == '…' { &ELLIPSIS } else { &GLYPHS[known.unwrap_or('?' as usize - FIRST)] };
     let down = if DESCENDING.contains(c) { DESCENT } else { 0 };
     glyph.iter().enumerate().flat_map(move |(row, bits)| {
         (0..WIDTH).filter(move |column| bits >> (WIDTH - 1 - column) & 1 == 1).map(move |column| (column, row + down))
     })
 }
+
+/// What stands for missing characters.
+const ELLIPSIS: [u8; 7] = [0, 0, 0, 0, 0, 0, 0x15];
 
 /// Rows from the top; the highest of five bits is the leftmost dot.
 #[rustfmt::skip]

@@ -19,26 +19,44 @@ pub struct Picture {
     pub height: usize,
     /// Red, green and blue of each pixel, row by row from the top left: `3 * width * height` bytes.
     pub rgb: Vec<u8>,
+    /// Opacity of each pixel, 0 to 255; `None`: all are opaque.
+    pub alpha: Option<Vec<u8>>,
 }
 
 impl Picture {
     pub(super) fn new(width: usize, height: usize, color: Rgb) -> Self {
-        Self { width, height, rgb: bytes_of(color).repeat(width * height) }
+        Self { width, height, rgb: bytes_of(color).repeat(width * height), alpha: None }
+    }
+
+    /// A picture of one color, or a transparent one.
+    pub(super) fn on(width: usize, height: usize, color: Option<Rgb>) -> Self {
+        let alpha = if color.is_none() { Some(vec![0; width * height]) } else { None };
+        Self { alpha, ..Self::new(width, height, color.unwrap_or([0.0; 3])) }
     }
 
     /// The picture as a PNG file.
     ///
     /// # Errors
-    /// [`Error::Failed`] when `rgb` does not hold `3 * width * height` bytes or a side is 0.
+    /// [`Error::Failed`] when `rgb` does not hold `3 * width * height` bytes, `alpha` not `width * height`, or a side is 0.
     pub fn png_bytes(&self) -> Result<Vec<u8>> {
         let failed = |e: png::EncodingError| Error::Failed(format!("cannot encode the picture as PNG: {e}"));
         let side = |n: usize| u32::try_from(n).map_err(|_| Error::Failed(format!("{n} pixels are too many for PNG")));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, side(self.width)?, side(self.height)?);
-        encoder.set_color(png::ColorType::Rgb);
+        let both = match &self.alpha {
+            Some(alpha) if self.rgb.len() != 3 * alpha.len() => {
+                return Err(Error::Failed("a picture needs an opacity for each of its pixels".into()));
+            }
+            Some(alpha) => {
+                let pixels = self.rgb.chunks_exact(3).zip(alpha);
+                Some(pixels.flat_map(|(c, a)| [c[0], c[1], c[2], *a]).collect::<Vec<u8>>())
+            }
+            None => None,
+        };
+        encoder.set_color(if both.is_some() { png::ColorType::Rgba } else { png::ColorType::Rgb });
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header().map_err(failed)?;
-        writer.write_image_data(&self.rgb).map_err(failed)?;
+        writer.write_image_data(both.as_ref().unwrap_or(&self.rgb)).map_err(failed)?;
         writer.finish().map_err(failed)?;
         Ok(bytes)
     }
@@ -48,8 +66,11 @@ impl Picture {
         let color = bytes_of(color);
         for row in y..(y + height).min(self.height) {
             for column in x..(x + width).min(self.width) {
-                let at = 3 * (row * self.width + column);
-                self.rgb[at..at + 3].copy_from_slice(&color);
+                let at = row * self.width + column;
+                self.rgb[3 * at..3 * at + 3].copy_from_slice(&color);
+                if let Some(alpha) = &mut self.alpha {
+                    alpha[at] = u8::MAX;
+                }
             }
         }
     }
@@ -78,12 +99,16 @@ pub(super) fn text_width(text: &str) -> usize {
     text.chars().count() * font::ADVANCE * TEXT_SCALE
 }
 
-/// The text shortened to at most `chars` characters, with two dots at the end where some are missing.
+/// The text shortened to at most `chars` characters, with an ellipsis in its middle where some are missing: names of
+/// faces often begin alike.
 pub(super) fn shortened(text: &str, chars: usize) -> String {
-    if text.chars().count() <= chars {
+    let long = text.chars().count();
+    if long <= chars {
         return text.to_owned();
     }
-    text.chars().take(chars.saturating_sub(2)).chain("..".chars()).collect()
+    let Some(shown) = chars.checked_sub(1) else { return String::new() };
+    let tail = shown / 2;
+    text.chars().take(shown - tail).chain(['…']).chain(text.chars().skip(long - tail)).collect()
 }
 
 /// Height of a line of text in pixels, descenders included.

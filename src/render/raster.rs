@@ -9,6 +9,7 @@ use crate::run::Run;
 use crate::spatial::Aabb;
 
 use super::RenderOptions;
+use super::clip::Clipping;
 use super::edges::{self, Line};
 use super::palette::{ALARM, BACKGROUND, INK, INSIDE, Look, Rgb, mix};
 use super::picture::Picture;
@@ -33,6 +34,7 @@ fn style(line: Line) -> (f32, Rgb, f32) {
         Line::Alarm => (1.5, ALARM, 1.0),
         Line::Sharp => (1.0, INK, 0.95),
         Line::Border => (0.6, INK, 0.6),
+        Line::Cut => (1.0, INK, 0.95),
     }
 }
 
@@ -42,12 +44,28 @@ struct Segment {
     line: Line,
 }
 
+/// What is drawn, and how.
+pub(super) struct Shot<'a> {
+    pub(super) mesh: &'a TriMesh,
+    pub(super) options: &'a RenderOptions,
+    /// Unit vectors to the right, upwards and towards the camera.
+    pub(super) axes: [DVec3; 3],
+    pub(super) clipping: &'a Clipping<'a>,
+    pub(super) look: &'a Look<'a>,
+}
+
+/// Red, green and blue times opacity, and opacity.
+type Paint = [f32; 4];
+
 /// A mesh projected to pixels (x right, y down, depth towards the camera), with everything sorted into bands.
 pub(super) struct Scene<'a> {
     mesh: &'a TriMesh,
     samples: usize,
     room: usize,
+    ground: Paint,
     points: Vec<Vec3>,
+    /// For each clipping plane the distances of all nodes, not negative where the mesh stays.
+    sides: Vec<Vec<f32>>,
     colors: Vec<Rgb>,
     segments: Vec<Segment>,
     wire: f32,
@@ -56,15 +74,11 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(
-        mesh: &'a TriMesh,
-        options: &RenderOptions,
-        axes: &[DVec3; 3],
-        room: usize,
-        look: &Look,
-        run: &Run,
-    ) -> Result<Self> {
-        let points = project(mesh, options, axes, room);
+    /// Prepares a picture whose left `room` columns show the mesh.
+    pub(super) fn new(shot: &Shot<'a>, room: usize, run: &Run) -> Result<Self> {
+        let Shot { mesh, options, axes, clipping, look } = *shot;
+        let camera = Camera::new(shot, room);
+        let points: Vec<Vec3> = mesh.nodes.par_iter().map(|p| camera.place(*p)).collect();
         run.check()?;
         // From above the camera's left shoulder, so that the three sides of a box differ.
         let light = (axes[2] + 0.45 * axes[1] - 0.35 * axes[0]).normalize();
@@ -73,8 +87,15 @@ impl<'a> Scene<'a> {
         let lines = options.sharp_angle.map_or_else(Vec::new, |angle| edges::lines(mesh, angle));
         run.check()?;
         let place = |v: u32| points[v as usize];
-        let segments: Vec<_> =
-            lines.into_iter().map(|(a, b, line)| Segment { ends: [place(a), place(b)], line }).collect();
+        let segments: Vec<_> = if clipping.is_active() {
+            let ends = |a: u32, b: u32| [mesh.nodes[a as usize], mesh.nodes[b as usize]];
+            let left = lines.into_iter().filter_map(|(a, b, line)| Some((clipping.clipped(ends(a, b))?, line)));
+            let cuts = clipping.cuts.iter().filter(|_| options.sharp_angle.is_some()).map(|ends| (*ends, Line::Cut));
+            let all = left.chain(cuts);
+            all.map(|(ends, line)| Segment { ends: ends.map(|p| camera.place(p)), line }).collect()
+        } else {
+            lines.into_iter().map(|(a, b, line)| Segment { ends: [place(a), place(b)], line }).collect()
+        };
 
         let bands = options.height.div_ceil(BAND);
         let mut triangles_of_band = vec![Vec::new(); bands];
@@ -83,7 +104,9 @@ impl<'a> Scene<'a> {
             let p = corners.map(place);
             edge_length += (0..3).map(|i| f64::from((p[i] - p[(i + 1) % 3]).truncate().length())).sum::<f64>();
             let (lo, hi) = (p[0].y.min(p[1].y).min(p[2].y), p[0].y.max(p[1].y).max(p[2].y));
-            bands_between(lo, hi, bands).for_each(|b| triangles_of_band[b].push(t as u32));
+            if clipping.keeps(t) {
+                bands_between(lo, hi, bands).for_each(|b| triangles_of_band[b].push(t as u32));
+            }
         }
         let mut segments_of_band = vec![Vec::new(); bands];
         for (i, Segment { ends: [a, b], line }) in segments.iter().enumerate() {
@@ -98,35 +121,57 @@ impl<'a> Scene<'a> {
             None => WIRE_STRENGTH * ((mean - WIRE_FROM) / (WIRE_FULL - WIRE_FROM)).clamp(0.0, 1.0),
         };
         let samples = options.samples;
-        Ok(Self { mesh, samples, room, points, colors, segments, wire, triangles_of_band, segments_of_band })
+        let ground = if options.transparent { [0.0; 4] } else { solid(BACKGROUND) };
+        let sides = clipping.sides();
+        Ok(Self {
+            mesh,
+            samples,
+            room,
+            ground,
+            points,
+            sides,
+            colors,
+            segments,
+            wire,
+            triangles_of_band,
+            segments_of_band,
+        })
     }
 
     /// Draws the scene into the left part of the picture.
     pub(super) fn draw(&self, picture: &mut Picture, run: &Run) -> Result<()> {
-        let row = 3 * picture.width;
-        let bands = picture.rgb.par_chunks_mut(row * BAND).enumerate();
-        bands.try_for_each(|(band, pixels)| {
+        let row = picture.width;
+        let bands = picture.rgb.par_chunks_mut(3 * row * BAND).enumerate();
+        let work = |band: usize, pixels: &mut [u8], alpha: &mut [u8]| {
             run.check()?;
-            self.draw_band(band, pixels, row);
+            self.draw_band(band, row, pixels, alpha);
             Ok(())
-        })
+        };
+        match &mut picture.alpha {
+            Some(alpha) => bands.zip(alpha.par_chunks_mut(row * BAND)).try_for_each(|((i, p), a)| work(i, p, a)),
+            None => bands.try_for_each(|(i, p)| work(i, p, &mut [])),
+        }
     }
 
-    fn draw_band(&self, band: usize, pixels: &mut [u8], row: usize) {
+    /// Draws rows of `row` pixels each, with their opacities where the picture has some.
+    fn draw_band(&self, band: usize, row: usize, pixels: &mut [u8], alpha: &mut [u8]) {
         let n = self.samples;
-        let (columns, rows) = (self.room * n, pixels.len() / row * n);
+        let (columns, rows) = (self.room * n, pixels.len() / (3 * row) * n);
         let top = band * BAND * n;
         let mut depth = vec![f32::NEG_INFINITY; columns * rows];
         let mut owner = vec![NOTHING; columns * rows];
         for &t in &self.triangles_of_band[band] {
             self.cover(t, top, columns, rows, &mut depth, &mut owner);
         }
-        let mut color: Vec<Rgb> = owner
+        let mut color: Vec<Paint> = owner
             .iter()
             .enumerate()
             .map(|(i, t)| match *t {
-                NOTHING => BACKGROUND,
-                t => mix(self.colors[t as usize], INK, self.wire_at(t, self.sample(i % columns, top + i / columns))),
+                NOTHING => self.ground,
+                t => {
+                    let ink = self.wire_at(t, self.sample(i % columns, top + i / columns));
+                    solid(mix(self.colors[t as usize], INK, ink))
+                }
             })
             .collect();
         // Alarms come last: nothing may cover them.
@@ -137,17 +182,24 @@ impl<'a> Scene<'a> {
                 }
             }
         }
+        let byte = |c: f32| c.round().clamp(0.0, 255.0) as u8;
         let share = 255.0 / (n * n) as f32;
-        for (y, line) in pixels.chunks_mut(row).enumerate() {
+        for (y, line) in pixels.chunks_mut(3 * row).enumerate() {
             for (x, pixel) in line.chunks_mut(3).take(self.room).enumerate() {
-                let mut sum = [0.0; 3];
+                let mut sum = [0.0; 4];
                 for sy in 0..n {
                     let start = (y * n + sy) * columns + x * n;
                     for c in &color[start..start + n] {
-                        (0..3).for_each(|k| sum[k] += c[k]);
+                        (0..4).for_each(|k| sum[k] += c[k]);
                     }
                 }
-                (0..3).for_each(|k| pixel[k] = (sum[k] * share).round().clamp(0.0, 255.0) as u8);
+                if let Some(alpha) = alpha.get_mut(y * row + x) {
+                    *alpha = byte(sum[3] * share);
+                    let whole = if sum[3] > 0.0 { 255.0 / sum[3] } else { 0.0 };
+                    (0..3).for_each(|k| pixel[k] = byte(sum[k] * whole));
+                } else {
+                    (0..3).for_each(|k| pixel[k] = byte(sum[k] * share));
+                }
             }
         }
     }
@@ -174,6 +226,12 @@ impl<'a> Scene<'a> {
         }
         let (lo, hi) = (p.min(q).min(r), p.max(q).max(r));
         let across = self.range(lo.x, hi.x, 0, columns);
+        let stays = |u: f32, v: f32, w: f32| {
+            self.sides.iter().all(|side| {
+                let [d, e, f] = self.mesh.triangles[t as usize].map(|v| side[v as usize]);
+                u * d + v * e + w * f >= 0.0
+            })
+        };
         for row in self.range(lo.y, hi.y, top, rows) {
             for column in across.clone() {
                 let s = self.sample(column, top + row);
@@ -183,7 +241,7 @@ impl<'a> Scene<'a> {
                 if u >= 0.0 && v >= 0.0 && w >= 0.0 {
                     let z = u * a.z + v * b.z + w * c.z;
                     let i = row * columns + column;
-                    if z > depth[i] {
+                    if z > depth[i] && stays(u, v, w) {
                         depth[i] = z;
                         owner[i] = t;
                     }
@@ -207,7 +265,15 @@ impl<'a> Scene<'a> {
         if near { self.wire } else { 0.0 }
     }
 
-    fn cover_line(&self, segment: &Segment, top: usize, columns: usize, rows: usize, depth: &[f32], color: &mut [Rgb]) {
+    fn cover_line(
+        &self,
+        segment: &Segment,
+        top: usize,
+        columns: usize,
+        rows: usize,
+        depth: &[f32],
+        color: &mut [Paint],
+    ) {
         let (half, ink, strength) = style(segment.line);
         let [a, b] = segment.ends;
         let (p, d) = (a.truncate(), b.truncate() - a.truncate());
@@ -225,34 +291,59 @@ impl<'a> Scene<'a> {
                 }
                 let i = row * columns + column;
                 if a.z + along * (b.z - a.z) + bias >= depth[i] {
-                    color[i] = mix(color[i], ink, strength);
+                    color[i] = mix(color[i], solid(ink), strength);
                 }
             }
         }
     }
 }
 
-/// Nodes in pixels, fitted into the room with the margin, y downwards, depth in pixels as well.
-fn project(mesh: &TriMesh, options: &RenderOptions, axes: &[DVec3; 3], room: usize) -> Vec<Vec3> {
-    // Coordinates are first brought to the order of 1, so that no difference of huge ones overflows.
-    let scale = mesh.nodes.iter().fold(f64::MIN_POSITIVE, |m, p| m.max(p.abs().max_element()));
-    let turned = |p: DVec3| DVec3::new(axes[0].dot(p / scale), -axes[1].dot(p / scale), axes[2].dot(p / scale));
-    let used = mesh.triangles.iter().flatten().map(|v| turned(mesh.nodes[*v as usize]));
-    let bounds = match options.view.focus {
-        Some((center, radius)) => {
-            let (c, r) = (turned(center), DVec3::splat(radius / scale));
-            Aabb::new(c - r, c + r)
-        }
-        None => Aabb::around(used),
-    };
-    let (width, height) = (room as f64, options.height as f64);
-    let free = 1.0 - 2.0 * options.view.margin;
-    let size = bounds.size();
-    let fit = (free * width / size.x).min(free * height / size.y);
-    // A single point has no size to fit.
-    let fit = if fit.is_finite() { fit } else { 1.0 };
-    let middle = DVec3::new(0.5 * width, 0.5 * height, 0.0);
-    mesh.nodes.par_iter().map(|p| ((turned(*p) - bounds.center()) * fit + middle).as_vec3()).collect()
+fn solid([r, g, b]: Rgb) -> Paint {
+    [r, g, b, 1.0]
+}
+
+/// Turns points to pixels: fitted into the room with the margin, y downwards, depth in pixels as well.
+struct Camera {
+    axes: [DVec3; 3],
+    scale: f64,
+    center: DVec3,
+    fit: f64,
+    middle: DVec3,
+}
+
+impl Camera {
+    fn new(shot: &Shot, room: usize) -> Self {
+        let Shot { mesh, options, axes, clipping, .. } = *shot;
+        // Coordinates are first brought to the order of 1, so that no difference of huge ones overflows.
+        let scale = mesh.nodes.iter().fold(f64::MIN_POSITIVE, |m, p| m.max(p.abs().max_element()));
+        let mut camera = Self { axes, scale, center: DVec3::ZERO, fit: 1.0, middle: DVec3::ZERO };
+        let bounds = match options.view.focus {
+            Some((center, radius)) => {
+                let (c, r) = (camera.turned(center), DVec3::splat(radius / scale));
+                Aabb::new(c - r, c + r)
+            }
+            None if clipping.is_active() => Aabb::around(clipping.ends().into_iter().map(|p| camera.turned(p))),
+            None => Aabb::around(mesh.triangles.iter().flatten().map(|v| camera.turned(mesh.nodes[*v as usize]))),
+        };
+        let (width, height) = (room as f64, options.height as f64);
+        let free = 1.0 - 2.0 * options.view.margin;
+        let size = bounds.size();
+        let fit = (free * width / size.x).min(free * height / size.y);
+        // A single point has no size to fit.
+        camera.fit = if fit.is_finite() { fit } else { 1.0 };
+        camera.center = bounds.center();
+        camera.middle = DVec3::new(0.5 * width, 0.5 * height, 0.0);
+        camera
+    }
+
+    fn turned(&self, p: DVec3) -> DVec3 {
+        let p = p / self.scale;
+        DVec3::new(self.axes[0].dot(p), -self.axes[1].dot(p), self.axes[2].dot(p))
+    }
+
+    fn place(&self, p: DVec3) -> Vec3 {
+        ((self.turned(p) - self.center) * self.fit + self.middle).as_vec3()
+    }
 }
 
 fn shade(mesh: &TriMesh, t: usize, look: &Look, light: DVec3, towards: DVec3) -> Rgb {
