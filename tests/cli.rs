@@ -217,7 +217,7 @@ fn pictures_are_drawn_as_asked() {
     fs::write(dir.path().join("small.py"), "r = 1\npart(sphere(r))\n").unwrap();
     let far = ["--color", "distance", "--against", "small.py", "-D", "r=0.9"];
     let far = drawn(&[&plain[..], &far[..]].concat()).2;
-    let red = |c: &&[u8; 4]| c[0] > 2 * c[1].max(c[2]);
+    let red = |c: &&[u8; 4]| u16::from(c[0]) > 2 * u16::from(c[1].max(c[2]));
     assert!(far.iter().filter(red).count() > 6_000);
     assert!(drawn(&[&plain[..], &["--color", "edge"]].concat()).2.iter().filter(red).count() == 0);
     fs::remove_file(dir.path().join("out.png")).unwrap();

@@ -89,6 +89,37 @@ fn jumps_and_seams_of_formulas_are_exact_edges() {
 }
 
 #[test]
+fn faces_with_one_curve_in_common_have_their_edge_there() {
+    let waves = "solid(z <= .3 + .4*abs(x % 1 - .5))";
+    let steps = "solid(z <= (.2*x if x + .3*y < .4 else .5*x - .3*(.4 - .3*y)))";
+    // A wave of ramps whose ends fall on the walls, turned; a plane that goes on as another; a countersink whose rim is that of half
+    // a wider bore. Where ramps meet, a divider passes the edge, and on the countersink's rim three faces do.
+    for (text, volume, corners) in [
+        (format!("part((box(size=(4, 4, 2)) & {waves}).rotate(33, axis=(1, 2, 3)).scale(2))"), 179.2, 22),
+        (format!("part((box(size=(2, 2, 2)) & {steps}).rotate(20, axis=(3, 1, 2)))"), 4.117, 10),
+        (
+            "bore = cylinder(.6) | cylinder(1) & half_space((-1, 0, 0))\n\
+             part(box(lo=(-2, -2, -1), hi=(2, 2, 0)) - bore - cone(.4, 1.2, .8, at=(0, 0, -.2)))"
+                .to_string(),
+            16.0 - PI * (0.5 + 0.18 + 0.176 / 3.0),
+            16,
+        ),
+    ] {
+        let part = rvachev::implicit::part::parse(&text, &[]).unwrap();
+        for size in [0.1, 0.17] {
+            let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+            let report = mesh_part(&part, &options, &Run::new()).unwrap().report;
+            assert!(report.shortfalls.is_empty(), "{text}: {:?}", report.shortfalls);
+            let c = report.check.unwrap();
+            let f = c.features.unwrap();
+            assert!(c.certificate.is_sound() && f.recall > 0.99 && f.precision > 0.99, "{text}: {f:?}");
+            assert_eq!((f.corners_found, f.corners_true), (corners, corners), "{text}");
+            assert!((c.volume.unwrap() / volume - 1.0).abs() < 2e-3, "{text}: {} {volume}", c.volume.unwrap());
+        }
+    }
+}
+
+#[test]
 fn coincident_faces_are_one_face_or_none() {
     let (a, b) = (cuboid([0.0; 3], [1.0; 3]), cuboid([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
     // Two boxes that share a wall, the same box twice, and a hole exactly as deep as the plate.

@@ -1,10 +1,11 @@
 //! Creases inside black boxes: closures, and formulas that do not fall into leaves. The leaf method knows nothing of them and
 //! cuts them off; the default sequence of operators, which sees only the surface, finds them.
 
+use super::attempts::{CELLS, Ladder};
 use super::history::{Attempt, Clock, Tried};
-use super::leaf::ByLeaf;
+use super::leaf::{ByLeaf, by_leaf};
 use super::mesh::{MeshOptions, Method, Ready};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::implicit::{ImplicitOracle, creased};
 use crate::optimize::improve;
 use crate::run::Run;
@@ -13,20 +14,62 @@ use crate::run::Run;
 /// method's: of what they recover nothing is left, of bends tighter than the cells about as much as before.
 const RECOVERED: f64 = 0.5;
 
-/// The part by the operators, where a mesh of the leaf method cuts creases off and theirs does not.
-pub(super) fn hidden_creases(
+/// The arrangement of the leaves, where a cut mesh cuts creases off and it does not: a faint edge between two leaves of one face is
+/// no border to the cut.
+fn arranged_instead(
     ready: &Ready,
-    by_leaf: &ByLeaf,
+    cut: &ByLeaf,
+    cut_off: usize,
     options: &MeshOptions,
     run: &Run,
 ) -> Result<Option<ByLeaf>> {
-    if by_leaf.proved && !ready.model.has_black_boxes() {
+    if cut.arranged || options.method != Method::Leaf || ready.model.has_black_boxes() {
         return Ok(None);
     }
-    let oracle = ImplicitOracle::new(&ready.model, &by_leaf.extracted);
-    let cut_off = creased(&by_leaf.mesh, &oracle, run).len();
-    if cut_off == 0 || !by_leaf.method.is_exact() {
+    let alone = MeshOptions { method: Method::Complex, ..options.clone() };
+    let ladder = Ladder { cells: &CELLS[..1], arrange: true };
+    let made = match by_leaf(ready, &alone, &ladder, run, None) {
+        Ok(made) => made,
+        Err(Error::Cancelled) => return Err(Error::Cancelled),
+        // It cannot be had: there are other ways.
+        Err(_) => return Ok(None),
+    };
+    let left = if made.proved {
+        0
+    } else {
+        creased(&made.mesh, &ImplicitOracle::new(&ready.model, &made.extracted), run).len()
+    };
+    let sound = made.arranged && made.intersecting == Some(0) && made.shortfalls.is_empty();
+    if !sound || left as f64 > RECOVERED * cut_off as f64 {
         return Ok(None);
+    }
+    let mut attempts = given_up(cut, cut_off);
+    attempts.extend(made.attempts.iter().cloned());
+    Ok(Some(ByLeaf { attempts, method: cut.method, ..made }))
+}
+
+/// The attempts at a mesh that is given up for the creases it cuts off.
+fn given_up(made: &ByLeaf, cut_off: usize) -> Vec<Attempt> {
+    let mut attempts = made.attempts.clone();
+    for a in attempts.iter_mut().filter(|a| a.kept) {
+        a.kept = false;
+        a.why = format!("{cut_off} triangles cut off creases inside a closure or formula");
+    }
+    attempts
+}
+
+/// The part by the leaves' arrangement or by the operators, where a mesh of the leaf method cuts creases off and theirs does not.
+pub(super) fn hidden_creases(ready: &Ready, made: &ByLeaf, options: &MeshOptions, run: &Run) -> Result<Option<ByLeaf>> {
+    if made.proved && !ready.model.has_black_boxes() {
+        return Ok(None);
+    }
+    let oracle = ImplicitOracle::new(&ready.model, &made.extracted);
+    let cut_off = creased(&made.mesh, &oracle, run).len();
+    if cut_off == 0 || !made.method.is_exact() {
+        return Ok(None);
+    }
+    if let Some(other) = arranged_instead(ready, made, cut_off, options, run)? {
+        return Ok(Some(other));
     }
     let mut clock = Clock::new(options.timed);
     let extracted = ready.extract(ready.size, options, run)?;
@@ -38,12 +81,8 @@ pub(super) fn hidden_creases(
     if !sound || left as f64 > RECOVERED * cut_off as f64 {
         return Ok(None);
     }
-    let mut attempts = by_leaf.attempts.clone();
-    for a in attempts.iter_mut().filter(|a| a.kept) {
-        a.kept = false;
-        a.why = format!("{cut_off} triangles cut off creases inside a closure or formula");
-    }
+    let mut attempts = given_up(made, cut_off);
     attempts.push(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), 0, &mut clock).kept());
-    let made = ByLeaf::by_other(mesh, extracted, ready.size, Method::Operators, Vec::new());
-    Ok(Some(ByLeaf { attempts, ..made }))
+    let other = ByLeaf::by_other(mesh, extracted, ready.size, Method::Operators, Vec::new());
+    Ok(Some(ByLeaf { attempts, ..other }))
 }
