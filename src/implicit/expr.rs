@@ -25,7 +25,7 @@ pub enum Unary {
     Tan,
     /// The angle less whole turns, from -pi to pi, radians: what `atan2(sin(a), cos(a))` is.
     Wrap,
-    /// The angle less whole turns up to [`SWING`], and from there back to 0 at half a turn: without a jump, radians.
+    /// The angle less whole turns up to 5/6 pi either way, and from there back to 0 at half a turn: without a jump, radians.
     Swing,
     /// Inverse sine in radians; NaN outside of -1 to 1.
     Asin,
