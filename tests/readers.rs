@@ -12,7 +12,7 @@ use rvachev::pipeline::{self, MeshOptions, Meshed, SizeRequest};
 use rvachev::{DVec3, Run};
 use tempfile::TempDir;
 
-/// A cube from -1 to 1 with three bores of radius 0.5 that do not meet, along x, y and z.
+/// A cube from -1 to 1 with three bores of radius 0.3 that do not meet, along x, y and z.
 const CUBE: &str = "\
 # a cube with holes
 _x var-x
@@ -125,6 +125,17 @@ fn a_tree_keeps_round_things_round_and_names_faces() {
     // The mirrored one lies on the other side of x = -20.
     let least = m.mesh.nodes.iter().fold(f64::INFINITY, |least, p| least.min(p.x));
     assert!((least + 30.0).abs() < 1e-9, "{least}");
+}
+
+#[test]
+fn a_nut_has_six_sides_and_a_round_bore() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/nut.csg");
+    let m = meshed(&pipeline::load_part(&path, &[]).unwrap(), 0.015);
+    // A hexagon whose corners are 9 away, with a bore of 5 that a cone of 6 to 5 widens at the top.
+    let hexagon = 1.5 * 3f64.sqrt() * 81.0;
+    right(&m, 8.0 * (hexagon - 25.0 * PI) - (frustum(5.0, 6.0, 1.0) - 25.0 * PI), 1e-3);
+    assert_eq!(m.report.check.as_ref().unwrap().features.as_ref().unwrap().corners_found, 12);
+    assert!(names(&m).contains(&"prism1.side5") && names(&m).contains(&"cone1.side"));
 }
 
 /// One primitive under a matrix.

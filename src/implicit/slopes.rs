@@ -244,6 +244,7 @@ mod tests {
                 + un(Unary::Sinh, y.clone() * 2.0) * un(Unary::Cosh, z.clone() - x.clone()),
             un(Unary::Asin, x.clone() * 0.5) - un(Unary::Acos, y.clone() * z.clone() * 0.4),
             bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
+            un(Unary::Swing, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Swing, z.clone() * 7.0),
             bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
             un(Unary::Log, bi(Binary::Pow, x + 2.0, y + 0.5)) - bi(Binary::Pow, z, Expr::constant(3.0)),
         ];
@@ -266,6 +267,12 @@ mod tests {
                 for _ in 0..30 {
                     let p = cell.lo + (cell.hi - cell.lo) * (v(1.0) + 0.5);
                     let d = leaf.gradient(p);
+                    let (value, slack) = (bounds.value, 1e-12 * (1.0 + d.v.abs()));
+                    assert!(
+                        d.v.is_nan() || (value.lo - slack <= d.v && d.v <= value.hi + slack),
+                        "{leaf:?} {cell:?} {p} {} {value:?}",
+                        d.v
+                    );
                     for k in 0..3 {
                         let i = bounds.gradient[k];
                         let slack = 1e-12 * (1.0 + d.g[k].abs());

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::expr::Unary;
+use super::expr::{Binary, Unary};
 use super::leaf::Leaf;
 use super::lower::lower;
 use super::tape::{Pruned, Scratch};
@@ -233,6 +233,11 @@ fn bounds_are_found_or_asked_for() {
     let e = Expr::constant(1.0) - (Expr::x() * Expr::x() + Expr::y() * Expr::y() + Expr::z() * Expr::z());
     let b = Implicit::new(&Solid::formula(e), RSystem::R0, None).unwrap().bounds();
     assert!(b.contains(DVec3::X) && b.contains(-DVec3::X) && b.diagonal() < 2.3 * 3f64.sqrt(), "{b:?}");
+    // Powers that are not whole need a base that is shown not to be negative.
+    let power = |e: Expr, k: f64| Expr::binary(Binary::Pow, Expr::unary(Unary::Abs, e) / k, Expr::constant(2.5));
+    let superell = Expr::constant(1.0) - power(Expr::x(), 3.0) - power(Expr::y(), 2.0) - power(Expr::z(), 1.0);
+    let b = Implicit::new(&Solid::formula(superell), RSystem::R0, None).unwrap().bounds();
+    assert!(b.contains(DVec3::X * 3.0) && b.contains(DVec3::Z) && b.diagonal() < 1.2 * 56f64.sqrt(), "{b:?}");
     // Beside a solid whose formula, in its own frame, hides that it ends.
     let turned = Solid::cuboid(v(-1.0, -2.0, -1.0), DVec3::ONE).placed(generic_rotation());
     let egg: Solid = Primitive::Ellipsoid { radii: v(0.4, 0.6, 0.7), at: DVec3::ZERO }.into();

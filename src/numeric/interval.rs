@@ -409,6 +409,19 @@ mod tests {
     }
 
     #[test]
+    fn bounds_that_are_zero_stay_so_and_powers_of_lengths_are_bounded() {
+        let a = Interval::new(-1.0, 6.0).abs();
+        let three = Interval::point(3.0);
+        for r in [a * three, three * a, a / three, a.scale(0.3), -a.scale(-0.3), a + a, a * a, -(a * -three)] {
+            assert!(r.lo == 0.0 && r.pow(Interval::point(2.5)).lo == 0.0, "{r:?}");
+        }
+        let r = (a / three).pow(Interval::point(2.5));
+        assert!(r.contains(2f64.powf(2.5)) && r.hi < 5.66, "{r:?}");
+        let far = Interval::new(3.0, f64::INFINITY).abs() / three;
+        assert!(far.pow(Interval::point(2.5)).lo > 0.99);
+    }
+
+    #[test]
     fn half_infinite_boxes_bound_a_paraboloid() {
         let x = Interval::new(3.0, f64::INFINITY);
         let y = Interval::ALL;

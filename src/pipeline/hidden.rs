@@ -23,7 +23,9 @@ fn arranged_instead(
     options: &MeshOptions,
     run: &Run,
 ) -> Result<Option<ByLeaf>> {
-    if cut.arranged || options.method != Method::Leaf || ready.model.has_black_boxes() {
+    // One was made already, and was no better.
+    let tried = cut.attempts.iter().any(|a| a.rung == Tried::Arrange);
+    if tried || options.method != Method::Leaf || ready.model.has_black_boxes() {
         return Ok(None);
     }
     let alone = MeshOptions { method: Method::Complex, ..options.clone() };
