@@ -12,7 +12,8 @@ use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::implicit::{
-    Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, can_arrange, drop_splinters, surface_points, trimmed,
+    CellGrid, Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, can_arrange, drop_splinters, surface_points,
+    trimmed,
 };
 use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
@@ -24,7 +25,7 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// The grid of an arrangement has cells of so many sizes: it is smaller where it must be, and the remesher makes triangles of the
 /// size wanted in flat places.
-const ARRANGED: f64 = 2.0;
+pub(super) const ARRANGED: f64 = 2.0;
 /// With fewer triangles other ways cost a second or two: they are tried before an arrangement is healed. The rings of
 /// `tests/leaf.rs` that cross in points of many faces come out clean by cutting.
 const CHEAP: usize = 20_000;
@@ -162,12 +163,13 @@ impl Scout {
         if !can_arrange(&ready.model) {
             return Ok(None);
         }
-        let made = match arranged(&ready.model, ARRANGED * self.cell, options.memory, run) {
-            Ok(made) => made,
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // Too many cells, or too much in one: there are other ways.
-            Err(_) => return Ok(None),
-        };
+        let made =
+            match arranged(&ready.model, &CellGrid { size: ARRANGED * self.cell, block: None }, options.memory, run) {
+                Ok(made) => made,
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                // Too many cells, or too much in one: there are other ways.
+                Err(_) => return Ok(None),
+            };
         if made.made.mesh.triangles.is_empty() {
             return Ok(None);
         }

@@ -20,6 +20,12 @@ impl Key {
         self.points.iter().filter(|p| **p != u64::MAX).map(|p| Point(*p))
     }
 
+    /// What tells it from all others on faces of tetrahedra.
+    pub(super) fn packed(&self) -> [u64; 4] {
+        let [a, b, c, _] = self.points;
+        [a, b, c, u64::from(self.leaves[0]) << 32 | u64::from(self.leaves[1])]
+    }
+
     /// The leaves.
     pub(super) fn on(&self) -> Vec<u32> {
         self.leaves.iter().copied().filter(|l| *l != NONE).collect()
@@ -205,10 +211,21 @@ fn sides(triangles: &[Triangle]) -> Vec<([u32; 2], u32)> {
     all
 }
 
-/// Whether every edge has as many triangles one way as the other.
-pub(super) fn is_closed(triangles: &[Triangle]) -> bool {
-    let balanced = |edge: &[([u32; 2], u32)]| 2 * edge.iter().filter(|e| forward(triangles, e.1)).count() == edge.len();
+/// Whether every edge has as many triangles one way as the other; where there is an end, an edge there has one.
+pub(super) fn is_closed(triangles: &[Triangle], ends: bool) -> bool {
+    let balanced = |edge: &[([u32; 2], u32)]| {
+        2 * edge.iter().filter(|e| forward(triangles, e.1)).count() == edge.len() || (ends && edge.len() == 1)
+    };
     sides(triangles).chunk_by(|x, y| x.0 == y.0).all(balanced)
+}
+
+/// The nodes of edges with one triangle, ascending.
+pub(super) fn at_ends(triangles: &[Triangle]) -> Vec<u32> {
+    let all = sides(triangles);
+    let mut nodes: Vec<u32> = all.chunk_by(|x, y| x.0 == y.0).filter(|e| e.len() == 1).flat_map(|e| e[0].0).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
 }
 
 /// Halves edges of more than two triangles: where both ends lie in one part of the inside, its copies could not be told from

@@ -62,6 +62,47 @@ pub(super) struct Tetrahedron {
     pub(super) corners: [Point; 4],
 }
 
+/// Some of a grid: its largest cells from `lo` up to `hi`, by number along each axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct GridBlock {
+    pub(crate) lo: [u32; 3],
+    pub(crate) hi: [u32; 3],
+}
+
+impl GridBlock {
+    /// In smallest cubes, grown by `by` largest cells.
+    fn cubes(&self, deeper: u8, by: i64) -> [[i64; 3]; 2] {
+        let scaled = |c: u32, d: i64| (i64::from(c) + d) << deeper;
+        [self.lo.map(|c| scaled(c, -by)), self.hi.map(|c| scaled(c, by))]
+    }
+}
+
+/// How many of the largest cells beside a block are made as if there were no block: cells there have the neighbors they have in
+/// the whole grid. Halving for the sake of neighbors goes no farther than the sum of smaller and smaller cells, which is two.
+const HALO: i64 = 4;
+
+/// The largest cells along each axis that a grid has which holds a box.
+pub(crate) fn cells_along(bounds: &Aabb, size: f64) -> [u32; 3] {
+    (bounds.size() / size).to_array().map(|n| (n + MARGIN).ceil() as u32)
+}
+
+/// The lower corner of a grid's cells, and so that of cell `[0, 0, 0]`.
+pub(crate) fn origin(bounds: &Aabb, size: f64) -> DVec3 {
+    bounds.lo - SHIFT * size
+}
+
+impl Tetrahedron {
+    /// Whether it belongs to a block: each belongs to one of those that fill the grid.
+    pub(super) fn is_in(&self, block: &GridBlock, deeper: u8) -> bool {
+        let [lo, hi] = block.cubes(deeper, 0);
+        (0..3).all(|k| {
+            // Four corners, in halves of cubes.
+            let sum: i64 = self.corners.iter().map(|p| p.coordinates()[k] as i64).sum();
+            (8 * lo[k]..8 * hi[k]).contains(&sum)
+        })
+    }
+}
+
 /// What a grid is wanted for.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
@@ -73,6 +114,8 @@ pub(super) struct Wanted<'a> {
     pub(super) deeper: u8,
     /// How many cells there may be.
     pub(super) most: usize,
+    /// What is wanted of it, if not all.
+    pub(super) block: Option<GridBlock>,
 }
 
 /// Cubes within cubes.
@@ -81,6 +124,8 @@ pub(super) struct Octree {
     /// Side of the smallest cube.
     pub(super) unit: f64,
     pub(super) cubes: Vec<Cube>,
+    /// The corners of what is made at all, in smallest cubes.
+    near: Option<[[i64; 3]; 2]>,
 }
 
 impl Octree {
@@ -102,7 +147,7 @@ impl Octree {
         simple: &(dyn Fn(&Tape, &Aabb) -> bool + Sync),
         run: &Run,
     ) -> Result<Self> {
-        let Wanted { leaves, tape, bounds, size, deeper, most } = *wanted;
+        let Wanted { leaves, tape, bounds, size, deeper, most, block } = *wanted;
         let longest = bounds.size().max_element() + MARGIN * size;
         let levels = (longest / size).log2().ceil().max(0.0);
         if !(levels + f64::from(deeper) < f64::from(BITS - 1)) {
@@ -112,7 +157,8 @@ impl Octree {
         let (tape, wide) = (Some(tape.clone()), Some(tape.clone()));
         let root = Cube { at: [0; 3], level, children: NONE, tape, wide };
         let unit = size / f64::from(1u32 << deeper);
-        let mut tree = Octree { origin: bounds.lo - SHIFT * size, unit, cubes: vec![root] };
+        let near = block.map(|b| b.cubes(deeper, HALO));
+        let mut tree = Octree { origin: origin(&bounds, size), unit, cubes: vec![root], near };
         let mut layer = vec![0u32];
         while !layer.is_empty() {
             run.check()?;
@@ -132,6 +178,12 @@ impl Octree {
         Ok(tree)
     }
 
+    /// Whether a cube is made at all.
+    fn is_near(&self, at: [u32; 3], level: u8) -> bool {
+        let Some([lo, hi]) = self.near else { return true };
+        (0..3).all(|k| i64::from(at[k]) < hi[k] && i64::from(at[k]) + (1 << level) > lo[k])
+    }
+
     /// Gives cubes children; the numbers of these.
     fn split(&mut self, leaves: &[Leaf], which: &[u32]) -> Vec<u32> {
         let made: Vec<[Cube; 8]> = which
@@ -141,6 +193,9 @@ impl Octree {
                 let level = c.level - 1;
                 std::array::from_fn(|k| {
                     let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
+                    if !self.is_near(at, level) {
+                        return Cube { at, level, children: NONE, tape: None, wide: None };
+                    }
                     let own = self.bounds(at, level);
                     let mut pruned = |t: &Option<Arc<Tape>>, b: &Aabb| {
                         let t = t.as_ref()?;
@@ -229,6 +284,13 @@ impl Octree {
     pub(super) fn held(&self, i: u32) -> bool {
         let c = &self.cubes[i as usize];
         c.children == NONE && c.tape.is_some()
+    }
+
+    /// Whether a cell is within a largest cell of a block.
+    pub(super) fn is_beside(&self, i: u32, block: &GridBlock, deeper: u8) -> bool {
+        let [lo, hi] = block.cubes(deeper, 1);
+        let c = &self.cubes[i as usize];
+        (0..3).all(|k| i64::from(c.at[k]) < hi[k] && i64::from(c.at[k]) + (1 << c.level) > lo[k])
     }
 
     fn is_leaf(&self, i: u32) -> bool {
@@ -324,7 +386,8 @@ impl Octree {
             if volume(&corners) < 0 {
                 corners.swap(2, 3);
             }
-            let owner = if (q.level, j) < (p.level, i) { j } else { i };
+            // By place, not by number: in a block of the grid it is the same.
+            let owner = if (q.level, q.at) < (p.level, p.at) { j } else { i };
             out.push(Tetrahedron { owner, corners: corners.map(Point::new) });
         }
     }

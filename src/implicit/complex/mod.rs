@@ -37,8 +37,9 @@ use super::trim::Trimmed;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use assemble::{Key, Skin, divided, is_closed, parted};
+use assemble::{Key, Skin, at_ends, divided, is_closed, parted};
 use cell::{Boolean, Crossed};
+pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
@@ -68,6 +69,20 @@ pub(crate) struct Arranged {
     pub(crate) unproved: Vec<(DVec3, Unproved)>,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
     pub(crate) astray: Vec<u32>,
+    /// Nodes where a block ends, ascending, and by what they are known to the blocks beside it.
+    pub(crate) ends: Vec<(u32, EndKey)>,
+}
+
+/// What a node where blocks meet is to all of them: three points of the grid, and two leaves by their numbers.
+pub(crate) type EndKey = [u64; 4];
+
+/// A grid to arrange leaves on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CellGrid {
+    /// The side of its largest cells.
+    pub(crate) size: f64,
+    /// What is wanted of it, if not all.
+    pub(crate) block: Option<GridBlock>,
 }
 
 /// Whether all leaves are functions that the arrangement may interpolate: fillets end, and jump there.
@@ -75,21 +90,26 @@ pub(crate) fn can_arrange(model: &Implicit) -> bool {
     !model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)))
 }
 
-/// The boundary of a solid on a grid of cells of about `size`, smaller where that shows more.
+/// The boundary of a solid on a grid of cells of about a size, smaller where that shows more.
+///
+/// Of a block of the grid it is what all of the grid would give in its tetrahedra, node by node and bit by bit where it ends, but
+/// for what moves nodes around triangles that are turned over: those where it ends do not move.
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
-pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> Result<Arranged> {
+pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run) -> Result<Arranged> {
+    let CellGrid { size, block } = *grid;
     run.install(|| {
         let (leaves, scale) = (&model.leaves[..], model.bounds().diagonal());
         let most = (memory / BYTES_PER_CELL) as usize;
-        let wanted = Wanted { leaves, tape: &model.tape, bounds: model.bounds(), size, deeper: DEEPER, most };
+        let wanted = Wanted { leaves, tape: &model.tape, bounds: model.bounds(), size, deeper: DEEPER, most, block };
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,
             &|t, b| judged(t, &Asked { leaves, cell: *b, scale, briefly: true }).unproved.is_none(),
             run,
         )?;
-        let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(|i| tree.held(*i)).collect();
+        let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, DEEPER));
+        let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
         let known: Vec<Judged> = held
             .par_iter()
@@ -103,11 +123,14 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
         let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared)).collect();
         let mut tetrahedra = tree.tetrahedra();
         let curves = Curves::new(&tetrahedra, &with_curves);
+        if let Some(block) = &block {
+            tetrahedra.retain(|t| t.is_in(block, DEEPER));
+        }
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
         let mut all = skin(leaves, &tree, &curves, &groups, run)?;
-        if !curves.is_empty() && !is_closed(&all.triangles) {
+        if !curves.is_empty() && !is_closed(&all.triangles, block.is_some()) {
             // Some sliver goes on where its curve was not seen.
             all = skin(leaves, &tree, &Curves::default(), &groups, run)?;
         }
@@ -118,7 +141,9 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
         let on: Vec<Vec<u32>> = copies.iter().map(|c| keys[*c as usize].on()).collect();
         let reach: Vec<f64> = copies.iter().map(|c| extent(&tree, &keys[*c as usize])).collect();
         let places = copies.iter().map(|c| places[*c as usize]).collect();
-        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale };
+        let stay = if block.is_some() { at_ends(&triangles) } else { Vec::new() };
+        let ends = stay.iter().map(|v| (*v, keys[copies[*v as usize] as usize].packed())).collect();
+        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay };
         let astray = nodes.settle();
         nodes.untangle(&triangles, run)?;
         let faces = triangles.iter().map(|t| t.face).collect();
@@ -135,6 +160,7 @@ pub(crate) fn arranged(model: &Implicit, size: f64, memory: u64, run: &Run) -> R
             cells: held.len(),
             unproved,
             astray,
+            ends,
         })
     })
 }

@@ -26,6 +26,8 @@ pub(super) struct Nodes<'a> {
     pub(super) leaves: &'a [Leaf],
     /// The size of the part.
     pub(super) scale: f64,
+    /// Nodes that others know, ascending: they do not move for the sake of triangles.
+    pub(super) stay: &'a [u32],
 }
 
 impl Nodes<'_> {
@@ -85,7 +87,7 @@ impl Nodes<'_> {
 
     fn relax(&mut self, v: u32, around: &[u32], triangles: &[Triangle]) {
         let which = &self.on[v as usize];
-        if which.len() > 2 {
+        if which.len() > 2 || self.stay.binary_search(&v).is_ok() {
             return;
         }
         // The middle of the neighbors that lie on all that it lies on.

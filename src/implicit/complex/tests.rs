@@ -166,7 +166,7 @@ fn signs_are_exact_and_ties_are_those_of_shifted_leaves() {
 
 fn made(solid: &Solid, size: f64) -> Arranged {
     let model = Implicit::new(solid, RSystem::R0, Some(Aabb::new(DVec3::splat(-3.0), DVec3::splat(3.0)))).unwrap();
-    arranged(&model, size, 1 << 32, &Run::new()).unwrap()
+    arranged(&model, &CellGrid { size, block: None }, 1 << 32, &Run::new()).unwrap()
 }
 
 fn sound(a: &Arranged) {
@@ -275,4 +275,56 @@ fn three_leaves_that_share_a_circle_bound_what_any_of_the_six_sectors_around_it_
             assert_eq!(circle == 0, count == 3, "{first} {count}: {circle}");
         }
     }
+}
+
+/// Triangles by the places of their nodes, and where blocks end.
+fn placed(a: &Arranged) -> Vec<[[u64; 3]; 3]> {
+    let bits = |v: u32| a.made.mesh.nodes[v as usize].to_array().map(f64::to_bits);
+    a.made.mesh.triangles.iter().map(|t| t.map(bits)).collect()
+}
+
+#[test]
+fn blocks_of_a_grid_give_what_the_whole_grid_gives() {
+    // Corners, creases on all kinds of walls, two branches with one value where they switch, a pin far thinner than the cells.
+    let hole = |axis| Solid::cylinder(0.4, axis, DVec3::ZERO, None);
+    let cube = Solid::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0));
+    let pin = Solid::cylinder(0.02, DVec3::Z, DVec3::new(0.7, 0.7, 0.0), Some(1.4));
+    let solid = (cube - hole(DVec3::X) - hole(DVec3::new(0.3, 0.2, 1.0)) - Solid::sphere(0.6, DVec3::ONE)) | pin;
+    let model = Implicit::new(&solid, RSystem::R0, None).unwrap();
+    let size = 0.21;
+    let whole = arranged(&model, &CellGrid { size, block: None }, 1 << 32, &Run::new()).unwrap();
+    let cells = cells_along(&model.bounds(), size);
+    let mut all: Vec<[[u64; 3]; 3]> = Vec::new();
+    let mut known: FxHashMap<EndKey, [u64; 3]> = FxHashMap::default();
+    let mut seen: FxHashMap<EndKey, usize> = FxHashMap::default();
+    for k in 0..12u32 {
+        let n = [2, 3, 2];
+        let at = [k % 2, k / 2 % 3, k / 6];
+        let bound = |d: u32| std::array::from_fn(|i| cells[i] * (at[i] + d) / n[i]);
+        let block = Some(GridBlock { lo: bound(0), hi: bound(1) });
+        let some = arranged(&model, &CellGrid { size, block }, 1 << 32, &Run::new()).unwrap();
+        all.extend(placed(&some));
+        let mut here: Vec<EndKey> = some.ends.iter().map(|e| e.1).collect();
+        for (v, key) in &some.ends {
+            let bits = some.made.mesh.nodes[*v as usize].to_array().map(f64::to_bits);
+            assert_eq!(*known.entry(*key).or_insert(bits), bits);
+        }
+        here.sort_unstable();
+        here.dedup();
+        here.into_iter().for_each(|k| *seen.entry(k).or_default() += 1);
+    }
+    // Nodes where blocks meet are in two of them or more.
+    assert!(seen.len() > 100 && seen.values().all(|n| *n > 1));
+    // The triangles are the same but for nodes that were moved around folded ones.
+    let mut expected = placed(&whole);
+    let same = |t: &mut [[u64; 3]; 3]| {
+        let first = (0..3).min_by_key(|k| t[*k]).unwrap();
+        t.rotate_left(first);
+    };
+    all.iter_mut().chain(&mut expected).for_each(same);
+    all.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(all.len(), expected.len());
+    let common = all.iter().filter(|t| expected.binary_search(t).is_ok()).count();
+    assert!(100 * common >= 97 * all.len(), "{common} of {}", all.len());
 }
