@@ -37,6 +37,12 @@ pub enum Command {
     Convert(Convert),
     /// Draw a mesh
     Render(Render),
+    /// Plan a mesh made brick by brick, by several processes or machines
+    Plan(super::bricks::Plan),
+    /// Make bricks of a plan
+    Brick(super::bricks::Brick),
+    /// Merge the bricks of a plan to one mesh
+    Merge(super::bricks::Merge),
 }
 
 /// What all commands that work have in common.
@@ -133,6 +139,9 @@ pub struct Mesh {
     /// found by normals, smoothing, flips; mc: marching cubes alone
     #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
     pub method: Method,
+    /// Mesh brick by brick, so many along x, y and z, as 4x4x2: for meshes that memory does not hold while they are made
+    #[arg(long, value_name = "XxYxZ", value_parser = super::bricks::bricks)]
+    pub bricks: Option<[u32; 3]>,
     #[command(flatten)]
     pub files: Files,
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
@@ -183,6 +192,7 @@ impl ViewPage {
             how: self.how,
             triangles: self.triangles,
             method: self.method,
+            bricks: None,
             files: Files { groups: Grouping::default(), msh_version: "4.1".into() },
             force: true,
             report: None,

@@ -27,7 +27,7 @@ const SHEET_CELL: (usize, usize) = (420, 360);
 /// The radius of what a picture of a comparison shows, in cells: near enough to see single triangles.
 const SHEET_FOCUS: f64 = 9.0;
 
-fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
+pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
     MeshOptions {
         size: how.size,
         method,
@@ -59,7 +59,7 @@ fn to_json(value: &impl Serialize) -> Result<String> {
     serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))
 }
 
-fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     write_bytes(path, format!("{}\n", to_json(value)?).as_bytes())
 }
 
@@ -80,20 +80,20 @@ fn title(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn written_as(files: &Files) -> WriteOptions {
+pub(super) fn written_as(files: &Files) -> WriteOptions {
     WriteOptions { groups: files.groups, old_msh: files.msh_version == "2.2", ..WriteOptions::default() }
 }
 
 /// What is to be told of files that were written.
 #[derive(Default)]
-struct Told {
-    warnings: Vec<String>,
-    shortfalls: Vec<String>,
+pub(super) struct Told {
+    pub(super) warnings: Vec<String>,
+    pub(super) shortfalls: Vec<String>,
 }
 
 /// Writes the files, and beside each that names sets of triangles a list of the names, one list for files of one
 /// stem.
-fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Told> {
+pub(super) fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Told> {
     let mut told = Told::default();
     let mut lists: BTreeMap<PathBuf, Vec<Renamed>> = BTreeMap::new();
     for path in paths {
@@ -127,6 +127,9 @@ fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &WriteOptions, 
 }
 
 pub fn mesh(a: &Mesh) -> Result<bool> {
+    if let Some(n) = a.bricks {
+        return super::bricks::mesh(a, n);
+    }
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.report.iter().chain(&a.png).chain(&a.html).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;

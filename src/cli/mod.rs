@@ -1,6 +1,7 @@
 //! Command line: arguments, exit codes, messages.
 
 mod arguments;
+mod bricks;
 mod commands;
 mod console;
 mod sample;
@@ -34,6 +35,9 @@ pub fn main() -> ExitCode {
         Command::Grid(a) => sample::grid(&a),
         Command::Convert(a) => commands::convert(&a),
         Command::Render(a) => commands::render(&a),
+        Command::Plan(a) => bricks::plan(&a),
+        Command::Brick(a) => bricks::brick(&a),
+        Command::Merge(a) => bricks::merge(&a),
     };
     match result {
         Ok(good) => ExitCode::from(u8::from(!good)),

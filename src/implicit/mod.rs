@@ -56,6 +56,7 @@ pub use grid::GridField;
 pub(crate) use lost::{SurfacePoint, surface_points};
 pub use lower::FaceInfo;
 pub use model::Implicit;
+pub(crate) use octree::undecided_in;
 pub use oracle::ImplicitOracle;
 pub use rfunction::RSystem;
 pub use sample::{Samples, Sampling, evaluate};

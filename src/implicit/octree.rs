@@ -102,7 +102,12 @@ impl Bricks {
 
     /// Descends from the whole grid to bricks. Refuses when the mesh would not fit into `memory` bytes.
     pub(crate) fn build(model: &Implicit, h: f64, memory: u64, run: &Run) -> Result<Self> {
-        let grid = Grid::around(&model.bounds(), h)?;
+        Self::build_within(model, &model.bounds(), h, memory, run)
+    }
+
+    /// The same of a grid around a box.
+    pub(crate) fn build_within(model: &Implicit, bounds: &Aabb, h: f64, memory: u64, run: &Run) -> Result<Self> {
+        let grid = Grid::around(bounds, h)?;
         let longest = grid.bricks.iter().copied().max().unwrap_or(1);
         let levels = longest.next_power_of_two().trailing_zeros();
         let mut cells = vec![Cell { at: [0; 3], tape: model.tape.clone() }];
@@ -178,6 +183,12 @@ impl Bricks {
             None => whole,
         }
     }
+}
+
+/// The centers of those of a grid's bricks, of cells of size `h`, that may hold some of the surface.
+pub(crate) fn undecided_in(model: &Implicit, h: f64, memory: u64, run: &Run) -> Result<Vec<DVec3>> {
+    let bricks = Bricks::build(model, h, memory, run)?;
+    Ok(bricks.cells.iter().map(|c| bricks.grid.cell(c.at, 1).center()).collect())
 }
 
 fn bytes(n: u64) -> String {

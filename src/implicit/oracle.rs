@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::apex::apexes;
 use super::extract::Extracted;
 use super::leaf::Leaf;
 use super::model::Implicit;
@@ -12,6 +13,7 @@ use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::numeric::Bracket;
 use crate::run::Run;
+use crate::spatial::Aabb;
 
 /// Steps a line is sampled with on each side when the straight guess fails.
 const LINE_STEPS: usize = 8;
@@ -32,6 +34,8 @@ pub struct ImplicitOracle<'a> {
     model: &'a Implicit,
     bricks: Bricks,
     scale: f64,
+    /// The apexes that count, if not all do.
+    apexes: Option<Vec<(u32, DVec3)>>,
 }
 
 /// The best surface point so far.
@@ -50,13 +54,31 @@ impl<'a> ImplicitOracle<'a> {
     pub fn new(model: &'a Implicit, extracted: &Extracted) -> Self {
         let mut bricks = extracted.bricks.clone();
         bricks.add(&extracted.undecided);
-        Self { model, bricks, scale: model.bounds().diagonal() }
+        Self { model, bricks, scale: model.bounds().diagonal(), apexes: None }
+    }
+
+    /// An oracle of what lies in a box: it has cells there only, and only the apexes that `is_mine` says.
+    pub(crate) fn within(
+        model: &'a Implicit,
+        size: f64,
+        bounds: Aabb,
+        is_mine: &dyn Fn(DVec3) -> bool,
+        run: &Run,
+    ) -> Result<Self> {
+        let bricks = Bricks::build_within(model, &bounds, size, u64::MAX, run)?;
+        let apexes = apexes(model).into_iter().filter(|a| is_mine(a.1)).collect();
+        Ok(Self { model, bricks, scale: model.bounds().diagonal(), apexes: Some(apexes) })
+    }
+
+    /// The apexes that count, with their leaves.
+    pub(super) fn own_apexes(&self) -> Vec<(u32, DVec3)> {
+        self.apexes.clone().unwrap_or_else(|| apexes(self.model))
     }
 
     /// An oracle with cells of its own, of about the given size.
     pub fn with_cells(model: &'a Implicit, size: f64, run: &Run) -> Result<Self> {
         let bricks = Bricks::build(model, size, u64::MAX, run)?;
-        Ok(Self { model, bricks, scale: model.bounds().diagonal() })
+        Ok(Self { model, bricks, scale: model.bounds().diagonal(), apexes: None })
     }
 
     pub(super) fn tape(&self, p: DVec3) -> &Tape {
@@ -71,10 +93,6 @@ impl<'a> ImplicitOracle<'a> {
     pub(super) fn meeting(&self, q: DVec3) -> Meeting<'_> {
         let (whole, leaves) = (&self.model.tape, self.leaves());
         Meeting { tape: self.tape(q), bricks: &self.bricks, whole, leaves, scale: self.scale }
-    }
-
-    pub(super) fn model(&self) -> &Implicit {
-        self.model
     }
 
     pub(super) fn scale(&self) -> f64 {

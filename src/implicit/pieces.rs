@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::apex::apexes;
 use super::leaf::Leaf;
 use super::newton::{bounds_solid, leaves_of, nearest};
 use super::oracle::ImplicitOracle;
@@ -51,7 +50,7 @@ impl Pieces for ImplicitOracle<'_> {
     }
 
     fn apexes(&self) -> Vec<(u32, DVec3)> {
-        apexes(self.model())
+        self.own_apexes()
     }
 
     fn face_at(&self, piece: u32, p: DVec3) -> Option<u32> {

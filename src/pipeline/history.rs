@@ -37,7 +37,7 @@ pub enum Tried {
 const NAMED: usize = 20;
 
 /// What intervals showed of the arrangement of a part's leaves.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Proof {
     /// Cells of the grid that hold some of the surface.
     pub cells: usize,
@@ -64,6 +64,15 @@ impl Proof {
         let place = |(at, reason): &(DVec3, Unproved)| UnprovedPlace { at: at.to_array(), reason: *reason };
         let places = unproved.iter().take(NAMED).map(place).collect();
         Self { cells: *cells, unproved: unproved.len(), places, astray: astray.len() }
+    }
+
+    /// Adds what was shown in another block of the grid.
+    pub(super) fn add(&mut self, other: Self) {
+        self.cells += other.cells;
+        self.unproved += other.unproved;
+        self.astray += other.astray;
+        self.places.extend(other.places);
+        self.places.truncate(NAMED);
     }
 }
 

@@ -33,7 +33,8 @@ pub(super) fn put_apexes(
     for (piece, apex) in surface.apexes() {
         let tip = Tip { piece, apex, surface, cell };
         let own = |v: &u32| {
-            sets[*v as usize] == PieceSet::one(piece) && !mesh.is_pinned(*v) && tip.is_free(mesh, of_triangle, *v)
+            let free = !mesh.is_pinned(*v) && !mesh.is_boundary(*v);
+            free && sets[*v as usize] == PieceSet::one(piece) && tip.is_free(mesh, of_triangle, *v)
         };
         let away = |v: &u32| mesh.point(*v).distance_squared(apex);
         let nearest = mesh.nodes().filter(own).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));

@@ -405,6 +405,27 @@ pub fn patch_pieces(
     Ok((Patchwork::new(edit, sets, patches.into()), CutReport::default()))
 }
 
+/// The same of a mesh beyond whose open edges the surface goes on, in others that have the same nodes there. These are no border
+/// between pieces, and stay as they are.
+///
+/// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
+pub fn patch_open_pieces(
+    mesh: &TriMesh,
+    on: &[Vec<u32>],
+    faces: &[u32],
+    surface: &dyn Pieces,
+    cell: f64,
+) -> Result<Patchwork> {
+    let (mut work, _) = patch_pieces(mesh, on, faces, surface, cell)?;
+    work.goes_on = true;
+    for h in 0..3 * work.mesh.triangle_capacity() as u32 {
+        if work.mesh.is_triangle(h / 3) && work.mesh.opposite(h) == NONE {
+            work.mesh.set_sharp(h, false);
+        }
+    }
+    Ok(work)
+}
+
 /// Connected regions of triangles on one piece and of one face, where there are `faces`; labels of the triangles become their numbers, and edges between regions
 /// are marked sharp.
 fn patches(mesh: &mut EditMesh, of_triangle: &[u32], faces: &[u32], surface: &dyn Pieces) -> Vec<Patch> {

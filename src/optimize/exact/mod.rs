@@ -24,7 +24,7 @@ mod scatter;
 mod strips;
 mod tips;
 
-pub use cut::{CutReport, Raw, cut_pieces, patch_pieces};
+pub use cut::{CutReport, Raw, cut_pieces, patch_open_pieces, patch_pieces};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 
 use glam::DVec3;
@@ -80,6 +80,15 @@ const LEAST: f64 = 1.0 / 16.0;
 
 /// A mesh and the triangles of it that intersect others.
 type Tested = (TriMesh, Vec<u32>);
+
+/// What a mesh lies on.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Laid {
+    /// The piece of each triangle.
+    pub pieces: Vec<u32>,
+    /// The pieces of each node, ascending.
+    pub on: Vec<Vec<u32>>,
+}
 
 /// Sees the mesh after a stage, with the stage's name.
 pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + Send + 'a;
@@ -197,7 +206,7 @@ pub fn remesh_cut(
     }
     let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    run.install(|| remesh(names, r, true, report, observer))
+    Ok(run.install(|| remesh(names, r, true, report, observer))?.0)
 }
 
 /// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
@@ -214,7 +223,28 @@ pub fn remesh_patchwork(
 ) -> Result<ExactMesh> {
     check_options(options)?;
     let r = Remesher::new(work, surface, options, run)?;
-    run.install(|| remesh(names, r, false, ExactReport::default(), observer))
+    Ok(run.install(|| remesh(names, r, false, ExactReport::default(), observer))?.0)
+}
+
+/// Remeshes some of a surface, made by [`patch_open_pieces`]; `names` lends the names of faces.
+///
+/// Guarantees and errors are those of [`remesh_pieces`]; nodes at open edges stay, with these edges.
+pub fn remesh_open(
+    work: Patchwork,
+    names: &TriMesh,
+    surface: &dyn Pieces,
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<(ExactMesh, Laid)> {
+    check_options(options)?;
+    let r = Remesher::new(work, surface, options, run)?;
+    let (made, r) = run.install(|| remesh(names, r, true, ExactReport::default(), None))?;
+    let m = &r.work.mesh;
+    let laid = Laid {
+        pieces: m.triangles().map(|t| r.work.patches[m.label(t) as usize].piece).collect(),
+        on: m.nodes().map(|v| r.work.sets[v as usize].as_slice().to_vec()).collect(),
+    };
+    Ok((made, laid))
 }
 
 fn check_options(options: &ExactOptions) -> Result<()> {
@@ -225,13 +255,13 @@ fn check_options(options: &ExactOptions) -> Result<()> {
     Ok(())
 }
 
-fn remesh(
+fn remesh<'a>(
     mesh: &TriMesh,
-    mut r: Remesher<'_>,
+    mut r: Remesher<'a>,
     narrow: bool,
     mut report: ExactReport,
     observer: Option<&mut Observer<'_>>,
-) -> Result<ExactMesh> {
+) -> Result<(ExactMesh, Remesher<'a>)> {
     let (options, run) = (r.options, r.run);
     let spaced = r.work.spaced;
     r.merge_doubles();
@@ -328,7 +358,7 @@ fn remesh(
         report.slim = slim.map(|t| Aabb::around(m.corner_points(t))).collect();
     }
     let (seams, corners) = topology(&out, &r);
-    Ok(ExactMesh { mesh: out, seams, corners, report })
+    Ok((ExactMesh { mesh: out, seams, corners, report }, r))
 }
 
 /// Puts the nodes of borders that cutting left anywhere where they belong.

@@ -213,6 +213,7 @@ impl Remesher<'_> {
                 frozen: Vec::new(),
                 filling: self.work.filling,
                 raw: false,
+                goes_on: false,
             },
         };
         (r, part.nodes)
@@ -289,7 +290,8 @@ impl Remesher<'_> {
                 // Both ends of a cut may lie on a border, too.
                 let [a, b] = ends.map(|v| part.nodes[v as usize]);
                 let m = &self.work.mesh;
-                let cut = m.edge_between(a, b).is_some_and(|h| m.opposite(h) != NONE && !m.is_sharp(h));
+                let open = self.work.goes_on;
+                let cut = m.edge_between(a, b).is_some_and(|h| (open || m.opposite(h) != NONE) && !m.is_sharp(h));
                 if !cut {
                     borders.push(ends.map(|v| number[v as usize]));
                 }

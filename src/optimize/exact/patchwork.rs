@@ -120,6 +120,8 @@ pub struct Patchwork {
     pub filling: Filling,
     /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
     pub raw: bool,
+    /// Whether the surface goes on beyond open edges, in other meshes that know the nodes there: these stay, and are no border.
+    pub goes_on: bool,
 }
 
 impl Patchwork {
@@ -136,6 +138,7 @@ impl Patchwork {
             by_angles: false,
             filling: Filling::default(),
             raw: false,
+            goes_on: false,
         }
     }
 }

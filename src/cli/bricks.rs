@@ -1,0 +1,202 @@
+//! Meshes brick by brick: plan, bricks, merge, and all of it at once.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rvachev::io;
+use rvachev::pipeline::{self, BrickPlan, Meshed, Method, ROUNDS, Share};
+use rvachev::{Error, Result};
+
+use super::arguments::{Common, Files, How, Mesh, PartFile};
+use super::commands::{options, write_json, write_meshes, written_as};
+use super::console::{note, run, say, writable};
+
+#[derive(Debug, Args)]
+pub struct Plan {
+    #[command(flatten)]
+    pub part: PartFile,
+    /// How many bricks along x, y and z, as 4x4x2; fewer where they would be narrower than 16 cells
+    #[arg(long, value_name = "XxYxZ", value_parser = bricks)]
+    pub bricks: [u32; 3],
+    /// Folder for the plan and the pieces
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub how: How,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Brick {
+    /// Folder of the plan
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Which bricks: the Kth of N shares, from 1. What is there already is not made again
+    #[arg(long, value_name = "K/N", default_value = "1/1", value_parser = share)]
+    pub share: Share,
+    /// Which of the three rounds; each needs the one before [default: all, for one share of all]
+    #[arg(long, value_name = "ROUND", value_parser = clap::value_parser!(u32).range(1..=ROUNDS as i64))]
+    pub round: Option<u32>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Debug, Args)]
+pub struct Merge {
+    /// Folder of the plan and its pieces
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Mesh file to write; the ending tells the format; may be given more than once
+    #[arg(short, long, required = true, value_name = "MESH")]
+    pub output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub files: Files,
+    /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
+    #[arg(long)]
+    pub force: bool,
+    /// Write the report here (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Three numbers with an x between them.
+pub fn bricks(s: &str) -> std::result::Result<[u32; 3], String> {
+    let numbers: Vec<u32> =
+        s.split('x').filter_map(|n| n.trim().parse().ok()).filter(|n| (1..=1024).contains(n)).collect();
+    match numbers[..] {
+        [a, b, c] if s.split('x').count() == 3 => Ok([a, b, c]),
+        _ => Err(format!("{s:?} is not three numbers from 1 to 1024 such as 4x4x2")),
+    }
+}
+
+fn share(s: &str) -> std::result::Result<Share, String> {
+    let (k, n) = s.split_once('/').ok_or_else(|| format!("{s:?} is not K/N"))?;
+    let number = |x: &str| x.trim().parse::<u32>().map_err(|_| format!("{s:?} is not K/N"));
+    let share = Share { number: number(k)?, of: number(n)? };
+    if share.number >= 1 && share.number <= share.of { Ok(share) } else { Err(format!("there is no share {s}")) }
+}
+
+pub fn plan(a: &Plan) -> Result<bool> {
+    let run = run(&a.common)?;
+    let plan = plan_of(&a.part, &a.how, a.bricks, &run)?;
+    plan.save(&a.output)?;
+    drop(run);
+    if !a.common.quiet {
+        let [x, y, z] = plan.bricks();
+        let [first, second, third] = plan.rounds();
+        say(&format!("{x} x {y} x {z} bricks of {first}, {second} and {third} in the three rounds"));
+        let folder = a.output.display();
+        say("on one machine:");
+        say(&format!("  rvachev brick {folder} && rvachev merge {folder} -o part.vtu"));
+        say("with SLURM, 64 shares:");
+        let array = |round: u32, after: &str| {
+            format!(
+                "  R{round}=$(sbatch --parsable --array=1-64{after} --wrap='rvachev brick {folder} --round {round} --share $SLURM_ARRAY_TASK_ID/64')"
+            )
+        };
+        say(&array(1, ""));
+        say(&array(2, " --dependency=afterok:$R1"));
+        say(&array(3, " --dependency=afterok:$R2"));
+        say(&format!(
+            "  sbatch --dependency=afterok:$R3 --wrap='rvachev merge {folder} -o part.vtu --report part.json'"
+        ));
+    }
+    Ok(true)
+}
+
+fn plan_of(part: &PartFile, how: &How, bricks: [u32; 3], run: &rvachev::Run) -> Result<BrickPlan> {
+    if pipeline::is_step(&part.part) || pipeline::is_mesh(&part.part) {
+        let what = format!("bricks are for solids of R-functions, {} is none", part.part.display());
+        return Err(Error::Usage(what));
+    }
+    BrickPlan::new(&part.part, &part.define, &options(how, Method::default(), false), bricks, run)
+}
+
+pub fn brick(a: &Brick) -> Result<bool> {
+    let run = run(&a.common)?;
+    let plan = BrickPlan::load(&a.folder)?;
+    if a.round.is_none() && a.share != Share::ALL {
+        return Err(Error::Usage(
+            "a share is of one round: give --round 1, 2 or 3, each when all shares of the one before are done".into(),
+        ));
+    }
+    let made = pipeline::make_bricks(&plan, &a.folder, a.share, a.round.map(|r| r as usize - 1), &run)?;
+    drop(run);
+    if !a.common.quiet {
+        say(&format!("{made} pieces made"));
+    }
+    Ok(true)
+}
+
+pub fn merge(a: &Merge) -> Result<bool> {
+    io::check_all_writable(&a.output, &written_as(&a.files))?;
+    a.report.iter().try_for_each(|p| writable(p))?;
+    let run = run(&a.common)?;
+    let plan = BrickPlan::load(&a.folder)?;
+    let made = pipeline::merge_bricks(&plan, &a.folder, &run)?;
+    let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
+    finish(&made, &to, &a.common, run)
+}
+
+/// `mesh --bricks`: the pieces lie beside the first output while it takes.
+pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
+    if a.png.is_some() || a.html.is_some() || a.method != Method::default() {
+        return Err(Error::Usage("--bricks goes with mesh files and --report only, and has no other --method".into()));
+    }
+    let run = run(&a.common)?;
+    let plan = plan_of(&a.part, &a.how, bricks, &run)?;
+    let mut folder = a.output[0].clone().into_os_string();
+    folder.push(format!(".{}-bricks", std::process::id()));
+    let folder = Folder(PathBuf::from(folder));
+    plan.save(&folder.0)?;
+    let made = pipeline::mesh_in_bricks(&plan, &folder.0, &run)?;
+    let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
+    finish(&made, &to, &a.common, run)
+}
+
+/// A folder that goes when it is no longer needed.
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // A folder that refuses to go harms nobody.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What is written of a merged mesh.
+struct Outputs<'a> {
+    meshes: &'a [PathBuf],
+    files: &'a Files,
+    report: Option<&'a Path>,
+    force: bool,
+}
+
+fn finish(made: &Meshed, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -> Result<bool> {
+    if let Some(path) = to.report {
+        write_json(path, &made.report)?;
+    }
+    if !to.force
+        && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
+        && !c.is_sound()
+    {
+        drop(run);
+        note("falls short", &made.report.shortfalls);
+        return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
+    }
+    let told = write_meshes(to.meshes, &made.mesh, &written_as(to.files), &run)?;
+    drop(run);
+    if !common.quiet {
+        if let Some(check) = &made.report.check {
+            say(&check.to_string());
+        }
+        note("warning", &made.report.warnings);
+        note("warning", &told.warnings);
+    }
+    note("falls short", &made.report.shortfalls);
+    note("falls short", &told.shortfalls);
+    Ok(made.report.shortfalls.is_empty() && told.shortfalls.is_empty())
+}

@@ -1,0 +1,219 @@
+//! The plan: all that a brick is a function of.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::super::attempts::ARRANGED;
+use super::super::load::parse_part;
+use super::super::mesh::{MeshOptions, Ready};
+use super::blocks::Blocks;
+use crate::error::{Error, Place, Result};
+use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::{can_arrange, cells_along, origin, undecided_in};
+use crate::io::write_atomic;
+use crate::run::Run;
+
+/// The file a plan is kept in.
+const PLAN: &str = "plan.json";
+
+/// The version of the layout of a plan and of pieces. It grows when either changes.
+const LAYOUT: u32 = 1;
+
+/// A brick is no narrower than this many cells: what is handed from round to round reaches some edges from a wall, and an edge
+/// may be as long as a cell.
+const NARROWEST: u32 = 16;
+
+/// What of the options of a mesh a plan knows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanOptions {
+    /// Wanted edge length, in the part's unit.
+    pub size: f64,
+    /// See [`MeshOptions::angle`].
+    pub angle: Option<f64>,
+    /// See [`MeshOptions::tolerance`].
+    pub tolerance: Option<f64>,
+    /// See [`MeshOptions::grading`].
+    pub grading: Option<f64>,
+    /// See [`MeshOptions::least`].
+    pub least: Option<f64>,
+    /// See [`MeshOptions::memory`]; for each brick.
+    pub memory: u64,
+}
+
+/// What every brick of a mesh is a function of: the part's text, what is wanted, one grid, and how it is cut.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BrickPlan {
+    /// The version of this layout.
+    layout: u32,
+    /// The version of the program that made it: no other may work on it.
+    version: String,
+    /// The name of the part's file; its ending tells the language.
+    name: PathBuf,
+    /// The part's text, so that a change of the file changes nothing here.
+    text: String,
+    /// Numbers that override the text's.
+    overrides: Vec<(String, f64)>,
+    /// What is wanted.
+    pub options: PlanOptions,
+    /// The corner of the first cell of the grid.
+    origin: [f64; 3],
+    /// The side of a cell.
+    cell: f64,
+    /// Cells along each axis.
+    cells: [u32; 3],
+    /// Bricks along each axis.
+    bricks: [u32; 3],
+    /// For each brick of the first round how many regions of 8 by 8 by 8 cells may hold some of the surface: what it costs, about.
+    pub costs: Vec<u32>,
+}
+
+impl BrickPlan {
+    /// A plan for the part in a file, with so many bricks along each axis at most.
+    ///
+    /// Errors: those of reading the part; a part that is not one solid of R-functions without rounded edges (`blend`); options
+    /// that bricks do not heed.
+    pub fn new(
+        path: &Path,
+        overrides: &[(String, f64)],
+        options: &MeshOptions,
+        bricks: [u32; 3],
+        run: &Run,
+    ) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io("read", path, e))?;
+        let name = PathBuf::from(path.file_name().unwrap_or_default());
+        let part = parse_part(path, &text, overrides)?;
+        Self::of(Source { part: &part, name, text, overrides: overrides.to_vec() }, options, bricks, run)
+            .map_err(|e| e.in_file(path))
+    }
+
+    fn of(source: Source<'_>, options: &MeshOptions, bricks: [u32; 3], run: &Run) -> Result<Self> {
+        let Source { part, name, text, overrides } = source;
+        if !options.refinements.is_empty() || options.thickness.is_some() || options.trim.is_some() {
+            return Err(Error::Usage("bricks heed no --refine, --thickness and --trim".into()));
+        }
+        let ready = ready_of(part, options.size)?;
+        let cell = ARRANGED * ready.size;
+        let bounds = ready.model.bounds();
+        let cells = cells_along(&bounds, cell);
+        let bricks = std::array::from_fn(|k| bricks[k].clamp(1, (cells[k] / NARROWEST).max(1)));
+        let blocks = Blocks { origin: origin(&bounds, cell), cell, cells, bricks };
+        let regions = undecided_in(&ready.model, cell, options.memory, run)?;
+        let mut costs = vec![0; blocks.count(0) as usize];
+        regions.into_iter().for_each(|p| costs[blocks.holding(0, p) as usize] += 1);
+        let MeshOptions { angle, tolerance, grading, memory, .. } = *options;
+        let least = options.least.or(part.mesh.least);
+        Ok(Self {
+            layout: LAYOUT,
+            version: env!("CARGO_PKG_VERSION").into(),
+            name,
+            text,
+            overrides,
+            options: PlanOptions { size: ready.size, angle, tolerance, grading, least, memory },
+            origin: blocks.origin.to_array(),
+            cell,
+            cells,
+            bricks,
+            costs,
+        })
+    }
+
+    /// How many bricks each round has: of the plain grid, shifted by half, and by a quarter.
+    pub fn rounds(&self) -> [u32; super::ROUNDS] {
+        std::array::from_fn(|r| self.blocks().count(r))
+    }
+
+    /// Bricks along each axis in the first round.
+    pub fn bricks(&self) -> [u32; 3] {
+        self.bricks
+    }
+
+    /// What tells this plan from all others: its digest by SHA-256.
+    pub fn digest(&self) -> [u8; 32] {
+        Sha256::digest(serde_json::to_vec(self).unwrap_or_default()).into()
+    }
+
+    /// Writes the plan into a folder, which is made if it is missing. Another plan there is an error: its pieces would not fit.
+    pub fn save(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+        let path = folder.join(PLAN);
+        if path.exists() && Self::load(folder)? != *self {
+            return Err(Error::Usage(format!("{} holds another plan: choose another folder", folder.display())));
+        }
+        let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))?;
+        write_atomic(&path, |out| out.write_all(text.as_bytes()).map_err(|e| Error::io("write", &path, e)))
+    }
+
+    /// Reads the plan of a folder.
+    ///
+    /// Errors: no such file, damage, a plan of another version of this program.
+    pub fn load(folder: &Path) -> Result<Self> {
+        let path = folder.join(PLAN);
+        let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
+        let bad = |what: String| Error::input(Place::Unknown, what).in_file(&path);
+        let plan: Self = serde_json::from_slice(&bytes).map_err(|e| bad(format!("this is no plan: {e}")))?;
+        let version = env!("CARGO_PKG_VERSION");
+        if plan.layout != LAYOUT || plan.version != version {
+            return Err(bad(format!("a plan of version {}, this is {version}: make it anew", plan.version)));
+        }
+        let sizes = plan.cells.iter().zip(&plan.bricks).all(|(c, b)| *b >= 1 && *c >= *b && *c < 1 << 20);
+        if !sizes || plan.costs.len() != plan.blocks().count(0) as usize || !(plan.cell > 0.0) {
+            return Err(bad("the numbers of bricks and cells do not fit together".into()));
+        }
+        Ok(plan)
+    }
+
+    pub(super) fn blocks(&self) -> Blocks {
+        let Self { cell, cells, bricks, .. } = *self;
+        Blocks { origin: DVec3::from_array(self.origin), cell, cells, bricks }
+    }
+
+    pub(super) fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    pub(super) fn part(&self) -> Result<Part> {
+        parse_part(&self.name, &self.text, &self.overrides)
+    }
+
+    /// The part made ready for meshing.
+    pub(super) fn ready(&self, part: &Part) -> Result<Ready> {
+        let ready = ready_of(part, Some(SizeRequest::Length(self.options.size)))?;
+        let here = origin(&ready.model.bounds(), self.cell);
+        if here.to_array() != self.origin || cells_along(&ready.model.bounds(), self.cell) != self.cells {
+            let what = "the part's bounds are not those of the plan: it was made by another program";
+            return Err(Error::input(Place::Unknown, what));
+        }
+        Ok(ready)
+    }
+
+    pub(super) fn mesh_options(&self) -> MeshOptions {
+        let PlanOptions { size, angle, tolerance, grading, least, memory } = self.options;
+        let size = Some(SizeRequest::Length(size));
+        MeshOptions { size, angle, tolerance, grading, least, memory, ..MeshOptions::default() }
+    }
+}
+
+/// Where a part comes from.
+struct Source<'a> {
+    part: &'a Part,
+    name: PathBuf,
+    text: String,
+    overrides: Vec<(String, f64)>,
+}
+
+fn ready_of(part: &Part, size: Option<SizeRequest>) -> Result<Ready> {
+    if !part.built.is_empty() {
+        return Err(Error::input(
+            Place::Unknown,
+            "bricks are for solids of R-functions, not for those built from edges",
+        ));
+    }
+    let ready = Ready::new(part, size)?;
+    if !can_arrange(&ready.model) {
+        return Err(Error::input(Place::Unknown, "bricks do not do rounded edges between solids (blend) yet"));
+    }
+    Ok(ready)
+}

@@ -1,0 +1,328 @@
+//! Making the bricks of a round.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::super::attempts::CELLS;
+use super::super::history::Proof;
+use super::super::leaf::exact_options;
+use super::super::mesh::{Meshed, Ready};
+use super::file::{MOST_ON, NONE, NodeId, Piece, Which, is_raw, made_in};
+use super::merge::merge_bricks;
+use super::plan::BrickPlan;
+use crate::error::{Error, Place, Result};
+use crate::implicit::{CellGrid, ImplicitOracle, arranged};
+use crate::mesh::TriMesh;
+use crate::optimize::exact::{Laid, patch_open_pieces, remesh_open};
+use crate::run::Run;
+
+/// Rounds: the bricks of the grid, shifted by half, by a quarter.
+pub const ROUNDS: usize = 3;
+
+/// Edges from a wall within which triangles are handed on, as the remesher works again along the cuts between its own parts.
+const BAND: usize = 4;
+
+/// Triangles reach this many cells beyond their brick: a node lies in its tetrahedron, or as far from it as that is large.
+const BEYOND: f64 = 4.0;
+
+/// Which of the bricks one worker makes: the `number`th of `of` shares, from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Share {
+    /// From 1 to `of`.
+    pub number: u32,
+    /// How many shares there are.
+    pub of: u32,
+}
+
+impl Share {
+    /// All bricks.
+    pub const ALL: Self = Share { number: 1, of: 1 };
+
+    /// Its bricks of a round: dealt out one by one, the dearest first.
+    fn of_round(self, plan: &BrickPlan, round: usize) -> Vec<u32> {
+        let mut all: Vec<u32> = (0..plan.rounds()[round]).collect();
+        if round == 0 {
+            all.sort_by_key(|i| (std::cmp::Reverse(plan.costs[*i as usize]), *i));
+        }
+        all.into_iter().skip(self.number as usize - 1).step_by(self.of as usize).collect()
+    }
+}
+
+/// Some of a surface before a round works on it.
+struct Given {
+    mesh: TriMesh,
+    /// The leaves of each node.
+    on: Vec<Vec<u32>>,
+    /// The face of each triangle; `mesh.labels` has its leaf.
+    faces: Vec<u32>,
+    /// What nodes at open edges are called, by their places.
+    ends: FxHashMap<[u64; 3], NodeId>,
+    proof: Proof,
+}
+
+fn bits(p: DVec3) -> [u64; 3] {
+    p.to_array().map(f64::to_bits)
+}
+
+impl Given {
+    /// Notes what nodes at open edges are called. Two nodes of different names at one place could not be told apart.
+    fn note(&mut self, v: u32, id: NodeId) -> Result<()> {
+        let p = self.mesh.nodes[v as usize];
+        match self.ends.insert(bits(p), id) {
+            Some(other) if other != id => {
+                let what = "two nodes where bricks meet are in one place: move the walls, by another number of bricks";
+                Err(Error::input(Place::Point(p), what))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Makes the bricks of one share and round that are not there, or of all rounds; the pieces go into the plan's folder. Returns how
+/// many were made.
+///
+/// Errors: a share without end; bricks of an earlier round that are missing; those of arranging and remeshing; cancellation.
+pub fn make_bricks(plan: &BrickPlan, folder: &Path, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
+    if share.number < 1 || share.number > share.of {
+        return Err(Error::Usage(format!("there is no share {} of {}", share.number, share.of)));
+    }
+    let part = plan.part()?;
+    let ready = plan.ready(&part)?;
+    let maker = Maker { plan, folder, ready: &ready, run };
+    let mut made = 0;
+    for r in (0..ROUNDS).filter(|r| round.is_none_or(|only| only == *r)) {
+        let mine = share.of_round(plan, r);
+        let done = AtomicUsize::new(0);
+        let one = |brick: &u32| -> Result<usize> {
+            run.check()?;
+            let which = Which { round: r, brick: *brick };
+            let missing = Piece::load(folder, plan, which)?.is_none();
+            if missing {
+                maker.piece(which)?.save(folder, plan, which)?;
+            }
+            let n = done.fetch_add(1, Ordering::Relaxed) + 1;
+            run.progress("bricks", (r as f64 + n as f64 / mine.len() as f64) / ROUNDS as f64);
+            Ok(usize::from(missing))
+        };
+        let counts: Vec<Result<usize>> = run.install(|| mine.par_iter().with_max_len(1).map(one).collect());
+        made += counts.into_iter().sum::<Result<usize>>()?;
+    }
+    Ok(made)
+}
+
+/// All rounds and the merge, in this process, with the pieces in a folder for as long as it takes.
+pub fn mesh_in_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed> {
+    make_bricks(plan, folder, Share::ALL, None, run)?;
+    merge_bricks(plan, folder, run)
+}
+
+struct Maker<'a> {
+    plan: &'a BrickPlan,
+    folder: &'a Path,
+    ready: &'a Ready,
+    run: &'a Run,
+}
+
+impl Maker<'_> {
+    fn piece(&self, which: Which) -> Result<Piece> {
+        let given = if which.round == 0 { self.arranged(which.brick)? } else { self.gathered(which)? };
+        if given.mesh.triangles.is_empty() {
+            return Ok(Piece { proof: given.proof, ..Piece::default() });
+        }
+        self.remeshed(which, given)
+    }
+
+    /// What the leaves' arrangement gives in a brick.
+    fn arranged(&self, brick: u32) -> Result<Given> {
+        let Self { plan, ready, run, .. } = self;
+        let grid = CellGrid { size: plan.cell(), block: Some(plan.blocks().block(brick)) };
+        let made = arranged(&ready.model, &grid, plan.options.memory, run)?;
+        let proof = Proof::of(&made);
+        let (ends, made) = (made.ends, made.made);
+        let mut given =
+            Given { mesh: made.mesh, on: made.leaves, faces: made.faces, ends: FxHashMap::default(), proof };
+        ends.into_iter().try_for_each(|(v, key)| given.note(v, key))?;
+        Ok(given)
+    }
+
+    /// What the round before handed on that lies in a brick.
+    fn gathered(&self, which: Which) -> Result<Given> {
+        let Which { round, brick } = which;
+        let blocks = self.plan.blocks();
+        let bounds = blocks.bounds(round, brick);
+        let mut mesh = TriMesh::default();
+        let (mut on, mut faces, mut ids): (Vec<Vec<u32>>, Vec<u32>, Vec<NodeId>) = Default::default();
+        let mut numbers: FxHashMap<NodeId, u32> = FxHashMap::default();
+        for from in blocks.near(round - 1, &bounds, BEYOND * self.plan.cell()) {
+            let source = Which { round: round - 1, brick: from };
+            let piece = Piece::load(self.folder, self.plan, source)?.ok_or_else(|| {
+                Error::input(Place::Unknown, format!("{} is missing: make it first", source.name()))
+                    .in_file(self.folder)
+            })?;
+            let known: FxHashMap<u32, NodeId> = piece.known.iter().copied().collect();
+            for t in (0..piece.triangles.len()).filter(|t| piece.handed[*t]) {
+                let corners = piece.triangles[t];
+                let middle = corners.iter().map(|v| piece.nodes[*v as usize]).sum::<DVec3>() / 3.0;
+                if blocks.holding(round, middle) != brick {
+                    continue;
+                }
+                let corners = corners.map(|v| {
+                    let id = known.get(&v).copied().unwrap_or_else(|| made_in(source.round, from, v));
+                    *numbers.entry(id).or_insert_with(|| {
+                        mesh.nodes.push(piece.nodes[v as usize]);
+                        on.push(piece.on[v as usize].iter().copied().filter(|l| *l != NONE).collect());
+                        ids.push(id);
+                        ids.len() as u32 - 1
+                    })
+                });
+                mesh.triangles.push(corners);
+                mesh.labels.push(piece.leaves[t]);
+                faces.push(piece.faces[t]);
+            }
+        }
+        mesh.faces = (0..self.ready.model.leaves.len()).map(|l| format!("leaf{l}")).collect();
+        let ends = open_nodes(&mesh.triangles);
+        let copies = fans_apart(&mut mesh);
+        on.extend(copies.iter().map(|v| on[*v as usize].clone()).collect::<Vec<_>>());
+        let proof = Proof::default();
+        let mut given = Given { mesh, on, faces, ends: FxHashMap::default(), proof };
+        ends.into_iter().try_for_each(|v| given.note(v, ids[v as usize]))?;
+        Ok(given)
+    }
+
+    fn remeshed(&self, which: Which, given: Given) -> Result<Piece> {
+        let Self { plan, ready, run, .. } = self;
+        let blocks = plan.blocks();
+        let bounds = blocks.bounds(which.round, which.brick);
+        let model = &ready.model;
+        let around = bounds.grown(BEYOND * plan.cell()).intersection(&model.bounds().grown(plan.cell()));
+        // Apexes have their node after the first round.
+        let nodes: FxHashMap<[u64; 3], ()> = given.mesh.nodes.iter().map(|p| (bits(*p), ())).collect();
+        let is_mine = |p: DVec3| {
+            if which.round == 0 { blocks.holding(0, p) == which.brick } else { nodes.contains_key(&bits(p)) }
+        };
+        let oracle = ImplicitOracle::within(model, ready.size, around, &is_mine, run)?;
+        let mut work = patch_open_pieces(&given.mesh, &given.on, &given.faces, &oracle, ready.size)?;
+        if which.round > 0 {
+            work.sizes = sizes_at_ends(&given);
+        }
+        let options = exact_options(ready, &plan.mesh_options(), CELLS[CELLS.len() - 1] * ready.size)?;
+        let names = TriMesh { faces: model.faces().iter().map(|f| f.name.clone()).collect(), ..TriMesh::default() };
+        let (made, laid) = remesh_open(work, &names, &oracle, &options, run)?;
+        let Laid { pieces, on } = laid;
+        let TriMesh { nodes, triangles, labels, .. } = made.mesh;
+        let mut known: Vec<(u32, NodeId)> = Vec::new();
+        for v in open_nodes(&triangles) {
+            let p = nodes[v as usize];
+            let id = given.ends.get(&bits(p)).ok_or_else(|| {
+                Error::Failed(format!("{}: a node at a wall moved, near ({}, {}, {})", which.name(), p.x, p.y, p.z))
+            })?;
+            known.push((v, *id));
+        }
+        let from: Vec<u32> = known.iter().filter(|k| which.round + 1 < ROUNDS && is_raw(&k.1)).map(|k| k.0).collect();
+        let handed = within_edges(&triangles, nodes.len(), &from);
+        let on = on.iter().map(|o| std::array::from_fn(|k: usize| o.get(k).copied().unwrap_or(NONE))).collect();
+        let on: Vec<[u32; MOST_ON]> = on;
+        Ok(Piece { nodes, on, triangles, leaves: pieces, faces: labels, handed, known, proof: given.proof })
+    }
+}
+
+/// Sides of triangles by edge, ascending: the ends, and three times the triangle and which of its sides.
+fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
+    let side = |h: u32| {
+        let t = triangles[(h / 3) as usize];
+        let (a, b) = (t[(h % 3) as usize], t[((h + 1) % 3) as usize]);
+        ([a.min(b), a.max(b)], h)
+    };
+    let mut all: Vec<_> = (0..3 * triangles.len() as u32).map(side).collect();
+    all.sort_unstable();
+    all
+}
+
+/// The nodes of edges with one triangle, ascending.
+pub(super) fn open_nodes(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let all = sides(triangles);
+    let mut nodes: Vec<u32> = all.chunk_by(|x, y| x.0 == y.0).filter(|e| e.len() == 1).flat_map(|e| e[0].0).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Gives each fan of triangles around a node a node of its own: where some of a surface ends two may touch in a point. Returns
+/// which node each new one is a copy of.
+fn fans_apart(mesh: &mut TriMesh) -> Vec<u32> {
+    let mut joined: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    fn root(joined: &mut [u32], mut i: u32) -> u32 {
+        while joined[i as usize] != i {
+            joined[i as usize] = joined[joined[i as usize] as usize];
+            i = joined[i as usize];
+        }
+        i
+    }
+    let next = |h: u32| h - h % 3 + (h + 1) % 3;
+    for e in sides(&mesh.triangles).chunk_by(|x, y| x.0 == y.0) {
+        if let [(_, s), (_, o)] = *e {
+            for (x, y) in [(s, next(o)), (next(s), o)] {
+                let (p, q) = (root(&mut joined, x), root(&mut joined, y));
+                joined[p.max(q) as usize] = p.min(q);
+            }
+        }
+    }
+    let mut copies = Vec::new();
+    let mut first: Vec<u32> = vec![NONE; mesh.nodes.len()];
+    let mut others: FxHashMap<u32, u32> = FxHashMap::default();
+    for h in 0..3 * mesh.triangles.len() as u32 {
+        let r = root(&mut joined, h);
+        let v = mesh.triangles[(h / 3) as usize][(h % 3) as usize];
+        if first[v as usize] == NONE {
+            first[v as usize] = r;
+        }
+        if first[v as usize] != r {
+            let new = *others.entry(r).or_insert_with(|| {
+                copies.push(v);
+                let p = mesh.nodes[v as usize];
+                mesh.nodes.push(p);
+                mesh.nodes.len() as u32 - 1
+            });
+            mesh.triangles[(h / 3) as usize][(h % 3) as usize] = new;
+        }
+    }
+    copies
+}
+
+/// The largest edge length each node may want: at ends that are remeshed already, what their edges have.
+fn sizes_at_ends(given: &Given) -> Vec<f64> {
+    let nodes = &given.mesh.nodes;
+    let mut sums = vec![(0.0, 0u32); nodes.len()];
+    for t in &given.mesh.triangles {
+        for k in 0..3 {
+            let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
+            let length = nodes[a].distance(nodes[b]);
+            for v in [a, b] {
+                sums[v] = (sums[v].0 + length, sums[v].1 + 1);
+            }
+        }
+    }
+    let wanted = |(p, (sum, n)): (&DVec3, (f64, u32))| match given.ends.get(&bits(*p)) {
+        Some(id) if !is_raw(id) && n > 0 => sum / f64::from(n),
+        _ => f64::INFINITY,
+    };
+    nodes.iter().zip(sums).map(wanted).collect()
+}
+
+/// Which triangles are within [`BAND`] edges of some nodes.
+fn within_edges(triangles: &[[u32; 3]], nodes: usize, from: &[u32]) -> Vec<bool> {
+    let mut near = vec![false; nodes];
+    from.iter().for_each(|v| near[*v as usize] = true);
+    for _ in 1..BAND {
+        let before = near.clone();
+        for t in triangles.iter().filter(|t| t.iter().any(|v| before[*v as usize])) {
+            t.iter().for_each(|v| near[*v as usize] = true);
+        }
+    }
+    triangles.iter().map(|t| t.iter().any(|v| near[*v as usize])).collect()
+}
