@@ -15,7 +15,7 @@ use super::console::{note, run, say, writable};
 pub struct Plan {
     #[command(flatten)]
     pub part: PartFile,
-    /// How many bricks along x, y and z, as 4x4x2; fewer where they would be narrower than 16 cells
+    /// How many bricks along x, y and z, as 4x4x2; fewer where they would be narrower than 24 edges
     #[arg(long, value_name = "XxYxZ", value_parser = bricks)]
     pub bricks: [u32; 3],
     /// Folder for the plan and the pieces

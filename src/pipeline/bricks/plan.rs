@@ -22,9 +22,9 @@ const PLAN: &str = "plan.json";
 /// The version of the layout of a plan and of pieces. It grows when either changes.
 const LAYOUT: u32 = 1;
 
-/// A brick is no narrower than this many cells: what is handed from round to round reaches some edges from a wall, and an edge
-/// may be as long as a cell.
-const NARROWEST: u32 = 16;
+/// A brick is no narrower than this many cells, of two edges each: what is handed on reaches three edges of ragged wall and four
+/// more, which must be less than the six cells to the next round's walls.
+const NARROWEST: u32 = 12;
 
 /// What of the options of a mesh a plan knows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,159 @@
+//! Meshes made brick by brick: sound, the same bytes whoever makes them, and nothing wrong merged.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use glam::DVec3;
+use rvachev::Run;
+use rvachev::mesh::TriMesh;
+use rvachev::pipeline::{BrickPlan, MeshOptions, Meshed, Share, SizeRequest, make_bricks, merge_bricks};
+use rvachev::quality::Check;
+
+/// A cube with two bores that cross, the size of 70 edges along its side.
+const HOLES: &str = "part(box(size=(2, 2, 2)).name('body') - cylinder(0.4, axis='x') - cylinder(0.4, axis='z'))\n";
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bricks").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn planned(text: &str, size: f64, bricks: [u32; 3], folder: &Path) -> BrickPlan {
+    let path = folder.join("part.py");
+    fs::write(&path, text).unwrap();
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    let plan = BrickPlan::new(&path, &[], &options, bricks, &Run::new()).unwrap();
+    plan.save(folder).unwrap();
+    plan
+}
+
+fn made(text: &str, size: f64, bricks: [u32; 3], name: &str) -> (TriMesh, Check) {
+    let folder = folder(name);
+    let plan = planned(text, size, bricks, &folder);
+    assert_eq!(plan.bricks(), bricks);
+    make_bricks(&plan, &folder, Share::ALL, None, &Run::new()).unwrap();
+    let Meshed { mesh, report, .. } = merge_bricks(&plan, &folder, &Run::new()).unwrap();
+    assert_eq!(report.shortfalls, Vec::new(), "{name}");
+    fs::remove_dir_all(folder).unwrap();
+    (mesh, report.check.unwrap())
+}
+
+/// The volume of a cube of side 2 less two cylinders of radius 0.4 that cross, by Steinmetz, and the area of what is left.
+fn holes() -> [f64; 2] {
+    let (r, pi) = (0.4f64, std::f64::consts::PI);
+    [8.0 - 4.0 * pi * r * r + 16.0 / 3.0 * r.powi(3), 24.0 - 4.0 * pi * r * r + 8.0 * pi * r - 16.0 * r * r]
+}
+
+#[test]
+fn a_cube_with_holes_is_as_good_in_8_27_and_64_bricks_as_in_one() {
+    let size = 0.025;
+    let [volume, area] = holes();
+    for bricks in [[1, 1, 1], [2, 2, 2], [3, 3, 3], [1, 3, 2]] {
+        let (mesh, c) = made(HOLES, size, bricks, &format!("holes{}{}{}", bricks[0], bricks[1], bricks[2]));
+        assert!(c.certificate.is_sound() && c.euler == -4, "{bricks:?}: {:?}", c.certificate);
+        assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{bricks:?}: {:?} {volume}", c.volume);
+        assert!((c.area - area).abs() < 1e-4 * area, "{bricks:?}: {} {area}", c.area);
+        // Two corners of the body, four where bores leave it... the creases of both bores: all exact.
+        for corner in [DVec3::splat(1.0), DVec3::splat(-1.0), DVec3::new(1.0, -1.0, 1.0)] {
+            assert!(mesh.nodes.iter().any(|p| p.distance(corner) < 1e-12), "{bricks:?}: {corner}");
+        }
+        assert!(c.quality.min_angle > 20.0 && c.quality.p05_angle > 41.0, "{bricks:?}: {:?}", c.quality);
+    }
+}
+
+#[test]
+fn shares_in_any_order_give_the_same_bytes() {
+    let bytes = |shares: u32, name: &str| {
+        let folder = folder(name);
+        let plan = planned(HOLES, 0.03, [2, 2, 2], &folder);
+        for round in 0..3 {
+            for number in (1..=shares).rev() {
+                make_bricks(&plan, &folder, Share { number, of: shares }, Some(round), &Run::new()).unwrap();
+            }
+        }
+        let mesh = merge_bricks(&plan, &folder, &Run::new()).unwrap().mesh;
+        fs::remove_dir_all(folder).unwrap();
+        mesh
+    };
+    let one = bytes(1, "one");
+    for shares in [2, 7] {
+        let other = bytes(shares, &format!("shares{shares}"));
+        assert_eq!((&one.nodes, &one.triangles, &one.labels), (&other.nodes, &other.triangles, &other.labels));
+    }
+}
+
+#[test]
+fn parts_smaller_than_a_brick_walls_along_its_wall_and_an_edge_in_it_come_out() {
+    // The grid's middle wall is near x = 0: a thin wall on both sides of it, and one that it halves lengthwise; small balls.
+    let text = "body = box(size=(2, 2, 2)) - box(at=(0.02, 0, 0.4), size=(0.03, 1.2, 1.4)) - box(at=(-0.03, 0, 0.4), size=(0.03, 1.2, 1.4))\n\
+                balls = union(sphere(0.03, at=(1.3, 0.3 * k, 0.05)) for k in range(-3, 4))\n\
+                part(body | balls)\n";
+    let (_, c) = made(text, 0.03, [2, 2, 2], "thin");
+    let volume = 8.0 - 2.0 * 0.03 * 1.2 * 1.3 + 7.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.03f64.powi(3);
+    assert!(c.certificate.is_sound() && c.components == 8, "{:?}", c.certificate);
+    assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{:?} {volume}", c.volume);
+}
+
+fn command(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rvachev")).args(args).output().unwrap()
+}
+
+fn fails(args: &[&str], code: i32, says: &str) {
+    let out = command(args);
+    let text = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(out.status.code(), Some(code), "{args:?}: {text}");
+    assert!(text.contains(says), "{args:?}: {text}");
+}
+
+#[test]
+fn what_is_missing_damaged_or_of_another_plan_is_named_and_not_merged() {
+    let folder = folder("faults");
+    let job = folder.join("job");
+    let part = folder.join("part.py");
+    fs::write(&part, HOLES).unwrap();
+    let (part, job) = (part.to_str().unwrap(), job.to_str().unwrap());
+    let out = folder.join("a.stl");
+    let out = out.to_str().unwrap();
+    fails(&["plan", part, "--bricks", "2x2", "-o", job], 2, "three numbers");
+    fails(&["plan", part, "--bricks", "2x2x2", "--refine", "sphere=0,0,0,1:0.1", "-o", job], 2, "--refine");
+    assert!(command(&["plan", part, "--bricks", "2x1x1", "--size", "0.03", "-o", job]).status.success());
+    fails(&["merge", job, "-o", out], 3, "not made: brick 0 of round 1");
+    fails(&["brick", job, "--share", "2/1"], 2, "there is no share");
+    fails(&["brick", job, "--share", "1/2"], 2, "--round");
+    fails(&["brick", job, "--round", "2"], 3, "brick 0 of round 1 is missing");
+    assert!(command(&["brick", job]).status.success());
+    // Nothing is left to do, and the part's file may change or go: the plan holds its text.
+    fs::write(part, "part(sphere(1))\n").unwrap();
+    let again = command(&["brick", job]);
+    assert!(String::from_utf8_lossy(&again.stdout).contains("0 pieces made"));
+    assert!(command(&["merge", job, "-o", out, "-q"]).status.success());
+    let whole = fs::read(out).unwrap();
+    fs::remove_file(out).unwrap();
+    // A file cut short, one with a byte changed, one of another brick, one of another plan: each is named.
+    let piece = Path::new(job).join("round1").join("000001.piece");
+    let good = fs::read(&piece).unwrap();
+    let mut flipped = good.clone();
+    flipped[good.len() / 2] ^= 1;
+    let other = fs::read(Path::new(job).join("round1").join("000000.piece")).unwrap();
+    for (bytes, says) in [(&good[..good.len() / 3], "damaged"), (&flipped, "damaged"), (&other, "another brick's"), (&[], "cut short")] {
+        fs::write(&piece, bytes).unwrap();
+        fails(&["merge", job, "-o", out], 3, says);
+        assert!(!Path::new(out).exists());
+    }
+    let job2 = folder.join("job2");
+    let job2 = job2.to_str().unwrap();
+    assert!(command(&["plan", part, "--bricks", "2x1x1", "--size", "0.1", "-o", job2]).status.success());
+    fails(&["plan", part, "--bricks", "1x1x1", "--size", "0.2", "-o", job2], 2, "another plan");
+    fs::write(&piece, &good).unwrap();
+    fs::copy(Path::new(job2).join("plan.json"), Path::new(job).join("plan.json")).unwrap();
+    fails(&["merge", job, "-o", out], 3, "another plan");
+    fs::write(Path::new(job).join("plan.json"), "{").unwrap();
+    fails(&["merge", job, "-o", out], 3, "no plan");
+    // Made again from the first plan the mesh has the same bytes, in one process, too.
+    fs::write(part, HOLES).unwrap();
+    assert!(command(&["mesh", part, "--bricks", "2x1x1", "--size", "0.03", "-o", out, "-q"]).status.success());
+    assert_eq!(fs::read(out).unwrap(), whole);
+    assert_eq!(fs::read_dir(&folder).unwrap().filter(|e| e.as_ref().unwrap().path().to_string_lossy().contains("-bricks")).count(), 0);
+}
