@@ -97,6 +97,15 @@ pub struct How {
     pub memory: f64,
 }
 
+/// Which operators run.
+#[derive(Debug, Args)]
+pub struct Operators {
+    /// Run these operators after marching cubes, such as "R_all*2 N*10 N1 classify (R_edge R_regular)*5", in quotes; @FILE reads
+    /// them from a text file. Method operators
+    #[arg(long, value_name = "OPERATORS")]
+    pub sequence: Option<String>,
+}
+
 /// How to find a model in triangles.
 #[derive(Debug, Args)]
 pub struct Triangles {
@@ -129,10 +138,13 @@ pub struct Mesh {
     pub how: How,
     #[command(flatten)]
     pub triangles: Triangles,
-    /// leaf: exact edges from the tree; complex: from the arrangement of its leaves alone; operators: marching cubes, then creases
-    /// found by normals, smoothing, flips; mc: marching cubes alone
-    #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
-    pub method: Method,
+    /// leaf: exact edges from the tree; complex: from the arrangement of its leaves alone; operators: marching cubes, then the
+    /// operators of Lisnyak (2014) in an order that was measured; paper: as printed there; cut: creases cut where normals differ,
+    /// smoothing, flips; mc: marching cubes alone [default: leaf, with --sequence operators]
+    #[arg(long, value_name = "METHOD", value_parser = method)]
+    pub method: Option<Method>,
+    #[command(flatten)]
+    pub operators: Operators,
     #[command(flatten)]
     pub files: Files,
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
@@ -166,9 +178,11 @@ pub struct ViewPage {
     pub how: How,
     #[command(flatten)]
     pub triangles: Triangles,
-    /// How edges are made, as for `mesh`
-    #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
-    pub method: Method,
+    /// How edges are made, as for `mesh` [default: leaf, with --sequence operators]
+    #[arg(long, value_name = "METHOD", value_parser = method)]
+    pub method: Option<Method>,
+    #[command(flatten)]
+    pub operators: Operators,
     #[command(flatten)]
     pub common: Common,
 }
@@ -183,6 +197,7 @@ impl ViewPage {
             how: self.how,
             triangles: self.triangles,
             method: self.method,
+            operators: self.operators,
             files: Files { groups: Grouping::default(), msh_version: "4.1".into() },
             force: true,
             report: None,
@@ -276,6 +291,8 @@ pub struct Compare {
     pub rsystems: bool,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub operators: Operators,
     #[command(flatten)]
     pub triangles: Triangles,
     /// Write the rows here (JSON)

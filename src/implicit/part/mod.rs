@@ -179,11 +179,6 @@ pub fn glob(pattern: &str, name: &str) -> bool {
     p[i..].iter().all(|c| *c == '*')
 }
 
-/// The name that takes the fewest edits to be this one.
-pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known.map(|k| (refused::edit_distance(k, name), k)).min().map(|(_, k)| k)
-}
-
 /// The place of a byte range of a text.
 fn place(source: &str, start: usize, end: usize) -> Place {
     let start = start.min(source.len());
