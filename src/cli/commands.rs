@@ -166,7 +166,11 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     } else if pipeline::is_mesh(&a.part.part) {
         pipeline::mesh_soup(&pipeline::load_mesh(&a.part.part, &run)?, &how, &soup_options(&a.triangles), &run)
     } else {
-        pipeline::mesh_part(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
+        let part = pipeline::load_part(&a.part.part, &a.part.define)?;
+        if part.mesh.sequence.is_some() && a.method.is_none() {
+            how.method = Method::Operators;
+        }
+        pipeline::mesh_part(&part, &how, &run)
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
     if a.verbose {

@@ -19,7 +19,7 @@ pub enum Operator {
     SmoothAll,
     /// One pass of `N` (4–7), damped by [`DAMPING`](super::normal::DAMPING): [`align_normals`].
     AlignNormals,
-    /// `N1` (8–11): [`snap_to_planes`].
+    /// `N1` (8–11): [`snap_to_planes`]. Edges that then lie on a crease of the surface are marked sharp.
     SnapToPlanes,
     /// Classes by two-means of curvature (14–17): [`classify_by_curvature`].
     ClassifyByCurvature,

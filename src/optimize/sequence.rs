@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::classify::{Classes, classify_by_curvature, classify_by_edges};
-use super::crease::{CreaseReport, cut_creases, settle_creases};
+use super::crease::{CreaseReport, cut_creases, mark_sharp, settle_creases};
 use super::density::{DEGENERATE_ANGLE, Edits, LONG, SHORT, collapse_short, densify, relax_worst, remove_degenerate};
 use super::dual::snap_to_planes;
 use super::flips::{flip_for_angles, flip_for_normals};
@@ -289,7 +289,12 @@ impl Worker<'_> {
             Operator::Project => Outcome::Moves(project(mesh, oracle, reach, run)?),
             Operator::SmoothAll => Outcome::Moves(smooth_all(mesh, oracle, reach, run)?),
             Operator::AlignNormals => Outcome::Moves(align_normals(mesh, oracle, reach, DAMPING, run)?),
-            Operator::SnapToPlanes => Outcome::Moves(snap_to_planes(mesh, oracle, reach, 0.0, run)?),
+            Operator::SnapToPlanes => {
+                let moves = snap_to_planes(mesh, oracle, reach, 0.0, run)?;
+                // What it made of creases is marked, or smoothing by classes would tear nodes out of them again.
+                mark_sharp(mesh, oracle, reach, angle, run)?;
+                Outcome::Moves(moves)
+            }
             Operator::ClassifyByCurvature => {
                 let classes = classify_by_curvature(mesh, angle, run)?;
                 let counts = classes.counts();

@@ -38,7 +38,8 @@ pub struct MeshOptions {
     pub size: Option<SizeRequest>,
     /// How.
     pub method: Method,
-    /// The operators that [`Method::Operators`] runs, instead of its own; it is an error with any other method.
+    /// The operators that [`Method::Operators`] runs, before the part's own wish and [`operators_sequence`](crate::optimize::operators_sequence);
+    /// it is an error with any other method.
     pub sequence: Option<Sequence>,
     /// See [`ExtractOptions::root_tolerance`].
     pub root_tolerance: f64,
@@ -215,7 +216,11 @@ const THIN: f64 = 1e-3;
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
+    let mut options = MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
+    if options.method == Method::Operators && options.sequence.is_none() {
+        options.sequence = part_sequence(part)?;
+    }
+    let options = &options;
     check_sequence(part, options)?;
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
@@ -227,6 +232,20 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
         Some(places) if options.tolerance.is_none() => thin_out(part, &mut ready, (made, places), options, run),
         _ => Ok(made),
     }
+}
+
+/// The sequence a part file asks for, if it does.
+///
+/// Errors: a mistake in it, at the place of the text in the file.
+pub(super) fn part_sequence(part: &Part) -> Result<Option<Sequence>> {
+    let Some((text, place)) = &part.mesh.sequence else { return Ok(None) };
+    text.parse().map(Some).map_err(|e: Error| match e {
+        Error::Input { place: within, message, help, .. } => {
+            let e = Error::input(place.clone(), format!("sequence: {within}{message}"));
+            help.into_iter().fold(e, Error::with_help)
+        }
+        other => other,
+    })
 }
 
 /// A sequence that nothing would run is a mistake.

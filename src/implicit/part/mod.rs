@@ -82,12 +82,14 @@ impl FromStr for SizeRequest {
 }
 
 /// What the part file says about meshing.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshDefaults {
     /// The cell size.
     pub size: Option<SizeRequest>,
     /// Curvature makes no edges shorter than this.
     pub least: Option<f64>,
+    /// The operators that make the mesh, as text, and where the file says so.
+    pub sequence: Option<(String, Place)>,
 }
 
 /// A named set of faces.
