@@ -138,10 +138,17 @@ fn every_method_with_operators_writes_a_mesh_and_tells_its_sequence() {
     let source = "part(box(size=(2, 2, 2)) - cylinder(.5))\n";
     let report = |extra: &[&str]| {
         let all = [&["--size", "0.2", "--report", "r.json", "-q"], extra].concat();
-        mesh_source(dir.path(), source, &all).success();
+        let code = mesh_source(dir.path(), source, &all).get_output().status.code();
         rvachev().current_dir(&dir).args(["check", "out.off"]).assert().success();
-        serde_json::from_slice::<Value>(&fs::read(dir.path().join("r.json")).unwrap()).unwrap()
+        let r = serde_json::from_slice::<Value>(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+        assert_eq!(code, Some(i32::from(!r["shortfalls"].as_array().unwrap().is_empty())));
+        r
     };
+    // Smoothing alone keeps no edge.
+    assert_eq!(report(&["--sequence", "R_all*3"])["shortfalls"][0]["kind"], "creases_cut_off");
+    for method in ["operators", "cut"] {
+        assert_eq!(report(&["--method", method])["shortfalls"], Value::Array(Vec::new()), "{method}");
+    }
     for (method, has) in [("operators", "classify"), ("paper", "classify"), ("cut", "cut survey")] {
         let r = report(&["--method", method]);
         assert_eq!(r["method"], method);

@@ -200,6 +200,9 @@ impl Ready {
 /// does.
 const APART: f64 = 0.2;
 
+/// Operators that leave less of the length of sharp edges than this in the mesh fall short.
+const RECALL: f64 = 0.99;
+
 /// Walls are thin as a whole, and not just where two faces part, if more than this share of the triangles is across from another
 /// side of theirs.
 const THIN: f64 = 1e-3;
@@ -269,6 +272,13 @@ fn too_far(check: &Check, limit: f64) -> Option<Fault> {
     let d = check.deviation?;
     let distance = d.max.max(d.from_surface.unwrap_or(0.0));
     (distance > limit).then_some(Fault::Far { distance, limit, triangles: None })
+}
+
+/// What operators leave out of the creases they are there for, if that was measured.
+fn cut_off(check: &Check) -> Option<Fault> {
+    let f = check.features.as_ref()?;
+    let (recall, corners, of) = (f.recall, f.corners_found, f.corners_true);
+    (recall < RECALL || corners < of).then_some(Fault::CreasesCutOff { recall, corners, of })
 }
 
 /// How far a mesh and the surface are from each other somewhere.
@@ -439,6 +449,9 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
+    if report.sequence.is_some() && !options.method.is_exact() {
+        report.shortfalls.extend(cut_off(&measured));
+    }
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut clock);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
