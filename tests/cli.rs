@@ -133,6 +133,79 @@ fn a_mesh_farther_from_the_surface_than_the_size_falls_short() {
 }
 
 #[test]
+fn every_method_with_operators_writes_a_mesh_and_tells_its_sequence() {
+    let dir = TempDir::new().unwrap();
+    let source = "part(box(size=(2, 2, 2)) - cylinder(.5))\n";
+    let report = |extra: &[&str]| {
+        let all = [&["--size", "0.2", "--report", "r.json", "-q"], extra].concat();
+        let code = mesh_source(dir.path(), source, &all).get_output().status.code();
+        rvachev().current_dir(&dir).args(["check", "out.off"]).assert().success();
+        let r = serde_json::from_slice::<Value>(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+        assert_eq!(code, Some(i32::from(!r["shortfalls"].as_array().unwrap().is_empty())));
+        r
+    };
+    // Smoothing alone keeps no edge.
+    assert_eq!(report(&["--sequence", "R_all*3"])["shortfalls"][0]["kind"], "creases_cut_off");
+    assert_eq!(report(&["--method", "cut"])["shortfalls"], Value::Array(Vec::new()));
+    for (method, has) in [("operators", "classify"), ("paper", "classify"), ("cut", "cut survey")] {
+        let r = report(&["--method", method]);
+        assert_eq!(r["method"], method);
+        assert!(r["sequence"].as_str().unwrap().contains(has), "{r}");
+        // What is told can be run again, to the same bytes.
+        let bytes = fs::read(dir.path().join("out.off")).unwrap();
+        report(&["--sequence", r["sequence"].as_str().unwrap()]);
+        assert!(bytes == fs::read(dir.path().join("out.off")).unwrap(), "{method}");
+    }
+    assert!(report(&["--method", "mc"])["sequence"].is_null());
+    let given = "R_all*2 (N N1)*2 survey";
+    fs::write(dir.path().join("order.txt"), "R_all*2 # first\n(N N1)*2\nsurvey\n").unwrap();
+    for extra in [&["--sequence", given][..], &["--sequence", "@order.txt", "--method", "operators"]] {
+        let r = report(extra);
+        assert_eq!((r["method"].as_str(), r["sequence"].as_str()), (Some("operators"), Some(given)));
+    }
+    // A part file's own, unless the command line says otherwise.
+    let source = format!("{source}mesh(size=.2, sequence=\"N1*2\")\n");
+    for (extra, method, ran) in [
+        (&[][..], "operators", Some("N1*2")),
+        (&["--sequence", "N1 survey"], "operators", Some("N1 survey")),
+        (&["--method", "mc"], "mc", None),
+    ] {
+        let all = [&["--report", "r.json", "-q", "--force"], extra].concat();
+        mesh_source(dir.path(), &source, &all);
+        let r: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+        assert_eq!((r["method"].as_str(), r["sequence"].as_str()), (Some(method), ran));
+    }
+}
+
+#[test]
+fn mistakes_with_sequences_name_their_place_and_write_nothing() {
+    let dir = TempDir::new().unwrap();
+    let source = "part(sphere(1))\n";
+    for (extra, code, said) in [
+        (&["--sequence", "N R_al"][..], 2, "--sequence: line 1, column 3: no operator is called \"R_al\""),
+        (&["--sequence", "N", "--method", "leaf"], 2, "run by the method operators, not by leaf"),
+        (&["--sequence", "N", "--method", "cut"], 2, "not by cut"),
+        (&["--sequence", "@none.txt"], 3, "none.txt"),
+        (&["--method", "operator"], 2, "the nearest is operators"),
+    ] {
+        mesh_source(dir.path(), source, &[&["--size", "0.3"], extra].concat()).code(code).stderr(contains(said));
+        nothing_left(dir.path());
+    }
+    mesh_source(dir.path(), "part(sphere(1))\nmesh(sequence=\"N N3\")\n", &["--size", "0.3"])
+        .code(3)
+        .stderr(contains("part.py: line 2, column 15: sequence: line 1, column 3: no operator is called \"N3\""))
+        .stderr(contains("nearest name is \"N\"").or(contains("nearest name is \"N1\"")));
+    nothing_left(dir.path());
+    fs::write(dir.path().join("bad.txt"), "N\n R_all)\n").unwrap();
+    mesh_source(dir.path(), source, &["--size", "0.3", "--sequence", "@bad.txt"])
+        .code(3)
+        .stderr(contains("bad.txt: line 2, column 7: no group is open"));
+    fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
+    let args = ["mesh", "box.off", "-o", "out.off", "--sequence", "N"];
+    rvachev().current_dir(&dir).args(args).assert().code(2).stderr(contains("solids of R-functions"));
+}
+
+#[test]
 fn verbose_tells_of_every_attempt_and_stage() {
     let dir = TempDir::new().unwrap();
     let source = "part(sphere(1) | cylinder(0.004, height=4))\n";

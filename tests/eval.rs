@@ -372,7 +372,7 @@ fn systems_are_compared_and_meshes_do_not_depend_on_them() {
     }
     // The other methods read no values either: the same bytes.
     let source = fs::read_to_string(&part).unwrap();
-    for method in ["leaf", "operators"] {
+    for method in ["leaf", "operators", "cut"] {
         let mut meshes = Vec::new();
         for system in ["\"minmax\"", "(\"R0m\", 2)"] {
             let at = source.rfind("part(").unwrap();

@@ -782,7 +782,7 @@ fn creases_of_a_closure_are_recovered_by_default() {
     part.domain = Some(rvachev::spatial::Aabb::new(DVec3::splat(-1.3), DVec3::splat(1.4)));
     let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
     let made = mesh_part(&part, &options, &Run::new()).unwrap();
-    assert_eq!(made.report.method, "operators", "{:?}", made.report.warnings);
+    assert_eq!(made.report.method, "cut", "{:?}", made.report.warnings);
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     // The closure knows no edges: the mesh is measured against the solid that does.
     let known = Part::from_solid(cube_with_holes());

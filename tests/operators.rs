@@ -2,9 +2,11 @@
 
 use glam::{DMat3, DQuat};
 use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features};
-use rvachev::optimize::{Options, Report, improve, paper_sequence};
+use rvachev::mesh::TriMesh;
+use rvachev::optimize::{Operator, Options, Report, Sequence, improve, improve_with};
+use rvachev::optimize::{cut_sequence, operators_sequence, paper_sequence};
 use rvachev::quality::{Against, Check, Expectation, FeatureRecovery, check, recovery};
-use rvachev::{DVec3, Run};
+use rvachev::{DVec3, Error, Run};
 
 /// Cells per side of a box of half side 1.237, the yardsticks' meshing region.
 fn cells(n: f64) -> f64 {
@@ -101,4 +103,108 @@ fn the_papers_own_sequence_finds_creases_too() {
     assert!(c.closed && c.manifold && c.oriented && c.euler == -4);
     assert!(report.after.normal < 0.5 * report.before.normal);
     assert!(f.recall > 0.9, "{f:?}");
+}
+
+/// The mesh after every operator, with the operator's name.
+fn stages(solid: &Solid, size: f64, sequence: Sequence) -> (Vec<(String, FeatureRecovery)>, TriMesh) {
+    let run = Run::new();
+    let model = Implicit::new(solid, RSystem::default(), None).unwrap();
+    let extracted = extract(&model, &ExtractOptions::new(size), &run).unwrap();
+    let oracle = ImplicitOracle::new(&model, &extracted);
+    let truth = features(&model, size, &run).unwrap();
+    let mut mesh = extracted.mesh.clone();
+    let options = Options { sequence, retries: 0, ..Options::new(size) };
+    let mut seen = Vec::new();
+    improve_with(&mut mesh, &oracle, &options, &run, &mut |name, m| {
+        seen.push((name.to_string(), recovery(m, &truth, Some(&oracle), size, &run).unwrap()));
+    })
+    .unwrap();
+    (seen, mesh)
+}
+
+#[test]
+fn the_complex_of_the_paper_keeps_what_n1_made() {
+    for solid in [cube_with_holes(), turned(cube_with_holes())] {
+        let (seen, _) = stages(&solid, cells(32.0), operators_sequence());
+        let first = seen.iter().position(|s| s.0 == "N1").unwrap();
+        for pair in seen[first..].windows(2) {
+            let [before, after] = [&pair[0].1, &pair[1].1];
+            assert!(after.recall > before.recall - 0.005, "{} to {}: {before:?} {after:?}", pair[0].0, pair[1].0);
+        }
+        let (report, c, f) = run_part(&solid, cells(32.0), |o| o.sequence = operators_sequence());
+        assert!(c.closed && c.manifold && c.oriented);
+        assert_eq!((c.euler, c.self_intersections, report.after.inverted), (-4, 0, 0));
+        assert!(f.recall >= 0.99 && f.precision >= 0.98, "{f:?}");
+        assert_eq!((f.corners_true, f.corners_found), (8, 8));
+        assert!(c.quality.min_angle > 15.0, "{:?}", c.quality);
+    }
+}
+
+#[test]
+fn the_complex_is_made_of_the_papers_operators() {
+    use Operator::*;
+    let complex = operators_sequence().operators();
+    let papers = [AlignNormals, SmoothAll, SnapToPlanes, ClassifyByCurvature, SmoothEdges, SmoothRegular, Densify];
+    assert!(papers.iter().all(|o| complex.contains(o)));
+    assert!(!complex.contains(&CutCreases) && !complex.contains(&ClassifyByEdges));
+}
+
+#[test]
+fn smoothing_by_class_keeps_creases_whatever_the_classes_say() {
+    // Flips make classes stale; one ring of curvature calls some nodes on creases regular.
+    let sequence = "collapse-tiny flip-angles (R_all flip-angles)*2 N*5 (N1 degenerate flip-angles)*3 N1 R_regular*20";
+    let (seen, _) = stages(&turned(cube_with_holes()), cells(32.0), sequence.parse().unwrap());
+    let last = seen.iter().rposition(|s| s.0 == "N1").unwrap();
+    let (made, left) = (seen[last].1.recall, seen.last().unwrap().1.recall);
+    assert!(made > 0.98 && left > made - 0.005, "{made} {left}");
+}
+
+#[test]
+fn a_sequence_is_read_as_it_is_written() {
+    let read = |text: &str| text.parse::<Sequence>().unwrap();
+    let text = "project R_all*2 (N (N1 degenerate)*2)*3 classify";
+    assert_eq!(read(text).to_string(), text);
+    assert_eq!(read(text).operators().len(), 1 + 2 + 3 * 5 + 1);
+    assert_eq!(read(" project\tR_all * 2 # twice\n(N,( N1 degenerate )*2 )*3\r\nclassify # (N\n"), read(text));
+    use Operator::{AlignNormals, SmoothAll};
+    let flat = [SmoothAll, SmoothAll, AlignNormals].into_iter().collect::<Sequence>();
+    assert_eq!(flat.to_string(), "R_all*2 N");
+    for known in [cut_sequence(), paper_sequence(), operators_sequence()] {
+        assert!(known.operators().len() > 5);
+        assert_eq!(read(&known.to_string()), known);
+    }
+    for operator in Operator::all() {
+        assert_eq!(read(operator.name()).operators(), [operator]);
+    }
+}
+
+#[test]
+fn mistakes_in_a_sequence_are_told_with_their_place() {
+    let deep = format!("{}N{}", "(".repeat(40), ")".repeat(40));
+    for (text, place, what, help) in [
+        ("", "line 1, column 1", "at least one operator", "R_all"),
+        (" # N", "line 1, column 1", "at least one operator", "R_all"),
+        ("N R_al", "line 1, column 3", "no operator is called \"R_al\"", "nearest name is \"R_all\""),
+        ("N\n  n1", "line 2, column 3", "no operator is called \"n1\"", "nearest name is \"N1\""),
+        ("N, clasify", "line 1, column 4", "no operator is called", "nearest name is \"classify\""),
+        ("\u{418} N", "line 1, column 1", "no operator is called \"\u{418}\"", "there are"),
+        ("N*", "line 1, column 2", "whole number from 1", ""),
+        ("N*x", "line 1, column 3", "not by \"x\"", ""),
+        ("N*0", "line 1, column 3", "not by \"0\"", ""),
+        ("N*-1", "line 1, column 3", "not by \"-1\"", ""),
+        ("N*2*3", "line 1, column 4", "'*' follows what it repeats", ""),
+        ("*3", "line 1, column 1", "'*' follows what it repeats", ""),
+        ("N*99999999999999999999", "line 1, column 3", "whole number from 1", ""),
+        ("(N*9999)*9999", "line 1, column 1", "at most 10000", ""),
+        ("(N R_all", "line 1, column 1", "')' is missing", ""),
+        ("N R_all)*2", "line 1, column 8", "no group is open", ""),
+        ("N ()*2", "line 1, column 3", "a group has at least one operator", ""),
+        (deep.as_str(), "line 1, column 33", "at most 32 deep", ""),
+    ] {
+        let error = text.parse::<Sequence>().unwrap_err();
+        let said = error.to_string();
+        assert!(said.starts_with(place) && said.contains(what), "{text:?}: {said}");
+        let Error::Input { help: told, .. } = error else { panic!("{said}") };
+        assert!(told.unwrap_or_default().contains(help), "{text:?}");
+    }
 }

@@ -103,6 +103,15 @@ pub struct How {
     pub memory: f64,
 }
 
+/// Which operators run.
+#[derive(Debug, Args)]
+pub struct Operators {
+    /// Run these operators after marching cubes, such as "R_all*2 N*10 N1 classify (R_edge R_regular)*5", in quotes; @FILE reads
+    /// them from a text file. Method operators
+    #[arg(long, value_name = "OPERATORS")]
+    pub sequence: Option<String>,
+}
+
 /// How to find a model in triangles.
 #[derive(Debug, Args)]
 pub struct Triangles {
@@ -135,10 +144,13 @@ pub struct Mesh {
     pub how: How,
     #[command(flatten)]
     pub triangles: Triangles,
-    /// leaf: exact edges from the tree; complex: from the arrangement of its leaves alone; operators: marching cubes, then creases
-    /// found by normals, smoothing, flips; mc: marching cubes alone
-    #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
-    pub method: Method,
+    /// leaf: exact edges from the tree; complex: from the arrangement of its leaves alone; operators: marching cubes, then the
+    /// operators of Lisnyak (2014) in an order that was measured; paper: as printed there; cut: creases cut where normals differ,
+    /// smoothing, flips; mc: marching cubes alone [default: leaf, with --sequence operators]
+    #[arg(long, value_name = "METHOD", value_parser = method)]
+    pub method: Option<Method>,
+    #[command(flatten)]
+    pub operators: Operators,
     /// Mesh brick by brick, so many along x, y and z, as 4x4x2: for meshes that memory does not hold while they are made
     #[arg(long, value_name = "XxYxZ", value_parser = super::bricks::bricks)]
     pub bricks: Option<[u32; 3]>,
@@ -175,9 +187,11 @@ pub struct ViewPage {
     pub how: How,
     #[command(flatten)]
     pub triangles: Triangles,
-    /// How edges are made, as for `mesh`
-    #[arg(long, default_value = "leaf", value_name = "METHOD", value_parser = method)]
-    pub method: Method,
+    /// How edges are made, as for `mesh` [default: leaf, with --sequence operators]
+    #[arg(long, value_name = "METHOD", value_parser = method)]
+    pub method: Option<Method>,
+    #[command(flatten)]
+    pub operators: Operators,
     #[command(flatten)]
     pub common: Common,
 }
@@ -193,6 +207,7 @@ impl ViewPage {
             triangles: self.triangles,
             method: self.method,
             bricks: None,
+            operators: self.operators,
             files: Files { groups: Grouping::default(), msh_version: "4.1".into() },
             force: true,
             report: None,
@@ -286,6 +301,8 @@ pub struct Compare {
     pub rsystems: bool,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub operators: Operators,
     #[command(flatten)]
     pub triangles: Triangles,
     /// Write the rows here (JSON)

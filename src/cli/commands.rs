@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
-use rvachev::pipeline::{self, MeshOptions, Method, SoupOptions};
+use rvachev::pipeline::{self, MeshOptions, Method, Sequence, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
 use super::arguments::{
-    Check, Coloring, Compare, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Render, Triangles,
+    Check, Coloring, Compare, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Operators, Render, Triangles,
 };
 use super::console::{note, run, say, writable};
 use super::sample::function_part;
@@ -31,6 +31,7 @@ pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
     MeshOptions {
         size: how.size,
         method,
+        sequence: None,
         root_tolerance: how.eps,
         memory: (how.memory * (1u64 << 30) as f64) as u64,
         angle: how.angle,
@@ -43,6 +44,24 @@ pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         measure,
         timed: false,
     }
+}
+
+/// The operators that are asked for. Errors: mistakes in them, by line and column; a file that cannot be read.
+fn sequence(asked: &Operators) -> Result<Option<Sequence>> {
+    let Some(text) = &asked.sequence else { return Ok(None) };
+    let Some(path) = text.strip_prefix('@') else {
+        // No file is at fault: it is the option.
+        return text.parse().map(Some).map_err(|e: Error| match e {
+            Error::Input { place, message, help, .. } => {
+                let help = help.map_or_else(String::new, |h| format!(" ({h})"));
+                Error::Usage(format!("--sequence: {place}{message}{help}"))
+            }
+            other => other,
+        });
+    };
+    let path = Path::new(path);
+    let text = std::fs::read_to_string(path).map_err(|e| Error::io("read", path, e))?;
+    text.parse().map(Some).map_err(|e: Error| e.in_file(path))
 }
 
 fn soup_options(t: &Triangles) -> SoupOptions {
@@ -134,15 +153,27 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     a.report.iter().chain(&a.png).chain(&a.html).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
     // The leaf method measures always; the others fall short of what they are not measured for.
-    let measure = a.report.is_some() || a.html.is_some() || !a.common.quiet || !a.method.is_exact();
-    let timed = a.report.is_some() || a.verbose;
-    let how = MeshOptions { timed, ..options(&a.how, a.method, measure) };
+    let soup = pipeline::is_step(&a.part.part) || pipeline::is_mesh(&a.part.part);
+    let mut how = options(&a.how, a.method.unwrap_or_default(), true);
+    how.sequence = sequence(&a.operators)?;
+    if how.sequence.is_some() {
+        if soup {
+            return Err(Error::Usage("--sequence is for solids of R-functions".into()));
+        }
+        how.method = a.method.unwrap_or(Method::Operators);
+    }
+    how.measure = a.report.is_some() || a.html.is_some() || !a.common.quiet || !how.method.is_exact();
+    how.timed = a.report.is_some() || a.verbose;
     let made = if pipeline::is_step(&a.part.part) {
         pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
     } else if pipeline::is_mesh(&a.part.part) {
         pipeline::mesh_soup(&pipeline::load_mesh(&a.part.part, &run)?, &how, &soup_options(&a.triangles), &run)
     } else {
-        pipeline::mesh_part(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
+        let part = pipeline::load_part(&a.part.part, &a.part.define)?;
+        if part.mesh.sequence.is_some() && a.method.is_none() {
+            how.method = Method::Operators;
+        }
+        pipeline::mesh_part(&part, &how, &run)
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
     if a.verbose {
@@ -202,7 +233,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
 pub fn compare(a: &Compare) -> Result<bool> {
     a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
     let run = run(&a.common)?;
-    let how = options(&a.how, Method::default(), true);
+    let how = MeshOptions { sequence: sequence(&a.operators)?, ..options(&a.how, Method::default(), true) };
     if a.rsystems {
         let part = function_part(&a.part.part, &a.part.define)?;
         let c = pipeline::compare_rsystems(&part, &how, &run).map_err(|e| e.in_file(&a.part.part))?;

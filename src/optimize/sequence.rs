@@ -1,16 +1,19 @@
-//! The operators by name, the sequences of them that make a mesh, and the one call that runs a sequence.
+//! The one call that runs a sequence of operators, and what it tells of each.
 
 use std::fmt;
 
 use glam::DVec3;
 
 use super::classify::{Classes, classify_by_curvature, classify_by_edges};
-use super::crease::{CreaseReport, cut_creases, settle_creases};
+use super::crease::{CreaseReport, cut_creases, mark_sharp, settle_creases};
 use super::density::{DEGENERATE_ANGLE, Edits, LONG, SHORT, collapse_short, densify, relax_worst, remove_degenerate};
 use super::dual::snap_to_planes;
 use super::flips::{flip_for_angles, flip_for_normals};
+use super::grammar::Sequence;
 use super::guard::{Moves, ask_all};
 use super::normal::{DAMPING, align_normals};
+use super::operator::Operator;
+use super::sequences::cut_sequence;
 use super::size::Sizing;
 use super::smooth::{ALONG, smooth_all, smooth_edges, smooth_regular};
 use super::surface::{Deviation, forget, normal_deviation, project, survey};
@@ -30,10 +33,6 @@ const BEND: f64 = 10.0;
 const RELAX_ANGLE: f64 = 35.0;
 /// Around a place that came out wrong nodes stay as they were within this many sizes, twice as far at each
 const FREEZE: f64 = 1.5;
-/// `N` is repeated until ε_n falls by less than this share, at most [`N_PASSES`] times.
-const N_FALL: f64 = 0.05;
-/// See [`N_FALL`].
-const N_PASSES: usize = 10;
 /// See [`Options::new`].
 const NODES_PER_RADIUS: f64 = 9.0;
 /// Without a smallest size asked for, curvature makes edges at most this many times shorter than the size.
@@ -54,7 +53,7 @@ pub struct Options {
     /// No edge is asked to be shorter than this for the sake of curvature; without it a sixteenth of `size`.
     pub least_size: Option<f64>,
     /// The operators, in order.
-    pub sequence: Vec<Operator>,
+    pub sequence: Sequence,
     /// How often, at most, the sequence is run again when triangles of the result intersect or face the wrong way: each time
     /// the surroundings of these places are left as the input has them, in growing circles. 0 for a look at the
     /// operators themselves.
@@ -71,7 +70,7 @@ impl Options {
             nodes_per_radius: Some(NODES_PER_RADIUS),
             chord: None,
             least_size: Some(0.5 * size),
-            sequence: default_sequence(),
+            sequence: cut_sequence(),
             retries: 4,
         }
     }
@@ -96,143 +95,6 @@ impl Options {
             least: self.least_size.unwrap_or(self.size / LEAST_SHARE),
         }
     }
-}
-
-/// An operator by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Operator {
-    /// Nodes to their feet on the surface: [`project`].
-    Project,
-    /// `R_all` (12, 13): [`smooth_all`].
-    SmoothAll,
-    /// `N` (4–7), repeated until ε_n rests: [`align_normals`].
-    AlignNormals,
-    /// `N1` (8–11): [`snap_to_planes`].
-    SnapToPlanes,
-    /// Classes by two-means of curvature (14–17): [`classify_by_curvature`].
-    ClassifyByCurvature,
-    /// Classes by the edges marked sharp: [`classify_by_edges`].
-    ClassifyByEdges,
-    /// `R_regular` (18): [`smooth_regular`].
-    SmoothRegular,
-    /// `R_edge` (19, 20): [`smooth_edges`].
-    SmoothEdges,
-    /// Densification by size, curvature and chord: [`densify`].
-    Densify,
-    /// The shortest edges of the extraction: [`collapse_short`] at three tenths of the size.
-    CollapseTiny,
-    /// Edges shorter than four fifths of the size: [`collapse_short`].
-    CollapseShort,
-    /// Needles and caps: [`remove_degenerate`].
-    RemoveDegenerate,
-    /// Flips for angles: [`flip_for_angles`].
-    FlipForAngles,
-    /// Flips for normals: [`flip_for_normals`].
-    FlipForNormals,
-    /// Creases become edges: [`cut_creases`].
-    CutCreases,
-    /// Nodes back onto their creases: [`settle_creases`].
-    SettleCreases,
-    /// Smallest angles, one node at a time: [`relax_worst`].
-    RelaxWorst,
-    /// Labels and normals from the oracle: [`survey`].
-    Survey,
-}
-
-/// Every operator with its name.
-const NAMES: [(Operator, &str); 18] = [
-    (Operator::Project, "project"),
-    (Operator::SmoothAll, "R_all"),
-    (Operator::AlignNormals, "N"),
-    (Operator::SnapToPlanes, "N1"),
-    (Operator::ClassifyByCurvature, "classes-curvature"),
-    (Operator::ClassifyByEdges, "classes-edges"),
-    (Operator::SmoothRegular, "R_regular"),
-    (Operator::SmoothEdges, "R_edge"),
-    (Operator::Densify, "densify"),
-    (Operator::CollapseTiny, "collapse-tiny"),
-    (Operator::CollapseShort, "collapse"),
-    (Operator::RemoveDegenerate, "degenerate"),
-    (Operator::FlipForAngles, "flip-angles"),
-    (Operator::FlipForNormals, "flip-normals"),
-    (Operator::CutCreases, "cut"),
-    (Operator::SettleCreases, "settle"),
-    (Operator::RelaxWorst, "relax"),
-    (Operator::Survey, "survey"),
-];
-
-impl Operator {
-    /// All operators.
-    pub fn all() -> impl Iterator<Item = Operator> {
-        NAMES.into_iter().map(|(op, _)| op)
-    }
-
-    /// The operator's short name, the paper's where it has one.
-    pub fn name(self) -> &'static str {
-        NAMES.into_iter().find(|x| x.0 == self).map_or("", |x| x.1)
-    }
-}
-
-impl fmt::Display for Operator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for Operator {
-    type Err = Error;
-
-    /// Reads a name as [`name`](Operator::name) gives it; [`Error::Usage`] lists them all.
-    fn from_str(text: &str) -> Result<Self> {
-        NAMES.into_iter().find(|x| x.1 == text).map(|x| x.0).ok_or_else(|| {
-            let names: Vec<&str> = NAMES.into_iter().map(|x| x.1).collect();
-            Error::Usage(format!("unknown operator '{text}'; there are {}", names.join(", ")))
-        })
-    }
-}
-
-/// The sequence [`improve`] runs unless told otherwise. Its order was found by measuring on the cube with two crossing
-/// holes (axis-aligned and turned), a turned cube and a cube with a spherical notch, at 16 to 97 cells per side:
-///
-/// 1. `collapse-tiny`, `flip-angles`, then twice `R_all` and `flip-angles`. Slivers of the extraction have meaningless
-///    normals; an edge cut at a crease lands in the wrong order exactly where the triangle's normal is more than a right
-///    angle off. Without this, ten of a few hundred triangles at creases turn over; one pass is not enough, three
-///    are no better than two. Collapsing slivers (`degenerate`) instead is worse: large steps across creases.
-/// 2. `cut`: all creases become edges. `N1` before it, the paper's way to creases, was measured and left out: it takes half
-///    as long again, and nodes it puts *near* a curved crease leave no room for the exact ones (5 of 8 corners found
-///    against 8 of 8).
-/// 3. Four rounds of `collapse`, `flip-angles`, `densify`, `flip-angles`, `R_edge`, `R_regular`: edges of the wanted
-///    length, good angles. After the second a `cut` repairs creases at which the first nodes had no room to move. Two
-///    more passes of `R_regular` and `flip-angles` follow. Without these the 5 % angle is 37.5 instead of 39 degrees; two
-///    passes in every round cost 150 ms more at 64 cells for the same.
-/// 4. Three times `degenerate`, `relax`, `flip-angles`: the worst triangles, one by one. Once leaves the smallest angle
-///    near 29 degrees, three times at 35.
-/// 5. `settle`, `survey`: exact creases (to 1e-9 of the size), and the labels of the final triangles.
-pub fn default_sequence() -> Vec<Operator> {
-    use Operator::*;
-    let round = [CollapseShort, FlipForAngles, Densify, FlipForAngles, SmoothEdges, SmoothRegular];
-    let mut out = vec![CollapseTiny, FlipForAngles];
-    out.extend([SmoothAll, FlipForAngles].repeat(2));
-    for _ in 0..2 {
-        out.extend([CutCreases, Survey]);
-        out.extend(round.repeat(2));
-    }
-    out.extend([FlipForAngles, SmoothRegular].repeat(2));
-    out.extend([FlipForAngles, Survey]);
-    out.extend([RemoveDegenerate, RelaxWorst, FlipForAngles].repeat(3));
-    out.extend([SettleCreases, Survey]);
-    out
-}
-
-/// The sequence \[LIS14\] describes, corrected: projection, smoothing, `N`, `N1`, classes by curvature, smoothing by class,
-/// densification, `N1` again. No edge is flipped or cut, so chamfers stay; it is here to be compared with. It is not the paper's
-/// word for word: every move is [guarded](super::guard), needles are removed, and [`improve_with`] runs it again around faults.
-pub fn paper_sequence() -> Vec<Operator> {
-    use Operator::*;
-    let mut out = vec![Project, SmoothAll, SmoothAll, AlignNormals, SnapToPlanes, SnapToPlanes, ClassifyByCurvature];
-    out.extend([SmoothEdges, SmoothRegular].repeat(5));
-    out.extend([Densify, RemoveDegenerate, SnapToPlanes, Survey]);
-    out
 }
 
 /// What one operator did.
@@ -383,9 +245,10 @@ fn run_sequence(
         report.frozen += 1;
     }
     report.before = normal_deviation(&worker.mesh, oracle, options.size, run)?;
-    for (k, &operator) in options.sequence.iter().enumerate() {
+    let operators = options.sequence.operators();
+    for (k, &operator) in operators.iter().enumerate() {
         run.check()?;
-        run.progress("optimize", k as f64 / options.sequence.len() as f64);
+        run.progress("optimize", k as f64 / operators.len() as f64);
         let outcome = worker.apply(operator)?;
         debug_assert_eq!(worker.mesh.check(), Ok(()));
         report.stages.push((operator, outcome));
@@ -425,8 +288,13 @@ impl Worker<'_> {
         let outcome = match operator {
             Operator::Project => Outcome::Moves(project(mesh, oracle, reach, run)?),
             Operator::SmoothAll => Outcome::Moves(smooth_all(mesh, oracle, reach, run)?),
-            Operator::AlignNormals => Outcome::Moves(self.align()?),
-            Operator::SnapToPlanes => Outcome::Moves(snap_to_planes(mesh, oracle, reach, 0.0, run)?),
+            Operator::AlignNormals => Outcome::Moves(align_normals(mesh, oracle, reach, DAMPING, run)?),
+            Operator::SnapToPlanes => {
+                let moves = snap_to_planes(mesh, oracle, reach, 0.0, run)?;
+                // What it made of creases is marked, or smoothing by classes would tear nodes out of them again.
+                mark_sharp(mesh, oracle, reach, angle, run)?;
+                Outcome::Moves(moves)
+            }
             Operator::ClassifyByCurvature => {
                 let classes = classify_by_curvature(mesh, angle, run)?;
                 let counts = classes.counts();
@@ -489,20 +357,5 @@ impl Worker<'_> {
             None if self.resolved => Ok(classify_by_edges(&self.mesh)),
             None => classify_by_curvature(&self.mesh, self.options.feature_angle, self.run),
         }
-    }
-
-    fn align(&mut self) -> Result<Moves> {
-        let (oracle, run, reach) = (self.oracle, self.run, self.options.size);
-        let mut moves = Moves::default();
-        let mut last = normal_deviation(&self.mesh, oracle, reach, run)?.normal;
-        for _ in 0..N_PASSES {
-            moves.add(align_normals(&mut self.mesh, oracle, reach, DAMPING, run)?);
-            let now = normal_deviation(&self.mesh, oracle, reach, run)?.normal;
-            if now >= (1.0 - N_FALL) * last {
-                break;
-            }
-            last = now;
-        }
-        Ok(moves)
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::classify::{Classes, Kind};
-use super::crease::settle;
+use super::classify::{Classes, Kind, kind_by_edges};
+use super::crease::{feature_neighbors, settle};
 use super::guard::{Moves, ask_all, relocate};
 use crate::error::Result;
 use crate::geometry::SurfaceOracle;
@@ -31,6 +31,20 @@ pub(super) fn node_normal(mesh: &EditMesh, v: u32) -> DVec3 {
         if m == DVec3::ZERO { a } else { a.length() * m }
     };
     mesh.outgoing(v).map(normal).sum::<DVec3>().normalize_or_zero()
+}
+
+/// What a node counts as when it is smoothed. Marked edges, as `N1` leaves them on creases of the surface, come before classes:
+/// curvature is taken from one ring of triangles, and a flip or a new node nearby is enough to call a node on a crease regular.
+fn kind_of(mesh: &EditMesh, classes: &Classes, v: u32) -> Kind {
+    if mesh.outgoing(v).any(|h| mesh.is_sharp(h)) { kind_by_edges(mesh, v) } else { classes.kind(v) }
+}
+
+/// The neighbors along the crease a node is on: the ends of its two marked edges, else what the classes say.
+fn along_of(mesh: &EditMesh, classes: &Classes, v: u32) -> Option<[u32; 2]> {
+    match feature_neighbors(mesh, v)[..] {
+        [a, b] => Some([a, b]),
+        _ => classes.along(v),
+    }
 }
 
 fn smooth_where(
@@ -72,6 +86,7 @@ pub fn smooth_all(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, r
 }
 
 /// One pass of `R_regular`, \[LIS14\] (18): as [`smooth_all`], but only nodes that are neither on a crease nor a corner.
+/// A node at an edge marked sharp is never regular, whatever the classes say.
 pub fn smooth_regular(
     mesh: &mut EditMesh,
     oracle: &dyn SurfaceOracle,
@@ -79,7 +94,7 @@ pub fn smooth_regular(
     reach: f64,
     run: &Run,
 ) -> Result<Moves> {
-    smooth_where(mesh, oracle, reach, run, |_, v| classes.kind(v) == Kind::Regular)
+    smooth_where(mesh, oracle, reach, run, |mesh, v| kind_of(mesh, classes, v) == Kind::Regular)
 }
 
 /// One pass of `R_edge`, \[LIS14\] (19, 20): a node on a crease goes by `c (u·τ̂) τ̂` with u from the node to the middle of
@@ -105,10 +120,14 @@ pub fn smooth_edges(
     };
     let frozen = &*mesh;
     let targets = ask_all(run, mesh.node_capacity(), |v| {
-        if !frozen.is_node(v) || frozen.is_pinned(v) || frozen.is_boundary(v) || classes.kind(v) != Kind::Crease {
+        if !frozen.is_node(v)
+            || frozen.is_pinned(v)
+            || frozen.is_boundary(v)
+            || kind_of(frozen, classes, v) != Kind::Crease
+        {
             return None;
         }
-        let [i, j] = classes.along(v)?;
+        let [i, j] = along_of(frozen, classes, v)?;
         let (p, pi, pj) = (frozen.point(v), frozen.point(i), frozen.point(j));
         let tau = (pi - pj).normalize_or_zero();
         let u = 0.5 * (pi + pj) - p;

@@ -266,7 +266,7 @@ fn the_default_sequence_serves_every_test_part() {
         assert!(m.precision > 0.97 && m.p05_angle > 38.0 && m.min_angle > 0.1 && m.below_20 < 1e-3, "{m:?}");
         assert!(m.corners == 0 || m.recall > 0.97, "{m:?}");
         assert!(m.node_error < 1e-8 && m.normal <= report.before.normal);
-        assert_eq!(seen.len(), options.sequence.len());
+        assert_eq!(seen.len(), options.sequence.operators().len());
         assert_eq!(seen.last().unwrap().1, m.triangles);
         // Labels are the faces under the triangles.
         for t in 0..mesh.triangles.len() {

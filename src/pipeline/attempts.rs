@@ -7,7 +7,8 @@ use glam::DVec3;
 
 use super::history::{Attempt, Clock, Proof, Tried};
 use super::leaf::exact_options;
-use super::mesh::{MeshOptions, Method, Ready, nothing_found};
+use super::mesh::{MeshOptions, Ready, nothing_found};
+use super::method::Method;
 use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;

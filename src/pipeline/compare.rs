@@ -8,12 +8,13 @@ use serde::Serialize;
 use super::attempts::Ladder;
 use super::leaf::by_leaf;
 use super::mesh::{MeshOptions, Ready, check_groups, finish_names};
+use super::method::Method;
 use super::report::Report;
 use crate::error::Result;
 use crate::implicit::part::Part;
 use crate::implicit::{ImplicitOracle, features};
 use crate::mesh::TriMesh;
-use crate::optimize::{Options, improve_with, paper_sequence};
+use crate::optimize::{Options, improve_with};
 use crate::quality::Check;
 use crate::render::View;
 use crate::run::Run;
@@ -24,7 +25,7 @@ const SHARP: f64 = 40.0;
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// `mc`, `paper` (the operators of \[LIS14\] in its order), `operators` or `leaf` (the default; all its attempts); of a
+    /// `mc`, `paper` (what \[LIS14\] prints), `operators` (its operators in a better order), `cut` or `leaf` (the default; all its attempts); of a
     /// soup `input`, `poisson`, `frontal` or `triangles`.
     pub method: &'static str,
     /// The stage just finished.
@@ -57,11 +58,12 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut stages: Vec<(&'static str, String, TriMesh)> = vec![("mc", "MC33".into(), extracted.mesh.clone())];
     let default = ready.operator_options(options);
-    let paper = Options { sequence: paper_sequence(), ..default.clone() };
-    for (method, options) in [("paper", paper), ("operators", default)] {
+    for method in Method::ALL {
+        let own = options.sequence.clone().filter(|_| method == Method::Operators);
+        let Some(sequence) = own.or_else(|| method.sequence()) else { continue };
         let mut mesh = extracted.mesh.clone();
-        improve_with(&mut mesh, &oracle, &options, run, &mut |stage, mesh| {
-            stages.push((method, stage.to_string(), mesh.clone()));
+        improve_with(&mut mesh, &oracle, &Options { sequence, ..default.clone() }, run, &mut |stage, mesh| {
+            stages.push((method.name(), stage.to_string(), mesh.clone()));
         })?;
     }
     by_leaf(

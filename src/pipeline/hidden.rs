@@ -4,7 +4,8 @@
 use super::attempts::{CELLS, Ladder};
 use super::history::{Attempt, Clock, Tried};
 use super::leaf::{ByLeaf, by_leaf};
-use super::mesh::{MeshOptions, Method, Ready};
+use super::mesh::{MeshOptions, Ready};
+use super::method::Method;
 use crate::error::{Error, Result};
 use crate::implicit::{ImplicitOracle, creased};
 use crate::optimize::improve;
@@ -85,6 +86,6 @@ pub(super) fn hidden_creases(ready: &Ready, made: &ByLeaf, options: &MeshOptions
     }
     let mut attempts = given_up(made, cut_off);
     attempts.push(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), 0, &mut clock).kept());
-    let other = ByLeaf::by_other(mesh, extracted, ready.size, Method::Operators, Vec::new());
+    let other = ByLeaf::by_other(mesh, extracted, ready.size, Method::Cut, Vec::new());
     Ok(Some(ByLeaf { attempts, ..other }))
 }

@@ -21,7 +21,7 @@ pub enum Tried {
     Trim,
     /// The same with the surroundings of faults left as they were extracted.
     Leave,
-    /// Marching cubes with the default sequence of operators.
+    /// Marching cubes with a sequence of operators.
     Operators,
     /// Marching cubes alone.
     MarchingCubes,

@@ -2,7 +2,8 @@
 
 use super::attempts::{Ladder, Scout, Searched, Trial, search};
 use super::history::{Attempt, Clock, Tried};
-use super::mesh::{MeshOptions, Method, Ready};
+use super::mesh::{MeshOptions, Ready};
+use super::method::Method;
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
@@ -128,7 +129,7 @@ fn near(mesh: &TriMesh, boxes: &[Aabb], reach: f64) -> Vec<bool> {
 }
 
 /// Runs the leaf method on ever smaller cells until it comes out clean. Where no attempt does, the best one is made anew
-/// with the surroundings of its faults as they were extracted; falls back to the operators, at last to marching cubes,
+/// with the surroundings of its faults as they were extracted; falls back to the method cut, at last to marching cubes,
 /// where that does not help.
 pub(super) fn by_leaf(
     ready: &Ready,
@@ -186,7 +187,7 @@ pub(super) fn by_leaf(
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut mesh = extracted.mesh.clone();
     let improved = improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
-    let mut method = Method::Operators;
+    let mut method = Method::Cut;
     let flawed = improved.self_intersections + improved.after.inverted;
     let operators = Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed, &mut clock);
     attempts.push(Attempt { kept: flawed == 0, ..operators });

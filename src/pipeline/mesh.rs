@@ -1,7 +1,6 @@
 //! Part in, mesh out.
 
 use std::borrow::Cow;
-use std::str::FromStr;
 
 use glam::DVec3;
 
@@ -12,10 +11,11 @@ use super::heal::{heal_made, same_places, told};
 use super::hidden::hidden_creases;
 use super::history::{Attempt, Clock, Tried};
 use super::leaf::{ByLeaf, by_leaf};
+use super::method::Method;
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
-use crate::error::{Error, Place, Result};
-use crate::implicit::part::{Part, SizeRequest, glob, nearest};
+use crate::error::{Error, Place, Result, nearest};
+use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{
     ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features, surface_points, thin_places,
     thin_walls,
@@ -23,62 +23,13 @@ use crate::implicit::{
 use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
-use crate::optimize::{Options, improve};
+use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
 use crate::quality::{self, Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
 
 /// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
 pub(super) const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
-
-/// How a mesh is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
-    /// Marching cubes with the topology of MC33, nothing else.
-    MarchingCubes,
-    /// Marching cubes, then the [default sequence](crate::optimize::default_sequence) of operators: creases are cut where normals
-    /// differ, the rest smooths, divides and flips. Only some of the operators are those of \[LIS14\].
-    Operators,
-    /// Edges and corners exactly where the tree's leaves meet, and a remesher that keeps them:
-    /// [`optimize::exact`](crate::optimize::exact).
-    #[default]
-    Leaf,
-    /// The same from the arrangement of the leaves on an adaptive grid, with no other way tried where that does not come out.
-    Complex,
-}
-
-impl Method {
-    /// All methods, in the order they are compared in.
-    pub const ALL: [Method; 4] = [Method::MarchingCubes, Method::Operators, Method::Leaf, Method::Complex];
-
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Method::MarchingCubes => "mc",
-            Method::Operators => "operators",
-            Method::Leaf => "leaf",
-            Method::Complex => "complex",
-        }
-    }
-}
-
-impl Method {
-    /// Whether edges and corners come from the tree.
-    pub fn is_exact(self) -> bool {
-        matches!(self, Method::Leaf | Method::Complex)
-    }
-}
-
-impl FromStr for Method {
-    type Err = Error;
-    fn from_str(s: &str) -> Result<Self> {
-        let known = Method::ALL.map(Method::name).join(", ");
-        Method::ALL
-            .into_iter()
-            .find(|m| m.name() == s)
-            .ok_or_else(|| Error::Usage(format!("unknown method {s}; known: {known}")))
-    }
-}
 
 /// What [`mesh_part`] is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,6 +38,9 @@ pub struct MeshOptions {
     pub size: Option<SizeRequest>,
     /// How.
     pub method: Method,
+    /// The operators that [`Method::Operators`] runs, before the part's own wish and [`operators_sequence`](crate::optimize::operators_sequence);
+    /// it is an error with any other method.
+    pub sequence: Option<Sequence>,
     /// See [`ExtractOptions::root_tolerance`].
     pub root_tolerance: f64,
     /// See [`ExtractOptions::memory`].
@@ -121,6 +75,7 @@ impl Default for MeshOptions {
         Self {
             size: None,
             method: Method::default(),
+            sequence: None,
             root_tolerance: extract.root_tolerance,
             memory: extract.memory,
             angle: None,
@@ -245,6 +200,9 @@ impl Ready {
 /// does.
 const APART: f64 = 0.2;
 
+/// Operators that leave less of the length of sharp edges than this in the mesh fall short.
+const RECALL: f64 = 0.99;
+
 /// Walls are thin as a whole, and not just where two faces part, if more than this share of the triangles is across from another
 /// side of theirs.
 const THIN: f64 = 1e-3;
@@ -261,7 +219,12 @@ const THIN: f64 = 1e-3;
 ///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    let options = &MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
+    let mut options = MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
+    if options.method == Method::Operators && options.sequence.is_none() {
+        options.sequence = part_sequence(part)?;
+    }
+    let options = &options;
+    check_sequence(part, options)?;
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
@@ -274,12 +237,48 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     }
 }
 
+/// The sequence a part file asks for, if it does.
+///
+/// Errors: a mistake in it, at the place of the text in the file.
+pub(super) fn part_sequence(part: &Part) -> Result<Option<Sequence>> {
+    let Some((text, place)) = &part.mesh.sequence else { return Ok(None) };
+    text.parse().map(Some).map_err(|e: Error| match e {
+        Error::Input { place: within, message, help, .. } => {
+            let e = Error::input(place.clone(), format!("sequence: {within}{message}"));
+            help.into_iter().fold(e, Error::with_help)
+        }
+        other => other,
+    })
+}
+
+/// A sequence that nothing would run is a mistake.
+fn check_sequence(part: &Part, options: &MeshOptions) -> Result<()> {
+    let Some(_) = options.sequence else { return Ok(()) };
+    if options.method != Method::Operators {
+        let name = options.method.name();
+        return Err(Error::Usage(format!("a sequence is run by the method operators, not by {name}")));
+    }
+    if part.solid.is_none() {
+        return Err(Error::Usage(
+            "a sequence is for solids of R-functions, the part has only ones built from edges".into(),
+        ));
+    }
+    Ok(())
+}
+
 /// Whatever the method, mesh and surface may be no farther from each other than the size, either way: marching cubes cuts off
 /// what is sharp within a cell, which is less.
 fn too_far(check: &Check, limit: f64) -> Option<Fault> {
     let d = check.deviation?;
     let distance = d.max.max(d.from_surface.unwrap_or(0.0));
     (distance > limit).then_some(Fault::Far { distance, limit, triangles: None })
+}
+
+/// What operators leave out of the creases they are there for, if that was measured.
+fn cut_off(check: &Check) -> Option<Fault> {
+    let f = check.features.as_ref()?;
+    let (recall, corners, of) = (f.recall, f.corners_found, f.corners_true);
+    (recall < RECALL || corners < of).then_some(Fault::CreasesCutOff { recall, corners, of })
 }
 
 /// How far a mesh and the surface are from each other somewhere.
@@ -344,6 +343,7 @@ fn is_sound(made: &Meshed) -> bool {
 /// A mesh by what a ladder has.
 fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Ladder<'_>, run: &Run) -> Result<Found> {
     let mut clock = Clock::new(options.timed);
+    let sequence = options.sequence.clone().or_else(|| options.method.sequence());
     let made = if options.method.is_exact() {
         let made = by_leaf(ready, options, ladder, run, None)?;
         match hidden_creases(ready, &made, options, run)? {
@@ -353,11 +353,12 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     } else {
         let extracted = ready.extract(ready.size, options, run)?;
         let mut mesh = extracted.mesh.clone();
-        if options.method == Method::Operators {
+        let mut tried = Tried::MarchingCubes;
+        if let Some(sequence) = sequence.clone() {
             let oracle = ImplicitOracle::new(&ready.model, &extracted);
-            improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
+            improve(&mut mesh, &oracle, &Options { sequence, ..ready.operator_options(options) }, run)?;
+            tried = Tried::Operators;
         }
-        let tried = if options.method == Method::Operators { Tried::Operators } else { Tried::MarchingCubes };
         let attempt = Attempt::new(tried, ready.size, mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
         let made = ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new());
         ByLeaf { attempts: vec![attempt], ..made }
@@ -378,6 +379,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     } = made;
     let (crossed, complete) = (made.crossed, made.complete);
     let mut report = Report::new(method, ready.size, part.units.clone());
+    // Where the operators stood in for the leaf method it is their usual sequence that ran.
+    report.sequence = sequence.or_else(|| method.sequence()).map(|s| s.to_string());
     report.shortfalls = shortfalls;
     report.attempts = attempts;
     report.stage("mesh", mesh.triangles.len(), &mut clock);
@@ -414,9 +417,9 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
         report.shortfalls.extend(thin);
     }
     if options.method.is_exact() {
-        if method == Method::Operators && report.shortfalls.is_empty() {
+        if method == Method::Cut && report.shortfalls.is_empty() {
             let what =
-                "creases inside a closure or formula: the mesh is by the operators, which find edges on the surface";
+                "creases inside a closure or formula: the mesh is by the method cut, which finds edges on the surface";
             report.warnings.push(what.into());
         }
         let bent = creased(&mesh, &ImplicitOracle::new(&ready.model, &extracted), run);
@@ -446,6 +449,9 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
+    if report.sequence.is_some() && !options.method.is_exact() {
+        report.shortfalls.extend(cut_off(&measured));
+    }
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut clock);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.

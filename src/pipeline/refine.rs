@@ -4,8 +4,8 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
-use crate::implicit::part::{SizeRequest, glob, nearest};
+use crate::error::{Error, Result, nearest};
+use crate::implicit::part::{SizeRequest, glob};
 use crate::optimize::{Region, Shape};
 use crate::spatial::Aabb;
 

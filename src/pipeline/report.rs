@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::distance::Distance;
 use super::history::{Attempt, Stage};
-use super::mesh::Method;
+use super::method::Method;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Implicit;
 use crate::implicit::part::Part;
@@ -24,6 +24,9 @@ pub struct Report {
     pub schema: u32,
     /// The method's name.
     pub method: &'static str,
+    /// The operators that ran after marching cubes, as text that can be run again; of methods with a sequence only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<String>,
     /// Cell size, in the part's unit.
     pub size: f64,
     /// The part's unit, where it names one.
@@ -101,6 +104,7 @@ impl Report {
         Self {
             schema: SCHEMA,
             method,
+            sequence: None,
             size,
             units,
             warnings: Vec::new(),

@@ -90,6 +90,15 @@ pub enum Fault {
         /// The first ones.
         places: Vec<[f64; 3]>,
     },
+    /// Operators left sharp edges or corners cut off.
+    CreasesCutOff {
+        /// The share of the length of sharp edges that is there.
+        recall: f64,
+        /// How many corners are there.
+        corners: usize,
+        /// Of how many.
+        of: usize,
+    },
     /// The solid, or a gap, is thinner than the cells.
     Thin {
         /// Where.
@@ -217,6 +226,7 @@ impl Fault {
             | Fault::LeftAsExtracted { at, .. }
             | Fault::Kept { at, .. } => vec![*at],
             Fault::Inverted { .. }
+            | Fault::CreasesCutOff { .. }
             | Fault::FacingAway { .. }
             | Fault::Far { .. }
             | Fault::OtherMethod { .. }
@@ -295,6 +305,13 @@ impl fmt::Display for Fault {
                 write!(f, "no exact edge found near {near}: two faces come too close there")?;
                 let more = count.saturating_sub(places.len());
                 if more > 0 { write!(f, ", and at {more} more places") } else { Ok(()) }
+            }
+            Fault::CreasesCutOff { recall, corners, of } => {
+                write!(
+                    f,
+                    "creases are cut off: {:.1} % of the sharp edges and {corners} of {of} corners are there",
+                    100.0 * recall
+                )
             }
             Fault::Thin { at } => write!(f, "the solid, or a gap, is thinner than the cells near {}", point(at)),
             Fault::ThinWall { face, at, thickness, size } => {

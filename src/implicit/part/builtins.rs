@@ -431,9 +431,12 @@ fn declaration<'a>(
             it.groups.push(PartGroup { name: group, patterns, place: it.place(range) });
         }
         "mesh" => {
-            let b = Bound::new(it, name, &["size", "size_min"], arguments, range)?;
+            let b = Bound::new(it, name, &["size", "size_min", "sequence"], arguments, range)?;
             if b.get("size_min").is_some() {
                 it.mesh.least = Some(b.positive(it, "size_min")?);
+            }
+            if let Some(a) = b.get("sequence") {
+                it.mesh.sequence = Some((b.text(it, "sequence")?, it.place(a.range)));
             }
             if let Some(a) = b.get("size") {
                 it.mesh.size = Some(match &a.value {

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::super::solid::Solid;
-use super::{Part, nearest, place};
-use crate::error::{Error, Place, Result};
+use super::{Part, place};
+use crate::error::{Error, Place, Result, nearest};
 use shapes::{Round, Shape};
 use tokens::{Argument, Token, Tokens, Value};
 

@@ -239,7 +239,7 @@ impl<'a> Interpreter<'a> {
         }
         let e = self.error(range, format!("nothing is called {name:?}"));
         let known = self.globals.keys().map(String::as_str).chain(builtins::NAMES.iter().chain(&edges::NAMES).copied());
-        let mut near: Vec<(usize, &str)> = known.map(|k| (refused::edit_distance(k, name), k)).collect();
+        let mut near: Vec<(usize, &str)> = known.map(|k| (crate::error::edit_distance(k, name), k)).collect();
         near.sort_unstable();
         Err(match near.first() {
             Some((d, k)) if *d <= 2 && *d < name.chars().count() => e.with_help(format!("did you mean {k:?}?")),

@@ -82,12 +82,14 @@ impl FromStr for SizeRequest {
 }
 
 /// What the part file says about meshing.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshDefaults {
     /// The cell size.
     pub size: Option<SizeRequest>,
     /// Curvature makes no edges shorter than this.
     pub least: Option<f64>,
+    /// The operators that make the mesh, as text, and where the file says so.
+    pub sequence: Option<(String, Place)>,
 }
 
 /// A named set of faces.
@@ -177,11 +179,6 @@ pub fn glob(pattern: &str, name: &str) -> bool {
         }
     }
     p[i..].iter().all(|c| *c == '*')
-}
-
-/// The name that takes the fewest edits to be this one.
-pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known.map(|k| (refused::edit_distance(k, name), k)).min().map(|(_, k)| k)
 }
 
 /// The place of a byte range of a text.

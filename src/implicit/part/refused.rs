@@ -47,19 +47,3 @@ pub(super) fn expression(e: &Expr) -> &'static str {
         _ => "such expressions",
     }
 }
-
-/// Insertions, deletions and exchanges from one word to the other.
-pub(super) fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().take(64).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, c) in a.chars().take(64).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for j in 0..b.len() {
-            let next = (diagonal + usize::from(c != b[j])).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = row[j + 1];
-            row[j + 1] = next;
-        }
-    }
-    row[b.len()]
-}

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 
 use super::super::expr::{Binary, Expr, ExprNode, Unary};
 use super::super::solid::Solid;
-use super::{Part, nearest, place};
-use crate::error::{Error, Place, Result};
+use super::{Part, place};
+use crate::error::{Error, Place, Result, nearest};
 
 /// Bytes of a file that is read.
 const MOST_BYTES: usize = 64 << 20;
