@@ -6,9 +6,7 @@
 
 use glam::{DMat3, DQuat};
 use rvachev::geometry::{Features, Pieces};
-use rvachev::implicit::{
-    ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features,
-};
+use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features};
 use rvachev::mesh::EditMesh;
 use rvachev::optimize::{Kind, Operator, Options, classify_by_curvature, improve, paper_sequence};
 use rvachev::{DVec3, Result, Run};
@@ -31,7 +29,9 @@ fn main() -> Result<()> {
     ];
     let only: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let cells = if only.is_empty() { vec![32, 64, 128] } else { only };
-    println!("part            turned   N   nodes |  corners true/near/right/called | crease nodes  found   share | false between");
+    println!(
+        "part            turned   N   nodes |  corners true/near/right/called | crease nodes  found   share | false between"
+    );
     for (name, solid) in parts {
         for turned in [false, true] {
             for &n in &cells {
@@ -84,7 +84,8 @@ fn line(name: &str, solid: &Solid, turned: bool, n: usize) -> Result<()> {
         }
     }
     let near_corner = |v: u32| truth.corners.iter().position(|c| c.distance(mesh.point(v)) <= 0.5 * size);
-    let exists = truth.corners.iter().filter(|c| mesh.nodes().any(|v| mesh.point(v).distance(**c) <= 0.05 * size)).count();
+    let exists =
+        truth.corners.iter().filter(|c| mesh.nodes().any(|v| mesh.point(v).distance(**c) <= 0.05 * size)).count();
     let called: Vec<u32> = mesh.nodes().filter(|&v| classes.kind(v) == Kind::Corner).collect();
     let mut right: Vec<usize> = called.iter().filter_map(|&v| near_corner(v)).collect();
     right.sort_unstable();

@@ -12,22 +12,32 @@ use crate::numeric::kmeans::{far_apart, k_means};
 
 /// Radius of the disc in edge lengths: two rings of triangles, so that a row of chamfers along a crease is outnumbered.
 pub const DISC: f64 = 1.6;
+/// A corner must also show in a disc as many times wider: there noise counts less, and a corner is one at every scale.
+const WIDER: f64 = 1.35;
 /// The most sheets looked for: more faces than this seldom meet in a point, and a corner shows with three of them.
 const SHEETS: usize = 4;
-/// Between two clusters the surface must bend by this share of the angle between their centers at single edges. A curved
-/// face bends everywhere, so an edge of it has a third of the angle between two halves of a disc, a crease has all.
-const AT_ONCE: f64 = 0.5;
-/// The smallest share of the disc's weight that is a sheet; a single triangle of a disc has about a twentieth.
-const LEAST_SHARE: f64 = 0.08;
+/// At half of the length along which two clusters touch the surface must bend by this share of the angle between their centers. A
+/// curved face bends everywhere, so an edge of it has a third of the angle between two halves of a disc; a crease has all, and
+/// half where a chamfer is in between.
+const AT_ONCE: f64 = 0.4;
+/// The smallest share of the disc's weight that is a sheet; two triangles of a disc have about a tenth.
+const LEAST_SHARE: f64 = 0.12;
 /// A node is on a sheet when it is no farther from its plane than this, in edge lengths: chords of a face with two nodes
 /// to the radius are as high as that, and nodes off a crease are a quarter of an edge away or more.
 const ON: f64 = 0.1;
+/// Triangles whose normals are farther from their cluster's than this, radians, do not tell where its sheet is: a chamfer of a
+/// right angle is 45 degrees off, a face of two nodes to the radius bends by 29 from edge to edge.
+const CORE: f64 = 0.5;
 /// Three sheets make a corner when the volume their unit normals span exceeds this. A chamfer along a bent crease
 /// stays below, three faces of a box have 1.
 const VOLUME: f64 = 0.25;
 /// A corner's node is no farther from where the sheets meet than this, in edge lengths: half an edge, else another
 /// node of a full mesh would be nearer.
 const NEAR: f64 = 0.5;
+
+/// Places where sheets meet that are closer than this, in edge lengths, are one corner seen from several nodes: two corners
+/// that close have no edge of the mesh between them.
+const APART: f64 = 1.0;
 
 /// What the sheets around a node make of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -40,11 +50,10 @@ pub(super) struct Around {
     pub edge: f64,
 }
 
-/// One sheet: its unit normal and its distance from the node, and its share of the disc.
+/// One sheet: its unit normal and its distance from the node along it.
 struct Sheet {
     normal: DVec3,
     offset: f64,
-    share: f64,
 }
 
 /// Mean length of a node's edges.
@@ -89,7 +98,16 @@ pub(super) fn around(mesh: &EditMesh, v: u32, angle: f64) -> Around {
             }
         }
     }
-    let mut largest = VOLUME;
+    out.corner = meeting(p, edge, &sheets).filter(|_| {
+        let wide = self::sheets(mesh, p, edge, angle, &disc(mesh, v, WIDER * DISC * edge));
+        meeting(p, edge, &wide).is_some()
+    });
+    out
+}
+
+/// Where three sheets meet near the node at `p`, those that are most independent.
+fn meeting(p: DVec3, edge: f64, sheets: &[Sheet]) -> Option<DVec3> {
+    let (mut largest, mut out) = (VOLUME, None);
     for (k, a) in sheets.iter().enumerate() {
         for (j, b) in sheets[..k].iter().enumerate() {
             for c in &sheets[..j] {
@@ -101,7 +119,7 @@ pub(super) fn around(mesh: &EditMesh, v: u32, angle: f64) -> Around {
                 let step = rows.inverse() * DVec3::new(a.offset, b.offset, c.offset);
                 if step.length() <= 2.0 * NEAR * edge {
                     largest = volume;
-                    out.corner = Some(p + step);
+                    out = Some(p + step);
                 }
             }
         }
@@ -119,7 +137,8 @@ fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -
     for (i, &t) in triangles.iter().enumerate() {
         for h in 3 * t..3 * t + 3 {
             let o = mesh.opposite(h);
-            if o != NONE && h < o
+            if o != NONE
+                && h < o
                 && let Some(j) = triangles.iter().position(|&x| x == o / 3)
             {
                 inner.push(Inner { sides: [i, j], bend: dihedral(mesh, h), length: mesh.edge_length(h) });
@@ -146,14 +165,21 @@ fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -
         let sheet = |k: usize| {
             let mut planes: Vec<(f64, f64)> = Vec::new();
             let mut normal = DVec3::ZERO;
-            for (i, &t) in triangles.iter().enumerate().filter(|x| clusters.of[x.0] == k) {
+            let mut core = DVec3::from_array(clusters.centers[k]).normalize_or_zero();
+            let cosine = CORE.cos();
+            for _ in 0..2 {
+                let near = |i: &usize| clusters.of[*i] == k && core.dot(DVec3::from_array(normals[*i])) >= cosine;
+                core = (0..triangles.len()).filter(near).map(|i| vectors[i]).sum::<DVec3>().normalize_or(core);
+            }
+            let near = |i: usize| clusters.of[i] == k && core.dot(DVec3::from_array(normals[i])) >= cosine;
+            for (i, &t) in triangles.iter().enumerate().filter(|x| near(x.0)) {
                 let c = mesh.centroid(t) - p;
                 let weight = areas[i] / (c.length_squared() + 0.0625 * edge * edge);
                 let n = DVec3::from_array(normals[i]);
                 planes.push((n.dot(c), weight));
                 normal += weight * n;
             }
-            Sheet { normal: normal.normalize_or_zero(), offset: weighted_median(planes), share: share(k) }
+            Sheet { normal: normal.normalize_or_zero(), offset: weighted_median(planes) }
         };
         return (0..count).map(sheet).collect();
     }
@@ -176,15 +202,12 @@ fn are_apart(centers: &[[f64; 3]], of: &[usize], inner: &[Inner], angle: f64) ->
             if !(between >= angle) {
                 return false;
             }
-            let (mut bend, mut length) = (0.0, 0.0);
-            for e in inner {
+            let touching = inner.iter().filter(|e| {
                 let sides = e.sides.map(|s| of[s]);
-                if sides == [a, b] || sides == [b, a] {
-                    bend += e.bend * e.length;
-                    length += e.length;
-                }
-            }
-            if bend < length * angle.max(AT_ONCE * between) {
+                sides == [a, b] || sides == [b, a]
+            });
+            let bends: Vec<(f64, f64)> = touching.map(|e| (e.bend, e.length)).collect();
+            if !bends.is_empty() && weighted_median(bends) < angle.max(AT_ONCE * between) {
                 return false;
             }
         }
@@ -223,7 +246,7 @@ pub(super) fn best_corners(mesh: &EditMesh, seen: &[Option<Around>]) -> Vec<u32>
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut taken: Vec<(u32, DVec3)> = Vec::new();
     for (_, v, at, edge) in candidates {
-        if taken.iter().all(|t| t.1.distance(at) > edge && mesh.point(t.0).distance(mesh.point(v)) > NEAR * edge) {
+        if taken.iter().all(|t| t.1.distance(at).min(mesh.point(t.0).distance(mesh.point(v))) > APART * edge) {
             taken.push((v, at));
         }
     }
