@@ -400,6 +400,7 @@ pub enum Coloring {
     Angle,
     Edge,
     Distance,
+    Class,
 }
 
 /// The edges in a picture.
