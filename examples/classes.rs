@@ -11,6 +11,7 @@ use rvachev::mesh::EditMesh;
 use rvachev::optimize::{Kind, Operator, Options, classify_by_curvature, improve, paper_sequence};
 use rvachev::{DVec3, Result, Run};
 
+/// Creases are where normals differ by more degrees than this.
 const CREASE: f64 = 20.0;
 
 fn main() -> Result<()> {
@@ -27,8 +28,9 @@ fn main() -> Result<()> {
         ("notched", cube() - Solid::sphere(0.8, DVec3::ONE)),
         ("sphere", Solid::sphere(0.8, o)),
     ];
-    let only: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
-    let cells = if only.is_empty() { vec![32, 64, 128] } else { only };
+    // cargo run --release --example classes -- 32 64 128
+    let asked: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+    let cells = if asked.is_empty() { vec![32] } else { asked };
     println!(
         "part            turned   N   nodes |  corners true/near/right/called | crease nodes  found   share | false between"
     );
@@ -63,7 +65,6 @@ fn line(name: &str, solid: &Solid, turned: bool, n: usize) -> Result<()> {
     let seconds = start.elapsed().as_secs_f64();
 
     let near = distances(&mesh, &truth, &oracle, size);
-    let verbose = std::env::var("WHY").is_ok();
     let (mut on, mut found, mut wrong, mut between) = (0, 0, 0, 0);
     for v in mesh.nodes() {
         let (d, angle, _) = near[v as usize];
@@ -71,14 +72,8 @@ fn line(name: &str, solid: &Solid, turned: bool, n: usize) -> Result<()> {
         if d <= 0.05 && angle > CREASE {
             on += 1;
             found += usize::from(special);
-            if verbose && !special {
-                println!("   missed {v} at {:.4} d {d:.4} angle {angle:.1}", mesh.point(v));
-            }
         } else if special && d > 0.25 {
             wrong += 1;
-            if verbose {
-                println!("   false {v} at {:.4} d {d:.4} angle {angle:.1} {:?}", mesh.point(v), classes.kind(v));
-            }
         } else if special && d > 0.05 {
             between += 1;
         }
@@ -90,15 +85,6 @@ fn line(name: &str, solid: &Solid, turned: bool, n: usize) -> Result<()> {
     let mut right: Vec<usize> = called.iter().filter_map(|&v| near_corner(v)).collect();
     right.sort_unstable();
     right.dedup();
-    if verbose {
-        for &v in called.iter().filter(|&&v| near_corner(v).is_none()) {
-            println!("   no corner {v} at {:.4} {:?}", mesh.point(v), near[v as usize]);
-        }
-        for (k, c) in truth.corners.iter().enumerate().filter(|(k, _)| !right.contains(k)) {
-            let d = mesh.nodes().map(|v| mesh.point(v).distance(*c) / size).fold(f64::INFINITY, f64::min);
-            println!("   corner {k} not found at {c:.4}; nearest node {d:.3} cells");
-        }
-    }
     println!(
         "{name:<15} {:<6} {n:>4} {:>7} | {:>3} {:>3} {:>3} {:>3} | {on:>6} {found:>6} {:>7.2}% | {wrong:>4} {between:>4}  {seconds:.2} s",
         if turned { "yes" } else { "no" },

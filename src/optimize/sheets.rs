@@ -6,8 +6,9 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::mesh::EditMesh;
 use crate::mesh::curvature::dihedral;
-use crate::mesh::{EditMesh, edit::NONE};
+use crate::mesh::edit::{NONE, next};
 use crate::numeric::kmeans::{far_apart, k_means};
 
 /// Radius of the disc in edge lengths: two rings of triangles, so that a row of chamfers along a crease is outnumbered.
@@ -66,9 +67,9 @@ fn ring_length(mesh: &EditMesh, v: u32) -> f64 {
 fn disc(mesh: &EditMesh, v: u32, radius: f64) -> Vec<u32> {
     let p = mesh.point(v);
     let mut out: Vec<u32> = mesh.outgoing(v).map(|h| h / 3).collect();
-    let mut next = 0;
-    while let Some(&t) = out.get(next) {
-        next += 1;
+    let mut done = 0;
+    while let Some(&t) = out.get(done) {
+        done += 1;
         for h in 3 * t..3 * t + 3 {
             let o = mesh.opposite(h);
             if o != NONE && mesh.centroid(o / 3).distance(p) <= radius && !out.contains(&(o / 3)) {
@@ -81,6 +82,11 @@ fn disc(mesh: &EditMesh, v: u32, radius: f64) -> Vec<u32> {
 
 /// Looks at the sheets around a node; `angle` in radians is the smallest between two faces with a crease between them.
 pub(super) fn around(mesh: &EditMesh, v: u32, angle: f64) -> Around {
+    // Most nodes are regular, and the triangles around them tell: a crease that the node is on passes through them.
+    let bent = |h: u32| dihedral(mesh, h) >= angle * AT_ONCE;
+    if !mesh.outgoing(v).any(|h| bent(h) || bent(next(h))) {
+        return Around::default();
+    }
     let p = mesh.point(v);
     // Nodes crowd along creases, so a node's own edges may be short where those around it are not.
     let edge = mesh.neighbors(v).map(|x| ring_length(mesh, x)).fold(ring_length(mesh, v), f64::max);
