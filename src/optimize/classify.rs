@@ -2,7 +2,7 @@
 
 use super::crease::feature_neighbors;
 use super::guard::ask_all;
-use super::sheets::{Around, around, best_corners};
+use super::sheets::{SheetsAround, around, best_corners};
 use crate::error::Result;
 use crate::mesh::{EditMesh, edit::NONE};
 use crate::run::Run;
@@ -78,7 +78,7 @@ pub fn classify_by_edges(mesh: &EditMesh) -> Classes {
 /// Classes by curvature, \[LIS14\] (14–17), corrected: not of one ring but of a disc two edges wide, and with k-means of
 /// normals in place of curvatures, so that a curved face does not count as bent and the number of clusters can be tested.
 ///
-/// Around every node the normals of the triangles form one, two, three or four clusters; clusters are sheets of the surface when
+/// SheetsAround every node the normals of the triangles form one, two, three or four clusters; clusters are sheets of the surface when
 /// it bends by more than `feature_angle` degrees where they touch, and at once. A node is on a crease when it lies
 /// on two sheets. Where three meet, the nearest node is the corner, and no other one within an edge. Of the band of
 /// nodes that is left the neighbors along a crease are those that its direction meets best, one ahead and one back.
@@ -88,7 +88,7 @@ pub fn classify_by_edges(mesh: &EditMesh) -> Classes {
 pub fn classify_by_curvature(mesh: &EditMesh, feature_angle: f64, run: &Run) -> Result<Classes> {
     let angle = feature_angle.to_radians();
     let seen = ask_all(run, mesh.node_capacity(), |v| mesh.is_node(v).then(|| around(mesh, v, angle)))?;
-    let kind = |a: &Around| if a.crease.is_some() { Kind::Crease } else { Kind::Regular };
+    let kind = |a: &SheetsAround| if a.crease.is_some() { Kind::Crease } else { Kind::Regular };
     let mut kinds: Vec<Option<Kind>> = seen.iter().map(|a| a.as_ref().map(kind)).collect();
     for v in best_corners(mesh, &seen) {
         kinds[v as usize] = Some(Kind::Corner);

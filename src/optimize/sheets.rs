@@ -42,7 +42,7 @@ const APART: f64 = 1.0;
 
 /// What the sheets around a node make of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Around {
+pub(super) struct SheetsAround {
     /// Unit direction of the crease on which the node lies.
     pub crease: Option<DVec3>,
     /// Where three sheets meet nearby.
@@ -52,7 +52,7 @@ pub(super) struct Around {
 }
 
 /// One sheet: its unit normal and its distance from the node along it.
-struct Sheet {
+struct NodeSheet {
     normal: DVec3,
     offset: f64,
 }
@@ -81,16 +81,16 @@ fn disc(mesh: &EditMesh, v: u32, radius: f64) -> Vec<u32> {
 }
 
 /// Looks at the sheets around a node; `angle` in radians is the smallest between two faces with a crease between them.
-pub(super) fn around(mesh: &EditMesh, v: u32, angle: f64) -> Around {
+pub(super) fn around(mesh: &EditMesh, v: u32, angle: f64) -> SheetsAround {
     // Most nodes are regular, and the triangles around them tell: a crease that the node is on passes through them.
     let bent = |h: u32| dihedral(mesh, h) >= angle * AT_ONCE;
     if !mesh.outgoing(v).any(|h| bent(h) || bent(next(h))) {
-        return Around::default();
+        return SheetsAround::default();
     }
     let p = mesh.point(v);
     // Nodes crowd along creases, so a node's own edges may be short where those around it are not.
     let edge = mesh.neighbors(v).map(|x| ring_length(mesh, x)).fold(ring_length(mesh, v), f64::max);
-    let mut out = Around { edge, ..Around::default() };
+    let mut out = SheetsAround { edge, ..SheetsAround::default() };
     let triangles = disc(mesh, v, DISC * edge);
     let sheets = sheets(mesh, p, edge, angle, &triangles);
 
@@ -112,7 +112,7 @@ pub(super) fn around(mesh: &EditMesh, v: u32, angle: f64) -> Around {
 }
 
 /// Where three sheets meet near the node at `p`, those that are most independent.
-fn meeting(p: DVec3, edge: f64, sheets: &[Sheet]) -> Option<DVec3> {
+fn meeting(p: DVec3, edge: f64, sheets: &[NodeSheet]) -> Option<DVec3> {
     let (mut largest, mut out) = (VOLUME, None);
     for (k, a) in sheets.iter().enumerate() {
         for (j, b) in sheets[..k].iter().enumerate() {
@@ -134,7 +134,7 @@ fn meeting(p: DVec3, edge: f64, sheets: &[Sheet]) -> Option<DVec3> {
 }
 
 /// The sheets of a disc: as many as k-means finds that pass the test, at least one.
-fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -> Vec<Sheet> {
+fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -> Vec<NodeSheet> {
     let vectors: Vec<DVec3> = triangles.iter().map(|&t| mesh.area_vector(t)).collect();
     let areas: Vec<f64> = vectors.iter().map(|a| a.length()).collect();
     let normals: Vec<[f64; 3]> = vectors.iter().map(|a| a.normalize_or_zero().to_array()).collect();
@@ -147,7 +147,7 @@ fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -
                 && h < o
                 && let Some(j) = triangles.iter().position(|&x| x == o / 3)
             {
-                inner.push(Inner { sides: [i, j], bend: dihedral(mesh, h), length: mesh.edge_length(h) });
+                inner.push(InnerEdge { sides: [i, j], bend: dihedral(mesh, h), length: mesh.edge_length(h) });
             }
         }
     }
@@ -185,7 +185,7 @@ fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -
                 planes.push((n.dot(c), weight));
                 normal += weight * n;
             }
-            Sheet { normal: normal.normalize_or_zero(), offset: weighted_median(planes) }
+            NodeSheet { normal: normal.normalize_or_zero(), offset: weighted_median(planes) }
         };
         return (0..count).map(sheet).collect();
     }
@@ -193,7 +193,7 @@ fn sheets(mesh: &EditMesh, p: DVec3, edge: f64, angle: f64, triangles: &[u32]) -
 }
 
 /// An edge inside a disc.
-struct Inner {
+struct InnerEdge {
     sides: [usize; 2],
     bend: f64,
     length: f64,
@@ -201,11 +201,11 @@ struct Inner {
 
 /// Whether clusters of normals are faces with creases between them: centers farther apart than `angle`, and where two of them
 /// touch the surface bends at once.
-fn are_apart(centers: &[[f64; 3]], of: &[usize], inner: &[Inner], angle: f64) -> bool {
+fn are_apart(centers: &[[f64; 3]], of: &[usize], inner: &[InnerEdge], angle: f64) -> bool {
     for (a, m) in centers.iter().enumerate() {
         for (b, n) in centers.iter().enumerate().take(a) {
             let between = DVec3::from_array(*m).angle_between(DVec3::from_array(*n));
-            if !(between >= angle) {
+            if between.is_nan() || between < angle {
                 return false;
             }
             let touching = inner.iter().filter(|e| {
@@ -237,7 +237,7 @@ fn weighted_median(mut values: Vec<(f64, f64)>) -> f64 {
 
 /// Of all nodes near places where sheets meet the best one each: nearest first, and none within an edge of one that
 /// has been taken for the same place.
-pub(super) fn best_corners(mesh: &EditMesh, seen: &[Option<Around>]) -> Vec<u32> {
+pub(super) fn best_corners(mesh: &EditMesh, seen: &[Option<SheetsAround>]) -> Vec<u32> {
     let mut candidates: Vec<(f64, u32, DVec3, f64)> = Vec::new();
     for (v, a) in seen.iter().enumerate() {
         if let Some(a) = a
