@@ -137,7 +137,9 @@ fn what_is_missing_damaged_or_of_another_plan_is_named_and_not_merged() {
     let mut flipped = good.clone();
     flipped[good.len() / 2] ^= 1;
     let other = fs::read(Path::new(job).join("round1").join("000000.piece")).unwrap();
-    for (bytes, says) in [(&good[..good.len() / 3], "damaged"), (&flipped, "damaged"), (&other, "another brick's"), (&[], "cut short")] {
+    for (bytes, says) in
+        [(&good[..good.len() / 3], "damaged"), (&flipped, "damaged"), (&other, "another brick's"), (&[], "cut short")]
+    {
         fs::write(&piece, bytes).unwrap();
         fails(&["merge", job, "-o", out], 3, says);
         assert!(!Path::new(out).exists());
@@ -155,5 +157,11 @@ fn what_is_missing_damaged_or_of_another_plan_is_named_and_not_merged() {
     fs::write(part, HOLES).unwrap();
     assert!(command(&["mesh", part, "--bricks", "2x1x1", "--size", "0.03", "-o", out, "-q"]).status.success());
     assert_eq!(fs::read(out).unwrap(), whole);
-    assert_eq!(fs::read_dir(&folder).unwrap().filter(|e| e.as_ref().unwrap().path().to_string_lossy().contains("-bricks")).count(), 0);
+    assert_eq!(
+        fs::read_dir(&folder)
+            .unwrap()
+            .filter(|e| e.as_ref().unwrap().path().to_string_lossy().contains("-bricks"))
+            .count(),
+        0
+    );
 }

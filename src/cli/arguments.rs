@@ -394,7 +394,7 @@ pub struct Render {
     #[arg(long, value_name = "AXIS=POSITION[,SIDE]", value_parser = clip)]
     pub clip: Vec<ClipPlane>,
     /// What colors tell. face: the face; angle: the smallest angle; edge: the edges' length over the mean; distance: how far
-    /// nodes are from the surface of the part given by --against
+    /// nodes are from the surface of the part given by --against; class: whether nodes are regular, on creases or corners
     #[arg(long, value_enum, value_name = "BY", default_value = "face")]
     pub color: Coloring,
     /// The same as --color angle
@@ -427,6 +427,7 @@ pub enum Coloring {
     Angle,
     Edge,
     Distance,
+    Class,
 }
 
 /// The edges in a picture.

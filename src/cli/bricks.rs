@@ -143,7 +143,7 @@ pub fn merge(a: &Merge) -> Result<bool> {
 
 /// `mesh --bricks`: the pieces lie beside the first output while it takes.
 pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
-    if a.png.is_some() || a.html.is_some() || a.method != Method::default() {
+    if a.png.is_some() || a.html.is_some() || a.method.is_some_and(|m| m != Method::default()) {
         return Err(Error::Usage("--bricks goes with mesh files and --report only, and has no other --method".into()));
     }
     let run = run(&a.common)?;

@@ -412,6 +412,7 @@ pub fn render(a: &Render) -> Result<bool> {
         (Coloring::Distance, Some(part)) => ColorBy::Distance(node_distances(&mesh, part, &a.define, &run)?),
         (Coloring::Angle, _) => ColorBy::Angle,
         (Coloring::Edge, _) => ColorBy::Edge,
+        (Coloring::Class, _) => ColorBy::Class(pipeline::node_classes(&mesh, &run).map_err(|e| e.in_file(&a.mesh))?),
         _ if a.quality => ColorBy::Angle,
         _ => ColorBy::Face,
     };

@@ -1,57 +1,78 @@
-//! Two-means clustering of small vectors, as \[LIS14\] (16) and (17) use it to find corners and creases.
+//! Weighted k-means clustering of small vectors, which \[LIS14\] (16) and (17) use to tell nodes of different kinds apart.
 //!
-//! *Guarantees*: terminates (each round lowers the summed squared distance, and rounds are bounded); ties belong to the
-//! low cluster, so nobody is left out; an empty cluster keeps its center. *Does not guarantee*: that two clusters mean
-//! anything. Two-means splits a sphere's curvatures as happily as a cube's: look at [`TwoMeans::contrast`].
+//! *Guarantees*: terminates (each round lowers the summed squared distance, and rounds are bounded); of centers equally near
+//! the first wins, so nobody is left out; an empty cluster keeps its center. *Does not guarantee*: that the clusters
+//! mean anything. k-means splits a sphere's normals as happily as a cube's, so the number of clusters has to be tested.
 
-/// Two clusters and who belongs where.
+/// Clusters and who belongs where.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TwoMeans<const D: usize> {
-    /// Mean of the high cluster (or its start, if nobody joined).
-    pub high: [f64; D],
-    /// Mean of the low cluster (or its start).
-    pub low: [f64; D],
-    /// For each point, whether it belongs to the high cluster.
-    pub is_high: Vec<bool>,
+pub struct Clusters<const D: usize> {
+    /// Weighted mean of each cluster (or its start, if nobody joined).
+    pub centers: Vec<[f64; D]>,
+    /// For each point, the number of its center.
+    pub of: Vec<usize>,
     /// Rounds until nobody changed sides.
     pub rounds: usize,
 }
 
-impl<const D: usize> TwoMeans<D> {
-    /// How many times longer the high center is than the low one; infinite when the low one is zero and the high one
-    /// is not, 1 when both are zero.
-    pub fn contrast(&self) -> f64 {
-        let norm = |c: &[f64; D]| c.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (high, low) = (norm(&self.high), norm(&self.low));
-        if high == 0.0 { 1.0 } else { high / low }
-    }
+fn distance_squared<const D: usize>(p: &[f64; D], c: &[f64; D]) -> f64 {
+    p.iter().zip(c).map(|(x, y)| (x - y) * (x - y)).sum()
 }
 
-/// Lloyd's two-means from the given starting centers. Points with a coordinate that is not finite join the low cluster
-/// and count in no mean.
-pub fn two_means<const D: usize>(points: &[[f64; D]], high: [f64; D], low: [f64; D]) -> TwoMeans<D> {
-    // Lloyd's rounds on one or two coordinates settle within a few dozen; the bound only guards against cycling on ties.
+/// As many starting centers as asked for, or fewer where points do not suffice: the heaviest point, then always the point with the
+/// largest product of weight and squared distance to the nearest center so far. Points with weight 0 start nothing.
+pub fn far_apart<const D: usize>(points: &[[f64; D]], weights: &[f64], count: usize) -> Vec<[f64; D]> {
+    let mut nearest = vec![1.0; points.len()];
+    let mut centers: Vec<[f64; D]> = Vec::with_capacity(count);
+    while centers.len() < count {
+        let mut best = (0.0, None);
+        for (k, (&d, &w)) in nearest.iter().zip(weights).enumerate() {
+            // A comparison with NaN is false, so such points never start a cluster.
+            if d * w > best.0 {
+                best = (d * w, Some(k));
+            }
+        }
+        let Some(k) = best.1 else { break };
+        let first = centers.is_empty();
+        centers.push(points[k]);
+        for (d, p) in nearest.iter_mut().zip(points) {
+            let new = distance_squared(p, &points[k]);
+            *d = if first { new } else { d.min(new) };
+        }
+    }
+    centers
+}
+
+/// Lloyd's k-means from the given starting centers, at least one. Points with a coordinate that is not finite join the first
+/// cluster and count in no mean.
+pub fn k_means<const D: usize>(points: &[[f64; D]], weights: &[f64], centers: Vec<[f64; D]>) -> Clusters<D> {
+    // Lloyd's rounds on a few coordinates settle within a few dozen; the bound only guards against cycling on ties.
     const ROUNDS: usize = 200;
-    let distance = |p: &[f64; D], c: &[f64; D]| p.iter().zip(c).map(|(x, y)| (x - y) * (x - y)).sum::<f64>();
-    let mut out = TwoMeans { high, low, is_high: vec![false; points.len()], rounds: 0 };
+    let mut out = Clusters { of: vec![0; points.len()], rounds: 0, centers };
     for round in 1..=ROUNDS {
         out.rounds = round;
         let mut changed = false;
-        let mut sums = [([0.0; D], 0usize), ([0.0; D], 0usize)];
-        for (p, is_high) in points.iter().zip(&mut out.is_high) {
-            // A comparison with NaN is false, which is the low cluster.
-            let now = distance(p, &out.high) < distance(p, &out.low);
-            changed |= now != *is_high;
-            *is_high = now;
-            if p.iter().all(|x| x.is_finite()) {
-                let (sum, count) = &mut sums[usize::from(now)];
-                sum.iter_mut().zip(p).for_each(|(s, x)| *s += x);
-                *count += 1;
+        let mut sums = vec![([0.0; D], 0.0); out.centers.len()];
+        for ((p, &w), of) in points.iter().zip(weights).zip(&mut out.of) {
+            let mut best = (f64::INFINITY, 0);
+            for (k, c) in out.centers.iter().enumerate() {
+                let d = distance_squared(p, c);
+                if d < best.0 {
+                    best = (d, k);
+                }
+            }
+            changed |= best.1 != *of;
+            *of = best.1;
+            if p.iter().all(|x| x.is_finite())
+                && let Some((sum, total)) = sums.get_mut(best.1)
+            {
+                sum.iter_mut().zip(p).for_each(|(s, x)| *s += w * x);
+                *total += w;
             }
         }
-        for (center, (sum, count)) in [&mut out.low, &mut out.high].into_iter().zip(sums) {
-            if count > 0 {
-                *center = sum.map(|s| s / count as f64);
+        for (center, (sum, total)) in out.centers.iter_mut().zip(sums) {
+            if total > 0.0 {
+                *center = sum.map(|s| s / total);
             }
         }
         if !changed && round > 1 {
@@ -72,18 +93,26 @@ mod tests {
         for k in 0..8 {
             points[k * 60 + 7] = [std::f64::consts::FRAC_PI_2];
         }
-        let c = two_means(&points, [std::f64::consts::FRAC_PI_2], [0.0]);
-        assert_eq!(c.is_high.iter().filter(|&&x| x).count(), 8);
-        assert_eq!(c.contrast(), f64::INFINITY);
+        let weights = vec![1.0; 500];
+        let c = k_means(&points, &weights, far_apart(&points, &weights, 2));
+        assert_eq!(c.of.iter().filter(|&&x| x == c.of[7]).count(), 8);
+        assert!(c.centers.contains(&[0.0]));
     }
 
     #[test]
-    fn a_tie_belongs_to_the_low_cluster_and_an_empty_cluster_keeps_its_center() {
-        let c = two_means(&[[1.0], [1.0]], [2.0], [0.0]);
-        assert_eq!(c.is_high, [false, false]);
-        assert_eq!((c.high, c.low), ([2.0], [1.0]));
-        let c = two_means::<1>(&[], [2.0], [1.0]);
-        assert_eq!((c.high, c.low, c.contrast()), ([2.0], [1.0], 2.0));
+    fn a_tie_belongs_to_the_first_and_an_empty_cluster_keeps_its_center() {
+        let c = k_means(&[[1.0], [1.0]], &[1.0; 2], vec![[0.0], [2.0]]);
+        assert_eq!((c.of, c.centers), (vec![0, 0], vec![[1.0], [2.0]]));
+        assert_eq!(k_means::<1>(&[], &[], vec![[2.0], [1.0]]).centers, [[2.0], [1.0]]);
+    }
+
+    #[test]
+    fn points_without_weight_pull_no_center_and_three_points_start_three() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [9.0, 9.0], [0.0, 1.0]];
+        let weights = [1.0, 1.0, 0.0, 1.0];
+        let starts = far_apart(&points, &weights, 4);
+        assert_eq!(starts, [points[0], points[1], points[3]]);
+        assert_eq!(k_means(&points, &weights, starts.clone()).centers, starts);
     }
 
     proptest! {
@@ -91,11 +120,11 @@ mod tests {
         fn every_point_is_nearest_to_its_own_center(
             points in prop::collection::vec(prop::array::uniform2(0.0f64..10.0), 2..60),
         ) {
-            let c = two_means(&points, [10.0, 0.0], [0.0, 0.0]);
-            for (p, &is_high) in points.iter().zip(&c.is_high) {
+            let weights = vec![1.0; points.len()];
+            let c = k_means(&points, &weights, far_apart(&points, &weights, 3));
+            for (p, &of) in points.iter().zip(&c.of) {
                 let d = |c: [f64; 2]| (p[0] - c[0]).hypot(p[1] - c[1]);
-                let (own, other) = if is_high { (d(c.high), d(c.low)) } else { (d(c.low), d(c.high)) };
-                prop_assert!(own <= other + 1e-12);
+                prop_assert!(c.centers.iter().all(|&other| d(c.centers[of]) <= d(other) + 1e-12));
             }
         }
     }

@@ -10,7 +10,7 @@
 //! | N (6, 7) | [`align_normals`] |
 //! | dual mesh, N1 (8–11) | [`dual_nodes`], [`snap_to_planes`] |
 //! | R_all (12, 13) | [`smooth_all`] |
-//! | C, G (14, 15) | [`node_curvature`](crate::mesh::curvature::node_curvature) |
+//! | C, G (14, 15) | [`node_curvature`](crate::mesh::curvature::node_curvature); classes take normals over a disc instead |
 //! | P_corner, P_edge, P_regular (16, 17) | [`classify_by_curvature`] |
 //! | R_regular (18), R_edge (19, 20) | [`smooth_regular`], [`smooth_edges`] |
 //! | densification | [`densify`], [`Sizing`] |
@@ -35,6 +35,7 @@ mod operator;
 mod region;
 mod sequence;
 mod sequences;
+mod sheets;
 pub mod size;
 pub mod smooth;
 pub mod surface;

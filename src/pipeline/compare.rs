@@ -13,14 +13,38 @@ use super::report::Report;
 use crate::error::Result;
 use crate::implicit::part::Part;
 use crate::implicit::{ImplicitOracle, features};
-use crate::mesh::TriMesh;
-use crate::optimize::{Options, improve_with};
+use crate::mesh::{EditMesh, TriMesh};
+use crate::optimize::{Classes, Kind, Options, classify_by_curvature, improve_with};
 use crate::quality::Check;
 use crate::render::View;
 use crate::run::Run;
 
 /// Edges with a smaller angle between their faces, degrees, are no place to look at.
 const SHARP: f64 = 40.0;
+
+/// The smallest angle between two faces with a crease between them, degrees: what the operators take.
+const CREASE: f64 = 20.0;
+
+/// The class of every node by curvature, as pictures take it: 0 regular, 1 on a crease, 2 a corner.
+///
+/// *Errors*: [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold, and [`Error::Cancelled`](crate::Error::Cancelled).
+pub fn node_classes(mesh: &TriMesh, run: &Run) -> Result<Vec<u8>> {
+    let classes: Classes = classify_by_curvature(&EditMesh::new(mesh)?, CREASE, run)?;
+    let class = |v| match classes.kind(v) {
+        Kind::Regular => 0,
+        Kind::Crease => 1,
+        Kind::Corner => 2,
+    };
+    Ok((0..mesh.nodes.len() as u32).map(class).collect())
+}
+
+/// How many nodes are regular, on creases, corners; `None` where the mesh is no oriented manifold.
+pub(super) fn class_counts(mesh: &TriMesh, run: &Run) -> Result<Option<[usize; 3]>> {
+    match EditMesh::new(mesh) {
+        Ok(edit) => Ok(Some(classify_by_curvature(&edit, CREASE, run)?.counts())),
+        Err(_) => Ok(None),
+    }
+}
 
 /// One stage of one method.
 #[derive(Debug, Clone, Serialize)]
@@ -32,6 +56,8 @@ pub struct Row {
     pub stage: String,
     /// The mesh after it, measured.
     pub check: Check,
+    /// How many of its nodes are regular, on creases, corners, by curvature alone; `None` where the mesh is no manifold.
+    pub classes: Option<[usize; 3]>,
     /// The mesh itself.
     #[serde(skip)]
     pub mesh: TriMesh,
@@ -77,7 +103,9 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
     for (method, stage, mut mesh) in stages {
         let mut unused = Report::new(options.method, ready.size, None);
         finish_names(part, &mut mesh, &mut unused);
-        rows.push(Row { method, stage, check: ready.check(&mesh, None, &oracle, &extracted.mesh.nodes, run)?, mesh });
+        let check = ready.check(&mesh, None, &oracle, &extracted.mesh.nodes, run)?;
+        let classes = class_counts(&mesh, run)?;
+        rows.push(Row { method, stage, check, classes, mesh });
     }
     let truth = features(&ready.model, 0.5 * ready.size, run)?;
     let edges = truth.samples.iter().filter(|s| s.angle > SHARP).map(|s| s.point);
@@ -91,7 +119,7 @@ impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{:<10} {:<22} {:>8} {:>6} {:>6} {:>5} {:>7} {:>6} {:>6} {:>9} {:>9} {:>6} {:>6} {:>8}",
+            "{:<10} {:<22} {:>8} {:>6} {:>6} {:>5} {:>7} {:>6} {:>6} {:>9} {:>9} {:>6} {:>6} {:>9} {:>14}",
             "method",
             "stage",
             "tri",
@@ -105,7 +133,8 @@ impl fmt::Display for Comparison {
             "eps_n",
             "recall",
             "prec",
-            "corners"
+            "corners",
+            "crease, corner"
         )?;
         for r in &self.rows {
             let c = &r.check;
@@ -129,11 +158,14 @@ impl fmt::Display for Comparison {
             if let Some(t) = &c.features {
                 write!(f, " {:>6.3} {:>6.3} {:>3} / {:<3}", t.recall, t.precision, t.corners_found, t.corners_true)?;
             }
+            if let Some([_, crease, corner]) = r.classes {
+                write!(f, " {crease:>8}, {corner:>4}")?;
+            }
             writeln!(f)?;
         }
         write!(
             f,
-            "lengths as shares of the cell size {:.6}; angles in degrees; SI: triangles that intersect others",
+            "lengths as shares of the cell size {:.6}; angles in degrees; SI: triangles that intersect others; crease, corner: nodes by curvature",
             self.size
         )
     }

@@ -32,7 +32,8 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let expected = Expectation { open: !named.defects().is_closed(), touching: false };
     let mut row = |method, stage: &str, mesh: TriMesh| -> Result<()> {
         let check = check(&mesh, expected, Some(Against::new(&solid)), run)?;
-        rows.push(Row { method, stage: stage.into(), check, mesh });
+        let classes = super::compare::class_counts(&mesh, run)?;
+        rows.push(Row { method, stage: stage.into(), check, classes, mesh });
         Ok(())
     };
     row("input", "as understood", named.clone())?;

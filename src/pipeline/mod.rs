@@ -35,7 +35,7 @@ pub use brep::{is_step, load_step, mesh_step};
 pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info, distances_to_step};
 pub use bricks::{BrickPlan, PlanOptions, ROUNDS, Share, make_bricks, merge_bricks, mesh_in_bricks};
 pub use built::{build, save_step};
-pub use compare::{Comparison, Row, compare};
+pub use compare::{Comparison, Row, compare, node_classes};
 pub use compare_soup::compare_soup;
 pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_soup, soup_info};
 pub use distance::Distance;

@@ -52,6 +52,11 @@ pub fn render(mesh: &TriMesh, options: &RenderOptions, run: &Run) -> Result<Pict
     {
         return Err(Error::Usage(format!("{} distances for {} nodes", d.len(), mesh.nodes.len())));
     }
+    if let ColorBy::Class(c) = &options.color_by
+        && c.len() != mesh.nodes.len()
+    {
+        return Err(Error::Usage(format!("{} classes for {} nodes", c.len(), mesh.nodes.len())));
+    }
     let clipping = clip::Clipping::new(mesh, &options.clips, axes[2])?;
     run.install(|| {
         let look = palette::Look::new(mesh, &options.color_by);

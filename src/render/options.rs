@@ -156,6 +156,9 @@ pub enum ColorBy {
     /// A distance of each node of the mesh; the largest of a triangle's three, from blue (0) to red (the largest of all
     /// that are finite). Triangles with a node whose distance is not finite have a color of their own.
     Distance(Vec<f64>),
+    /// A class of each node of the mesh: 0 regular, 1 on a crease, 2 (and more) a corner; a triangle has the color of its node with the
+    /// highest class.
+    Class(Vec<u8>),
 }
 
 /// How a picture is made.

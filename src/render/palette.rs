@@ -66,6 +66,9 @@ const DISTANCES: [Stop; 5] = [
     (1.0, [0.72, 0.08, 0.18]),
 ];
 
+/// Regular nodes, nodes on creases, corners.
+const CLASSES: [Rgb; 3] = [[0.80, 0.84, 0.88], [0.96, 0.65, 0.30], [0.75, 0.08, 0.16]];
+
 /// Triangles with a node near which there is no surface.
 const LOST: Rgb = [0.85, 0.25, 0.85];
 
@@ -93,7 +96,7 @@ impl<'a> Look<'a> {
     pub(super) fn new(mesh: &TriMesh, by: &'a ColorBy) -> Self {
         let (faces, unit) = match by {
             ColorBy::Face => (face_colors(mesh), 1.0),
-            ColorBy::Angle => (Vec::new(), 1.0),
+            ColorBy::Angle | ColorBy::Class(_) => (Vec::new(), 1.0),
             ColorBy::Edge => (Vec::new(), mesh.mean_edge_length()),
             ColorBy::Distance(d) => {
                 let used = mesh.triangles.iter().flatten().map(|v| d[*v as usize]);
@@ -111,6 +114,10 @@ impl<'a> Look<'a> {
                 let [a, b, c] = mesh.corners(t);
                 let ratio = (a.distance(b) + b.distance(c) + c.distance(a)) / (3.0 * self.unit);
                 on_scale(&LENGTHS, if ratio.is_nan() { 0.0 } else { ratio.log2() as f32 })
+            }
+            ColorBy::Class(classes) => {
+                let highest = mesh.triangles[t].iter().map(|v| classes[*v as usize]).max().unwrap_or(0);
+                CLASSES[usize::from(highest.min(2))]
             }
             ColorBy::Distance(d) => {
                 let [a, b, c] = mesh.triangles[t].map(|v| d[v as usize]);
@@ -175,6 +182,10 @@ impl<'a> Look<'a> {
                 let marks = marks.iter().map(|(l, text)| (Some(on_scale(&LENGTHS, *l)), text.to_string()));
                 let mean = (None, format!("mean {}", brief(self.unit)));
                 [title("edge / mean")].into_iter().chain(marks).chain([mean]).collect()
+            }
+            ColorBy::Class(_) => {
+                let marks = ["regular", "crease", "corner"].into_iter().zip(CLASSES);
+                [title("nodes")].into_iter().chain(marks.map(|(n, c)| (Some(c), n.to_string()))).collect()
             }
             ColorBy::Distance(d) => {
                 let shares = [1.0, 0.75, 0.5, 0.25, 0.0];
