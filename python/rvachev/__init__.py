@@ -27,7 +27,9 @@ from ._rvachev import (
     Expr,
     Mesh,
     Part,
+    Piece,
     Solid,
+    Task,
     __version__,
     blend,
     check,
@@ -36,7 +38,10 @@ from ._rvachev import (
     grid,
     heal,
     intersection,
+    merge,
     mesh,
+    mesh_brick,
+    plan,
     read_triangles,
     remesh,
     solid,
@@ -48,9 +53,9 @@ from ._rvachev import (
 from ._rvachev import made as _made
 
 __all__ = [
-    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Shortfall", "Solid", "Told",
+    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Shortfall", "Solid", "Task", "Told",
     "arc", "bezier", "blend", "box", "chain", "check", "circle", "cone", "cylinder", "diamond", "ellipse", "ellipsoid", "evaluate",
-    "extrude", "extrude_edges", "field", "flat_face", "grid", "gyroid", "half_space", "heal", "intersection", "loft", "mesh", "polygon",
+    "extrude", "extrude_edges", "field", "flat_face", "grid", "gyroid", "half_space", "heal", "intersection", "loft", "merge", "mesh", "mesh_brick", "plan", "polygon",
     "polyline", "read_triangles", "remesh", "revolve", "revolve_edges", "ruled", "schwarz_p", "sew", "solid", "sphere", "spline",
     "sweep_edges", "torus", "union", "x", "y", "z",
 ]

@@ -158,6 +158,23 @@ class Part:
     def mesh(self, size: Size | None = None, **options: Unpack[Options]) -> Mesh: ...
 
 @final
+class Task:
+    """A brick to be made: what `mesh_brick` takes. It can be pickled."""
+
+    @property
+    def brick(self) -> int: ...
+    @property
+    def cost(self) -> int:
+        """How many regions of 8 by 8 by 8 cells may hold some of the surface."""
+
+@final
+class Piece:
+    """A brick that was made: what `merge` takes. It can be pickled."""
+
+    @property
+    def brick(self) -> int: ...
+
+@final
 class Mesh:
     """`points, triangles = mesh`; arrays lie on the library's memory and are read-only."""
 
@@ -228,5 +245,13 @@ def check(
     against: Part | Path | None = None,
     **options: Unpack[CheckOptions],
 ) -> dict[str, Any]: ...
+def plan(
+    part: Part | Path, size: Size | None = None, *, bricks: tuple[int, int, int], **options: Unpack[Options]
+) -> list[Task]:
+    """Bricks of a mesh for any executor: merge(executor.map(mesh_brick, plan("part.py", "0.5%", bricks=(4, 4, 2))))."""
+def mesh_brick(task: Task) -> Piece: ...
+def merge(pieces: Iterable[Piece], **options: Unpack[Options]) -> Mesh: ...
+def task_again(plan: str, brick: int) -> Task: ...
+def piece_again(plan: str, brick: int, bytes: bytes) -> Piece: ...
 def evaluate(part: Part | Solid, points: ArrayLike, gradient: bool = False) -> Any: ...
 def read_triangles(path: Path, **options: Unpack[Run]) -> tuple[NDArray[np.float64], NDArray[np.int64]]: ...

@@ -3,6 +3,7 @@
 //! The interpreter is free while the library works; it is taken for callbacks only.
 
 mod arrays;
+mod bricks;
 mod edges;
 mod errors;
 mod expr;
@@ -26,6 +27,8 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<edges::Built>()?;
     m.add_class::<part::PyPart>()?;
     m.add_class::<mesh::PyMesh>()?;
+    m.add_class::<bricks::PyTask>()?;
+    m.add_class::<bricks::PyPiece>()?;
     for (name, expr) in [("x", Expr::x()), ("y", Expr::y()), ("z", Expr::z())] {
         m.add(name, expr::PyExpr { expr })?;
     }
@@ -44,6 +47,11 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(mesh::read_triangles, m)?)?;
     m.add_function(wrap_pyfunction!(pickle::mesh_again, m)?)?;
     m.add_function(wrap_pyfunction!(pickle::part_again, m)?)?;
+    m.add_function(wrap_pyfunction!(bricks::plan, m)?)?;
+    m.add_function(wrap_pyfunction!(bricks::mesh_brick, m)?)?;
+    m.add_function(wrap_pyfunction!(bricks::merge, m)?)?;
+    m.add_function(wrap_pyfunction!(bricks::task_again, m)?)?;
+    m.add_function(wrap_pyfunction!(bricks::piece_again, m)?)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())
 }

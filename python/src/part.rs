@@ -43,6 +43,14 @@ impl PyPart {
         PyPart { part: Mutex::new(part), source: Some(source) }
     }
 
+    /// The file it was read from, if it was, and if no groups were named since: a plan holds the file's text alone.
+    pub fn plan_source(&self) -> Option<pipeline::PlanSource> {
+        let Source { path, text, define } = self.source.clone()?;
+        let named = self.source.as_ref()?.part().ok()?.groups.len();
+        let overrides = define;
+        (self.part().groups.len() == named).then_some(pipeline::PlanSource { path, text, overrides })
+    }
+
     /// The part as it is at the moment.
     pub fn part(&self) -> Part {
         self.part.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -50,7 +58,7 @@ impl PyPart {
 }
 
 /// A mesh, told of and given, or an error where it is not sound.
-fn given(py: Python<'_>, made: Meshed, force: bool) -> PyResult<PyMesh> {
+pub fn given(py: Python<'_>, made: Meshed, force: bool) -> PyResult<PyMesh> {
     let mesh = PyMesh::made(made);
     mesh.tell(py, force)?;
     Ok(mesh)
@@ -191,7 +199,7 @@ fn rsystem_text(v: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(format!(", rsystem=({},)", items.join(", ")))
 }
 
-fn sized(mut o: Options, size: Option<&Bound<'_, PyAny>>) -> PyResult<Options> {
+pub fn sized(mut o: Options, size: Option<&Bound<'_, PyAny>>) -> PyResult<Options> {
     if let Some(v) = size {
         o.mesh.size = Some(crate::options::size(v)?);
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rvachev::io;
-use rvachev::pipeline::{self, BrickPlan, Meshed, Method, ROUNDS, Share};
+use rvachev::pipeline::{self, BrickPlan, Meshed, Method, PlanSource, ROUNDS, Share};
 use rvachev::{Error, Result};
 
 use super::arguments::{Common, Files, How, Mesh, PartFile};
@@ -112,7 +112,8 @@ fn plan_of(part: &PartFile, how: &How, bricks: [u32; 3], run: &rvachev::Run) -> 
         let what = format!("bricks are for solids of R-functions, {} is none", part.part.display());
         return Err(Error::Usage(what));
     }
-    BrickPlan::new(&part.part, &part.define, &options(how, Method::default(), false), bricks, run)
+    let source = PlanSource::read(&part.part, &part.define)?;
+    BrickPlan::new(source, &options(how, Method::default(), false), bricks, run)
 }
 
 pub fn brick(a: &Brick) -> Result<bool> {

@@ -67,11 +67,11 @@ impl Proof {
     }
 
     /// Adds what was shown in another block of the grid.
-    pub(super) fn add(&mut self, other: Self) {
+    pub(super) fn add(&mut self, other: &Self) {
         self.cells += other.cells;
         self.unproved += other.unproved;
         self.astray += other.astray;
-        self.places.extend(other.places);
+        self.places.extend_from_slice(&other.places);
         self.places.truncate(NAMED);
     }
 }

@@ -33,7 +33,10 @@ pub use crate::implicit::part::{Part, SizeRequest};
 pub use crate::optimize::Sequence;
 pub use brep::{is_step, load_step, mesh_step};
 pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info, distances_to_step};
-pub use bricks::{BrickPlan, PlanOptions, ROUNDS, Share, make_bricks, merge_bricks, mesh_in_bricks};
+pub use bricks::{
+    BrickPlan, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece, merge_bricks, merge_pieces,
+    mesh_in_bricks,
+};
 pub use built::{build, save_step};
 pub use compare::{Comparison, Row, compare, node_classes};
 pub use compare_soup::compare_soup;

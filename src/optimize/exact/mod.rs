@@ -16,6 +16,7 @@ mod join;
 mod joints;
 mod moves;
 mod near;
+mod open;
 mod pack;
 mod patches;
 mod patchwork;
@@ -25,6 +26,7 @@ mod strips;
 mod tips;
 
 pub use cut::{CutReport, Raw, cut_pieces, patch_open_pieces, patch_pieces};
+pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 
 use glam::DVec3;
@@ -80,15 +82,6 @@ const LEAST: f64 = 1.0 / 16.0;
 
 /// A mesh and the triangles of it that intersect others.
 type Tested = (TriMesh, Vec<u32>);
-
-/// What a mesh lies on.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Laid {
-    /// The piece of each triangle.
-    pub pieces: Vec<u32>,
-    /// The pieces of each node, ascending.
-    pub on: Vec<Vec<u32>>,
-}
 
 /// Sees the mesh after a stage, with the stage's name.
 pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + Send + 'a;
@@ -224,27 +217,6 @@ pub fn remesh_patchwork(
     check_options(options)?;
     let r = Remesher::new(work, surface, options, run)?;
     Ok(run.install(|| remesh(names, r, false, ExactReport::default(), observer))?.0)
-}
-
-/// Remeshes some of a surface, made by [`patch_open_pieces`]; `names` lends the names of faces.
-///
-/// Guarantees and errors are those of [`remesh_pieces`]; nodes at open edges stay, with these edges.
-pub fn remesh_open(
-    work: Patchwork,
-    names: &TriMesh,
-    surface: &dyn Pieces,
-    options: &ExactOptions,
-    run: &Run,
-) -> Result<(ExactMesh, Laid)> {
-    check_options(options)?;
-    let r = Remesher::new(work, surface, options, run)?;
-    let (made, r) = run.install(|| remesh(names, r, true, ExactReport::default(), None))?;
-    let m = &r.work.mesh;
-    let laid = Laid {
-        pieces: m.triangles().map(|t| r.work.patches[m.label(t) as usize].piece).collect(),
-        on: m.nodes().map(|v| r.work.sets[v as usize].as_slice().to_vec()).collect(),
-    };
-    Ok((made, laid))
 }
 
 fn check_options(options: &ExactOptions) -> Result<()> {

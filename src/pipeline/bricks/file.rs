@@ -1,8 +1,10 @@
 //! Pieces in memory and as files.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 use sha2::{Digest, Sha256};
 
 use super::super::history::{Proof, UnprovedPlace};
@@ -53,7 +55,7 @@ pub(super) struct Piece {
 }
 
 /// Which piece of a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Which {
     pub(super) round: usize,
     pub(super) brick: u32,
@@ -124,7 +126,7 @@ const REASONS: [Unproved; 4] = [Unproved::Bent, Unproved::Touching, Unproved::De
 
 impl Piece {
     /// The bytes of its file: a header, the lists, and the SHA-256 of all before.
-    fn bytes(&self, plan: &BrickPlan, which: Which) -> Vec<u8> {
+    pub(super) fn bytes(&self, plan: &BrickPlan, which: Which) -> Vec<u8> {
         let mut w = Writer(MAGIC.to_vec());
         w.0.extend(plan.digest());
         w.u32(which.round as u32);
@@ -152,7 +154,7 @@ impl Piece {
         w.0
     }
 
-    fn parse(bytes: &[u8], plan: &BrickPlan, which: Which) -> std::result::Result<Self, &'static str> {
+    pub(super) fn parse(bytes: &[u8], plan: &BrickPlan, which: Which) -> std::result::Result<Self, &'static str> {
         let (body, digest) = bytes.split_last_chunk::<32>().ok_or("it is cut short")?;
         if Sha256::digest(body)[..] != digest[..] {
             return Err("it is damaged, or cut short");
@@ -211,20 +213,59 @@ impl Piece {
         p.proof = Proof { cells, unproved, astray, places };
         r.0.is_empty().then_some(p)
     }
+}
 
-    /// Writes the piece into a plan's folder: all of it or nothing.
-    pub(super) fn save(&self, folder: &Path, plan: &BrickPlan, which: Which) -> Result<()> {
+/// Where the pieces of a plan are.
+pub(super) enum Store<'a> {
+    /// In files of the plan's folder.
+    Folder(&'a Path),
+    /// In memory.
+    Memory(Mutex<FxHashMap<Which, Arc<Piece>>>),
+}
+
+impl Store<'_> {
+    /// The folder, or what stands for it in messages.
+    pub(super) fn name(&self) -> &Path {
+        match self {
+            Store::Folder(folder) => folder,
+            Store::Memory(_) => Path::new("memory"),
+        }
+    }
+
+    /// Keeps a piece: all of it or nothing.
+    pub(super) fn save(&self, piece: Piece, plan: &BrickPlan, which: Which) -> Result<()> {
+        let folder = match self {
+            Store::Folder(folder) => folder,
+            Store::Memory(pieces) => {
+                pieces.lock().unwrap_or_else(PoisonError::into_inner).insert(which, Arc::new(piece));
+                return Ok(());
+            }
+        };
         let path = which.path(folder);
         let to = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(to).map_err(|e| Error::io("create", to, e))?;
-        let bytes = self.bytes(plan, which);
+        let bytes = piece.bytes(plan, which);
         write_atomic(&path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", &path, e)))
     }
 
-    /// Reads a piece of a plan; none if it was not made.
+    /// Whether a piece is there, be it good or not.
+    pub(super) fn has(&self, which: Which) -> bool {
+        match self {
+            Store::Folder(folder) => which.path(folder).exists(),
+            Store::Memory(pieces) => pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which),
+        }
+    }
+
+    /// A piece of a plan; none if it was not made.
     ///
     /// Errors: a file that cannot be read, is damaged, or is of another plan or brick.
-    pub(super) fn load(folder: &Path, plan: &BrickPlan, which: Which) -> Result<Option<Self>> {
+    pub(super) fn load(&self, plan: &BrickPlan, which: Which) -> Result<Option<Arc<Piece>>> {
+        let folder = match self {
+            Store::Folder(folder) => folder,
+            Store::Memory(pieces) => {
+                return Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).get(&which).cloned());
+            }
+        };
         let path = which.path(folder);
         let bytes = match std::fs::read(&path) {
             Ok(b) => b,
@@ -234,6 +275,6 @@ impl Piece {
         let bad = |what: &str| {
             Error::input(Place::Unknown, format!("{what}: delete it and make {} again", which.name())).in_file(&path)
         };
-        Self::parse(&bytes, plan, which).map(Some).map_err(bad)
+        Piece::parse(&bytes, plan, which).map(|p| Some(Arc::new(p))).map_err(bad)
     }
 }

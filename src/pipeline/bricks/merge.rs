@@ -8,7 +8,7 @@ use super::super::history::{Attempt, Clock, Proof, Tried};
 use super::super::mesh::{Meshed, finish_names};
 use super::super::report::Report;
 use super::ROUNDS;
-use super::file::{NONE, NodeId, Piece, Which, made_in};
+use super::file::{NONE, NodeId, Piece, Store, Which, made_in};
 use super::plan::BrickPlan;
 use super::rounds::open_nodes;
 use crate::error::{Error, Place, Result};
@@ -25,9 +25,15 @@ const NAMED: usize = 8;
 ///
 /// Errors: missing or damaged pieces, by name; pieces that do not match; cancellation.
 pub fn merge_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed> {
+    let store = Store::Folder(folder);
+    all_there(plan, &store, ROUNDS)?;
+    merged(plan, &store, run)
+}
+
+/// The same of a store that has all pieces.
+pub(super) fn merged(plan: &BrickPlan, store: &Store<'_>, run: &Run) -> Result<Meshed> {
     let part = plan.part()?;
     let ready = plan.ready(&part)?;
-    all_there(plan, folder)?;
     let mut mesh =
         TriMesh { faces: ready.model.faces().iter().map(|f| f.name.clone()).collect(), ..TriMesh::default() };
     let mut shared: FxHashMap<NodeId, u32> = FxHashMap::default();
@@ -36,9 +42,9 @@ pub fn merge_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed
         for brick in 0..plan.rounds()[round] {
             run.check()?;
             let which = Which { round, brick };
-            let Some(piece) = Piece::load(folder, plan, which)? else { continue };
+            let Some(piece) = store.load(plan, which)? else { continue };
             add(&mut mesh, &mut shared, &piece, which)?;
-            proof.add(piece.proof);
+            proof.add(&piece.proof);
         }
     }
     drop(shared);
@@ -92,16 +98,20 @@ fn add(mesh: &mut TriMesh, shared: &mut FxHashMap<NodeId, u32>, piece: &Piece, w
     Ok(())
 }
 
-/// Refuses to merge what is not complete, and says what lacks.
-fn all_there(plan: &BrickPlan, folder: &Path) -> Result<()> {
-    let rounds = plan.rounds();
-    let all = (0..ROUNDS).flat_map(|round| (0..rounds[round]).map(move |brick| Which { round, brick }));
-    let missing: Vec<Which> = all.filter(|w| !w.path(folder).exists()).collect();
+/// Refuses to merge when pieces of the first so many rounds are missing, and says which.
+pub(super) fn all_there(plan: &BrickPlan, store: &Store<'_>, rounds: usize) -> Result<()> {
+    let all = (0..rounds).flat_map(|round| (0..plan.rounds()[round]).map(move |brick| Which { round, brick }));
+    let missing: Vec<Which> = all.filter(|w| !store.has(*w)).collect();
     if missing.is_empty() {
         return Ok(());
     }
     let names: Vec<String> = missing.iter().take(NAMED).map(|w| w.name()).collect();
     let more = if missing.len() > NAMED { format!(" and {} more", missing.len() - NAMED) } else { String::new() };
-    let help = format!("rvachev brick {} makes what is missing", folder.display());
-    Err(Error::input(Place::Unknown, format!("not made: {}{more}", names.join(", "))).in_file(folder).with_help(help))
+    let e = Error::input(Place::Unknown, format!("not made: {}{more}", names.join(", ")));
+    Err(match store {
+        Store::Folder(folder) => {
+            e.in_file(*folder).with_help(format!("rvachev brick {} makes what is missing", folder.display()))
+        }
+        Store::Memory(_) => e,
+    })
 }

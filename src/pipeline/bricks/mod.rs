@@ -17,5 +17,5 @@ mod plan;
 mod rounds;
 
 pub use merge::merge_bricks;
-pub use plan::{BrickPlan, PlanOptions};
-pub use rounds::{ROUNDS, Share, make_bricks, mesh_in_bricks};
+pub use plan::{BrickPlan, PlanOptions, PlanSource};
+pub use rounds::{ROUNDS, Share, make_bricks, make_piece, merge_pieces, mesh_in_bricks};

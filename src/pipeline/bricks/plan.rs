@@ -71,30 +71,22 @@ pub struct BrickPlan {
 }
 
 impl BrickPlan {
-    /// A plan for the part in a file, with so many bricks along each axis at most.
+    /// A plan for a part, with so many bricks along each axis at most.
     ///
     /// Errors: those of reading the part; a part that is not one solid of R-functions without rounded edges (`blend`); options
     /// that bricks do not heed.
-    pub fn new(
-        path: &Path,
-        overrides: &[(String, f64)],
-        options: &MeshOptions,
-        bricks: [u32; 3],
-        run: &Run,
-    ) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io("read", path, e))?;
-        let name = PathBuf::from(path.file_name().unwrap_or_default());
-        let part = parse_part(path, &text, overrides)?;
-        Self::of(Source { part: &part, name, text, overrides: overrides.to_vec() }, options, bricks, run)
-            .map_err(|e| e.in_file(path))
+    pub fn new(source: PlanSource, options: &MeshOptions, bricks: [u32; 3], run: &Run) -> Result<Self> {
+        let path = source.path.clone();
+        Self::of(source, options, bricks, run).map_err(|e| e.in_file(path))
     }
 
-    fn of(source: Source<'_>, options: &MeshOptions, bricks: [u32; 3], run: &Run) -> Result<Self> {
-        let Source { part, name, text, overrides } = source;
+    fn of(source: PlanSource, options: &MeshOptions, bricks: [u32; 3], run: &Run) -> Result<Self> {
         if !options.refinements.is_empty() || options.thickness.is_some() || options.trim.is_some() {
             return Err(Error::Usage("bricks heed no --refine, --thickness and --trim".into()));
         }
-        let ready = ready_of(part, options.size)?;
+        let PlanSource { path, text, overrides } = source;
+        let part = parse_part(&path, &text, &overrides)?;
+        let ready = ready_of(&part, options.size)?;
         let cell = ARRANGED * ready.size;
         let bounds = ready.model.bounds();
         let cells = cells_along(&bounds, cell);
@@ -108,7 +100,7 @@ impl BrickPlan {
         Ok(Self {
             layout: LAYOUT,
             version: env!("CARGO_PKG_VERSION").into(),
-            name,
+            name: PathBuf::from(path.file_name().unwrap_or_default()),
             text,
             overrides,
             options: PlanOptions { size: ready.size, angle, tolerance, grading, least, memory },
@@ -118,6 +110,28 @@ impl BrickPlan {
             bricks,
             costs,
         })
+    }
+
+    /// The plan as text, and back by [`parse`](Self::parse).
+    pub fn to_json(&self) -> Result<String> {
+        serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))
+    }
+
+    /// A plan from its text.
+    ///
+    /// Errors: damage, a plan of another version of this program.
+    pub fn parse(text: &str) -> Result<Self> {
+        let bad = |what: String| Error::input(Place::Unknown, what);
+        let plan: Self = serde_json::from_str(text).map_err(|e| bad(format!("this is no plan: {e}")))?;
+        let version = env!("CARGO_PKG_VERSION");
+        if plan.layout != LAYOUT || plan.version != version {
+            return Err(bad(format!("a plan of version {}, this is {version}: make it anew", plan.version)));
+        }
+        let sizes = plan.cells.iter().zip(&plan.bricks).all(|(c, b)| *b >= 1 && *c >= *b && *c < 1 << 20);
+        if !sizes || plan.costs.len() != plan.blocks().count(0) as usize || !(plan.cell > 0.0) {
+            return Err(bad("the numbers of bricks and cells do not fit together".into()));
+        }
+        Ok(plan)
     }
 
     /// How many bricks each round has: of the plain grid, shifted by half, and by a quarter.
@@ -142,7 +156,7 @@ impl BrickPlan {
         if path.exists() && Self::load(folder)? != *self {
             return Err(Error::Usage(format!("{} holds another plan: choose another folder", folder.display())));
         }
-        let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))?;
+        let text = self.to_json()?;
         write_atomic(&path, |out| out.write_all(text.as_bytes()).map_err(|e| Error::io("write", &path, e)))
     }
 
@@ -151,18 +165,8 @@ impl BrickPlan {
     /// Errors: no such file, damage, a plan of another version of this program.
     pub fn load(folder: &Path) -> Result<Self> {
         let path = folder.join(PLAN);
-        let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
-        let bad = |what: String| Error::input(Place::Unknown, what).in_file(&path);
-        let plan: Self = serde_json::from_slice(&bytes).map_err(|e| bad(format!("this is no plan: {e}")))?;
-        let version = env!("CARGO_PKG_VERSION");
-        if plan.layout != LAYOUT || plan.version != version {
-            return Err(bad(format!("a plan of version {}, this is {version}: make it anew", plan.version)));
-        }
-        let sizes = plan.cells.iter().zip(&plan.bricks).all(|(c, b)| *b >= 1 && *c >= *b && *c < 1 << 20);
-        if !sizes || plan.costs.len() != plan.blocks().count(0) as usize || !(plan.cell > 0.0) {
-            return Err(bad("the numbers of bricks and cells do not fit together".into()));
-        }
-        Ok(plan)
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::io("read", &path, e))?;
+        Self::parse(&text).map_err(|e| e.in_file(&path))
     }
 
     pub(super) fn blocks(&self) -> Blocks {
@@ -196,12 +200,23 @@ impl BrickPlan {
     }
 }
 
-/// Where a part comes from.
-struct Source<'a> {
-    part: &'a Part,
-    name: PathBuf,
-    text: String,
-    overrides: Vec<(String, f64)>,
+/// The text of a part, which a plan holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanSource {
+    /// The file; its ending tells the language, and errors name it.
+    pub path: PathBuf,
+    /// What is in it.
+    pub text: String,
+    /// Numbers that override the text's.
+    pub overrides: Vec<(String, f64)>,
+}
+
+impl PlanSource {
+    /// Reads a file.
+    pub fn read(path: &Path, overrides: &[(String, f64)]) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io("read", path, e))?;
+        Ok(Self { path: path.into(), text, overrides: overrides.to_vec() })
+    }
 }
 
 fn ready_of(part: &Part, size: Option<SizeRequest>) -> Result<Ready> {

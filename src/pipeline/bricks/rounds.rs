@@ -1,6 +1,7 @@
 //! Making the bricks of a round.
 
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
@@ -11,8 +12,8 @@ use super::super::attempts::CELLS;
 use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};
-use super::file::{MOST_ON, NONE, NodeId, Piece, Which, is_raw, made_in};
-use super::merge::merge_bricks;
+use super::file::{MOST_ON, NONE, NodeId, Piece, Store, Which, is_raw, made_in};
+use super::merge::{all_there, merge_bricks, merged};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
 use crate::implicit::{CellGrid, ImplicitOracle, arranged};
@@ -87,12 +88,16 @@ impl Given {
 ///
 /// Errors: a share without end; bricks of an earlier round that are missing; those of arranging and remeshing; cancellation.
 pub fn make_bricks(plan: &BrickPlan, folder: &Path, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
+    make(plan, &Store::Folder(folder), share, round, run)
+}
+
+fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
     if share.number < 1 || share.number > share.of {
         return Err(Error::Usage(format!("there is no share {} of {}", share.number, share.of)));
     }
     let part = plan.part()?;
     let ready = plan.ready(&part)?;
-    let maker = Maker { plan, folder, ready: &ready, run };
+    let maker = Maker { plan, store, ready: &ready, run };
     let mut made = 0;
     for r in (0..ROUNDS).filter(|r| round.is_none_or(|only| only == *r)) {
         let mine = share.of_round(plan, r);
@@ -100,9 +105,9 @@ pub fn make_bricks(plan: &BrickPlan, folder: &Path, share: Share, round: Option<
         let one = |brick: &u32| -> Result<usize> {
             run.check()?;
             let which = Which { round: r, brick: *brick };
-            let missing = Piece::load(folder, plan, which)?.is_none();
+            let missing = store.load(plan, which)?.is_none();
             if missing {
-                maker.piece(which)?.save(folder, plan, which)?;
+                store.save(maker.piece(which)?, plan, which)?;
             }
             let n = done.fetch_add(1, Ordering::Relaxed) + 1;
             run.progress("bricks", (r as f64 + n as f64 / mine.len() as f64) / ROUNDS as f64);
@@ -120,9 +125,43 @@ pub fn mesh_in_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Mesh
     merge_bricks(plan, folder, run)
 }
 
+/// The piece of one brick of the first round as bytes, for those who carry them to [`merge_pieces`] themselves.
+///
+/// Errors: a brick that the plan does not have; those of arranging and remeshing; cancellation.
+pub fn make_piece(plan: &BrickPlan, brick: u32, run: &Run) -> Result<Vec<u8>> {
+    if brick >= plan.rounds()[0] {
+        return Err(Error::Usage(format!("the plan has no brick {brick}")));
+    }
+    let part = plan.part()?;
+    let ready = plan.ready(&part)?;
+    let store = Store::Memory(Mutex::default());
+    let which = Which { round: 0, brick };
+    let piece = run.install(|| Maker { plan, store: &store, ready: &ready, run }.piece(which))?;
+    Ok(piece.bytes(plan, which))
+}
+
+/// The mesh of the pieces of all bricks of the first round, each with its brick: the other rounds are made here, in memory.
+///
+/// Errors: see [`merge_bricks`] and [`make_bricks`].
+pub fn merge_pieces<'b>(
+    plan: &BrickPlan,
+    pieces: impl IntoIterator<Item = (u32, &'b [u8])>,
+    run: &Run,
+) -> Result<Meshed> {
+    let store = Store::Memory(Mutex::default());
+    for (brick, bytes) in pieces {
+        let which = Which { round: 0, brick };
+        let bad = |what: &str| Error::input(Place::Unknown, format!("{}: {what}", which.name()));
+        store.save(Piece::parse(bytes, plan, which).map_err(bad)?, plan, which)?;
+    }
+    all_there(plan, &store, 1)?;
+    (1..ROUNDS).try_for_each(|r| make(plan, &store, Share::ALL, Some(r), run).map(|_| ()))?;
+    merged(plan, &store, run)
+}
+
 struct Maker<'a> {
     plan: &'a BrickPlan,
-    folder: &'a Path,
+    store: &'a Store<'a>,
     ready: &'a Ready,
     run: &'a Run,
 }
@@ -159,9 +198,9 @@ impl Maker<'_> {
         let mut numbers: FxHashMap<NodeId, u32> = FxHashMap::default();
         for from in blocks.near(round - 1, &bounds, BEYOND * self.plan.cell()) {
             let source = Which { round: round - 1, brick: from };
-            let piece = Piece::load(self.folder, self.plan, source)?.ok_or_else(|| {
-                Error::input(Place::Unknown, format!("{} is missing: make it first", source.name()))
-                    .in_file(self.folder)
+            let piece = self.store.load(self.plan, source)?.ok_or_else(|| {
+                let what = format!("{} is missing: make it first", source.name());
+                Error::input(Place::Unknown, what).in_file(self.store.name())
             })?;
             let known: FxHashMap<u32, NodeId> = piece.known.iter().copied().collect();
             for t in (0..piece.triangles.len()).filter(|t| piece.handed[*t]) {

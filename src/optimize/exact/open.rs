@@ -1,0 +1,112 @@
+//! Some of a surface that goes on in other meshes: remeshed with its ends as they are, so that all fit together again.
+
+use glam::DVec3;
+use rustc_hash::FxHashSet;
+
+use super::patchwork::Patchwork;
+use super::remesh::Remesher;
+use super::{ExactMesh, ExactOptions, ExactReport, check_options, finish, remesh};
+use crate::error::Result;
+use crate::geometry::Pieces;
+use crate::mesh::TriMesh;
+use crate::mesh::edit::NONE;
+use crate::run::Run;
+
+/// Rounds of splitting edges that might fall together with others' edges: a loop of two edges takes two.
+const CHORD_ROUNDS: usize = 4;
+
+/// What a mesh lies on.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Laid {
+    /// The piece of each triangle.
+    pub pieces: Vec<u32>,
+    /// The pieces of each node, ascending.
+    pub on: Vec<Vec<u32>>,
+}
+
+/// An edge by the places of its ends: nodes at open edges keep theirs.
+type Ends = [[u64; 3]; 2];
+
+fn bits(p: DVec3) -> [u64; 3] {
+    p.to_array().map(f64::to_bits)
+}
+
+/// Remeshes some of a surface, made by [`patch_open_pieces`](super::patch_open_pieces); `names` lends the names of faces.
+///
+/// Guarantees and errors are those of [`remesh_pieces`](super::remesh_pieces); nodes at open edges stay, with these edges, and no
+/// edge inside joins two of them that none joined before: another mesh beyond may have such an edge.
+pub fn remesh_open(
+    work: Patchwork,
+    names: &TriMesh,
+    surface: &dyn Pieces,
+    options: &ExactOptions,
+    run: &Run,
+) -> Result<(ExactMesh, Laid)> {
+    check_options(options)?;
+    let r = Remesher::new(work, surface, options, run)?;
+    let before: FxHashSet<Ends> = r.inner_chords().into_iter().map(|(_, ends)| ends).collect();
+    let (mut made, mut r) = run.install(|| remesh(names, r, true, ExactReport::default(), None))?;
+    if r.part_open_chords(&before) {
+        made.mesh = finish(names, &r);
+    }
+    let m = &r.work.mesh;
+    let laid = Laid {
+        pieces: m.triangles().map(|t| r.work.patches[m.label(t) as usize].piece).collect(),
+        on: m.nodes().map(|v| r.work.sets[v as usize].as_slice().to_vec()).collect(),
+    };
+    Ok((made, laid))
+}
+
+impl Remesher<'_> {
+    fn ends(&self, h: u32) -> Ends {
+        let m = &self.work.mesh;
+        let mut ends = [m.origin(h), m.target(h)].map(|v| bits(m.point(v)));
+        ends.sort_unstable();
+        ends
+    }
+
+    /// Edges inside that join two nodes at open edges.
+    fn inner_chords(&self) -> Vec<(u32, Ends)> {
+        let m = &self.work.mesh;
+        let joins = |h: &u32| m.opposite(*h) != NONE && m.is_boundary(m.origin(*h)) && m.is_boundary(m.target(*h));
+        m.edges().filter(joins).map(|h| (h, self.ends(h))).collect()
+    }
+
+    /// Splits edges that would fall together with others once the surface is whole: those between nodes at open edges that were
+    /// not there before, and those that copies of one node have in common. Whether there were any.
+    fn part_open_chords(&mut self, before: &FxHashSet<Ends>) -> bool {
+        let mut any = false;
+        for _ in 0..CHORD_ROUNDS {
+            let mut split: Vec<u32> = Vec::new();
+            let mut seen: FxHashSet<Ends> = FxHashSet::default();
+            let m = &self.work.mesh;
+            let at_end = |h: &u32| m.is_boundary(m.origin(*h)) || m.is_boundary(m.target(*h));
+            // Open edges first: they stay.
+            for open in [true, false] {
+                for h in m.edges().filter(|h| (m.opposite(*h) == NONE) == open).filter(at_end) {
+                    let ends = self.ends(h);
+                    let both = m.is_boundary(m.origin(h)) && m.is_boundary(m.target(h));
+                    let is_new = !open && both && !before.contains(&ends);
+                    if (!seen.insert(ends) && !open) || is_new || ends[0] == ends[1] {
+                        split.push(h);
+                    }
+                }
+            }
+            if split.is_empty() {
+                return any;
+            }
+            any = true;
+            let ends: Vec<[u32; 2]> = split.iter().map(|h| [m.origin(*h), m.target(*h)]).collect();
+            for [a, b] in ends {
+                let m = &self.work.mesh;
+                let Some(h) = m.edge_between(a, b).filter(|&h| m.opposite(h) != NONE) else { continue };
+                let set = self.edge_set(h);
+                let middle = 0.5 * (m.point(a) + m.point(b));
+                let at = self.work.settle(self.surface, &set, middle, m.edge_length(h)).unwrap_or(middle);
+                let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);
+                self.put_on_edge(h, at, set, want);
+            }
+        }
+        any
+    }
+}
