@@ -29,8 +29,7 @@ pub struct PyPiece {
     bytes: Vec<u8>,
 }
 
-fn again<'py>(py: Python<'py>, name: &str, args: impl IntoPyObject<'py>) -> PyResult<Bound<'py, PyTuple>> {
-    let args = args.into_pyobject(py).map_err(Into::into)?;
+fn again<'py>(py: Python<'py>, name: &str, args: Bound<'py, PyTuple>) -> PyResult<Bound<'py, PyTuple>> {
     (py.import("rvachev._rvachev")?.getattr(name)?, args).into_pyobject(py)
 }
 
@@ -49,7 +48,8 @@ impl PyTask {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        again(py, "task_again", (self.plan.to_json().map_err(|e| raise(py, &e))?, self.brick))
+        let plan = self.plan.to_json().map_err(|e| raise(py, &e))?;
+        again(py, "task_again", (plan, self.brick).into_pyobject(py)?)
     }
 
     fn __repr__(&self) -> String {
@@ -67,7 +67,7 @@ impl PyPiece {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let plan = self.plan.to_json().map_err(|e| raise(py, &e))?;
-        again(py, "piece_again", (plan, self.brick, PyBytes::new(py, &self.bytes)))
+        again(py, "piece_again", (plan, self.brick, PyBytes::new(py, &self.bytes)).into_pyobject(py)?)
     }
 
     fn __repr__(&self) -> String {
