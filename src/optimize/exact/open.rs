@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 
 use super::patchwork::Patchwork;
 use super::remesh::Remesher;
-use super::{ExactMesh, ExactOptions, ExactReport, check_options, finish, remesh};
+use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, check_options, finish, polish, remesh};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -46,7 +46,7 @@ pub fn remesh_open(
     let r = Remesher::new(work, surface, options, run)?;
     let before: FxHashSet<Ends> = r.inner_chords().into_iter().map(|(_, ends)| ends).collect();
     let (mut made, mut r) = run.install(|| remesh(names, r, true, ExactReport::default(), None))?;
-    if r.part_open_chords(&before) {
+    if run.install(|| part_and_mend(&mut r, &before))? {
         made.mesh = finish(names, &r);
     }
     let m = &r.work.mesh;
@@ -55,6 +55,31 @@ pub fn remesh_open(
         on: m.nodes().map(|v| r.work.sets[v as usize].as_slice().to_vec()).collect(),
     };
     Ok((made, laid))
+}
+
+/// Splits edges that others may have, and mends what that leaves. Whether there were any.
+fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool> {
+    let count = r.work.mesh.node_capacity();
+    let mut first = count;
+    for last in [false, true] {
+        r.part_open_chords(before);
+        let capacity = r.work.mesh.node_capacity();
+        if capacity == first {
+            break;
+        }
+        r.look_around((0..capacity).map(|v| v >= first).collect(), AROUND);
+        first = capacity;
+        if last {
+            // Flips might make such edges again.
+            r.relax()?;
+            r.raise_angles()?;
+        } else {
+            polish(r, LAST)?;
+            first = r.work.mesh.node_capacity();
+        }
+    }
+    r.look_everywhere();
+    Ok(r.work.mesh.node_capacity() > count)
 }
 
 impl Remesher<'_> {
@@ -73,9 +98,8 @@ impl Remesher<'_> {
     }
 
     /// Splits edges that would fall together with others once the surface is whole: those between nodes at open edges that were
-    /// not there before, and those that copies of one node have in common. Whether there were any.
-    fn part_open_chords(&mut self, before: &FxHashSet<Ends>) -> bool {
-        let mut any = false;
+    /// not there before, and those that copies of one node have in common.
+    fn part_open_chords(&mut self, before: &FxHashSet<Ends>) {
         for _ in 0..CHORD_ROUNDS {
             let mut split: Vec<u32> = Vec::new();
             let mut seen: FxHashSet<Ends> = FxHashSet::default();
@@ -93,9 +117,8 @@ impl Remesher<'_> {
                 }
             }
             if split.is_empty() {
-                return any;
+                return;
             }
-            any = true;
             let ends: Vec<[u32; 2]> = split.iter().map(|h| [m.origin(*h), m.target(*h)]).collect();
             for [a, b] in ends {
                 let m = &self.work.mesh;
@@ -107,6 +130,5 @@ impl Remesher<'_> {
                 self.put_on_edge(h, at, set, want);
             }
         }
-        any
     }
 }
