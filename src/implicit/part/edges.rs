@@ -308,7 +308,8 @@ pub(super) fn method<'a>(
     let by = match method {
         "move" => {
             let b = Bound::new(it, "move", &["by"], arguments, range)?;
-            Placement { shift: b.vector(it, "by")?, ..Placement::IDENTITY }
+            b.need(it, "by")?;
+            Placement { shift: b.flat_point(it, "by")?, ..Placement::IDENTITY }
         }
         "rotate" => {
             let b = Bound::new(it, "rotate", &["degrees", "axis", "at"], arguments, range)?;
