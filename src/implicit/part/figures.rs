@@ -18,6 +18,9 @@ use crate::spatial::Aabb;
 /// All functions of this file.
 pub(super) const NAMES: [&str; 2] = ["region", "rectangle"];
 
+/// The circle that stands for the size of an ellipse is this many times as wide.
+const ROOM: f64 = 1.25;
+
 type It<'a> = Interpreter<'a>;
 
 /// The figure a value is, if it is one: a region, the inside of a polygon, of a circle or an ellipse in the plane.
@@ -48,7 +51,11 @@ fn inside(edges: &Edges) -> Option<Solid> {
         if axis.normalize_or_zero().cross(DVec3::Z).length() > 1e-12 {
             return None;
         }
-        Primitive::Formula(Expr::constant(1.0) - square(along, radii[0]) - square(across, radii[1])).into()
+        let formula = Expr::constant(1.0) - square(along, radii[0]) - square(across, radii[1]);
+        // Intervals find no box around a turned ellipse; a circle well outside of it gives one, and bounds nothing.
+        let r = ROOM * radii[0].max(radii[1]);
+        let around = Primitive::Cylinder { r, axis: DVec3::Z, at: *at, height: None };
+        Solid::intersection([Primitive::Formula(formula).into(), around.into()])
     };
     let solid = if *placement == super::super::solid::Placement::IDENTITY { solid } else { solid.placed(*placement) };
     check_plane(&solid).ok().map(|()| solid)
