@@ -66,7 +66,7 @@ use crate::run::Run;
 pub use atomic::write_atomic;
 pub use grid::{GridFormat, SampledGrid, write_grid};
 pub use names::{NamedPart, NamedVolume, NamedWhole, Names, Renamed};
-pub use outline::{Contour, Outline};
+pub use outline::{ClosedLine, Outline};
 pub use points::{PointRows, PointSample, no_rows, write_rows};
 pub use regions::Grouping;
 

@@ -7,7 +7,7 @@ use super::regions::{Grouping, clean};
 
 /// A closed polyline.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Contour {
+pub struct ClosedLine {
     /// Its nodes, each once, with the figure on the left: outer borders run counter-clockwise, those of holes clockwise.
     pub nodes: Vec<u32>,
     /// For each node the border that the edge from it to the next one is of: an index into [`Outline::names`].
@@ -22,7 +22,7 @@ pub struct Outline {
     /// For each border the names of the groups that hold it.
     pub groups: Vec<Vec<String>>,
     /// The polylines.
-    pub contours: Vec<Contour>,
+    pub contours: Vec<ClosedLine>,
     /// The unit of length.
     pub units: Option<String>,
 }
@@ -34,7 +34,7 @@ pub(super) struct BorderSet {
     pub(super) edges: Vec<[u32; 2]>,
 }
 
-impl Contour {
+impl ClosedLine {
     /// Its edges, with the border of each.
     pub fn edges(&self) -> impl Iterator<Item = ([u32; 2], u32)> + '_ {
         let next = self.nodes.iter().cycle().skip(1);
@@ -63,7 +63,7 @@ impl Outline {
                 sets.len() - 1
             }));
         }
-        for (edge, border) in self.contours.iter().flat_map(Contour::edges) {
+        for (edge, border) in self.contours.iter().flat_map(ClosedLine::edges) {
             sets[of_border[border as usize]].edges.push(edge);
         }
         sets.retain(|set| !set.edges.is_empty());

@@ -14,7 +14,7 @@ use crate::spatial::Aabb;
 use super::WriteOptions;
 use super::atomic::write_failed;
 use super::line::Line;
-use super::outline::Contour;
+use super::outline::ClosedLine;
 use super::vtu::attribute;
 
 /// Room around the figure, as a share of its diagonal.
@@ -48,7 +48,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, options: &WriteOpt
     text("<g id=\"borders\" fill=\"none\" stroke=\"#202020\" stroke-linejoin=\"round\">")?;
     for c in &outline.contours {
         for stretch in stretches(c) {
-            let Stretch { border, nodes, closed } = stretch;
+            let BorderPath { border, nodes, closed } = stretch;
             let name = attribute(&outline.names[border as usize]);
             let groups = outline.groups.get(border as usize).map_or(String::new(), |g| g.join(" "));
             let groups = if groups.is_empty() { groups } else { format!(" data-groups=\"{}\"", attribute(&groups)) };
@@ -70,28 +70,28 @@ fn polyline(out: &mut dyn Write, line: &mut Line, points: impl Iterator<Item = D
 }
 
 /// Nodes along edges of one border that follow each other.
-struct Stretch {
+struct BorderPath {
     border: u32,
     nodes: Vec<u32>,
     closed: bool,
 }
 
-fn stretches(c: &Contour) -> Vec<Stretch> {
+fn stretches(c: &ClosedLine) -> Vec<BorderPath> {
     let n = c.nodes.len();
     let Some(start) = (0..n).find(|k| c.borders[*k] != c.borders[(k + n - 1) % n]) else {
         return c
             .borders
             .first()
-            .map(|b| Stretch { border: *b, nodes: c.nodes.clone(), closed: true })
+            .map(|b| BorderPath { border: *b, nodes: c.nodes.clone(), closed: true })
             .into_iter()
             .collect();
     };
-    let mut all: Vec<Stretch> = Vec::new();
+    let mut all: Vec<BorderPath> = Vec::new();
     for k in (start..start + n).map(|k| k % n) {
         let (border, next) = (c.borders[k], c.nodes[(k + 1) % n]);
         match all.last_mut().filter(|s| s.border == border) {
             Some(s) => s.nodes.push(next),
-            None => all.push(Stretch { border, nodes: vec![c.nodes[k], next], closed: false }),
+            None => all.push(BorderPath { border, nodes: vec![c.nodes[k], next], closed: false }),
         }
     }
     all

@@ -16,7 +16,7 @@ use crate::error::{Error, Place, Result};
 use crate::geometry::SurfaceOracle;
 use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{Implicit, ImplicitOracle, Solid, check_plane};
-use crate::io::{Contour, Outline};
+use crate::io::{ClosedLine, Outline};
 use crate::mesh::TriMesh;
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
@@ -276,7 +276,7 @@ impl Top {
         let mut outline = Outline { units: part.units.clone(), ..Outline::default() };
         for start in 0..from.len() {
             while !from[start].is_empty() {
-                let mut contour = Contour::default();
+                let mut contour = ClosedLine::default();
                 let mut v = start;
                 loop {
                     if from[v].is_empty() {
