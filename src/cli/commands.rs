@@ -145,6 +145,17 @@ pub(super) fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &Wri
     Ok(told)
 }
 
+/// Refuses files that hold plane figures alone, before anything is computed.
+fn no_figure(paths: &[PathBuf]) -> Result<()> {
+    for path in paths {
+        if Format::from_path(path)? == Format::Svg {
+            let what = "an SVG file holds plane figures, and the part is a solid: part(region(...)) is a figure";
+            return Err(Error::Usage(format!("{}: {what}", path.display())));
+        }
+    }
+    Ok(())
+}
+
 pub fn mesh(a: &Mesh) -> Result<bool> {
     if let Some(n) = a.bricks {
         return super::bricks::mesh(a, n);
@@ -164,12 +175,18 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     }
     how.measure = a.report.is_some() || a.html.is_some() || !a.common.quiet || !how.method.is_exact();
     how.timed = a.report.is_some() || a.verbose;
+    if soup {
+        no_figure(&a.output)?;
+    }
     let made = if pipeline::is_step(&a.part.part) {
         pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
     } else if pipeline::is_mesh(&a.part.part) {
         pipeline::mesh_soup(&pipeline::load_mesh(&a.part.part, &run)?, &how, &soup_options(&a.triangles), &run)
     } else {
         let part = pipeline::load_part(&a.part.part, &a.part.define)?;
+        if !part.plane {
+            no_figure(&a.output)?;
+        }
         if part.mesh.sequence.is_some() && a.method.is_none() {
             how.method = Method::Operators;
         }
@@ -195,12 +212,21 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
         note("falls short", &made.report.shortfalls);
         return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
     }
-    let picture = a.png.as_ref().map(|_| draw::render(&made.mesh, &RenderOptions::default(), &run)).transpose()?;
+    let mut drawn = RenderOptions::default();
+    if made.outline.is_some() {
+        drawn.view.towards = rvachev::DVec3::Z;
+    }
+    let picture = a.png.as_ref().map(|_| draw::render(&made.mesh, &drawn, &run)).transpose()?;
     let mut told = Told::default();
     if !a.output.is_empty() {
         let merged = made.merged()?;
         let (seams, corners) = (made.seams.clone(), made.corners.clone());
-        told = write_meshes(&a.output, &merged, &WriteOptions { seams, corners, ..written_as(&a.files) }, &run)?;
+        told = write_meshes(
+            &a.output,
+            &merged,
+            &WriteOptions { seams, corners, outline: made.outline.clone(), ..written_as(&a.files) },
+            &run,
+        )?;
     }
     if let (Some(path), Some(picture)) = (&a.png, &picture) {
         write_picture(path, picture)?;
@@ -218,6 +244,9 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     if !a.common.quiet {
         if let Some(check) = &made.report.check {
             say(&check.to_string());
+        }
+        if let Some(figure) = &made.report.figure {
+            say(&figure.to_string());
         }
         if let Some(distance) = &made.report.distance {
             say(&distance.to_string());

@@ -264,7 +264,9 @@ impl Lowerer {
         }
         match p {
             Primitive::Box { lo, hi } => {
-                if !(lo.is_finite() && hi.is_finite() && lo.cmplt(*hi).all()) {
+                let tall = lo.z == f64::NEG_INFINITY && hi.z == f64::INFINITY;
+                let ends = [*lo, *hi].map(|p| if tall { p.with_z(0.0) } else { p });
+                if !(ends.iter().all(|p| p.is_finite()) && lo.cmplt(*hi).all()) {
                     return Err(Error::input(Place::Unknown, format!("a box needs lo < hi, not {lo} and {hi}")));
                 }
                 for (axis, low, sub) in [
@@ -275,13 +277,17 @@ impl Lowerer {
                     (2, true, "zmin"),
                     (2, false, "zmax"),
                 ] {
+                    if tall && axis == 2 {
+                        continue;
+                    }
                     let n = DVec3::AXES[axis];
                     let f = face!("box", sub);
-                    let (n, at) = if low { (-n, *lo) } else { (n, *hi) };
+                    let (n, at) = if low { (-n, ends[0]) } else { (n, ends[1]) };
                     faces.push(self.plane(place.turn(n), place.apply(at), f, c.negate));
                 }
                 and = true;
-                bounds = Aabb::around(Aabb::new(*lo, *hi).corners().map(|q| place.apply(q)));
+                let around = Aabb::around(Aabb::new(ends[0], ends[1]).corners().map(|q| place.apply(q)));
+                bounds = if tall { along(around, place.turn(DVec3::Z)) } else { around };
             }
             Primitive::Sphere { r, at } => {
                 positive("the radius of a sphere", *r)?;
@@ -324,11 +330,7 @@ impl Lowerer {
                     }
                     None => {
                         let disk = disk_bounds(center, a, r * k);
-                        let free = a.abs().cmpgt(DVec3::ZERO);
-                        Aabb::new(
-                            DVec3::select(free, DVec3::NEG_INFINITY, disk.lo),
-                            DVec3::select(free, DVec3::INFINITY, disk.hi),
-                        )
+                        along(disk, a)
                     }
                 };
             }
@@ -402,7 +404,11 @@ impl Lowerer {
                 bounds = Aabb::ALL;
             }
             Primitive::Extrude { polygon, height, at } => {
-                positive("the height of an extrusion", *height)?;
+                let tall = *height == f64::INFINITY;
+                let height = if tall { 0.0 } else { *height };
+                if !tall {
+                    positive("the height of an extrusion", height)?;
+                }
                 let (corners, tree) = polygon_tree(polygon)?;
                 let n = corners.len();
                 let mut edges = Vec::with_capacity(n);
@@ -414,17 +420,19 @@ impl Lowerer {
                     edges.push(self.plane(place.turn(normal), place.apply(on), f, c.negate));
                 }
                 faces.push(self.edge_tree(&tree, &edges, c.negate));
-                for (sub, s) in [("bottom", -1.0), ("top", 1.0)] {
+                let caps = [("bottom", -1.0), ("top", 1.0)];
+                for (sub, s) in caps.into_iter().filter(|_| !tall) {
                     let f = face!("extrude", sub);
                     let on = *at + DVec3::Z * (0.5 * s * height);
                     faces.push(self.plane(place.turn(DVec3::Z * s), place.apply(on), f, c.negate));
                 }
                 and = true;
-                bounds = Aabb::around(
+                let around = Aabb::around(
                     corners
                         .iter()
                         .flat_map(|p| [-0.5, 0.5].map(|s| place.apply(*at + DVec3::new(p[0], p[1], s * height)))),
                 );
+                bounds = if tall { along(around, place.turn(DVec3::Z)) } else { around };
             }
             Primitive::Revolve { polygon } => {
                 if let Some(i) = polygon.iter().position(|p| !(p[0] >= 0.0)) {
@@ -554,6 +562,12 @@ fn extract_tape(ops: &[Op], root: u32) -> Tape {
         new[i] = out.len() as u32 - 1;
     }
     Tape { ops: out }
+}
+
+/// A box that goes on without end along an axis.
+fn along(b: Aabb, axis: DVec3) -> Aabb {
+    let free = clean(axis).abs().cmpgt(DVec3::ZERO);
+    Aabb::new(DVec3::select(free, DVec3::NEG_INFINITY, b.lo), DVec3::select(free, DVec3::INFINITY, b.hi))
 }
 
 fn direction(v: DVec3, what: &str) -> Result<DVec3> {

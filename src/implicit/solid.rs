@@ -23,7 +23,7 @@ pub enum Tpms {
 /// A primitive solid. Directions need not be unit vectors; lengths must be positive.
 #[derive(Debug, Clone)]
 pub enum Primitive {
-    /// Faces `xmin xmax ymin ymax zmin zmax`.
+    /// Faces `xmin xmax ymin ymax zmin zmax`. Between infinite z both ways it has no `zmin zmax`.
     Box {
         /// Smallest coordinates.
         lo: DVec3,
@@ -102,7 +102,7 @@ pub enum Primitive {
     Extrude {
         /// The polygon's corners in order, either orientation; must be simple.
         polygon: Vec<[f64; 2]>,
-        /// Length along z.
+        /// Length along z; with an infinite one there is no `bottom` and no `top`.
         height: f64,
         /// Shift of the whole.
         at: DVec3,

@@ -1,5 +1,6 @@
-//! Abaqus and CalculiX input: nodes, S3 shells, and for each set *ELSET, *NSET and *SURFACE.
+//! Abaqus and CalculiX input: nodes, S3 shells, and for each set *ELSET, *NSET and *SURFACE; *NSET for each border of a plane figure.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use crate::error::Result;
@@ -8,6 +9,7 @@ use crate::run::Run;
 use super::atomic::write_failed;
 use super::build::each_node;
 use super::line::Line;
+use super::outline::BorderSet;
 use super::sets::Sets;
 
 /// Numbers to a line of a set: Abaqus takes no more.
@@ -17,7 +19,7 @@ const NUMBER: usize = 20;
 /// Letters of a name that both codes keep.
 pub(super) const LONGEST_NAME: usize = 80;
 
-pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, sets: &Sets, borders: Option<&[BorderSet]>, run: &Run) -> Result<()> {
     let mut line = Line::default();
     writeln!(out, "*HEADING\nrvachev: triangles of a surface\n*NODE, NSET=ALL_NODES").map_err(write_failed)?;
     let mut number = 0;
@@ -44,6 +46,11 @@ pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<()> {
         writeln!(out, "*NSET, NSET={name}").map_err(write_failed)?;
         list(out, &nodes)?;
         writeln!(out, "*SURFACE, NAME={name}, TYPE=ELEMENT\n{name}, SPOS").map_err(write_failed)?;
+    }
+    for border in borders.unwrap_or_default() {
+        let nodes: BTreeSet<u32> = border.edges.iter().flatten().copied().collect();
+        writeln!(out, "*NSET, NSET={}", border.name).map_err(write_failed)?;
+        list(out, &nodes.into_iter().collect::<Vec<_>>())?;
     }
     Ok(())
 }

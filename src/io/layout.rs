@@ -28,6 +28,8 @@ pub(super) struct CurveEntity {
     pub(super) ends: [u32; 2],
     /// Labels of the faces beside it, ascending, each once.
     pub(super) labels: Vec<u32>,
+    /// The border of a plane figure it is part of: an index into [`Layout::rims`].
+    pub(super) rim: Option<u32>,
 }
 
 /// A connected piece of a face.
@@ -63,6 +65,8 @@ pub(super) struct Layout {
     pub(super) solids: Vec<SolidEntity>,
     /// How many shells are not closed.
     pub(super) open_shells: usize,
+    /// Names of the borders of a plane figure.
+    pub(super) rims: Vec<String>,
     /// For each face name its triangles and their area.
     pub(super) sizes: Vec<(usize, f64)>,
 }
@@ -83,6 +87,18 @@ impl Layout {
             Ok(cut) => Self::of_cut(&mesh, &cell_of, &cut),
             Err(_) => Self::of_labels(&mesh, &cell_of),
         };
+        if let Some(outline) = &options.outline {
+            let sets = outline.sets(options.groups);
+            let mut border_of = BTreeMap::new();
+            for (k, set) in (0u32..).zip(&sets) {
+                border_of.extend(set.edges.iter().map(|[a, b]| ([*a.min(b), *a.max(b)], k)));
+            }
+            for curve in &mut layout.curves {
+                let first = [curve.nodes[0], curve.nodes[1]];
+                curve.rim = border_of.get(&[first[0].min(first[1]), first[0].max(first[1])]).copied();
+            }
+            layout.rims = sets.into_iter().map(|set| set.name).collect();
+        }
         layout.sizes = vec![(0, 0.0); mesh.faces.len()];
         for (t, label) in mesh.labels.iter().enumerate() {
             let size = &mut layout.sizes[*label as usize];
@@ -139,7 +155,7 @@ impl Layout {
             next += count;
             inner.iter().for_each(|v| layout.owners[*v as usize] = NodeOwner::Curve(e as u32));
             let nodes = [first].into_iter().chain(inner.iter().copied()).chain([last]).collect();
-            layout.curves.push(CurveEntity { nodes, ends: edge.ends, labels: Vec::new() });
+            layout.curves.push(CurveEntity { nodes, ends: edge.ends, labels: Vec::new(), rim: None });
         }
         for (p, v) in layout.points.iter().enumerate() {
             layout.owners[*v as usize] = NodeOwner::Point(p as u32);

@@ -1,5 +1,5 @@
 //! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF and gmsh
-//! MSH both ways; VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
+//! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -39,6 +39,7 @@ mod msh_read;
 mod names;
 mod obj;
 mod off;
+mod outline;
 mod ply;
 mod points;
 mod regions;
@@ -47,6 +48,7 @@ mod sharp;
 pub mod step;
 mod stl;
 mod su2;
+mod svg;
 mod text;
 mod vtp;
 mod vtu;
@@ -64,6 +66,7 @@ use crate::run::Run;
 pub use atomic::write_atomic;
 pub use grid::{GridFormat, SampledGrid, write_grid};
 pub use names::{NamedPart, NamedVolume, NamedWhole, Names, Renamed};
+pub use outline::{ClosedLine, Outline};
 pub use points::{PointRows, PointSample, no_rows, write_rows};
 pub use regions::Grouping;
 
@@ -101,11 +104,13 @@ pub enum Format {
     EMesh,
     /// VTK polygon data in XML, extension `vtp`; written only.
     Vtp,
+    /// Borders of a plane figure, extension `svg`; written only.
+    Svg,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 16] = [
+    pub const EXTENSIONS: [(&'static str, Format); 17] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -122,6 +127,7 @@ impl Format {
         ("su2", Format::Su2),
         ("emesh", Format::EMesh),
         ("vtp", Format::Vtp),
+        ("svg", Format::Svg),
     ];
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
@@ -218,6 +224,8 @@ pub struct WriteOptions {
     pub seams: Vec<[u32; 2]>,
     /// Nodes at sharp corners, beside those where borders meet.
     pub corners: Vec<u32>,
+    /// The borders of a flat mesh in the plane z = 0, by name; what an SVG file holds. MSH, SU2, INP name its edges by them.
+    pub outline: Option<Outline>,
 }
 
 /// What a writer did that the names of the mesh do not tell.
@@ -240,7 +248,7 @@ pub struct Written {
 /// # Errors
 /// Those of [`check_writable`]; [`Error::Input`] for a mesh with no triangle, a node that is not finite, or an index out
 /// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL, for a cell MSH has no number for, and
-/// for a script about a mesh without a closed shell; [`Error::Io`]; [`Error::Cancelled`].
+/// for a script about a mesh without a closed shell, for an SVG of a mesh without an outline; [`Error::Io`]; [`Error::Cancelled`].
 pub fn write(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Written> {
     let format = Format::from_path(path)?;
     if format == Format::Geo {
@@ -304,6 +312,7 @@ pub fn encode(
         Format::Ply => ply::write(out, mesh, encoding != Encoding::Text, run),
         Format::Off => off::write(out, mesh, run),
         Format::Vtu => vtu::write(out, mesh, encoding != Encoding::Text, run),
+        Format::Svg => svg::write(out, mesh, options),
         Format::Geo => Err(Error::Usage("a script is written by its path, as it names the mesh file beside it".into())),
         _ => return encode_sets(out, mesh, format, options, run),
     }?;
@@ -347,9 +356,13 @@ fn encode_sets(
     let cleaned = regions.clean(format);
     written.renamed = cleaned.changed;
     let sets = sets::Sets::new(mesh, &regions, cleaned.names)?;
+    let rims = options.outline.as_ref().map(|o| o.clean_sets(options.groups));
     match format {
-        Format::Inp => inp::write(out, &sets, run),
-        Format::Su2 => su2::write(out, &sets, run),
+        Format::Inp => inp::write(out, &sets, rims.as_deref(), run),
+        Format::Su2 => match &rims {
+            Some(rims) => su2::write_flat(out, &sets, rims, run),
+            None => su2::write(out, &sets, run),
+        },
         Format::Medit => medit::write(out, &sets, &sharp::SharpEdges::new(mesh, &layout, options, run)?, run),
         _ => bdf::write(out, &sets, run),
     }?;

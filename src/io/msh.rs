@@ -1,7 +1,7 @@
 //! gmsh MSH 4.1 and 2.2 out.
 //!
 //! Every connected piece of a face becomes one discrete surface, every chain of edges between two pieces a discrete curve,
-//! and its ends points; a curve's physical name is that of the faces beside it (`bore|body.xmin`). Which physical surfaces
+//! and its ends points; a curve's physical name is that of the faces beside it (`bore|body.xmin`), on a plane figure that of the border. Which physical surfaces
 //! there are is told by [`Grouping`](super::Grouping). Cells carry their numbers in the mesh plus one, and nodes too, so that a reader finds the
 //! mesh's own order again. A section `$Comments`, which gmsh passes over, holds faces and groups for our own reader.
 //! Format: gmsh reference manual, "MSH file format", versions 4.1 and 2.2.
@@ -98,11 +98,14 @@ impl Gmsh<'_> {
     }
 
     /// Names of curves by the labels beside them, and their physical tags.
-    fn curve_names(&self) -> BTreeMap<&[u32], (i32, String)> {
+    fn curve_names(&self) -> BTreeMap<(&[u32], Option<u32>), (i32, String)> {
         let mut names = BTreeMap::new();
         for curve in &self.layout.curves {
             let fresh = names.len() as i32 + 1;
-            names.entry(&curve.labels[..]).or_insert_with(|| {
+            names.entry((&curve.labels[..], curve.rim)).or_insert_with(|| {
+                if let Some(rim) = curve.rim {
+                    return (fresh, self.layout.rims[rim as usize].clone());
+                }
                 let faces: Vec<&str> = curve.labels.iter().map(|l| &self.mesh.face_names()[*l as usize][..]).collect();
                 // A seam lies within one face, the rim of a sheet has one beside it: both are told by one name.
                 (fresh, if faces.len() == 1 { format!("{}|", faces[0]) } else { faces.join("|") })
@@ -188,7 +191,7 @@ impl Gmsh<'_> {
         for (c, curve) in curves.iter().enumerate() {
             row.int(c as i32 + 1);
             row.bounds(&Aabb::around(curve.nodes.iter().map(|v| self.mesh.node(*v as usize))));
-            row.list(&[names[&curve.labels[..]].0]);
+            row.list(&[names[&(&curve.labels[..], curve.rim)].0]);
             row.list(&[curve.ends[0] as i32 + 1, -(curve.ends[1] as i32 + 1)]);
             row.end()?;
         }
@@ -303,7 +306,7 @@ impl Gmsh<'_> {
         for (c, curve) in self.layout.curves.iter().enumerate() {
             for pair in curve.nodes.windows(2) {
                 next += 1;
-                row.line.whole(next).wholes([LINE, 2, names[&curve.labels[..]].0, c as i32 + 1]);
+                row.line.whole(next).wholes([LINE, 2, names[&(&curve.labels[..], curve.rim)].0, c as i32 + 1]);
                 row.line.wholes(pair.iter().map(|v| u64::from(*v) + 1));
                 row.end()?;
             }

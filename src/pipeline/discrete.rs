@@ -400,7 +400,7 @@ fn mesh_counted(
     }
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut timer);
-    Ok((Meshed { mesh, seams, corners, report }, count))
+    Ok((Meshed { mesh, seams, corners, outline: None, report }, count))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {

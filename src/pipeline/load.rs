@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::figure::no_figure;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, parse, parse_csg, parse_vm};
 use crate::implicit::{Implicit, write_vm};
@@ -42,6 +43,7 @@ pub fn is_vm(path: &Path) -> bool {
 ///
 /// Errors: a part without such a solid, or with others beside it; what [`Implicit::new`] and [`write_vm`] refuse.
 pub fn vm_text(part: &Part) -> Result<String> {
+    no_figure(part, "a formula file")?;
     match &part.solid {
         Some(solid) if part.built.is_empty() => write_vm(&Implicit::new(solid, part.rsystem, part.domain)?),
         _ => Err(Error::input(Place::Unknown, "a solid built from edges cannot be written as a formula")

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::attempts::{CELLS, LOOSE, Ladder, at};
 use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
+use super::figure::{mesh_figure, no_figure};
 use super::heal::{heal_made, same_places, told};
 use super::hidden::hidden_creases;
 use super::history::{Attempt, Clock, Tried};
@@ -20,6 +21,7 @@ use crate::implicit::{
     ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features, surface_points, thin_places,
     thin_walls,
 };
+use crate::io::Outline;
 use crate::merge::{Merged, Reordered};
 use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
@@ -100,6 +102,8 @@ pub struct Meshed {
     pub seams: Vec<[u32; 2]>,
     /// Nodes where borders between leaves end or meet, and apexes. Only the leaf method knows them.
     pub corners: Vec<u32>,
+    /// The borders of a plane figure, of which the mesh is a triangulation in z = 0.
+    pub outline: Option<Outline>,
     /// What is known about it.
     pub report: Report,
 }
@@ -136,6 +140,7 @@ pub(super) struct Ready {
 
 impl Ready {
     pub(super) fn new(part: &Part, size: Option<SizeRequest>) -> Result<Self> {
+        no_figure(part, "this")?;
         let Some(solid) = &part.solid else {
             return Err(Error::input(
                 Place::Unknown,
@@ -217,8 +222,13 @@ const THIN: f64 = 1e-3;
 /// What the part builds from edges is meshed as [`mesh_step`](super::mesh_step) does, beside the solid of R-functions; sheets stay
 /// open.
 ///
+/// A plane figure becomes a flat mesh in z = 0, with its borders in [`Meshed::outline`].
+///
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    if part.plane {
+        return mesh_figure(part, options, run);
+    }
     let mut options = MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
     if options.method == Method::Operators && options.sequence.is_none() {
         options.sequence = part_sequence(part)?;
@@ -464,7 +474,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
-    Ok(Found { meshed: Meshed { mesh, seams, corners, report }, crowded, cell, arranged })
+    Ok(Found { meshed: Meshed { mesh, seams, corners, outline: None, report }, crowded, cell, arranged })
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::distance::Distance;
+use super::figure::{FigureReport, figure_info};
 use super::history::{Attempt, Stage};
 use super::method::Method;
 use crate::error::{Error, Place, Result};
@@ -45,6 +46,9 @@ pub struct Report {
     /// Distances between the mesh and the faces of a boundary representation, where they were measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<Distance>,
+    /// The borders of a plane figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figure: Option<FigureReport>,
     /// The measured mesh.
     pub check: Option<Check>,
 }
@@ -113,6 +117,7 @@ impl Report {
             stages: Vec::new(),
             ladder: Vec::new(),
             distance: None,
+            figure: None,
             check: None,
         }
     }
@@ -159,8 +164,11 @@ pub struct Info {
     pub groups: Vec<String>,
 }
 
-/// Looks at a part's solid of R-functions without meshing it. Errors: there is none; what lowering refuses.
+/// Looks at a part's solid of R-functions, or its plane figure, without meshing it. Errors: there is none; what lowering refuses.
 pub fn info(part: &Part) -> Result<Info> {
+    if part.plane {
+        return figure_info(part);
+    }
     let Some(solid) = &part.solid else {
         return Err(Error::input(Place::Unknown, "the part has no solid of R-functions"));
     };

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::SizeRequest;
+use super::figure::no_figure;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::Part;
 use crate::implicit::{Implicit, RSystem, Sampling, evaluate};
@@ -35,6 +36,7 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// Errors: the part has no solid of R-functions; see [`Implicit::new`].
 pub fn function(part: &Part, rsystem: Option<RSystem>) -> Result<Implicit> {
+    no_figure(part, "its function")?;
     let Some(solid) = &part.solid else {
         let what = "only solids of R-functions have a function, and the part has none";
         return Err(Error::input(Place::Unknown, what));

@@ -119,6 +119,15 @@ impl<'a> Bound<'a> {
         if self.get(name).is_some() { self.vector(it, name) } else { Ok(DVec3::ZERO) }
     }
 
+    /// A point of two or three numbers, where z is 0 if left out; the origin if all of it is.
+    pub(super) fn flat_point(&self, it: &Interpreter<'a>, name: &str) -> Result<DVec3> {
+        let numbers = self.get(name).and_then(|a| a.value.items()).unwrap_or_default();
+        match numbers.iter().map(Value::number).collect::<Option<Vec<f64>>>().as_deref() {
+            Some([x, y]) if x.is_finite() && y.is_finite() => Ok(DVec3::new(*x, *y, 0.0)),
+            _ => self.point(it, name),
+        }
+    }
+
     /// A direction: a letter or a vector; z if left out.
     pub(super) fn axis(&self, it: &Interpreter<'a>, name: &str) -> Result<DVec3> {
         let Some(a) = self.get(name) else { return Ok(DVec3::Z) };

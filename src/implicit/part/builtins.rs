@@ -11,6 +11,7 @@ use super::super::rfunction::RSystem;
 use super::super::solid::{Primitive, Solid, Tpms};
 use super::arguments::{Argument, Bound};
 use super::edges;
+use super::figures;
 use super::functions::function;
 use super::interpreter::{Declared, Interpreter};
 use super::operators;
@@ -97,8 +98,13 @@ pub(super) fn constant<'a>(name: &str) -> Option<Value<'a>> {
         "y" => Some(Value::Formula(Expr::y())),
         "z" => Some(Value::Formula(Expr::z())),
         "pi" => Some(Value::Float(std::f64::consts::PI)),
-        _ => NAMES.iter().chain(&edges::NAMES).find(|n| **n == name).map(|n| Value::Builtin(n)),
+        _ => names().find(|n| *n == name).map(Value::Builtin),
     }
+}
+
+/// The names of all that is built in.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    NAMES.iter().chain(&edges::NAMES).chain(&figures::NAMES).copied()
 }
 
 /// Steps a tuple in a list counts for: as many as it takes to write one.
@@ -122,6 +128,7 @@ pub(super) fn call<'a>(
         "range" | "len" | "sum" | "enumerate" | "zip" | "int" | "float" | "round" | "str" | "list" | "tuple"
         | "degrees" | "radians" | "floor" | "ceil" | "trunc" => plain(it, range, name, arguments),
         _ if edges::NAMES.contains(&name) => edges::call(it, range, name, arguments),
+        _ if figures::NAMES.contains(&name) => figures::call(it, range, name, arguments),
         _ => shape(it, range, name, arguments),
     }
 }
@@ -260,6 +267,12 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
         }
         "union" | "intersection" => {
             let mut all = Vec::new();
+            let items = |a: &Argument<'a>| a.value.items().map_or_else(|| vec![a.value.clone()], <[_]>::to_vec);
+            let values: Vec<Value<'a>> = arguments.iter().flat_map(items).collect();
+            if let Some(all) = figures::joined(it, range, &values)? {
+                it.grow(range, all.len())?;
+                return Ok(Value::Region(if name == "union" { Solid::union(all) } else { Solid::intersection(all) }));
+            }
             for a in &arguments {
                 let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
                 for v in items {
@@ -277,6 +290,12 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
         }
         "blend" => {
             let b = bind(&["a", "b", "radius"])?;
+            let pair = [b.need(it, "a")?.value.clone(), b.need(it, "b")?.value.clone()];
+            if let Some(pair) = figures::joined(it, range, &pair)?
+                && let [first, second] = &pair[..]
+            {
+                return Ok(Value::Region(first.clone().blend(second.clone(), b.positive(it, "radius")?)));
+            }
             return Ok(Value::Solid(b.solid(it, "a")?.blend(b.solid(it, "b")?, b.positive(it, "radius")?)));
         }
         other => return Err(it.error(range, format!("{other:?} cannot be called"))),
@@ -450,16 +469,22 @@ fn declaration<'a>(
             if it.declared.is_some() {
                 return Err(it.error(range, "part() is said twice: a file describes one part"));
             }
-            let (solid, built) = solids(it, &b)?;
+            let figure = match &b.need(it, "solid")?.value {
+                Value::Region(s) => Some(s.clone()),
+                _ => None,
+            };
+            let plane = figure.is_some();
+            let (solid, built) = if plane { (figure, Vec::new()) } else { solids(it, &b)? };
             let rsystem = match b.get("rsystem") {
                 None => RSystem::default(),
                 Some(a) => it.at(a.range, rsystem(it, a).and_then(RSystem::checked))?,
             };
             let domain = match b.get("domain") {
                 None => None,
+                Some(a) if plane => Some(figures::domain(it, a)?),
                 Some(a) => Some(domain(it, a)?),
             };
-            it.declared = Some(Declared { solid, built, rsystem, domain });
+            it.declared = Some(Declared { solid, built, plane, rsystem, domain });
         }
     }
     Ok(Value::None)
@@ -482,7 +507,15 @@ fn solids<'a>(it: &It<'a>, b: &Bound<'a>) -> Result<(Option<Solid>, Vec<Recipe>)
             _ if items.len() == 1 && a.value.items().is_none() => {
                 return b.solid(it, "solid").map(|s| (Some(s), built));
             }
-            v => return Err(it.error(a.range, format!("a part is made of solids, not of {}", v.kind()))),
+            v => {
+                let e = it.error(a.range, format!("a part is made of solids, not of {}", v.kind()));
+                let flat = matches!(v, Value::Region(_));
+                return Err(if flat {
+                    e.with_help("part(region(...)) is one plane figure, and nothing else")
+                } else {
+                    e
+                });
+            }
         }
     }
     if solid.is_none() && built.is_empty() {

@@ -148,14 +148,14 @@ pub(super) fn call<'a>(
         "circle" => {
             let b = bind(&["r", "at", "axis"])?;
             let r = b.positive(it, "r")?;
-            let (at, axis) = (b.point(it, "at")?, b.axis(it, "axis")?);
+            let (at, axis) = (b.flat_point(it, "at")?, b.axis(it, "axis")?);
             return edge(EdgeKind::Ellipse { at, axis, x: None, radii: [r, r] });
         }
         "ellipse" => {
             let b = bind(&["a", "b", "at", "axis", "x"])?;
             let radii = [b.positive(it, "a")?, b.positive(it, "b")?];
             let x = b.get("x").is_some().then(|| b.axis(it, "x")).transpose()?;
-            return edge(EdgeKind::Ellipse { at: b.point(it, "at")?, axis: b.axis(it, "axis")?, x, radii });
+            return edge(EdgeKind::Ellipse { at: b.flat_point(it, "at")?, axis: b.axis(it, "axis")?, x, radii });
         }
         "chain" => {
             let b = bind(&["edges"])?;
@@ -308,7 +308,8 @@ pub(super) fn method<'a>(
     let by = match method {
         "move" => {
             let b = Bound::new(it, "move", &["by"], arguments, range)?;
-            Placement { shift: b.vector(it, "by")?, ..Placement::IDENTITY }
+            b.need(it, "by")?;
+            Placement { shift: b.flat_point(it, "by")?, ..Placement::IDENTITY }
         }
         "rotate" => {
             let b = Bound::new(it, "rotate", &["degrees", "axis", "at"], arguments, range)?;

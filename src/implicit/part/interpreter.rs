@@ -10,7 +10,6 @@ use rustc_hash::FxHashMap;
 
 use super::arguments::Argument;
 use super::builtins;
-use super::edges;
 use super::methods;
 use super::operators;
 use super::recipe::Recipe;
@@ -26,6 +25,7 @@ use crate::spatial::Aabb;
 pub(super) struct Declared {
     pub(super) solid: Option<Solid>,
     pub(super) built: Vec<Recipe>,
+    pub(super) plane: bool,
     pub(super) rsystem: RSystem,
     pub(super) domain: Option<Aabb>,
 }
@@ -97,8 +97,8 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
         return Err(Error::input(place(source, source.len(), source.len()), "the file declares no part")
             .with_help("end it with part(solid)"));
     };
-    let Declared { solid, built, rsystem, domain } = d;
-    Ok(Part { solid, built, rsystem, domain, units: it.units, groups: it.groups, mesh: it.mesh })
+    let Declared { solid, built, plane, rsystem, domain } = d;
+    Ok(Part { solid, built, plane, rsystem, domain, units: it.units, groups: it.groups, mesh: it.mesh })
 }
 
 impl<'a> Interpreter<'a> {
@@ -238,7 +238,7 @@ impl<'a> Interpreter<'a> {
             return Ok(v);
         }
         let e = self.error(range, format!("nothing is called {name:?}"));
-        let known = self.globals.keys().map(String::as_str).chain(builtins::NAMES.iter().chain(&edges::NAMES).copied());
+        let known = self.globals.keys().map(String::as_str).chain(builtins::names().map(|n| -> &str { n }));
         let mut near: Vec<(usize, &str)> = known.map(|k| (crate::error::edit_distance(k, name), k)).collect();
         near.sort_unstable();
         Err(match near.first() {

@@ -6,6 +6,7 @@ use ruff_text_size::TextRange;
 use super::super::solid::{Placement, Solid};
 use super::arguments::{Argument, Bound};
 use super::edges;
+use super::figures;
 use super::interpreter::Interpreter;
 use super::value::Value;
 use crate::error::Result;
@@ -26,6 +27,11 @@ pub(super) fn call<'a>(
             .error(name_range, format!("there is no method {name:?}"))
             .with_help(format!("methods of solids: {}", NAMES.join(", "))));
     };
+    if let Some(s) = figures::figure(&object)
+        && !(matches!(object, Value::Edges(_)) && matches!(*method, "move" | "rotate" | "scale"))
+    {
+        return figures::method(it, range, s, method, arguments);
+    }
     if matches!(object, Value::Edges(_) | Value::Built(_)) {
         return edges::method(it, range, &object, method, arguments);
     }
@@ -36,10 +42,21 @@ pub(super) fn call<'a>(
     let Some(s) = object.solid() else {
         return Err(it.error(name_range, format!(".{name}() is a method of solids, not of {}", object.kind())));
     };
+    Ok(Value::Solid(placed(it, range, s, method, arguments)?))
+}
+
+/// A solid after one of these methods.
+pub(super) fn placed<'a>(
+    it: &Interpreter<'a>,
+    range: TextRange,
+    s: Solid,
+    method: &'static str,
+    arguments: Vec<Argument<'a>>,
+) -> Result<Solid> {
     it.grow(range, 1)?;
     let bind = |names| Bound::new(it, method, names, arguments, range);
     let about = |rotation: DMat3, at: DVec3| Placement { rotation, scale: 1.0, shift: at - rotation * at };
-    let made: Solid = match *method {
+    Ok(match method {
         "move" => {
             let b = bind(&["by"])?;
             s.placed(Placement { shift: b.vector(it, "by")?, ..Placement::IDENTITY })
@@ -65,8 +82,7 @@ pub(super) fn call<'a>(
             let b = bind(&["h"])?;
             s.size(b.positive(it, "h")?)
         }
-    };
-    Ok(Value::Solid(made))
+    })
 }
 
 /// The name a call of `.name()` gives.

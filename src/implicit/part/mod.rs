@@ -8,6 +8,7 @@ mod arguments;
 mod builtins;
 mod csg;
 mod edges;
+mod figures;
 mod functions;
 mod guard;
 mod interpreter;
@@ -110,6 +111,8 @@ pub struct Part {
     pub solid: Option<Solid>,
     /// Solids and sheets to be built from edges, which stand apart from it.
     pub built: Vec<recipe::Recipe>,
+    /// Whether the solid of R-functions is a figure of the plane z = 0, which goes on along z without end.
+    pub plane: bool,
     /// The system of R-functions.
     pub rsystem: RSystem,
     /// Where to cut the solid off.
@@ -128,6 +131,7 @@ impl Part {
         Part {
             solid: Some(solid),
             built: Vec::new(),
+            plane: false,
             rsystem: RSystem::default(),
             domain: None,
             units: None,

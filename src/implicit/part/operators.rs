@@ -7,6 +7,7 @@ use ruff_text_size::TextRange;
 
 use super::super::expr::{Binary, Expr, Unary};
 use super::super::solid::{Solid, SolidNode};
+use super::figures;
 use super::interpreter::Interpreter;
 use super::value::Value;
 use crate::error::Result;
@@ -30,6 +31,15 @@ pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'
         }
     };
     // set operations
+    if let Some(pair) = figures::operands(it, range, op, [&l, &r])? {
+        let [a, b] = pair;
+        it.grow(range, 2)?;
+        return Ok(Value::Region(match op {
+            Operator::BitAnd => a & b,
+            Operator::BitOr => a | b,
+            _ => a - b,
+        }));
+    }
     if matches!(l, Value::Solid(_) | Value::Condition(_)) || matches!(r, Value::Solid(_) | Value::Condition(_)) {
         let (Some(a), Some(b)) = (l.solid(), r.solid()) else { return Err(mismatch()) };
         it.grow(range, 2)?;
@@ -125,6 +135,11 @@ pub(super) fn unary<'a>(it: &It<'a>, range: TextRange, op: UnaryOp, v: Value<'a>
         (UnaryOp::Invert, Value::Solid(_) | Value::Condition(_)) => {
             it.grow(range, 1)?;
             v.solid().map(|s| Value::Solid(Solid::new(SolidNode::Not(s)))).ok_or_else(|| it.error(range, "no solid"))
+        }
+        (UnaryOp::Invert, Value::Region(_) | Value::Polygon(_) | Value::Edges(_)) => {
+            it.grow(range, 1)?;
+            let inside = figures::figure(&v).ok_or_else(|| it.error(range, format!("~{} has no meaning", v.kind())))?;
+            Ok(Value::Region(Solid::new(SolidNode::Not(inside))))
         }
         (UnaryOp::UAdd, Value::Int(_) | Value::Float(_) | Value::Formula(_)) => Ok(v),
         (UnaryOp::USub, Value::Int(i)) => Ok(i.checked_neg().map_or(Value::Float(-(*i as f64)), Value::Int)),

@@ -23,6 +23,8 @@ pub(super) enum Value<'a> {
     /// Where all these formulas are not negative.
     Condition(Rc<Vec<Expr>>),
     Solid(Solid),
+    /// A figure of the plane, as a solid that goes on along z without end.
+    Region(Solid),
     Polygon(Rc<Vec<[f64; 2]>>),
     /// A chain of edges in space.
     Edges(Rc<Edges>),
@@ -54,6 +56,7 @@ impl Value<'_> {
             Value::Formula(_) => "a formula",
             Value::Condition(_) => "a condition on formulas",
             Value::Solid(_) => "a solid",
+            Value::Region(_) => "a plane figure",
             Value::Polygon(_) => "a polygon",
             Value::Edges(_) => "a chain of edges",
             Value::Built(_) => "a solid built from edges",

@@ -279,7 +279,10 @@ fn remesh<'a>(
         Some(known) => known,
         None => {
             let out = finish(mesh, &r);
-            let bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
+            let mut bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
+            if r.work.goes_on {
+                bad = away_from_ends(&r, bad);
+            }
             (out, bad)
         }
     };
@@ -501,6 +504,13 @@ fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Option<Tested>> {
         }
     }
     Ok(Some(now))
+}
+
+/// Those of some triangles that have no node at an open edge: where nodes stay, smaller edges help nothing.
+fn away_from_ends(r: &Remesher<'_>, bad: Vec<u32>) -> Vec<u32> {
+    let m = &r.work.mesh;
+    let all: Vec<u32> = m.triangles().collect();
+    bad.into_iter().filter(|t| !m.corners(all[*t as usize]).into_iter().any(|v| m.is_boundary(v))).collect()
 }
 
 /// Triangles that intersect others, ascending.

@@ -59,7 +59,7 @@ pub(super) fn merged(plan: &BrickPlan, store: &Store<'_>, run: &Run) -> Result<M
     report.attempts.push(Attempt { proof: Some(proof), ..attempt });
     finish_names(&part, &mut mesh, &mut report);
     report.judge(check(&mesh, Expectation::default(), None, run)?);
-    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), report })
+    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report })
 }
 
 /// Adds the triangles of a piece that were not handed on.
