@@ -80,7 +80,7 @@ fn share(s: &str) -> std::result::Result<Share, String> {
 }
 
 pub fn plan(a: &Plan) -> Result<bool> {
-    let run = run(&a.common)?;
+    let run = run(&a.common, "plan")?;
     let plan = plan_of(&a.part, &a.how, a.bricks, &run)?;
     plan.save(&a.output)?;
     drop(run);
@@ -116,7 +116,7 @@ fn plan_of(part: &PartFile, how: &How, bricks: [u32; 3], run: &rvachev::Run) -> 
 }
 
 pub fn brick(a: &Brick) -> Result<bool> {
-    let run = run(&a.common)?;
+    let run = run(&a.common, "brick")?;
     let plan = BrickPlan::load(&a.folder)?;
     if a.round.is_none() && a.share != Share::ALL {
         return Err(Error::Usage(
@@ -134,7 +134,7 @@ pub fn brick(a: &Brick) -> Result<bool> {
 pub fn merge(a: &Merge) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.report.iter().try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "merge")?;
     let plan = BrickPlan::load(&a.folder)?;
     let made = pipeline::merge_bricks(&plan, &a.folder, &run)?;
     let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
@@ -146,7 +146,7 @@ pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
     if a.png.is_some() || a.html.is_some() || a.method.is_some_and(|m| m != Method::default()) {
         return Err(Error::Usage("--bricks goes with mesh files and --report only, and has no other --method".into()));
     }
-    let run = run(&a.common)?;
+    let run = run(&a.common, "mesh")?;
     let plan = plan_of(&a.part, &a.how, bricks, &run)?;
     let mut folder = a.output[0].clone().into_os_string();
     folder.push(format!(".{}-bricks", std::process::id()));

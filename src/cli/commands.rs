@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::arguments::{
     Check, Coloring, Compare, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Operators, Render, Triangles,
 };
-use super::console::{note, run, say, writable};
+use super::console::{note, run, say, unwatched, watched, writable};
 use super::sample::function_part;
 
 /// Pictures of a comparison stand in rows of this many.
@@ -145,13 +145,19 @@ pub(super) fn write_meshes(paths: &[PathBuf], mesh: &dyn MeshView, options: &Wri
     Ok(told)
 }
 
+/// What `mesh` and `view` do.
 pub fn mesh(a: &Mesh) -> Result<bool> {
     if let Some(n) = a.bricks {
         return super::bricks::mesh(a, n);
     }
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.report.iter().chain(&a.png).chain(&a.html).try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    mesh_once(a, &unwatched(&a.common)?)
+}
+
+/// Makes the mesh and writes what is asked for. `base` is a run nobody watches.
+fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
+    let run = watched(base.clone(), &a.common, "mesh", a.verbose);
     // The leaf method measures always; the others fall short of what they are not measured for.
     let soup = pipeline::is_step(&a.part.part) || pipeline::is_mesh(&a.part.part);
     let mut how = options(&a.how, a.method.unwrap_or_default(), true);
@@ -177,8 +183,8 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
     if a.verbose {
-        note("attempt", &made.report.attempts);
-        note("stage", &made.report.stages);
+        // All others were told as they ended, and so was this one, but not that it stands.
+        made.report.attempts.iter().filter(|a| a.kept).for_each(|a| run.note("kept", || a.named()));
     }
     if !a.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
@@ -232,7 +238,7 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
 
 pub fn compare(a: &Compare) -> Result<bool> {
     a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "compare")?;
     let how = MeshOptions { sequence: sequence(&a.operators)?, ..options(&a.how, Method::default(), true) };
     if a.rsystems {
         let part = function_part(&a.part.part, &a.part.define)?;
@@ -275,7 +281,7 @@ pub fn compare(a: &Compare) -> Result<bool> {
 }
 
 pub fn check(a: &Check) -> Result<bool> {
-    let run = run(&a.common)?;
+    let run = run(&a.common, "check")?;
     let mesh = io::read(&a.mesh, &run)?;
     let check = match &a.against {
         Some(path) if pipeline::is_step(path) => {
@@ -295,7 +301,7 @@ pub fn check(a: &Check) -> Result<bool> {
 pub fn heal(a: &Heal) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.html.iter().try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "heal")?;
     let mesh = io::read(&a.mesh, &run)?;
     let options = pipeline::HealOptions { max_hole: a.max_hole };
     let healed = pipeline::heal(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?;
@@ -318,7 +324,7 @@ pub fn heal(a: &Heal) -> Result<bool> {
 
 pub fn info(a: &Info) -> Result<bool> {
     let path = &a.part.part;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "info")?;
     let show = |text: String, json: Result<String>| -> Result<()> {
         say(&if a.json { json? } else { text });
         Ok(())
@@ -366,7 +372,7 @@ pub fn convert(a: &Convert) -> Result<bool> {
         return Err(Error::Usage(format!("convert writes .step, .stp and .vm files, not {}", a.output.display())));
     }
     writable(&a.output)?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "convert")?;
     if pipeline::is_step(path) {
         let model = pipeline::load_step(path, &run)?;
         pipeline::save_step(&a.output, &model.brep, None)?;
@@ -399,7 +405,7 @@ pub fn render(a: &Render) -> Result<bool> {
         (_, Some(_)) => return Err(Error::Usage("--against is for --color distance alone".into())),
     }
     writable(&a.output)?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "render")?;
     let mesh = io::read(&a.mesh, &run)?;
     let usual = RenderOptions::default();
     let (wireframe, sharp_angle) = match a.edges {

@@ -4,6 +4,7 @@ mod arguments;
 mod bricks;
 mod commands;
 mod console;
+mod progress;
 mod sample;
 
 use std::process::ExitCode;
