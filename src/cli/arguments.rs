@@ -43,6 +43,10 @@ pub enum Command {
     Brick(super::bricks::Brick),
     /// Merge the bricks of a plan to one mesh
     Merge(super::bricks::Merge),
+    /// Print the options in the form a shell completes them from
+    Completions(super::manual::Completions),
+    /// Write man pages
+    Man(super::manual::Manual),
 }
 
 /// What all commands that work have in common.
@@ -159,7 +163,7 @@ pub struct Mesh {
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
     #[arg(long)]
     pub force: bool,
-    /// Write the report here (JSON)
+    /// Write the report here: tables to read (.html), else JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Write a picture here (PNG)
@@ -168,9 +172,12 @@ pub struct Mesh {
     /// Write a page for a browser here (HTML) that shows the mesh and leads to what it falls short of
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Tell what was tried and how long it took, on standard error
+    /// Tell what was tried and how long it took, on standard error, as it happens
     #[arg(short, long)]
     pub verbose: bool,
+    /// Mesh again whenever the part's file changes, until Ctrl-C
+    #[arg(long)]
+    pub watch: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -214,6 +221,7 @@ impl ViewPage {
             png: None,
             html,
             verbose: false,
+            watch: false,
             common: self.common,
         }
     }

@@ -8,7 +8,7 @@ use rvachev::pipeline::{self, BrickPlan, Meshed, Method, ROUNDS, Share};
 use rvachev::{Error, Result};
 
 use super::arguments::{Common, Files, How, Mesh, PartFile};
-use super::commands::{options, write_json, write_meshes, written_as};
+use super::commands::{Told, options, shown, write_meshes, write_report, written_as};
 use super::console::{note, run, say, writable};
 
 #[derive(Debug, Args)]
@@ -55,7 +55,7 @@ pub struct Merge {
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
     #[arg(long)]
     pub force: bool,
-    /// Write the report here (JSON)
+    /// Write the report here: tables to read (.html), else JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     #[command(flatten)]
@@ -137,7 +137,7 @@ pub fn merge(a: &Merge) -> Result<bool> {
     let run = run(&a.common, "merge")?;
     let plan = BrickPlan::load(&a.folder)?;
     let made = pipeline::merge_bricks(&plan, &a.folder, &run)?;
-    let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
+    let to = Outputs { of: &a.folder, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
     finish(&made, &to, &a.common, run)
 }
 
@@ -153,7 +153,8 @@ pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
     let folder = Folder(PathBuf::from(folder));
     plan.save(&folder.0)?;
     let made = pipeline::mesh_in_bricks(&plan, &folder.0, &run)?;
-    let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
+    let to =
+        Outputs { of: &a.part.part, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
     finish(&made, &to, &a.common, run)
 }
 
@@ -169,6 +170,8 @@ impl Drop for Folder {
 
 /// What is written of a merged mesh.
 struct Outputs<'a> {
+    /// The part or the folder it is of.
+    of: &'a Path,
     meshes: &'a [PathBuf],
     files: &'a Files,
     report: Option<&'a Path>,
@@ -177,7 +180,7 @@ struct Outputs<'a> {
 
 fn finish(made: &Meshed, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -> Result<bool> {
     if let Some(path) = to.report {
-        write_json(path, &made.report)?;
+        write_report(path, made, &shown(made, to.of, &Told::default()))?;
     }
     if !to.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)

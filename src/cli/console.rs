@@ -1,7 +1,8 @@
 //! What a person sees: progress on a terminal, errors with the place in the source.
 
+use std::collections::BTreeSet;
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report, Severity};
@@ -99,6 +100,27 @@ pub fn note(kind: &str, lines: &[impl std::fmt::Display]) {
     for l in lines {
         eprintln!("{kind}: {}", visible(&l.to_string()));
     }
+}
+
+/// Refuses names of pictures that promise another format than PNG, and what [`writable`] does.
+pub fn picture(path: &Path) -> Result<()> {
+    match path.extension() {
+        Some(e) if !e.eq_ignore_ascii_case("png") => {
+            Err(Error::Usage(format!("pictures are PNG files: {} should end in .png", path.display())))
+        }
+        _ => writable(path),
+    }
+}
+
+/// Refuses to write two things to one file.
+pub fn distinct<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    for path in paths {
+        if !seen.insert(path) {
+            return Err(Error::Usage(format!("{} would be written twice", path.display())));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses outputs that could not be written before any work is done.
