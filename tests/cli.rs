@@ -237,10 +237,11 @@ fn a_run_that_is_stopped_has_told_what_it_tried() {
     use std::io::{BufRead, BufReader};
     use std::process::{Command, Stdio};
     let dir = TempDir::new().unwrap();
-    // Its first cells lack edges, and later ones take their time.
+    // Its first cells do not see the needle, and later ones take their time.
+    fs::write(dir.path().join("part.py"), "part(sphere(1) | cylinder(0.004, height=4))\n").unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_rvachev"))
         .current_dir(&dir)
-        .args(["mesh", &data("gyroid_block.py"), "-o", "out.msh", "--size", "0.01", "-v", "-q"])
+        .args(["mesh", "part.py", "-o", "out.msh", "--size", "0.1", "-v", "-q"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()

@@ -7,9 +7,12 @@ use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, SizeRequest};
 use rvachev::render::{ClipPlane, MAX_SIDE, View};
 
+const EXIT_CODES: &str =
+    "Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.";
+
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
-#[command(name = "rvachev", version, about, max_term_width = 100)]
+#[command(name = "rvachev", version, about, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,

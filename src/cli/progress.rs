@@ -68,7 +68,7 @@ impl Whereabouts {
         }
         out.push_str(&time(elapsed));
         if let Some(left) = self.left(now) {
-            out.push_str(&format!(", about {} left of this stage", time(left)));
+            out.push_str(&format!(", stage ends in {}", time(left)));
         }
         out
     }
@@ -152,7 +152,7 @@ fn bar(now: &Arc<Mutex<Whereabouts>>) -> ProgressBar {
         // What cannot be written is not shown.
         let _ = out.write_str(&now.rest(state.elapsed().as_secs_f64(), Instant::now()));
     };
-    if let Ok(style) = ProgressStyle::with_template("{msg:>12} [{bar:30}] {pos:>3} %  {rest}") {
+    if let Ok(style) = ProgressStyle::with_template("{msg:>12} [{bar:12}] {pos:>3} %  {rest}") {
         bar.set_style(style.progress_chars("=> ").with_key("rest", rest));
     }
     // Seconds go on where nothing is reported.
@@ -219,7 +219,7 @@ mod tests {
         // Half of it took 20 s, and 4 s have passed.
         let left = at.left(start + Duration::from_secs(24)).unwrap();
         assert!((left - 16.0).abs() < 1e-6, "{left}");
-        assert_eq!(at.rest(130.0, start + Duration::from_secs(24)), "2 min 10 s, about 16 s left of this stage");
+        assert_eq!(at.rest(130.0, start + Duration::from_secs(24)), "2 min 10 s, stage ends in 16 s");
         at.triangles = Some(7);
         assert_eq!(at.rest(24.0, start + Duration::from_secs(41)), "7 triangles, 24 s");
         // A share that jumped once tells nothing.

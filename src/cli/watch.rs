@@ -16,9 +16,9 @@ use super::console::{explain, note, unwatched};
 const LOOK: Duration = Duration::from_millis(120);
 
 /// When a file was written and how long it is; nothing where there is none.
-type Seen = Vec<Option<(SystemTime, u64)>>;
+type Stamps = Vec<Option<(SystemTime, u64)>>;
 
-fn look(files: &[PathBuf]) -> Seen {
+fn look(files: &[PathBuf]) -> Stamps {
     let one = |path: &PathBuf| {
         let data = std::fs::metadata(path).ok()?;
         Some((data.modified().ok()?, data.len()))
@@ -57,7 +57,7 @@ pub fn watch(a: &Mesh) -> Result<bool> {
 }
 
 /// Makes the mesh, or stops when the files change: what would come of it is out of date.
-fn mesh_unless_changed(a: &Mesh, base: &Run, files: &[PathBuf], seen: &Seen) -> Result<bool> {
+fn mesh_unless_changed(a: &Mesh, base: &Run, files: &[PathBuf], seen: &Stamps) -> Result<bool> {
     let (token, ended) = (CancelToken::new(), AtomicBool::new(false));
     let run = base.clone().with_cancel(token.clone());
     thread::scope(|s| {
@@ -77,7 +77,7 @@ fn mesh_unless_changed(a: &Mesh, base: &Run, files: &[PathBuf], seen: &Seen) -> 
 }
 
 /// Returns when the files are others than those seen, all there, and no longer being written.
-fn wait_for_change(files: &[PathBuf], seen: Seen, run: &Run) -> Result<()> {
+fn wait_for_change(files: &[PathBuf], seen: Stamps, run: &Run) -> Result<()> {
     let mut before = look(files);
     loop {
         thread::sleep(LOOK);

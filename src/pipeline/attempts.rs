@@ -116,6 +116,8 @@ pub(super) struct Scout {
 impl Scout {
     fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<Self> {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
+        run.progress("look", 0.0);
+        run.triangles(extracted.mesh.triangles.len());
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
         let (unresolved, proof) = (Vec::new(), None);
@@ -134,6 +136,8 @@ impl Scout {
     }
 
     fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
+        run.progress("cut", 0.0);
+        run.triangles(self.extracted.mesh.triangles.len());
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let cut = cut_pieces(&Raw { mesh: &self.extracted.mesh, cell: self.cell, kept: &[] }, &oracle, run)?;
         (self.unresolved, self.bridged) = (cut.1.unresolved.clone(), cut.1.bridged);
@@ -142,6 +146,8 @@ impl Scout {
 
     /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
     fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, Cutting)>> {
+        run.progress("trim", 0.0);
+        run.triangles(self.extracted.mesh.triangles.len());
         let Some(made) = trimmed(&ready.model, &self.extracted, run)? else { return Ok(None) };
         Ok(self.made_anew(ready, made))
     }
