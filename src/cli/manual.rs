@@ -63,7 +63,7 @@ fn pages() -> Result<Vec<(String, Vec<u8>)>> {
     let commands = std::iter::once(all.clone()).chain(all.get_subcommands().filter(|c| !c.is_hide_set()).cloned());
     commands
         .map(|c| {
-            let page = Man::new(c);
+            let page = Man::new(c).source(concat!("rvachev ", env!("CARGO_PKG_VERSION"))).manual("rvachev");
             let mut text = Vec::new();
             page.render(&mut text).map_err(|e| Error::Failed(format!("cannot make a man page: {e}")))?;
             Ok((page.get_filename(), text))
