@@ -53,7 +53,7 @@ fn every_command_has_a_man_page() {
     let mut pages: Vec<_> =
         fs::read_dir(dir.path().join("man/man1")).unwrap().map(|e| e.unwrap().file_name()).collect();
     pages.sort();
-    let mut wanted: Vec<_> = COMMANDS.iter().map(|c| format!("rvachev-{c}.1").into()).collect();
+    let mut wanted: Vec<std::ffi::OsString> = COMMANDS.iter().map(|c| format!("rvachev-{c}.1").into()).collect();
     wanted.push("rvachev.1".into());
     wanted.sort();
     assert_eq!(pages, wanted);
