@@ -33,6 +33,13 @@ impl CancelToken {
 pub trait Progress: Send + Sync {
     /// `stage` is a short name, `done` the share of it that is finished, in 0..=1, never falling within a stage.
     fn report(&self, stage: &str, done: f64);
+
+    /// So many triangles there are at this point of the stage that was reported last. Not every stage knows.
+    fn triangles(&self, _count: usize) {}
+
+    /// A line about something that has just ended, such as an attempt at a mesh, without an end of line. `kind` is a word: `attempt`,
+    /// `stage`. What is told this way is also in the result's report, which a run that is cancelled never gives.
+    fn note(&self, _kind: &str, _line: &str) {}
 }
 
 /// Cancellation, progress and threads of one run.
@@ -102,6 +109,25 @@ impl Run {
         if let Some(p) = &self.progress {
             p.report(stage, done.clamp(0.0, 1.0));
         }
+    }
+
+    /// Tells the listener, if any, how many triangles there are.
+    pub fn triangles(&self, count: usize) {
+        if let Some(p) = &self.progress {
+            p.triangles(count);
+        }
+    }
+
+    /// Tells the listener, if any, a line: see [`Progress::note`].
+    pub fn note(&self, kind: &str, line: impl FnOnce() -> String) {
+        if let Some(p) = &self.progress {
+            p.note(kind, &line());
+        }
+    }
+
+    /// The same run with nobody listening, for parts of a stage whose shares are not those of the stage.
+    pub(crate) fn unwatched(&self) -> Self {
+        Self { progress: None, ..self.clone() }
     }
 
     /// Runs `work` on this run's threads: rayon loops inside use them.

@@ -217,15 +217,41 @@ fn verbose_tells_of_every_attempt_and_stage() {
     assert!(report["schema"] == 1 && attempts.len() > 3, "{report}");
     assert_eq!(attempts.iter().filter(|a| a["kept"] == true).count(), 1, "{report}");
     assert_eq!(text.lines().filter(|l| l.starts_with("attempt: ")).count(), attempts.len(), "{text}");
-    assert!(text.contains("not kept: cells miss some of the surface") && text.contains("stage: check: "), "{text}");
+    // They are told as they end, in the order of time, before anybody knows which one is kept.
+    assert!(text.contains(" s: cells miss some of the surface") && text.contains("stage: check: "), "{text}");
+    let order = ["attempt: ", "stage: mesh: ", "stage: check: ", "kept: "].map(|s| text.find(s).unwrap());
+    assert!(order.is_sorted() && text.matches("kept: ").count() == 1, "{text}");
     assert_eq!(attempts.last().unwrap()["triangles"], report["check"]["triangles"]);
     assert!(attempts.iter().all(|a| a["seconds"].as_f64().unwrap() >= 0.0));
     // The other gates.
     fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
     for (part, said) in [(data("troubles/torus.py"), "attempt: bodies "), ("box.off".into(), "attempt: soup ")] {
         let args = ["mesh", &part, "-o", "other.off", "--size", "20%", "-v", "-q"];
-        rvachev().current_dir(&dir).args(args).assert().success().stderr(contains(said).and(contains(", kept")));
+        rvachev().current_dir(&dir).args(args).assert().success().stderr(contains(said).and(contains("kept: ")));
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_stopped_has_told_what_it_tried() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let dir = TempDir::new().unwrap();
+    // Its first cells do not see the needle, and later ones take their time.
+    fs::write(dir.path().join("part.py"), "part(sphere(1) | cylinder(0.004, height=4))\n").unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rvachev"))
+        .current_dir(&dir)
+        .args(["mesh", "part.py", "-o", "out.msh", "--size", "0.1", "-v", "-q"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let first = lines.next().unwrap();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(first.starts_with("attempt: "), "{first}");
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{:?}", lines.collect::<Vec<_>>());
+    nothing_left(dir.path());
 }
 
 #[test]

@@ -7,9 +7,12 @@ use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, SizeRequest};
 use rvachev::render::{ClipPlane, MAX_SIDE, View};
 
+const EXIT_CODES: &str =
+    "Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.";
+
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
-#[command(name = "rvachev", version, about, max_term_width = 100)]
+#[command(name = "rvachev", version, about, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -43,6 +46,10 @@ pub enum Command {
     Brick(super::bricks::Brick),
     /// Merge the bricks of a plan to one mesh
     Merge(super::bricks::Merge),
+    /// Print the options in the form a shell completes them from
+    Completions(super::manual::Completions),
+    /// Write man pages
+    Man(super::manual::Manual),
 }
 
 /// What all commands that work have in common.
@@ -159,7 +166,7 @@ pub struct Mesh {
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
     #[arg(long)]
     pub force: bool,
-    /// Write the report here (JSON)
+    /// Write the report here: tables to read (.html), else JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Write a picture here (PNG)
@@ -168,9 +175,12 @@ pub struct Mesh {
     /// Write a page for a browser here (HTML) that shows the mesh and leads to what it falls short of
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Tell what was tried and how long it took, on standard error
+    /// Tell what was tried and how long it took, on standard error, as it happens
     #[arg(short, long)]
     pub verbose: bool,
+    /// Mesh again whenever the part's file changes, until Ctrl-C
+    #[arg(long)]
+    pub watch: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -214,6 +224,7 @@ impl ViewPage {
             png: None,
             html,
             verbose: false,
+            watch: false,
             common: self.common,
         }
     }

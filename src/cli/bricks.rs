@@ -8,7 +8,7 @@ use rvachev::pipeline::{self, BrickPlan, Meshed, Method, PlanSource, ROUNDS, Sha
 use rvachev::{Error, Result};
 
 use super::arguments::{Common, Files, How, Mesh, PartFile};
-use super::commands::{options, write_json, write_meshes, written_as};
+use super::commands::{Told, options, shown, write_meshes, write_report, written_as};
 use super::console::{note, run, say, writable};
 
 #[derive(Debug, Args)]
@@ -55,7 +55,7 @@ pub struct Merge {
     /// Write the mesh even if it is not sound (it intersects itself, say); without this nothing is written then
     #[arg(long)]
     pub force: bool,
-    /// Write the report here (JSON)
+    /// Write the report here: tables to read (.html), else JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     #[command(flatten)]
@@ -80,7 +80,7 @@ fn share(s: &str) -> std::result::Result<Share, String> {
 }
 
 pub fn plan(a: &Plan) -> Result<bool> {
-    let run = run(&a.common)?;
+    let run = run(&a.common, "plan")?;
     let plan = plan_of(&a.part, &a.how, a.bricks, &run)?;
     plan.save(&a.output)?;
     drop(run);
@@ -117,7 +117,7 @@ fn plan_of(part: &PartFile, how: &How, bricks: [u32; 3], run: &rvachev::Run) -> 
 }
 
 pub fn brick(a: &Brick) -> Result<bool> {
-    let run = run(&a.common)?;
+    let run = run(&a.common, "brick")?;
     let plan = BrickPlan::load(&a.folder)?;
     if a.round.is_none() && a.share != Share::ALL {
         return Err(Error::Usage(
@@ -135,10 +135,10 @@ pub fn brick(a: &Brick) -> Result<bool> {
 pub fn merge(a: &Merge) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.report.iter().try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "merge")?;
     let plan = BrickPlan::load(&a.folder)?;
     let made = pipeline::merge_bricks(&plan, &a.folder, &run)?;
-    let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
+    let to = Outputs { of: &a.folder, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
     finish(&made, &to, &a.common, run)
 }
 
@@ -147,14 +147,15 @@ pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
     if a.png.is_some() || a.html.is_some() || a.method.is_some_and(|m| m != Method::default()) {
         return Err(Error::Usage("--bricks goes with mesh files and --report only, and has no other --method".into()));
     }
-    let run = run(&a.common)?;
+    let run = run(&a.common, "mesh")?;
     let plan = plan_of(&a.part, &a.how, bricks, &run)?;
     let mut folder = a.output[0].clone().into_os_string();
     folder.push(format!(".{}-bricks", std::process::id()));
     let folder = Folder(PathBuf::from(folder));
     plan.save(&folder.0)?;
     let made = pipeline::mesh_in_bricks(&plan, &folder.0, &run)?;
-    let to = Outputs { meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
+    let to =
+        Outputs { of: &a.part.part, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
     finish(&made, &to, &a.common, run)
 }
 
@@ -170,6 +171,8 @@ impl Drop for Folder {
 
 /// What is written of a merged mesh.
 struct Outputs<'a> {
+    /// The part or the folder it is of.
+    of: &'a Path,
     meshes: &'a [PathBuf],
     files: &'a Files,
     report: Option<&'a Path>,
@@ -178,7 +181,7 @@ struct Outputs<'a> {
 
 fn finish(made: &Meshed, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -> Result<bool> {
     if let Some(path) = to.report {
-        write_json(path, &made.report)?;
+        write_report(path, made, &shown(made, to.of, &Told::default()))?;
     }
     if !to.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
-use rvachev::pipeline::{self, MeshOptions, Method, Sequence, SoupOptions};
+use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Place, Result, Run};
@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::arguments::{
     Check, Coloring, Compare, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Operators, Render, Triangles,
 };
-use super::console::{note, run, say, writable};
+use super::console::{distinct, note, picture, run, say, unwatched, watched, writable};
 use super::sample::function_part;
 
 /// Pictures of a comparison stand in rows of this many.
@@ -94,9 +94,26 @@ fn write_page(path: &Path, mesh: &TriMesh, text: &PageText, run: &Run) -> Result
     write_bytes(path, page::page(mesh, text, run)?.as_bytes())
 }
 
+/// What a page tells of a mesh and of the files it was written to.
+pub(super) fn shown(made: &Meshed, of: &Path, told: &Told) -> PageText {
+    let mut text = pipeline::shown(made, &title(of));
+    text.lines.extend(told.shortfalls.iter().map(|l| PageLine::new(PageKind::Shortfall, l)));
+    text.lines.extend(told.warnings.iter().map(|l| PageLine::new(PageKind::Warning, l)));
+    text
+}
+
+/// The report as tables to read where the file's ending says HTML, else as JSON.
+pub(super) fn write_report(path: &Path, made: &Meshed, text: &PageText) -> Result<()> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match ending.as_str() {
+        "html" | "htm" => write_bytes(path, page::tables(text, &pipeline::report_tables(made)).as_bytes()),
+        _ => write_json(path, &made.report),
+    }
+}
+
 /// The title of a page: the name of the file it is of.
 fn title(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 pub(super) fn written_as(files: &Files) -> WriteOptions {
@@ -156,13 +173,24 @@ fn no_figure(paths: &[PathBuf]) -> Result<()> {
     Ok(())
 }
 
+/// What `mesh` and `view` do.
 pub fn mesh(a: &Mesh) -> Result<bool> {
+    if a.watch {
+        return super::watch::watch(a);
+    }
     if let Some(n) = a.bricks {
         return super::bricks::mesh(a, n);
     }
     io::check_all_writable(&a.output, &written_as(&a.files))?;
-    a.report.iter().chain(&a.png).chain(&a.html).try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    a.report.iter().chain(&a.html).try_for_each(|p| writable(p))?;
+    a.png.iter().try_for_each(|p| picture(p))?;
+    distinct(a.output.iter().chain(&a.report).chain(&a.png).chain(&a.html))?;
+    mesh_once(a, &unwatched(&a.common)?)
+}
+
+/// Makes the mesh and writes what is asked for. `base` is a run nobody watches.
+pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
+    let run = watched(base.clone(), &a.common, "mesh", a.verbose);
     // The leaf method measures always; the others fall short of what they are not measured for.
     let soup = pipeline::is_step(&a.part.part) || pipeline::is_mesh(&a.part.part);
     let mut how = options(&a.how, a.method.unwrap_or_default(), true);
@@ -194,19 +222,20 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
     if a.verbose {
-        note("attempt", &made.report.attempts);
-        note("stage", &made.report.stages);
+        // All others were told as they ended, and so was this one, but not that it stands.
+        made.report.attempts.iter().filter(|a| a.kept).for_each(|a| run.note("kept", || a.named()));
     }
     if !a.force
         && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
         && !c.is_sound()
     {
+        let text = shown(&made, &a.part.part, &Told::default());
         if let Some(path) = &a.report {
-            write_json(path, &made.report)?;
+            write_report(path, &made, &text)?;
         }
         // Like the report: it is no mesh, and it shows where the faults are.
         if let Some(path) = &a.html {
-            write_page(path, &made.mesh, &pipeline::shown(&made, &title(&a.part.part)), &run)?;
+            write_page(path, &made.mesh, &text, &run)?;
         }
         drop(run);
         note("falls short", &made.report.shortfalls);
@@ -231,14 +260,12 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     if let (Some(path), Some(picture)) = (&a.png, &picture) {
         write_picture(path, picture)?;
     }
+    let text = shown(&made, &a.part.part, &told);
     if let Some(path) = &a.html {
-        let mut text = pipeline::shown(&made, &title(&a.part.part));
-        text.lines.extend(told.shortfalls.iter().map(|l| PageLine::new(PageKind::Shortfall, l)));
-        text.lines.extend(told.warnings.iter().map(|l| PageLine::new(PageKind::Warning, l)));
         write_page(path, &made.mesh, &text, &run)?;
     }
     if let Some(path) = &a.report {
-        write_json(path, &made.report)?;
+        write_report(path, &made, &text)?;
     }
     drop(run);
     if !a.common.quiet {
@@ -260,8 +287,9 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
 }
 
 pub fn compare(a: &Compare) -> Result<bool> {
-    a.json.iter().chain(&a.png).try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    a.json.iter().try_for_each(|p| writable(p))?;
+    a.png.iter().try_for_each(|p| picture(p))?;
+    let run = run(&a.common, "compare")?;
     let how = MeshOptions { sequence: sequence(&a.operators)?, ..options(&a.how, Method::default(), true) };
     if a.rsystems {
         let part = function_part(&a.part.part, &a.part.define)?;
@@ -304,7 +332,7 @@ pub fn compare(a: &Compare) -> Result<bool> {
 }
 
 pub fn check(a: &Check) -> Result<bool> {
-    let run = run(&a.common)?;
+    let run = run(&a.common, "check")?;
     let mesh = io::read(&a.mesh, &run)?;
     let check = match &a.against {
         Some(path) if pipeline::is_step(path) => {
@@ -324,7 +352,7 @@ pub fn check(a: &Check) -> Result<bool> {
 pub fn heal(a: &Heal) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.html.iter().try_for_each(|p| writable(p))?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "heal")?;
     let mesh = io::read(&a.mesh, &run)?;
     let options = pipeline::HealOptions { max_hole: a.max_hole };
     let healed = pipeline::heal(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?;
@@ -347,7 +375,7 @@ pub fn heal(a: &Heal) -> Result<bool> {
 
 pub fn info(a: &Info) -> Result<bool> {
     let path = &a.part.part;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "info")?;
     let show = |text: String, json: Result<String>| -> Result<()> {
         say(&if a.json { json? } else { text });
         Ok(())
@@ -395,7 +423,7 @@ pub fn convert(a: &Convert) -> Result<bool> {
         return Err(Error::Usage(format!("convert writes .step, .stp and .vm files, not {}", a.output.display())));
     }
     writable(&a.output)?;
-    let run = run(&a.common)?;
+    let run = run(&a.common, "convert")?;
     if pipeline::is_step(path) {
         let model = pipeline::load_step(path, &run)?;
         pipeline::save_step(&a.output, &model.brep, None)?;
@@ -427,8 +455,8 @@ pub fn render(a: &Render) -> Result<bool> {
         (Coloring::Distance, _) | (_, None) => {}
         (_, Some(_)) => return Err(Error::Usage("--against is for --color distance alone".into())),
     }
-    writable(&a.output)?;
-    let run = run(&a.common)?;
+    picture(&a.output)?;
+    let run = run(&a.common, "render")?;
     let mesh = io::read(&a.mesh, &run)?;
     let usual = RenderOptions::default();
     let (wireframe, sharp_angle) = match a.edges {

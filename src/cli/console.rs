@@ -1,55 +1,37 @@
 //! What a person sees: progress on a terminal, errors with the place in the source.
 
+use std::collections::BTreeSet;
 use std::io::IsTerminal;
-use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report, Severity};
-use rvachev::run::{CancelToken, Progress};
+use rvachev::run::CancelToken;
 use rvachev::{Error, Place, Result, Run};
 
 use super::arguments::Common;
+use super::progress::Teller;
 
-/// A bar that shows the stage and the share of it that is done.
-struct Bar {
-    bar: ProgressBar,
-    stage: Mutex<String>,
-}
-
-impl Progress for Bar {
-    fn report(&self, stage: &str, done: f64) {
-        let Ok(mut current) = self.stage.lock() else { return };
-        if *current != stage {
-            *current = stage.to_string();
-            self.bar.set_position(0);
-            self.bar.set_message(stage.to_string());
-        }
-        self.bar.set_position(self.bar.position().max((done * 100.0) as u64));
-    }
-}
-
-impl Drop for Bar {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// The run of a command: Ctrl-C cancels it, and a terminal gets a progress bar.
-pub fn run(common: &Common) -> Result<Run> {
+/// A run that Ctrl-C cancels and nobody watches. Once a process.
+pub fn unwatched(common: &Common) -> Result<Run> {
     let token = CancelToken::new();
     let handler = token.clone();
     // a second Ctrl-C while the first is being answered is nothing new
     ctrlc::set_handler(move || handler.cancel()).map_err(|e| Error::Failed(format!("cannot watch for Ctrl-C: {e}")))?;
-    let mut run = Run::new().with_cancel(token).with_threads(common.threads)?;
-    if !common.quiet && std::io::stderr().is_terminal() {
-        let bar = ProgressBar::new(100);
-        if let Ok(style) = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos:>3}%") {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        run = run.with_progress(Arc::new(Bar { bar, stage: Mutex::new(String::new()) }));
+    Run::new().with_cancel(token).with_threads(common.threads)
+}
+
+/// The run of a command: Ctrl-C cancels it, and progress is shown unless nobody wants to see it.
+pub fn run(common: &Common, command: &'static str) -> Result<Run> {
+    Ok(watched(unwatched(common)?, common, command, false))
+}
+
+/// The same run with progress shown until it is dropped; with notes, these are told too, as they come.
+pub fn watched(run: Run, common: &Common, command: &'static str, notes: bool) -> Run {
+    if common.quiet && !notes {
+        return run;
     }
-    Ok(run)
+    run.with_progress(Arc::new(Teller::new(command, !common.quiet, notes)))
 }
 
 /// Prints an error to standard error, with the source line where it has one.
@@ -98,7 +80,7 @@ pub fn say(text: &str) {
 
 /// The text with control characters, and those that turn the direction of writing, as `\u001b`: names in files must not
 /// command a terminal. Ends of lines and tabs stay. It is how JSON writes them, so JSON stays what it is.
-fn visible(text: &str) -> String {
+pub fn visible(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut ahead = text.chars().peekable();
     while let Some(c) = ahead.next() {
@@ -118,6 +100,27 @@ pub fn note(kind: &str, lines: &[impl std::fmt::Display]) {
     for l in lines {
         eprintln!("{kind}: {}", visible(&l.to_string()));
     }
+}
+
+/// Refuses names of pictures that promise another format than PNG, and what [`writable`] does.
+pub fn picture(path: &Path) -> Result<()> {
+    match path.extension() {
+        Some(e) if !e.eq_ignore_ascii_case("png") => {
+            Err(Error::Usage(format!("pictures are PNG files: {} should end in .png", path.display())))
+        }
+        _ => writable(path),
+    }
+}
+
+/// Refuses to write two things to one file.
+pub fn distinct<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    for path in paths {
+        if !seen.insert(path) {
+            return Err(Error::Usage(format!("{} would be written twice", path.display())));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses outputs that could not be written before any work is done.

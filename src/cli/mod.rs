@@ -4,7 +4,10 @@ mod arguments;
 mod bricks;
 mod commands;
 mod console;
+mod manual;
+mod progress;
 mod sample;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -38,6 +41,8 @@ pub fn main() -> ExitCode {
         Command::Plan(a) => bricks::plan(&a),
         Command::Brick(a) => bricks::brick(&a),
         Command::Merge(a) => bricks::merge(&a),
+        Command::Completions(a) => manual::completions(&a),
+        Command::Man(a) => manual::manual(&a),
     };
     match result {
         Ok(good) => ExitCode::from(u8::from(!good)),

@@ -43,7 +43,7 @@ pub fn eval(a: &Eval) -> Result<bool> {
     };
     let name = if name.is_empty() { a.points.as_path() } else { Path::new(name) };
     let mut rows = PointRows::new(from, name);
-    let run = run(&a.common)?;
+    let run = run(&a.common, "eval")?;
     let mut summary = pipeline::EvalSummary::default();
     match &a.output {
         Some(path) => io::write_atomic(path, |out| {
@@ -106,7 +106,7 @@ pub fn grid(a: &GridFile) -> Result<bool> {
         faces: a.faces,
         memory: (a.memory * (1u64 << 30) as f64) as u64,
     };
-    let run = run(&a.common)?;
+    let run = run(&a.common, "grid")?;
     let grid = pipeline::sample_grid(&model, &options, &run)?;
     io::write_grid(&a.output, &grid, &run)?;
     drop(run);

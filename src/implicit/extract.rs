@@ -202,6 +202,8 @@ impl Extractor<'_> {
             faces: self.model.faces().iter().map(|f| f.name.clone()).collect(),
             groups: Vec::new(),
         };
+        self.run.progress("surface", 0.0);
+        self.run.triangles(mesh.triangles.len());
         self.fill(&bricks, &counted, &first, &mut mesh)?;
         self.place_interior_nodes(&bricks, &counted, &first, &mut mesh)?;
         self.label(&bricks, &counted, &mut mesh)?;

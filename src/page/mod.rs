@@ -1,9 +1,11 @@
-//! A page that shows a mesh: one HTML file that opens from disk and needs nothing but a browser with WebGL2.
+//! A page that shows a mesh: one HTML file that opens from disk and needs nothing but a browser with WebGL2; and the same without
+//! the mesh, as tables.
 //!
 //! The page is a picture: coordinates are rounded to 2^21 steps along the longest side of the mesh's box. What it tells
 //! of the mesh (warnings, shortfalls, certificate, figures) is handed over as text and is not measured again.
 
 mod encode;
+mod tables;
 
 use glam::DVec3;
 use serde::Serialize;
@@ -14,6 +16,7 @@ use crate::quality::Fault;
 use crate::run::Run;
 
 pub use encode::{Pictured, decode};
+pub use tables::{PageColumn, PageTable, tables};
 
 /// More triangles than this are not put into a page: browsers refuse texts of that length.
 const MOST_TRIANGLES: usize = 1 << 24;

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::history::{Attempt, Clock, Proof, Tried};
+use super::history::{Attempt, Clock, Proof, Tried, add_attempt};
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Ready, nothing_found};
 use super::method::Method;
@@ -116,6 +116,8 @@ pub(super) struct Scout {
 impl Scout {
     fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<Self> {
         let splinters = drop_splinters(&mut extracted, &ready.model, cell);
+        run.progress("look", 0.0);
+        run.triangles(extracted.mesh.triangles.len());
         let points = surface_points(&ready.model, &extracted, run)?;
         let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
         let (unresolved, proof) = (Vec::new(), None);
@@ -134,6 +136,8 @@ impl Scout {
     }
 
     fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
+        run.progress("cut", 0.0);
+        run.triangles(self.extracted.mesh.triangles.len());
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let cut = cut_pieces(&Raw { mesh: &self.extracted.mesh, cell: self.cell, kept: &[] }, &oracle, run)?;
         (self.unresolved, self.bridged) = (cut.1.unresolved.clone(), cut.1.bridged);
@@ -142,6 +146,8 @@ impl Scout {
 
     /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
     fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, Cutting)>> {
+        run.progress("trim", 0.0);
+        run.triangles(self.extracted.mesh.triangles.len());
         let Some(made) = trimmed(&ready.model, &self.extracted, run)? else { return Ok(None) };
         Ok(self.made_anew(ready, made))
     }
@@ -240,7 +246,7 @@ impl Trial {
     }
 
     /// Adds itself to the attempts.
-    fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock) -> Self {
+    fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock, run: &Run) -> Self {
         self.number = attempts.len();
         let attempt = Attempt::new(tried, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
         let attempt = Attempt { proof: self.scout.proof.clone(), ..attempt };
@@ -252,7 +258,7 @@ impl Trial {
             (self.lost().is_some(), "something is thinner than the cells"),
         ];
         let lacks: Vec<&str> = lacks.iter().filter(|l| l.0).map(|l| l.1).collect();
-        attempts.push(Attempt { edges_missing, ..attempt }.because(lacks.join("; ")));
+        add_attempt(attempts, Attempt { edges_missing, ..attempt }.because(lacks.join("; ")), run);
         self
     }
 
@@ -389,7 +395,7 @@ pub(super) fn search(
             && let Some((made, cut)) = scout.arranged(ready, options, run)?
         {
             let this = made.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(Tried::Arrange, &mut attempts, &mut clock);
+            let this = this.told(Tried::Arrange, &mut attempts, &mut clock, run);
             if this.ends(options) {
                 return Ok(this.searched(crossed, attempts));
             }
@@ -401,7 +407,7 @@ pub(super) fn search(
             cut = Some(scout.cut(ready, run)?);
             if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
                 let this = scout.clone().remesh(cut, ready, options, run, observer)?;
-                let this = this.told(Tried::Cut, &mut attempts, &mut clock);
+                let this = this.told(Tried::Cut, &mut attempts, &mut clock, run);
                 if this.is_clean() {
                     return Ok(this.searched(crossed, attempts));
                 }
@@ -412,7 +418,7 @@ pub(super) fn search(
             let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
             let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
             let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
-            attempts.push(Attempt { edges_missing, ..attempt }.because(why));
+            add_attempt(&mut attempts, Attempt { edges_missing, ..attempt }.because(why), run);
         }
         for rung in [Tried::Arrange, Tried::Trim] {
             let made = match rung {
@@ -422,7 +428,7 @@ pub(super) fn search(
             };
             let Some((made, cut)) = made else { continue };
             let this = made.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(rung, &mut attempts, &mut clock);
+            let this = this.told(rung, &mut attempts, &mut clock, run);
             if this.ends(options) {
                 return Ok(this.searched(crossed, attempts));
             }
@@ -452,7 +458,7 @@ pub(super) fn search(
             continue;
         }
         let this = scout.remesh(cut, ready, options, run, observer)?;
-        let this = this.told(Tried::Cut, &mut attempts, &mut clock);
+        let this = this.told(Tried::Cut, &mut attempts, &mut clock, run);
         if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
             best = Some(this);
         }

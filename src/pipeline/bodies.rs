@@ -50,6 +50,8 @@ pub(super) fn remeshed(
     drop((mesh.nodes, mesh.triangles, mesh.labels));
     let done = AtomicUsize::new(0);
     let count = parts.len();
+    // Bodies are the shares of the stage; one alone tells its own.
+    let within = if count > 1 { run.unwatched() } else { run.clone() };
     let results: Vec<Result<Remeshed>> = run.install(|| {
         parts
             .into_par_iter()
@@ -57,7 +59,7 @@ pub(super) fn remeshed(
                 run.check()?;
                 let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
                 let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = sound_body(solid, &marks, &Body { part, places, sizes }, options, run)?;
+                let out = sound_body(solid, &marks, &Body { part, places, sizes }, options, &within)?;
                 run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
                 Ok(out)
             })

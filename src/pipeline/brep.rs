@@ -8,7 +8,7 @@ use super::bodies::{EQUILATERAL, NAMED, remeshed};
 use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Action, Healed, heal_made, told as told_of};
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
@@ -148,10 +148,10 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     let mut whole = meshed(&solid, report, options, run)?;
     let mut made = made;
     if whole.report.shortfalls.len() < made.report.shortfalls.len() {
-        whole.report.instead_of(&made.report, true, "trimmed, it lacks more than as it is");
+        whole.report.instead_of(&made.report, true, "trimmed, it lacks more than as it is", run);
         return Ok(whole);
     }
-    made.report.instead_of(&whole.report, false, "as it is, it lacks no less than trimmed");
+    made.report.instead_of(&whole.report, false, "as it is, it lacks no less than trimmed", run);
     Ok(made)
 }
 
@@ -212,7 +212,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
         let attempt = |made: &FaceMeshes, hits: usize, clock: &mut Clock| {
             Attempt::new(Tried::Faces, size, made.mesh.triangles.len(), hits, clock)
         };
-        attempts.push(attempt(&made, hits.len(), &mut clock));
+        add_attempt(&mut attempts, attempt(&made, hits.len(), &mut clock), run);
         let mut first_kept = attempts.len() - 1;
         for _ in 0..HALVINGS {
             if hits.is_empty() {
@@ -224,7 +224,8 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
             let mut again_told = report.clone();
             let again = first(&crossed, Some(followed), &mut again_told)?;
             let left = crossings(&again.0.mesh, run)?;
-            attempts.push(attempt(&again.0, left.len(), &mut clock).because("edges halved where triangles cross"));
+            let halved = attempt(&again.0, left.len(), &mut clock).because("edges halved where triangles cross");
+            add_attempt(&mut attempts, halved, run);
             if left.len() as f64 > LEFT * hits.len() as f64 {
                 crossed.truncate(known);
                 break;
@@ -236,7 +237,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
         let (mesh, crossing) = remeshed(solid, made, &exact, &mut told, run)?;
         let flawed = crossing.unwrap_or(0);
         attempts[first_kept].kept = true;
-        attempts.push(Attempt::new(Tried::Bodies, size, mesh.triangles.len(), flawed, &mut clock));
+        add_attempt(&mut attempts, Attempt::new(Tried::Bodies, size, mesh.triangles.len(), flawed, &mut clock), run);
         let number = attempts.len() - 1;
         if !measured {
             kept = number;
@@ -275,7 +276,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
         }
     }
     report.attempts = attempts;
-    report.stage("mesh", mesh.triangles.len(), &mut whole);
+    report.stage("mesh", mesh.triangles.len(), &mut whole, run);
     mesh.groups = groups;
     run.progress("check", 0.0);
     let expected = expected(&solid.brep, &report.shortfalls);
@@ -285,7 +286,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
         mesh = healed.mesh;
         found = check(&mesh, expected, None, run)?;
     }
-    report.stage("check", mesh.triangles.len(), &mut whole);
+    report.stage("check", mesh.triangles.len(), &mut whole, run);
     warn(&solid.brep, &found, &mut report);
     report.judge(found);
     Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report })

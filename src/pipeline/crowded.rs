@@ -50,11 +50,11 @@ pub(super) fn thin_out(
         let Some((mut other, crowded)) = anew(ready, options)? else { break };
         let (now, then) = (wanting(&made), wanting(&other));
         if !other.report.shortfalls.is_empty() || then as f64 > LEFT * now as f64 {
-            made.report.instead_of(&other.report, false, "shorter edges at thin walls do not help");
+            made.report.instead_of(&other.report, false, "shorter edges at thin walls do not help", run);
             break;
         }
         other.report.warnings.push(format!("curved walls are thin: edges are shorter at {} places", ready.finer.len()));
-        other.report.instead_of(&made.report, true, "walls are thinner than chords are high");
+        other.report.instead_of(&made.report, true, "walls are thinner than chords are high", run);
         made = other;
         match crowded {
             Some(more) => places = more,
@@ -71,16 +71,16 @@ pub(super) fn thin_out(
         let (now, then) = (wanting(&made), wanting(&other));
         // Walls are not what it lacks.
         if made.report.shortfalls.is_empty() && then >= now {
-            made.report.instead_of(&other.report, false, "shorter edges do not help");
+            made.report.instead_of(&other.report, false, "shorter edges do not help", run);
             break;
         }
         if other.report.shortfalls.is_empty() && (then == 0 || !made.report.shortfalls.is_empty()) {
             let what = format!("curved walls are thin: made with {times} times as many edges to a length");
             other.report.warnings.push(what);
-            other.report.instead_of(&made.report, true, "walls are thinner than chords are high");
+            other.report.instead_of(&made.report, true, "walls are thinner than chords are high", run);
             made = other;
         } else {
-            made.report.instead_of(&other.report, false, "it falls short with shorter edges too");
+            made.report.instead_of(&other.report, false, "it falls short with shorter edges too", run);
         }
         if then == 0 {
             break;

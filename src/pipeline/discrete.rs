@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
@@ -315,7 +315,8 @@ fn mesh_counted(
             _ => touching.others(&made.mesh, run)?,
         };
         let flawed = bad.len() + made.report.inverted;
-        attempts.push(Attempt::new(Tried::Soup, size, made.mesh.triangles.len(), flawed, &mut clock));
+        let attempt_made = Attempt::new(Tried::Soup, size, made.mesh.triangles.len(), flawed, &mut clock);
+        add_attempt(&mut attempts, attempt_made, run);
         if FEW * bad.len() > made.mesh.triangles.len() {
             attempt = attempt.max(HALVINGS);
         }
@@ -387,7 +388,7 @@ fn mesh_counted(
         a.kept = true;
     }
     report.attempts = attempts;
-    report.stage("mesh", mesh.triangles.len(), &mut timer);
+    report.stage("mesh", mesh.triangles.len(), &mut timer, run);
     run.progress("check", 0.0);
     let against = options.measure.then(|| Against::new(&solid));
     let expected = Expectation { open, touching: false };
@@ -399,7 +400,7 @@ fn mesh_counted(
         report.shortfalls.push(Fault::Touching { triangles: touching.len() });
     }
     report.judge(measured);
-    report.stage("check", mesh.triangles.len(), &mut timer);
+    report.stage("check", mesh.triangles.len(), &mut timer, run);
     Ok((Meshed { mesh, seams, corners, outline: None, report }, count))
 }
 

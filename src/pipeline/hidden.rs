@@ -2,7 +2,7 @@
 //! cuts them off; the default sequence of operators, which sees only the surface, finds them.
 
 use super::attempts::{CELLS, Ladder};
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Tried, add_attempt, tell_dropped};
 use super::leaf::{ByLeaf, by_leaf};
 use super::mesh::{MeshOptions, Ready};
 use super::method::Method;
@@ -46,17 +46,19 @@ fn arranged_instead(
     if !sound || left as f64 > RECOVERED * cut_off as f64 {
         return Ok(None);
     }
-    let mut attempts = given_up(cut, cut_off);
+    let mut attempts = given_up(cut, cut_off, run);
     attempts.extend(made.attempts.iter().cloned());
     Ok(Some(ByLeaf { attempts, method: cut.method, ..made }))
 }
 
 /// The attempts at a mesh that is given up for the creases it cuts off.
-fn given_up(made: &ByLeaf, cut_off: usize) -> Vec<Attempt> {
+fn given_up(made: &ByLeaf, cut_off: usize, run: &Run) -> Vec<Attempt> {
+    let why = format!("{cut_off} triangles cut off creases inside a closure or formula");
+    tell_dropped(&made.attempts, &why, run);
     let mut attempts = made.attempts.clone();
     for a in attempts.iter_mut().filter(|a| a.kept) {
         a.kept = false;
-        a.why = format!("{cut_off} triangles cut off creases inside a closure or formula");
+        a.why = why.clone();
     }
     attempts
 }
@@ -84,8 +86,9 @@ pub(super) fn hidden_creases(ready: &Ready, made: &ByLeaf, options: &MeshOptions
     if !sound || left as f64 > RECOVERED * cut_off as f64 {
         return Ok(None);
     }
-    let mut attempts = given_up(made, cut_off);
-    attempts.push(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), 0, &mut clock).kept());
+    let mut attempts = given_up(made, cut_off, run);
+    let operators = Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), 0, &mut clock).kept();
+    add_attempt(&mut attempts, operators, run);
     let other = ByLeaf::by_other(mesh, extracted, ready.size, Method::Cut, Vec::new());
     Ok(Some(ByLeaf { attempts, ..other }))
 }

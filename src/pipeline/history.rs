@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::report::Report;
 use crate::implicit::{Arranged, Unproved};
+use crate::run::Run;
 
 /// What an attempt did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -146,13 +147,22 @@ impl Attempt {
     }
 }
 
+/// Adds an attempt to others, and tells whoever listens: a run that is stopped later tells what it tried.
+pub(super) fn add_attempt(attempts: &mut Vec<Attempt>, attempt: Attempt, run: &Run) {
+    run.note("attempt", || attempt.ended());
+    attempts.push(attempt);
+}
+
 impl Report {
-    pub(super) fn stage(&mut self, name: &'static str, triangles: usize, clock: &mut Clock) {
-        self.stages.push(Stage { name, triangles, seconds: clock.lap() });
+    pub(super) fn stage(&mut self, name: &'static str, triangles: usize, clock: &mut Clock, run: &Run) {
+        let stage = Stage { name, triangles, seconds: clock.lap() };
+        run.note("stage", || stage.to_string());
+        self.stages.push(stage);
     }
 
     /// Adds what was tried for a mesh that was dropped for this one, before or after it.
-    pub(super) fn instead_of(&mut self, dropped: &Report, before: bool, why: &str) {
+    pub(super) fn instead_of(&mut self, dropped: &Report, before: bool, why: &str, run: &Run) {
+        tell_dropped(&dropped.attempts, why, run);
         let mut other = dropped.attempts.clone();
         for a in other.iter_mut().filter(|a| a.kept) {
             a.kept = false;
@@ -166,12 +176,20 @@ impl Report {
     }
 }
 
+/// Tells that a mesh is given up for another one.
+pub(super) fn tell_dropped(attempts: &[Attempt], why: &str, run: &Run) {
+    for a in attempts.iter().filter(|a| a.kept) {
+        run.note("given up", || format!("{}: {why}", a.named()));
+    }
+}
+
 fn seconds(f: &mut fmt::Formatter<'_>, seconds: Option<f64>) -> fmt::Result {
     seconds.map_or(Ok(()), |s| write!(f, ", {s:.2} s"))
 }
 
-impl fmt::Display for Attempt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Attempt {
+    /// What it did, with how many triangles: what tells it from others.
+    pub fn named(&self) -> String {
         let name = match self.rung {
             Tried::Arrange => "arrange",
             Tried::Cut => "cut",
@@ -183,20 +201,42 @@ impl fmt::Display for Attempt {
             Tried::Bodies => "bodies",
             Tried::Soup => "soup",
         };
-        write!(f, "{name} at size {:.4e}: {} triangles", self.size, self.triangles)?;
-        if self.edges_missing > 0 {
-            write!(f, ", {} places without exact edges", self.edges_missing)?;
+        format!("{name} at size {:.4e}: {} triangles", self.size, self.triangles)
+    }
+
+    /// The line about it when it has just ended: nobody knows yet whether it is kept.
+    pub fn ended(&self) -> String {
+        let figures = Figures(self);
+        if self.why.is_empty() { figures.to_string() } else { format!("{figures}: {}", self.why) }
+    }
+}
+
+/// An attempt without what came of it.
+struct Figures<'a>(&'a Attempt);
+
+impl fmt::Display for Figures<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Attempt { edges_missing, faults, proof, seconds: took, .. } = self.0;
+        f.write_str(&self.0.named())?;
+        if *edges_missing > 0 {
+            write!(f, ", {edges_missing} places without exact edges")?;
         }
-        if self.faults > 0 {
-            write!(f, ", {} faults", self.faults)?;
+        if *faults > 0 {
+            write!(f, ", {faults} faults")?;
         }
-        if let Some(p) = &self.proof {
+        if let Some(p) = proof {
             write!(f, ", {} of {} cells not proved", p.unproved, p.cells)?;
             if let Some(first) = p.places.first() {
                 write!(f, " (the first near {:.4?}: {})", first.at, first.reason)?;
             }
         }
-        seconds(f, self.seconds)?;
+        seconds(f, *took)
+    }
+}
+
+impl fmt::Display for Attempt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", Figures(self))?;
         f.write_str(if self.kept { ", kept" } else { ", not kept" })?;
         if self.why.is_empty() { Ok(()) } else { write!(f, ": {}", self.why) }
     }

@@ -1,7 +1,7 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
 use super::attempts::{Ladder, Scout, Searched, Trial, search};
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{MeshOptions, Ready};
 use super::method::Method;
 use crate::error::Result;
@@ -151,7 +151,8 @@ pub(super) fn by_leaf(
         let attempt = Attempt::new(Tried::Leave, cell, triangles, best.faults(), &mut clock);
         let kept = best.faults() == 0;
         attempts.iter_mut().for_each(|a| a.kept = false);
-        attempts.push(Attempt { kept, edges_missing: best.exact.report.cut.unresolved.len(), ..attempt });
+        let edges_missing = best.exact.report.cut.unresolved.len();
+        add_attempt(&mut attempts, Attempt { kept, edges_missing, ..attempt }, run);
     }
     let mut shortfalls = best.shortfalls(ready);
     let complete = best.exact.report.cut.unresolved.is_empty();
@@ -190,11 +191,12 @@ pub(super) fn by_leaf(
     let mut method = Method::Cut;
     let flawed = improved.self_intersections + improved.after.inverted;
     let operators = Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed, &mut clock);
-    attempts.push(Attempt { kept: flawed == 0, ..operators });
+    add_attempt(&mut attempts, Attempt { kept: flawed == 0, ..operators }, run);
     if flawed > 0 {
         mesh = extracted.mesh.clone();
         method = Method::MarchingCubes;
-        attempts.push(Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0, &mut clock).kept());
+        let plain = Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0, &mut clock);
+        add_attempt(&mut attempts, plain.kept(), run);
     }
     let (crossing, inverted) = (found.self_intersections, found.inverted);
     shortfalls.push(Fault::OtherMethod { crossing, inverted, method: method.name() });

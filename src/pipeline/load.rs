@@ -13,15 +13,19 @@ use crate::implicit::{Implicit, write_vm};
 pub fn load_part(path: &Path, overrides: &[(String, f64)]) -> Result<Part> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
     let text = String::from_utf8(bytes).map_err(|e| {
-        Error::input(Place::Byte(e.utf8_error().valid_up_to() as u64), "a part file must be UTF-8 text").in_file(path)
+        let what = match ending(path).as_deref() {
+            Some("vm") => "a formula must be UTF-8 text",
+            Some("csg") => "a tree of OpenSCAD's must be UTF-8 text",
+            _ => "a part file must be UTF-8 text",
+        };
+        Error::input(Place::Byte(e.utf8_error().valid_up_to() as u64), what).in_file(path)
     })?;
     parse_part(path, &text, overrides)
 }
 
 /// Reads the text of a file as [`load_part`] does; the path tells what it is, and is named in errors.
 pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Result<Part> {
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let read: fn(&str) -> Result<Part> = match ending.as_deref() {
+    let read: fn(&str) -> Result<Part> = match ending(path).as_deref() {
         Some("vm") => parse_vm,
         Some("csg") => parse_csg,
         _ => return parse(text, overrides).map_err(|e| e.in_file(path)),
@@ -32,6 +36,11 @@ pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Resul
         return Err(Error::Usage(what));
     }
     read(text).map_err(|e| e.in_file(path))
+}
+
+/// What a file's name ends in, in small letters.
+fn ending(path: &Path) -> Option<String> {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase())
 }
 
 /// Whether a path is that of a formula file.

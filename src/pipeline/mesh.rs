@@ -10,7 +10,7 @@ use super::crowded::{Crowded, thin_out, wanting};
 use super::figure::{mesh_figure, no_figure};
 use super::heal::{heal_made, same_places, told};
 use super::hidden::hidden_creases;
-use super::history::{Attempt, Clock, Tried};
+use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::leaf::{ByLeaf, by_leaf};
 use super::method::Method;
 use super::refine::{Refinement, Wishes};
@@ -307,7 +307,7 @@ pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run:
         let other = mesh_by_cells(part, ready, options, &Ladder { arrange: false, ..Ladder::WHOLE }, run)?;
         if is_sound(&other.meshed) {
             let mut other = other;
-            other.meshed.report.instead_of(&found.meshed.report, true, "not sound when healed");
+            other.meshed.report.instead_of(&found.meshed.report, true, "not sound when healed", run);
             found = other;
         }
     }
@@ -321,13 +321,13 @@ pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run:
         }
         match mesh_by_cells(part, ready, options, &ladder, run) {
             Ok(mut other) if 2.0 * apart(&other.meshed) < apart(&made) && wanting(&other.meshed) <= wanting(&made) => {
-                other.meshed.report.instead_of(&made.report, true, "far from the surface");
+                other.meshed.report.instead_of(&made.report, true, "far from the surface", run);
                 Found { meshed: made, crowded, cell, .. } = other;
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // A crease that no cells see: what there is stands.
             Ok(other) => {
-                made.report.instead_of(&other.meshed.report, false, "no nearer to the surface with smaller cells");
+                made.report.instead_of(&other.meshed.report, false, "no nearer to the surface with smaller cells", run);
                 break;
             }
             Err(_) => break,
@@ -370,8 +370,9 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
             tried = Tried::Operators;
         }
         let attempt = Attempt::new(tried, ready.size, mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
-        let made = ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new());
-        ByLeaf { attempts: vec![attempt], ..made }
+        let mut made = ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new());
+        add_attempt(&mut made.attempts, attempt, run);
+        made
     };
     let ByLeaf {
         mut mesh,
@@ -393,7 +394,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     report.sequence = sequence.or_else(|| method.sequence()).map(|s| s.to_string());
     report.shortfalls = shortfalls;
     report.attempts = attempts;
-    report.stage("mesh", mesh.triangles.len(), &mut clock);
+    report.stage("mesh", mesh.triangles.len(), &mut clock, run);
     if drawn > 0 {
         let what =
             "the solid touches itself along edges: nodes there are drawn back into it by a billionth of its size";
@@ -414,7 +415,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
         corners = corners.iter().filter_map(|v| now(*v)).collect();
         (mesh, intersecting) = (healed.mesh, Some(0));
     }
-    report.stage("heal", mesh.triangles.len(), &mut clock);
+    report.stage("heal", mesh.triangles.len(), &mut clock, run);
     // Sheets closer than a cell may have been torn by the extraction. With every edge in its place they were not.
     if !method.is_exact() || !report.shortfalls.is_empty() {
         let walls = thin_walls(&ready.model, &extracted, cell, run)?;
@@ -463,7 +464,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
         report.shortfalls.extend(cut_off(&measured));
     }
     report.judge(measured);
-    report.stage("check", mesh.triangles.len(), &mut clock);
+    report.stage("check", mesh.triangles.len(), &mut clock, run);
     // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
     let crowded = if away && complete {
         let half = |t: u32| {

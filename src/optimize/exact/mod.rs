@@ -79,6 +79,16 @@ const FEW: usize = 4;
 const MOST_REPAIRED: usize = 3;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
+/// Shares of the remesher's time that have passed, roughly: when lengths are known,
+const SIZED: f64 = 0.1;
+/// when what the cut folded is untangled,
+const UNTANGLED: f64 = 0.2;
+/// when nodes of borders are in their places,
+const BORDERED: f64 = 0.3;
+/// when patches are packed,
+const PACKED: f64 = 0.75;
+/// and when what is poor has been mended.
+const POLISHED: f64 = 0.95;
 
 /// A mesh and the triangles of it that intersect others.
 type Tested = (TriMesh, Vec<u32>);
@@ -237,7 +247,9 @@ fn remesh<'a>(
     let (options, run) = (r.options, r.run);
     let spaced = r.work.spaced;
     r.merge_doubles();
+    tell(&r, 0.0);
     r.ask_sizes(narrow)?;
+    tell(&r, SIZED);
     let mut observer = observer;
     let mut show = |name: &str, r: &Remesher<'_>| {
         if let Some(o) = &mut observer {
@@ -253,6 +265,7 @@ fn remesh<'a>(
         prepare_borders(&mut r, narrow, &mut show)?;
     }
     r.look_everywhere();
+    tell(&r, BORDERED);
     let filling = r.work.filling;
     match filling {
         Filling::Mended => r.each_part(remesh_patch)?,
@@ -260,6 +273,7 @@ fn remesh<'a>(
         Filling::Random => r.each_patch(|r| r.scatter())?,
     }
     show("pack", &r);
+    tell(&r, PACKED);
     let mut tested = None;
     if filling == Filling::Mended {
         // From here on triangles lie as near to the surface as their size lets them.
@@ -275,6 +289,7 @@ fn remesh<'a>(
             tested = mend_slim(mesh, &mut r)?;
         }
     }
+    tell(&r, POLISHED);
     let (mut out, mut bad) = match tested {
         Some(known) => known,
         None => {
@@ -336,6 +351,12 @@ fn remesh<'a>(
     Ok((ExactMesh { mesh: out, seams, corners, report }, r))
 }
 
+/// Tells how much of the remesher's work is done, and how many triangles there are.
+fn tell(r: &Remesher<'_>, done: f64) {
+    r.run.progress("remesh", done);
+    r.run.triangles(r.work.mesh.triangle_count());
+}
+
 /// Puts the nodes of borders that cutting left anywhere where they belong.
 fn prepare_borders(r: &mut Remesher<'_>, narrow: bool, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> Result<()> {
     // Inside the patches packing will put everything right.
@@ -347,7 +368,7 @@ fn prepare_borders(r: &mut Remesher<'_>, narrow: bool, show: &mut dyn FnMut(&str
     }
     r.join_alike();
     show("untangle", r);
-    r.run.progress("remesh", 0.3);
+    tell(r, UNTANGLED);
     space_borders(r)?;
     // Once: where leaves touch, each look finds something smaller.
     if narrow && r.look_at_borders_again()? {

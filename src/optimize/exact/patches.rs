@@ -1,10 +1,13 @@
 //! Work on each patch alone, in parallel, its border fixed; large patches in parts.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patchwork::{Patchwork, PieceSet};
 use super::remesh::{Rank, Remesher};
+use super::{BORDERED, PACKED};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Regions};
 use crate::mesh::{EditMesh, TriMesh};
@@ -93,7 +96,14 @@ impl Remesher<'_> {
         let mut of = self.labels();
         let count = self.cut_large(&mut of);
         let regions = Regions::new(&self.work.mesh, of, count);
-        self.each_region(&regions, 0, true, &work)?;
+        let (run, ended, all) = (self.run, AtomicUsize::new(0), regions.count().max(1) as f64);
+        let told = |r: &mut Remesher<'_>| {
+            work(r)?;
+            let share = (ended.fetch_add(1, Ordering::Relaxed) + 1) as f64 / all;
+            run.progress("remesh", BORDERED + share * (PACKED - BORDERED));
+            Ok(())
+        };
+        self.each_region(&regions, 0, true, told)?;
         if count == patches {
             return Ok(());
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rustc_hash::FxHashMap;
 
-use super::super::history::{Attempt, Clock, Proof, Tried};
+use super::super::history::{Attempt, Clock, Proof, Tried, add_attempt};
 use super::super::mesh::{Meshed, finish_names};
 use super::super::report::Report;
 use super::ROUNDS;
@@ -56,7 +56,7 @@ pub(super) fn merged(plan: &BrickPlan, store: &Store<'_>, run: &Run) -> Result<M
     }
     let mut report = Report::of("bricks", plan.options.size, part.units.clone());
     let attempt = Attempt::new(Tried::Arrange, plan.cell(), mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
-    report.attempts.push(Attempt { proof: Some(proof), ..attempt });
+    add_attempt(&mut report.attempts, Attempt { proof: Some(proof), ..attempt }, run);
     finish_names(&part, &mut mesh, &mut report);
     report.judge(check(&mesh, Expectation::default(), None, run)?);
     Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report })
