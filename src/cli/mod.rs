@@ -4,6 +4,7 @@ mod arguments;
 mod bricks;
 mod commands;
 mod console;
+mod gates;
 mod manual;
 mod progress;
 mod sample;
@@ -11,15 +12,16 @@ mod watch;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use rvachev::Error;
 
 use arguments::{Cli, Command};
 
 /// Runs the command. Exit codes: 0 good, 1 the mesh falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let parsed = Cli::command().try_get_matches().and_then(|m| Ok((Cli::from_arg_matches(&m)?, m)));
+    let (cli, matches) = match parsed {
+        Ok(both) => both,
         Err(e) => {
             // help and version are not failures
             let code = if e.use_stderr() { 2 } else { 0 };
@@ -27,7 +29,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let result = match cli.command {
+    let run = |command| match command {
         Command::Mesh(a) => commands::mesh(&a),
         Command::View(a) => commands::mesh(&a.into_mesh()),
         Command::Compare(a) => commands::compare(&a),
@@ -44,7 +46,7 @@ pub fn main() -> ExitCode {
         Command::Completions(a) => manual::completions(&a),
         Command::Man(a) => manual::manual(&a),
     };
-    match result {
+    match gates::check(&matches).and_then(|()| run(cli.command)) {
         Ok(good) => ExitCode::from(u8::from(!good)),
         Err(e) => {
             console::explain(&e);

@@ -238,6 +238,9 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
+    if options.trim.is_some() {
+        return Err(Error::Usage("trimming is for CAD models and solids built from edges: the part has none".into()));
+    }
     let mut ready = Ready::new(part, options.size)?;
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
     let (made, crowded) = mesh_ready(part, &ready, options, run)?;

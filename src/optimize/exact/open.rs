@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashSet;
 
-use super::patchwork::Patchwork;
+use super::patchwork::{Patchwork, PieceSet};
 use super::remesh::Remesher;
 use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, check_options, finish, polish, remesh};
 use crate::error::Result;
@@ -123,7 +123,9 @@ impl Remesher<'_> {
             for [a, b] in ends {
                 let m = &self.work.mesh;
                 let Some(h) = m.edge_between(a, b).filter(|&h| m.opposite(h) != NONE) else { continue };
-                let set = self.edge_set(h);
+                // Ends may both lie on a crease that the edge does not run along.
+                let piece = self.work.patches[m.label(h / 3) as usize].piece;
+                let set = if m.is_sharp(h) { self.edge_set(h) } else { PieceSet::one(piece) };
                 let middle = 0.5 * (m.point(a) + m.point(b));
                 let at = self.work.settle(self.surface, &set, middle, m.edge_length(h)).unwrap_or(middle);
                 let want = 0.5 * (self.want[a as usize] + self.want[b as usize]);

@@ -27,6 +27,9 @@ pub const ROUNDS: usize = 3;
 /// Edges from a wall within which triangles are handed on, as the remesher works again along the cuts between its own parts.
 const BAND: usize = 4;
 
+/// Rounds in which notches of what is handed on are filled: each takes one triangle into a notch.
+const NOTCHES: usize = 4;
+
 /// Triangles reach this many cells beyond their brick: a node lies in its tetrahedron, or as far from it as that is large.
 const BEYOND: f64 = 4.0;
 
@@ -353,8 +356,11 @@ fn sizes_at_ends(given: &Given) -> Vec<f64> {
     nodes.iter().zip(sums).map(wanted).collect()
 }
 
-/// Which triangles are within [`BAND`] edges of some nodes.
+/// Which triangles are within [`BAND`] edges of some nodes, and those between them; none if there are no such nodes.
 fn within_edges(triangles: &[[u32; 3]], nodes: usize, from: &[u32]) -> Vec<bool> {
+    if from.is_empty() {
+        return vec![false; triangles.len()];
+    }
     let mut near = vec![false; nodes];
     from.iter().for_each(|v| near[*v as usize] = true);
     for _ in 1..BAND {
@@ -363,5 +369,23 @@ fn within_edges(triangles: &[[u32; 3]], nodes: usize, from: &[u32]) -> Vec<bool>
             t.iter().for_each(|v| near[*v as usize] = true);
         }
     }
-    triangles.iter().map(|t| t.iter().any(|v| near[*v as usize])).collect()
+    let mut within: Vec<bool> = triangles.iter().map(|t| t.iter().any(|v| near[*v as usize])).collect();
+    // Without notches: a triangle between two others goes with them.
+    let sides = sides(triangles);
+    for _ in 0..NOTCHES {
+        let mut beside = vec![0u8; triangles.len()];
+        for e in sides.chunk_by(|x, y| x.0 == y.0) {
+            if let [(_, a), (_, b)] = *e {
+                let (a, b) = ((a / 3) as usize, (b / 3) as usize);
+                beside[a] += u8::from(within[b]);
+                beside[b] += u8::from(within[a]);
+            }
+        }
+        let more: Vec<usize> = (0..triangles.len()).filter(|t| !within[*t] && beside[*t] >= 2).collect();
+        if more.is_empty() {
+            break;
+        }
+        more.into_iter().for_each(|t| within[t] = true);
+    }
+    within
 }
