@@ -43,6 +43,8 @@ pub(super) struct Triangle {
     /// Whether the leaf's positive side is inside.
     pub(super) plus: bool,
     pub(super) face: u32,
+    /// Whether it is of the block that is asked for, and not beside it.
+    pub(super) own: bool,
 }
 
 /// The boundary within some tetrahedra, with nodes of its own.
@@ -52,6 +54,8 @@ pub(super) struct Skin {
     pub(super) places: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     index: FxHashMap<Key, u32>,
+    /// Whether the triangles to come are of the block that is asked for.
+    pub(super) own: bool,
 }
 
 impl Skin {
@@ -66,7 +70,7 @@ impl Skin {
 
     /// Adds the facets of one tetrahedron.
     pub(super) fn add(&mut self, tree: &Octree, corners: &[Point; 4], cut: &Crossed<'_>, facets: &[Facet]) {
-        let points = corners.map(|p| tree.point(p));
+        let (points, own) = (corners.map(|p| tree.point(p)), self.own);
         for f in facets {
             let leaf = cut.leaves[f.leaf as usize];
             let mut rings: Vec<Vec<(u32, DVec3)>> = Vec::new();
@@ -80,7 +84,8 @@ impl Skin {
                 rings.push(nodes);
             }
             let ring = bridged(rings);
-            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus: f.plus, face: f.face }));
+            let (plus, face) = (f.plus, f.face);
+            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus, face, own }));
         }
     }
 

@@ -78,8 +78,8 @@ impl GridBlock {
 }
 
 /// How many of the largest cells beside a block are made as if there were no block: cells there have the neighbors they have in
-/// the whole grid. Halving for the sake of neighbors goes no farther than the sum of smaller and smaller cells, which is two.
-const HALO: i64 = 4;
+/// the whole grid, as do those of a cell more. Halving for the sake of neighbors goes no farther than the sum of smaller and smaller cells, which is two.
+const HALO: i64 = 5;
 
 /// The largest cells along each axis that a grid has which holds a box.
 pub(crate) fn cells_along(bounds: &Aabb, size: f64) -> [u32; 3] {
@@ -92,9 +92,9 @@ pub(crate) fn origin(bounds: &Aabb, size: f64) -> DVec3 {
 }
 
 impl Tetrahedron {
-    /// Whether it belongs to a block: each belongs to one of those that fill the grid.
-    pub(super) fn is_in(&self, block: &GridBlock, deeper: u8) -> bool {
-        let [lo, hi] = block.cubes(deeper, 0);
+    /// Whether it belongs to a block, grown by so many largest cells: each belongs to one of the blocks that fill the grid.
+    pub(super) fn is_in(&self, block: &GridBlock, deeper: u8, by: i64) -> bool {
+        let [lo, hi] = block.cubes(deeper, by);
         (0..3).all(|k| {
             // Four corners, in halves of cubes.
             let sum: i64 = self.corners.iter().map(|p| p.coordinates()[k] as i64).sum();
@@ -286,9 +286,9 @@ impl Octree {
         c.children == NONE && c.tape.is_some()
     }
 
-    /// Whether a cell is within a largest cell of a block.
-    pub(super) fn is_beside(&self, i: u32, block: &GridBlock, deeper: u8) -> bool {
-        let [lo, hi] = block.cubes(deeper, 1);
+    /// Whether a cell is within so many largest cells of a block.
+    pub(super) fn is_beside(&self, i: u32, block: &GridBlock, deeper: u8, by: i64) -> bool {
+        let [lo, hi] = block.cubes(deeper, by);
         let c = &self.cubes[i as usize];
         (0..3).all(|k| i64::from(c.at[k]) < hi[k] && i64::from(c.at[k]) + (1 << c.level) > lo[k])
     }

@@ -37,7 +37,7 @@ use super::trim::Trimmed;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use assemble::{Key, Skin, at_ends, divided, is_closed, parted};
+use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted};
 use cell::{Boolean, Crossed};
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
@@ -52,6 +52,10 @@ const DEEPER: u8 = 4;
 
 /// Bytes a cell takes with its share of tetrahedra and mesh, measured on `data/lattice.py`.
 const BYTES_PER_CELL: u64 = 4_000;
+
+/// So many largest cells beside a block are arranged with it: nodes around triangles that are turned over there move as they do in
+/// the block beside, which moves no others than nodes next to such triangles.
+const BESIDE: i64 = 1;
 
 /// Groups of tetrahedra that are worked on at a time: enough for threads to share, few enough to join.
 const GROUPS: usize = 256;
@@ -92,8 +96,8 @@ pub(crate) fn can_arrange(model: &Implicit) -> bool {
 
 /// The boundary of a solid on a grid of cells of about a size, smaller where that shows more.
 ///
-/// Of a block of the grid it is what all of the grid would give in its tetrahedra, node by node and bit by bit where it ends, but
-/// for what moves nodes around triangles that are turned over: those where it ends do not move.
+/// Of a block of the grid it is what all of the grid would give in its tetrahedra, node by node. Where it ends nodes come out bit
+/// by bit as in the block beside, but where one triangle that is turned over follows the other for a cell.
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
 pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run) -> Result<Arranged> {
@@ -108,7 +112,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run
             &|t, b| judged(t, &Asked { leaves, cell: *b, scale, briefly: true }).unproved.is_none(),
             run,
         )?;
-        let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, DEEPER));
+        let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, DEEPER, BESIDE + 1));
         let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
         let known: Vec<Judged> = held
@@ -124,15 +128,16 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run
         let mut tetrahedra = tree.tetrahedra();
         let curves = Curves::new(&tetrahedra, &with_curves);
         if let Some(block) = &block {
-            tetrahedra.retain(|t| t.is_in(block, DEEPER));
+            tetrahedra.retain(|t| t.is_in(block, DEEPER, BESIDE));
         }
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let mut all = skin(leaves, &tree, &curves, &groups, run)?;
+        let share = Share { groups: &groups, block };
+        let mut all = skin(leaves, &tree, &curves, &share, run)?;
         if !curves.is_empty() && !is_closed(&all.triangles, block.is_some()) {
             // Some sliver goes on where its curve was not seen.
-            all = skin(leaves, &tree, &Curves::default(), &groups, run)?;
+            all = skin(leaves, &tree, &Curves::default(), &share, run)?;
         }
         run.check()?;
         let Skin { mut keys, mut places, mut triangles, .. } = all;
@@ -141,14 +146,25 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run
         let on: Vec<Vec<u32>> = copies.iter().map(|c| keys[*c as usize].on()).collect();
         let reach: Vec<f64> = copies.iter().map(|c| extent(&tree, &keys[*c as usize])).collect();
         let places = copies.iter().map(|c| places[*c as usize]).collect();
+        let names: Vec<Key> = copies.iter().map(|c| keys[*c as usize]).collect();
         let stay = if block.is_some() { at_ends(&triangles) } else { Vec::new() };
-        let ends = stay.iter().map(|v| (*v, keys[copies[*v as usize] as usize].packed())).collect();
-        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay };
-        let astray = nodes.settle();
+        let by_name = block.is_some().then_some(&names[..]);
+        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, names: by_name };
+        let mut astray = nodes.settle();
         nodes.untangle(&triangles, run)?;
+        let mut places = nodes.places;
+        let mut ends = Vec::new();
+        let mut on = on;
+        if block.is_some() {
+            let kept = own_nodes(&mut triangles, places.len());
+            ends = at_ends(&triangles).into_iter().map(|v| (v, names[kept[v as usize] as usize].packed())).collect();
+            places = kept.iter().map(|v| places[*v as usize]).collect();
+            on = kept.iter().map(|v| std::mem::take(&mut on[*v as usize])).collect();
+            astray = astray.iter().filter_map(|v| kept.binary_search(v).ok().map(|k| k as u32)).collect();
+        }
         let faces = triangles.iter().map(|t| t.face).collect();
         let mesh = TriMesh {
-            nodes: nodes.places,
+            nodes: places,
             triangles: triangles.iter().map(|t| t.nodes).collect(),
             labels: triangles.iter().map(|t| t.leaf).collect(),
             faces: (0..leaves.len()).map(|l| format!("leaf{l}")).collect(),
@@ -165,14 +181,33 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run
     })
 }
 
+/// Drops triangles beside a block. The nodes that are left, ascending, in the order of their new numbers.
+fn own_nodes(triangles: &mut Vec<Triangle>, count: usize) -> Vec<u32> {
+    triangles.retain(|t| t.own);
+    let mut used = vec![false; count];
+    triangles.iter().flat_map(|t| t.nodes).for_each(|v| used[v as usize] = true);
+    let kept: Vec<u32> = (0..count as u32).filter(|v| used[*v as usize]).collect();
+    let mut number = vec![0; count];
+    kept.iter().zip(0..).for_each(|(v, k)| number[*v as usize] = k);
+    triangles.iter_mut().for_each(|t| t.nodes = t.nodes.map(|v| number[v as usize]));
+    kept
+}
+
+/// What there is to arrange: tetrahedra by their owners, and the block of them that is asked for.
+struct Share<'a> {
+    groups: &'a [&'a [Tetrahedron]],
+    block: Option<GridBlock>,
+}
+
 /// The boundary in all tetrahedra.
-fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, groups: &[&[Tetrahedron]], run: &Run) -> Result<Skin> {
+fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, share: &Share<'_>, run: &Run) -> Result<Skin> {
+    let Share { groups, block } = share;
     let pieces: Result<Vec<Skin>> = groups
         .par_chunks(GROUPS)
         .map(|some| {
             run.check()?;
             let mut piece = Skin::default();
-            some.iter().try_for_each(|g| within(leaves, tree, curves, g, &mut piece))?;
+            some.iter().try_for_each(|g| within(&Around { leaves, tree, curves, block: *block }, g, &mut piece))?;
             Ok(piece)
         })
         .collect();
@@ -188,8 +223,17 @@ fn extent(tree: &Octree, key: &Key) -> f64 {
     corners.iter().map(longest).fold(0.0, f64::max)
 }
 
+/// What is known in all tetrahedra.
+struct Around<'a> {
+    leaves: &'a [Leaf],
+    tree: &'a Octree,
+    curves: &'a Curves,
+    block: Option<GridBlock>,
+}
+
 /// The boundary in the tetrahedra that one cell owns.
-fn within(leaves: &[Leaf], tree: &Octree, curves: &Curves, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
+fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
+    let Around { leaves, tree, curves, block } = around;
     let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
     let tape: &Tape = tape;
     let mine = leaves_of(tape);
@@ -245,6 +289,7 @@ fn within(leaves: &[Leaf], tree: &Octree, curves: &Curves, group: &[Tetrahedron]
                 tape.owner(leaf, &|l| positive(l, sides) != (Some(l) == other))
             },
         });
+        out.own = block.is_none_or(|b| t.is_in(&b, DEEPER, 0));
         out.add(tree, &t.corners, &cut, &facets);
     }
     Ok(())

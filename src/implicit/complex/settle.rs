@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::super::leaf::Leaf;
 use super::super::newton::nearest;
-use super::assemble::Triangle;
+use super::assemble::{Key, Triangle};
 use crate::error::Result;
 use crate::run::Run;
 
@@ -28,6 +28,8 @@ pub(super) struct Nodes<'a> {
     pub(super) scale: f64,
     /// Nodes that others know, ascending: they do not move for the sake of triangles.
     pub(super) stay: &'a [u32],
+    /// What nodes are called, where that is the order they move in: beside a block others move them, too.
+    pub(super) names: Option<&'a [Key]>,
 }
 
 impl Nodes<'_> {
@@ -77,6 +79,9 @@ impl Nodes<'_> {
             let mut nodes: Vec<u32> = bad.iter().flat_map(|t| triangles[*t as usize].nodes).collect();
             nodes.sort_unstable();
             nodes.dedup();
+            if let Some(names) = self.names {
+                nodes.sort_by_key(|v| names[*v as usize]);
+            }
             nodes.iter().for_each(|v| self.relax(*v, &around[*v as usize], triangles));
             looked = nodes.iter().flat_map(|v| around[*v as usize].iter().copied()).collect();
             looked.sort_unstable();
