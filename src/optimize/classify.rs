@@ -78,7 +78,7 @@ pub fn classify_by_edges(mesh: &EditMesh) -> Classes {
 /// Classes by curvature, \[LIS14\] (14–17), corrected: not of one ring but of a disc two edges wide, and with k-means of
 /// normals in place of curvatures, so that a curved face does not count as bent and the number of clusters can be tested.
 ///
-/// SheetsAround every node the normals of the triangles form one, two, three or four clusters; clusters are sheets of the surface when
+/// Around every node the normals of the triangles form one, two, three or four clusters; clusters are sheets of the surface when
 /// it bends by more than `feature_angle` degrees where they touch, and at once. A node is on a crease when it lies
 /// on two sheets. Where three meet, the nearest node is the corner, and no other one within an edge. Of the band of
 /// nodes that is left the neighbors along a crease are those that its direction meets best, one ahead and one back.

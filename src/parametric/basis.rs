@@ -1,5 +1,6 @@
-//! B-spline basis functions: knots, spans, values and derivatives (\[KUZ19\] equations 16, 17; 25 with the index of its third
-//! function put right; L. Piegl, W. Tiller, "The NURBS Book", 2.1-2.3).
+//! B-spline basis functions: knots, spans, values and derivatives (\[KUZ19\] 16, 17, for surfaces 56-58; L. Piegl, W. Tiller,
+//! "The NURBS Book", 2.1-2.3). The functions are the normalized ones of (18), which add up to one (60). Put right in (16): the
+//! denominator is the length of the span, which is open at its end.
 
 use crate::error::{Error, Place, Result};
 

@@ -1,5 +1,5 @@
-//! Surfaces over curves: Hermite and NURBS surfaces over a family of curves (\[KUZ19\] 38-40, 61), fillets (47), and
-//! surfaces of shift (33).
+//! Surfaces over curves: Hermite and NURBS surfaces over a family of curves (\[KUZ19\] 38-40, and the second of the two
+//! equations 61), fillets (47), and surfaces of shift (33).
 
 use glam::{DVec3, DVec4};
 
@@ -59,7 +59,7 @@ impl Family {
         Self::new(curves, Across::Hermite { closed })
     }
 
-    /// A rational B-spline across, with the curves for control points (equation 61). With the degree one below the number
+    /// A rational B-spline across, with the curves for control points (the second equation 61). With the degree one below the number
     /// of curves and [`Knots::uniform`] it is a Bézier surface over curves.
     pub fn spline(curves: Vec<(Curve, [f64; 2])>, knots: Knots, weights: &[f64]) -> Result<Self> {
         if knots.points() != curves.len() || weights.len() != curves.len() || !weights.iter().all(|w| *w > 0.0) {

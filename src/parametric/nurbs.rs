@@ -1,5 +1,5 @@
-//! NURBS curves and surfaces (\[KUZ19\] 13-18, 55; derivatives 50-54), and the splines that are special cases of them (5-12,
-//! 21-27).
+//! NURBS curves (\[KUZ19\] 13-18) and surfaces (48, 49, 55, 59; derivatives 50-54), and the splines that are special cases of
+//! them: Bézier curves (5, 21, 22), polylines (6), cubic splines (7-12, as NURBS 23-27).
 
 use glam::{DVec3, DVec4};
 
@@ -64,7 +64,7 @@ impl NurbsCurve {
         self.closed
     }
 
-    /// A (rational) Bézier curve over 0..=1 (\[KUZ19\] 5, 21).
+    /// A (rational) Bézier curve over 0..=1 (\[KUZ19\] 5, 21, 22).
     pub fn bezier(points: &[DVec3], weights: Option<&[f64]>) -> Result<Self> {
         let degree = points.len().saturating_sub(1);
         let ends = |v: f64| std::iter::repeat_n(v, degree + 1);
@@ -99,7 +99,9 @@ impl NurbsCurve {
         Self::new(3, knots, &control, None)
     }
 
-    /// A cubic spline with continuous curvature through the points (\[KUZ19\] 7-12), parametrized by chord length.
+    /// A cubic spline with continuous curvature through the points (\[KUZ19\] 7-12), parametrized by chord length. It is found
+    /// by its first derivatives, where the thesis takes second ones: in (11) their term is positive, and in (12) the factor
+    /// belongs to both.
     pub fn cubic(points: &[DVec3], ends: SplineEnds) -> Result<Self> {
         let mut points = points.to_vec();
         if matches!(ends, SplineEnds::Closed) && points.first() != points.last() {

@@ -1,4 +1,4 @@
-//! Edges extruded along a direction (\[KUZ19\] 31 and 3.1), their ends scaled.
+//! Edges extruded along a direction (\[KUZ19\] 31, sections 3.1 and 3.2), their ends scaled.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! Surfaces through sections: smooth (\[KUZ19\] 2.4.3) or ruled (\[KUZ19\] 34), from contour to contour and to points.
+//! Surfaces through sections: smooth (\[KUZ19\] section 2.4.3) or ruled (\[KUZ19\] 34), from contour to contour and to points.
 
 use glam::{DVec3, DVec4};
 

@@ -1,4 +1,4 @@
-//! Solids and sheets by program: edges extruded, revolved, lofted and swept (\[KUZ19\] 3: extrusion by direction, distance and
+//! Solids and sheets by program: edges extruded, revolved, lofted and swept (\[KUZ19\] section 3: extrusion by direction, distance and
 //! end scale; revolution around any axis), with flat caps where a solid is asked for.
 //!
 //! Every builder takes [`Wire`]s and gives a [`Brep`] that [`Parametric`](super::Parametric) meshes. Edges are made once and

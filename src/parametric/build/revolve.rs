@@ -1,4 +1,4 @@
-//! Edges revolved around an axis (\[KUZ19\] 32 and 3.3): full or by an angle, with poles where they touch it.
+//! Edges revolved around an axis (\[KUZ19\] 32, sections 3.1 and 3.3): full or by an angle, with poles where they touch it.
 
 use std::f64::consts::TAU;
 

@@ -283,7 +283,7 @@ impl NurbsSurface {
         Self::new(u, v, &places, Some(&weights))
     }
 
-    /// A (rational) Bézier surface over the unit square from `rows` rows of control points (\[KUZ19\] 41, 45): u runs along
+    /// A (rational) Bézier surface over the unit square from `rows` rows of control points (\[KUZ19\] 41, 42, 45): u runs along
     /// the rows' numbers, v within a row.
     pub fn bezier(points: &[DVec3], rows: usize, weights: Option<&[f64]>) -> Result<Self> {
         let columns = points.len().checked_div(rows).unwrap_or(0);
