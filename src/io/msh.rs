@@ -81,6 +81,9 @@ impl Row<'_> {
     }
 }
 
+/// What tells a curve: the labels beside it, and the rim it is of, if it is of one.
+type Beside<'a> = (&'a [u32], Option<u32>);
+
 /// What is written: the mesh, cut up and named.
 pub(super) struct Gmsh<'a> {
     pub(super) mesh: &'a dyn MeshView,
@@ -98,7 +101,7 @@ impl Gmsh<'_> {
     }
 
     /// Names of curves by the labels beside them, and their physical tags.
-    fn curve_names(&self) -> BTreeMap<(&[u32], Option<u32>), (i32, String)> {
+    fn curve_names(&self) -> BTreeMap<Beside<'_>, (i32, String)> {
         let mut names = BTreeMap::new();
         for curve in &self.layout.curves {
             let fresh = names.len() as i32 + 1;

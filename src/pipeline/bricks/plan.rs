@@ -228,7 +228,7 @@ fn ready_of(part: &Part, size: Option<SizeRequest>) -> Result<Ready> {
     }
     let ready = Ready::new(part, size)?;
     if !can_arrange(&ready.model) {
-        return Err(Error::input(Place::Unknown, "bricks do not do rounded edges between solids (blend) yet"));
+        return Err(Error::input(Place::Unknown, "bricks do not make rounded edges between solids (blend)"));
     }
     Ok(ready)
 }
