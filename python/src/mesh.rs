@@ -22,7 +22,7 @@ use crate::work::Listeners;
 
 /// Where a mesh comes from.
 enum Source {
-    Made(Meshed),
+    Made(Box<Meshed>),
     Healed(Healed),
     /// Out of a pickle.
     Again(Box<(TriMesh, About)>),
@@ -77,7 +77,7 @@ impl PyMesh {
 
     /// What the stages made.
     pub fn made(made: Meshed) -> Self {
-        Self::new(Source::Made(made))
+        Self::new(Source::Made(Box::new(made)))
     }
 
     /// What healing made.
