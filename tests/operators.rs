@@ -166,7 +166,8 @@ fn classes_by_curvature_find_the_corners_and_creases_of_cubes_with_holes() {
                 // N1 leaves one corner of the turned part without a node within three quarters of a cell at 64: nobody can class it.
                 let missing = usize::from((name, turn, n) == ("edges", true, 64.0));
                 assert_eq!((f.right, f.called), (corners - missing, corners - missing), "{what}");
-                assert!(f.named * 1000 >= 995 * f.on && f.on > 200, "{what}");
+                // Half a percent, or three nodes of a short crease.
+                assert!((f.named * 1000 >= 995 * f.on || f.named + 3 >= f.on) && f.on > 200, "{what}");
                 // Nodes that N1 left a third of a cell from their crease are called crease: one in ten thousand.
                 assert!(f.wrong * 10_000 <= f.nodes, "{what}");
             }
