@@ -8,7 +8,7 @@ use rvachev::pipeline::{self, BrickPlan, Meshed, Method, PlanSource, ROUNDS, Sha
 use rvachev::{Error, Result};
 
 use super::arguments::{Common, Files, How, Mesh, PartFile};
-use super::commands::{Told, options, shown, write_meshes, write_report, written_as};
+use super::commands::{Told, ended, options, refused, shown, write_meshes, write_report, written_as};
 use super::console::{note, run, say, writable};
 
 #[derive(Debug, Args)]
@@ -183,24 +183,12 @@ fn finish(made: &Meshed, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -
     if let Some(path) = to.report {
         write_report(path, made, &shown(made, to.of, &Told::default()))?;
     }
-    if !to.force
-        && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
-        && !c.is_sound()
-    {
+    if let Some(refusal) = refused(made, to.force) {
         drop(run);
         note("falls short", &made.report.shortfalls);
-        return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
+        return Err(refusal);
     }
     let told = write_meshes(to.meshes, &made.mesh, &written_as(to.files), &run)?;
     drop(run);
-    if !common.quiet {
-        if let Some(check) = &made.report.check {
-            say(&check.to_string());
-        }
-        note("warning", &made.report.warnings);
-        note("warning", &told.warnings);
-    }
-    note("falls short", &made.report.shortfalls);
-    note("falls short", &told.shortfalls);
-    Ok(made.report.shortfalls.is_empty() && told.shortfalls.is_empty())
+    Ok(ended(made, &told, common.quiet))
 }

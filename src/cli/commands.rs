@@ -225,10 +225,7 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         // All others were told as they ended, and so was this one, but not that it stands.
         made.report.attempts.iter().filter(|a| a.kept).for_each(|a| run.note("kept", || a.named()));
     }
-    if !a.force
-        && let Some(c) = made.report.check.as_ref().map(|c| &c.certificate)
-        && !c.is_sound()
-    {
+    if let Some(refusal) = refused(&made, a.force) {
         let text = shown(&made, &a.part.part, &Told::default());
         if let Some(path) = &a.report {
             write_report(path, &made, &text)?;
@@ -239,7 +236,7 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         }
         drop(run);
         note("falls short", &made.report.shortfalls);
-        return Err(Error::Failed(format!("the mesh is not sound and is not written ({c}); --force writes it")));
+        return Err(refusal);
     }
     let mut drawn = RenderOptions::default();
     if made.outline.is_some() {
@@ -268,7 +265,19 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         write_report(path, &made, &text)?;
     }
     drop(run);
-    if !a.common.quiet {
+    Ok(ended(&made, &told, a.common.quiet))
+}
+
+/// Why a mesh that is not sound is not written, unless that is forced.
+pub(super) fn refused(made: &Meshed, force: bool) -> Option<Error> {
+    let certificate = made.report.check.as_ref().map(|c| &c.certificate).filter(|c| !c.is_sound() && !force)?;
+    let what = format!("the mesh is not sound and is not written ({certificate}); --force writes it");
+    Some(Error::Failed(what))
+}
+
+/// Tells what came of a mesh and its files. Whether that is what was asked for.
+pub(super) fn ended(made: &Meshed, told: &Told, quiet: bool) -> bool {
+    if !quiet {
         if let Some(check) = &made.report.check {
             say(&check.to_string());
         }
@@ -283,7 +292,7 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
     }
     note("falls short", &made.report.shortfalls);
     note("falls short", &told.shortfalls);
-    Ok(made.report.shortfalls.is_empty() && told.shortfalls.is_empty())
+    made.report.shortfalls.is_empty() && told.shortfalls.is_empty()
 }
 
 pub fn compare(a: &Compare) -> Result<bool> {

@@ -135,9 +135,6 @@ pub(super) fn method<'a>(
     method: &'static str,
     arguments: Vec<Argument<'a>>,
 ) -> Result<Value<'a>> {
-    if method == "without" {
-        return Err(it.error(range, ".without() is for what is built from edges: it leaves faces out"));
-    }
     if method == "move" {
         let b = Bound::new(it, method, &["by"], arguments, range)?;
         b.need(it, "by")?;

@@ -27,17 +27,17 @@ pub(super) fn call<'a>(
             .error(name_range, format!("there is no method {name:?}"))
             .with_help(format!("methods of solids: {}", NAMES.join(", "))));
     };
+    let of_edges = matches!(object, Value::Edges(_) | Value::Built(_));
+    if *method == "without" && !of_edges {
+        return Err(it.error(name_range, ".without() is for what is built from edges: it leaves faces out"));
+    }
     if let Some(s) = figures::figure(&object)
-        && !(matches!(object, Value::Edges(_)) && matches!(*method, "move" | "rotate" | "scale"))
+        && !(of_edges && matches!(*method, "move" | "rotate" | "scale" | "without"))
     {
         return figures::method(it, range, s, method, arguments);
     }
-    if matches!(object, Value::Edges(_) | Value::Built(_)) {
+    if of_edges {
         return edges::method(it, range, &object, method, arguments);
-    }
-    if *method == "without" {
-        let e = it.error(name_range, ".without() is for what is built from edges: it leaves faces out");
-        return Err(e);
     }
     let Some(s) = object.solid() else {
         return Err(it.error(name_range, format!(".{name}() is a method of solids, not of {}", object.kind())));

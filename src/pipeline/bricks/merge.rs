@@ -48,7 +48,7 @@ pub(super) fn merged(plan: &BrickPlan, store: &Store<'_>, run: &Run) -> Result<M
         }
     }
     drop(shared);
-    if let Some(v) = open_nodes(&mesh.triangles).first() {
+    if let Some(v) = open_nodes(&mesh).first() {
         let at = mesh.nodes[*v as usize];
         let round0 = Which { round: 0, brick: plan.blocks().holding(0, at) };
         let what = format!("pieces do not match near {}: the solid may touch itself where bricks meet", round0.name());

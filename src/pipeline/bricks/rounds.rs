@@ -18,6 +18,8 @@ use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
 use crate::implicit::{CellGrid, ImplicitOracle, arranged};
 use crate::mesh::TriMesh;
+use crate::mesh::sides::sides;
+use crate::numeric::Sets;
 use crate::optimize::exact::{Laid, patch_open_pieces, remesh_open};
 use crate::run::Run;
 
@@ -227,7 +229,7 @@ impl Maker<'_> {
             }
         }
         mesh.faces = (0..self.ready.model.leaves.len()).map(|l| format!("leaf{l}")).collect();
-        let ends = open_nodes(&mesh.triangles);
+        let ends = open_nodes(&mesh);
         let copies = fans_apart(&mut mesh);
         on.extend(copies.iter().map(|v| on[*v as usize].clone()).collect::<Vec<_>>());
         let proof = Proof::default();
@@ -256,39 +258,29 @@ impl Maker<'_> {
         let names = TriMesh { faces: model.faces().iter().map(|f| f.name.clone()).collect(), ..TriMesh::default() };
         let (made, laid) = remesh_open(work, &names, &oracle, &options, run)?;
         let Laid { pieces, on } = laid;
-        let TriMesh { nodes, triangles, labels, .. } = made.mesh;
+        let mesh = made.mesh;
         let mut known: Vec<(u32, NodeId)> = Vec::new();
-        for v in open_nodes(&triangles) {
-            let p = nodes[v as usize];
+        for v in open_nodes(&mesh) {
+            let p = mesh.nodes[v as usize];
             let id = given.ends.get(&bits(p)).ok_or_else(|| {
                 Error::Failed(format!("{}: a node at a wall moved, near ({}, {}, {})", which.name(), p.x, p.y, p.z))
             })?;
             known.push((v, *id));
         }
         let from: Vec<u32> = known.iter().filter(|k| which.round + 1 < ROUNDS && is_raw(&k.1)).map(|k| k.0).collect();
-        let handed = within_edges(&triangles, nodes.len(), &from);
+        let handed = within_edges(&mesh, &from);
+        let TriMesh { nodes, triangles, labels, .. } = mesh;
         let on = on.iter().map(|o| std::array::from_fn(|k: usize| o.get(k).copied().unwrap_or(NONE))).collect();
         let on: Vec<[u32; MOST_ON]> = on;
         Ok(Piece { nodes, on, triangles, leaves: pieces, faces: labels, handed, known, proof: given.proof })
     }
 }
 
-/// Sides of triangles by edge, ascending: the ends, and three times the triangle and which of its sides.
-fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
-    let side = |h: u32| {
-        let t = triangles[(h / 3) as usize];
-        let (a, b) = (t[(h % 3) as usize], t[((h + 1) % 3) as usize]);
-        ([a.min(b), a.max(b)], h)
-    };
-    let mut all: Vec<_> = (0..3 * triangles.len() as u32).map(side).collect();
-    all.sort_unstable();
-    all
-}
-
-/// The nodes of edges with one triangle, ascending.
-pub(super) fn open_nodes(triangles: &[[u32; 3]]) -> Vec<u32> {
-    let all = sides(triangles);
-    let mut nodes: Vec<u32> = all.chunk_by(|x, y| x.0 == y.0).filter(|e| e.len() == 1).flat_map(|e| e[0].0).collect();
+/// The nodes of open edges, ascending.
+pub(super) fn open_nodes(mesh: &TriMesh) -> Vec<u32> {
+    let all = sides(mesh);
+    let open = all.chunk_by(|x, y| x.key == y.key).filter(|e| e.len() == 1);
+    let mut nodes: Vec<u32> = open.flat_map(|e| e[0].edge()).collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes
@@ -297,34 +289,25 @@ pub(super) fn open_nodes(triangles: &[[u32; 3]]) -> Vec<u32> {
 /// Gives each fan of triangles around a node a node of its own: where some of a surface ends two may touch in a point. Returns
 /// which node each new one is a copy of.
 fn fans_apart(mesh: &mut TriMesh) -> Vec<u32> {
-    let mut joined: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
-    fn root(joined: &mut [u32], mut i: u32) -> u32 {
-        while joined[i as usize] != i {
-            joined[i as usize] = joined[joined[i as usize] as usize];
-            i = joined[i as usize];
-        }
-        i
-    }
+    let mut fans = Sets::new(3 * mesh.triangles.len());
     let next = |h: u32| h - h % 3 + (h + 1) % 3;
-    for e in sides(&mesh.triangles).chunk_by(|x, y| x.0 == y.0) {
-        if let [(_, s), (_, o)] = *e {
-            for (x, y) in [(s, next(o)), (next(s), o)] {
-                let (p, q) = (root(&mut joined, x), root(&mut joined, y));
-                joined[p.max(q) as usize] = p.min(q);
-            }
+    for e in sides(mesh).chunk_by(|x, y| x.key == y.key) {
+        if let [a, b] = e {
+            fans.join(a.number, next(b.number));
+            fans.join(next(a.number), b.number);
         }
     }
     let mut copies = Vec::new();
     let mut first: Vec<u32> = vec![NONE; mesh.nodes.len()];
     let mut others: FxHashMap<u32, u32> = FxHashMap::default();
     for h in 0..3 * mesh.triangles.len() as u32 {
-        let r = root(&mut joined, h);
+        let fan = fans.find(h);
         let v = mesh.triangles[(h / 3) as usize][(h % 3) as usize];
         if first[v as usize] == NONE {
-            first[v as usize] = r;
+            first[v as usize] = fan;
         }
-        if first[v as usize] != r {
-            let new = *others.entry(r).or_insert_with(|| {
+        if first[v as usize] != fan {
+            let new = *others.entry(fan).or_insert_with(|| {
                 copies.push(v);
                 let p = mesh.nodes[v as usize];
                 mesh.nodes.push(p);
@@ -357,31 +340,29 @@ fn sizes_at_ends(given: &Given) -> Vec<f64> {
 }
 
 /// Which triangles are within [`BAND`] edges of some nodes, and those between them; none if there are no such nodes.
-fn within_edges(triangles: &[[u32; 3]], nodes: usize, from: &[u32]) -> Vec<bool> {
+fn within_edges(mesh: &TriMesh, from: &[u32]) -> Vec<bool> {
     if from.is_empty() {
-        return vec![false; triangles.len()];
+        return vec![false; mesh.triangles.len()];
     }
-    let mut near = vec![false; nodes];
+    let mut near = vec![false; mesh.nodes.len()];
     from.iter().for_each(|v| near[*v as usize] = true);
     for _ in 1..BAND {
         let before = near.clone();
-        for t in triangles.iter().filter(|t| t.iter().any(|v| before[*v as usize])) {
+        for t in mesh.triangles.iter().filter(|t| t.iter().any(|v| before[*v as usize])) {
             t.iter().for_each(|v| near[*v as usize] = true);
         }
     }
-    let mut within: Vec<bool> = triangles.iter().map(|t| t.iter().any(|v| near[*v as usize])).collect();
+    let mut within: Vec<bool> = mesh.triangles.iter().map(|t| t.iter().any(|v| near[*v as usize])).collect();
     // Without notches: a triangle between two others goes with them.
-    let sides = sides(triangles);
+    let edges = mesh.inner_edges();
     for _ in 0..NOTCHES {
-        let mut beside = vec![0u8; triangles.len()];
-        for e in sides.chunk_by(|x, y| x.0 == y.0) {
-            if let [(_, a), (_, b)] = *e {
-                let (a, b) = ((a / 3) as usize, (b / 3) as usize);
-                beside[a] += u8::from(within[b]);
-                beside[b] += u8::from(within[a]);
-            }
+        let mut beside = vec![0u8; within.len()];
+        for (_, [a, b]) in &edges {
+            let (a, b) = (*a as usize, *b as usize);
+            beside[a] += u8::from(within[b]);
+            beside[b] += u8::from(within[a]);
         }
-        let more: Vec<usize> = (0..triangles.len()).filter(|t| !within[*t] && beside[*t] >= 2).collect();
+        let more: Vec<usize> = (0..within.len()).filter(|t| !within[*t] && beside[*t] >= 2).collect();
         if more.is_empty() {
             break;
         }
