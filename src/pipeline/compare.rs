@@ -165,7 +165,7 @@ impl fmt::Display for Comparison {
         }
         write!(
             f,
-            "lengths as shares of the cell size {:.6}; angles in degrees; SI: triangles that intersect others; crease, corner: nodes by curvature",
+            "lengths as shares of the cell size {:.6}; angles in degrees; SI: triangles that intersect others; crease, corner: nodes by their classes",
             self.size
         )
     }
