@@ -6,7 +6,9 @@
 
 use glam::DVec3;
 
+use super::expr::Binary;
 use super::leaf::Leaf;
+use super::slopes::Slopes;
 use crate::numeric::{Dual, Interval};
 use crate::spatial::Aabb;
 
@@ -43,6 +45,16 @@ impl Side {
         if self.negate { -d } else { d }
     }
 
+    fn gradient(&self, p: DVec3) -> Dual {
+        let d = self.leaf.gradient(p);
+        if self.negate { -d } else { d }
+    }
+
+    fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
+        let s = self.leaf.slopes(cell)?;
+        Some(if self.negate { s.negated() } else { s })
+    }
+
     pub(crate) fn continued(&self, p: DVec3) -> f64 {
         let v = self.leaf.continued(p);
         if self.negate { -v } else { v }
@@ -54,8 +66,9 @@ impl Side {
     }
 }
 
-/// `|(r + a, r + b)| - r` where `a` and `b` are above `-r`, and less than both of them elsewhere: never less when `a` or `b`
-/// rises. It is a circle of radius `r` where the two surfaces are planes at a right angle and the leaves are distances.
+/// `|(r + a, r + b)| - r` where `a` and `b` are above `-r`: a circle of radius `r` where the two surfaces are planes at a right
+/// angle and the leaves are distances. Elsewhere it goes on smoothly to less than one of them at least, where only their union
+/// counts; so it passes through each of its surfaces where it ends. It never falls when `a` or `b` rises.
 #[derive(Debug)]
 pub(crate) struct Fillet {
     pub(crate) sides: [Side; 2],
@@ -71,7 +84,7 @@ impl Fillet {
         } else if u.min(v) > ENDS * r {
             u.hypot(v) - r
         } else {
-            a.min(b) - r
+            2.0 * u.max(0.0).hypot(v.max(0.0)) - u.hypot(v) - r - ENDS * r
         }
     }
 
@@ -112,12 +125,34 @@ impl Fillet {
 
     /// Value and gradient of what [`eval`](Self::eval) gives.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        if self.is_between(p) {
-            return self.smooth(p);
+        let [a, b] = self.sides.each_ref().map(|s| s.gradient(p));
+        let (u, v) = (self.radius + a.v, self.radius + b.v);
+        let whole = u.hypot(v).max(f64::MIN_POSITIVE);
+        if u.min(v) > ENDS * self.radius {
+            return Dual::new(self.join(a.v, b.v), (a.g * u + b.g * v) / whole);
         }
-        let [a, b] = [0, 1].map(|k| self.sides[k].smooth(p));
-        let least = if a.v <= b.v { a } else { b };
-        Dual::new(self.join(a.v, b.v), least.g)
+        let (x, y) = (u.max(0.0), v.max(0.0));
+        let part = x.hypot(y).max(f64::MIN_POSITIVE);
+        let [du, dv] = [2.0 * x / part - u / whole, 2.0 * y / part - v / whole];
+        Dual::new(self.join(a.v, b.v), a.g * du + b.g * dv)
+    }
+
+    /// Bounds of what [`gradient`](Self::gradient) gives in a box, if there are bounds of its sides.
+    pub(crate) fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
+        let [a, b] = self.sides.each_ref().map(|s| s.slopes(cell));
+        let (a, b) = (a?, b?);
+        let radius = Interval::point(self.radius);
+        let (u, v) = (radius + a.value, radius + b.value);
+        let [du, dv] = if u.lo > 0.0 {
+            weights(u, v)
+        } else if v.lo > 0.0 {
+            let [dv, du] = weights(v, u);
+            [du, dv]
+        } else {
+            [Interval::new(0.0, 2.0); 2]
+        };
+        let gradient = std::array::from_fn(|k| a.gradient[k] * du + b.gradient[k] * dv);
+        Some(Slopes { value: self.range(cell), gradient })
     }
 
     /// Value and gradient of `|(r + a, r + b)| - r` everywhere: the surface that the fillet is a part of.
@@ -134,7 +169,14 @@ impl Fillet {
         let (a, b) = (self.sides[0].range(cell), self.sides[1].range(cell));
         let slack = |v: f64| if v.is_finite() { 8.0 * f64::EPSILON * (v.abs() + self.radius) } else { 0.0 };
         let (lo, hi) = (self.join(a.lo, b.lo), self.join(a.hi, b.hi));
-        Interval::new(lo - slack(lo), hi + slack(hi))
+        let bounds = Interval::new(lo - slack(lo), hi + slack(hi));
+        // Where it has ended it may be anything below its surfaces: less lets the tree do without it.
+        let ended = self.radius + a.hi.min(b.hi) <= 0.0;
+        if ended {
+            Interval::new(bounds.lo.min(a.lo.min(b.lo) - self.radius), bounds.hi.min(a.hi.min(b.hi) - self.radius))
+        } else {
+            bounds
+        }
     }
 
     /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
@@ -195,6 +237,24 @@ impl Fillet {
     }
 }
 
+/// Bounds of the partial derivatives of `2 |(u, max(v, 0))| - |(u, v)|`, which is `|(u, v)|` for positive `v`, where `u` is positive.
+fn weights(u: Interval, v: Interval) -> [Interval; 2] {
+    let (near, far) = (v.abs().lo, v.abs().hi);
+    // A coordinate over the length rises with it, and falls when the other one rises.
+    let share = |lo: f64, other: f64| if lo.is_finite() { lo / lo.hypot(other) } else { 1.0 };
+    let along = Interval::new(share(u.lo, far), share(u.hi, near));
+    let beyond = Interval::point(2.0) - along;
+    let of_u = if v.lo >= 0.0 {
+        along
+    } else if v.hi <= 0.0 {
+        beyond
+    } else {
+        along.hull(beyond)
+    };
+    let across = |v: f64, u: f64| if v > 0.0 { share(v, u) } else { 0.0 };
+    [of_u, Interval::new(across(near, u.hi), across(far, u.lo))]
+}
+
 /// What has the sign of the difference of two functions whose zeros touch: `sign * (radius + more - less)`.
 pub(crate) struct Apart<'a> {
     sign: f64,
@@ -217,6 +277,23 @@ impl Apart<'_> {
 
     fn reversed(self) -> Self {
         Self { sign: -self.sign, ..self }
+    }
+
+    /// Bounds of value and gradient in a box, and both in its middle.
+    pub(crate) fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
+        let more = self.more.slopes(cell)?;
+        let less = match self.less {
+            Some(s) => s.slopes(cell)?,
+            None => Slopes::constant(0.0),
+        };
+        let all = more.binary(Binary::Sub, less).binary(Binary::Add, Slopes::constant(self.radius));
+        Some(if self.sign < 0.0 { all.negated() } else { all })
+    }
+
+    /// Value and gradient, with fillets as they are evaluated.
+    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
+        let (a, b) = (self.more.gradient(p), self.less.map_or(Dual::new(0.0, DVec3::ZERO), |s| s.gradient(p)));
+        Dual::new(self.sign * (self.radius + a.v - b.v), self.sign * (a.g - b.g))
     }
 }
 
@@ -253,7 +330,8 @@ pub(crate) fn touch(leaves: &[Leaf], on: u32, j: u32) -> bool {
     touching(leaves, on, j).is_some()
 }
 
-fn touching(leaves: &[Leaf], on: u32, j: u32) -> Option<Apart<'_>> {
+/// What tells the sides of leaf `j` on the surface of leaf `on`, if one ends in the other or both end in a third.
+pub(crate) fn touching(leaves: &[Leaf], on: u32, j: u32) -> Option<Apart<'_>> {
     let leaf = |number: u32, negate: bool| Signed { leaf: &leaves[number as usize], number, negate };
     [false, true].into_iter().find_map(|negate| apart(leaf(j, false), leaf(on, negate)))
 }

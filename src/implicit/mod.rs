@@ -47,7 +47,7 @@ mod trim;
 mod written;
 
 pub use complex::Unproved;
-pub(crate) use complex::{Arranged, CellGrid, EndKey, GridBlock, arranged, can_arrange, cells_along, origin};
+pub(crate) use complex::{Arranged, CellGrid, EndKey, GridBlock, arranged, cells_along, origin};
 pub use creased::creased;
 pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};

@@ -46,7 +46,7 @@ impl Slopes {
         Self { value: self.value.hull(other.value), gradient: each(|k| self.gradient[k].hull(other.gradient[k])) }
     }
 
-    fn negated(self) -> Self {
+    pub(crate) fn negated(self) -> Self {
         Self { value: -self.value, gradient: self.gradient.map(|g| -g) }
     }
 
@@ -210,7 +210,8 @@ impl Leaf {
                 scaled(q.square().binary(Binary::Add, t.square()), -0.5 / minor).gradient
             }
             Leaf::Formula(f) => return Some(f.slopes(&b)),
-            Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => return None,
+            Leaf::Fillet(f) => return f.slopes(cell),
+            Leaf::Field(..) | Leaf::Blend(_) => return None,
         };
         Some(Slopes { value: self.range(cell), gradient })
     }

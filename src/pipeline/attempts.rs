@@ -13,8 +13,7 @@ use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::implicit::{
-    CellGrid, Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, can_arrange, drop_splinters, surface_points,
-    trimmed,
+    CellGrid, Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, drop_splinters, surface_points, trimmed,
 };
 use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
@@ -167,9 +166,6 @@ impl Scout {
 
     /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
     fn arranged(&self, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<Option<(Self, Cutting)>> {
-        if !can_arrange(&ready.model) {
-            return Ok(None);
-        }
         let made =
             match arranged(&ready.model, &CellGrid { size: ARRANGED * self.cell, block: None }, options.memory, run) {
                 Ok(made) => made,

@@ -9,7 +9,7 @@
 //! points are parted there. Every triangle lies on one leaf, every border on two, every corner on three. The same bytes for any
 //! number of threads. Places that were not proved are listed with the reason.
 //! *Does not guarantee*: that no triangles intersect after nodes moved; that borders are where the leaves meet in cells that
-//! were not proved. Leaves known only point by point (closures, blends) are seen at corners of cells, not proved.
+//! were not proved. Leaves known only point by point (closures, blends as one function) are seen at corners of cells, not proved.
 //!
 //! References: Du, Zhou, Carr, Ju, Robust computation of implicit surface networks for piecewise linear functions (ACM TOG
 //! 2022); Ju, Du, Zhou, Carr, Ju, Adaptive grid generation for discretizing implicit complexes (ACM TOG 2024). Here the grid is
@@ -87,11 +87,6 @@ pub(crate) struct CellGrid {
     pub(crate) size: f64,
     /// What is wanted of it, if not all.
     pub(crate) block: Option<GridBlock>,
-}
-
-/// Whether all leaves are functions that the arrangement may interpolate: fillets end, and jump there.
-pub(crate) fn can_arrange(model: &Implicit) -> bool {
-    !model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)))
 }
 
 /// The boundary of a solid on a grid of cells of about a size, smaller where that shows more.

@@ -1,10 +1,12 @@
 //! Whether the leaves in a box are arranged as planes are, shown by intervals.
 
+use super::super::fillet::touching;
 use super::super::leaf::Leaf;
 use super::super::newton::leaves_of;
+use super::super::slopes::Slopes;
 use super::super::tape::Tape;
 use super::shared::{Shared, common};
-use crate::numeric::Interval;
+use crate::numeric::{Dual, Interval};
 use crate::spatial::Aabb;
 use std::fmt;
 
@@ -59,16 +61,15 @@ fn dot(g: &[Interval; 3], d: DVec3) -> Interval {
     g[0].scale(d.x) + g[1].scale(d.y) + g[2].scale(d.z)
 }
 
-fn local(leaf: &Leaf, cell: &Aabb) -> Local {
-    let c = cell.center();
-    let d = leaf.gradient(c);
-    let gradient = match leaf.slopes(cell) {
+fn local(slopes: Option<Slopes>, dual: impl Fn(DVec3) -> Dual, cell: &Aabb) -> Local {
+    let d = dual(cell.center());
+    let gradient = match slopes {
         Some(s) => s.gradient,
         None => {
             // Seen, not shown: the gradients at the corners.
             let mut g = d.g.to_array().map(Interval::point);
             for p in cell.corners() {
-                let q = leaf.gradient(p).g;
+                let q = dual(p).g;
                 g = std::array::from_fn(|k| g[k].hull(Interval::point(q[k])));
             }
             g
@@ -91,6 +92,12 @@ fn apart(all: &[(&Local, f64)], half: DVec3) -> bool {
 
 fn cross(a: &[Interval; 3], b: &[Interval; 3]) -> [Interval; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// What vanishes on the surface of the first of two leaves where the second does: the second, unless they touch there.
+fn across<'a>(ends: &'a [(usize, usize, Local)], here: &'a [Local], [on, other]: [usize; 2]) -> &'a Local {
+    let pair = (on.min(other), on.max(other));
+    ends.iter().find(|e| (e.0, e.1) == pair).map_or(&here[other], |e| &e.2)
 }
 
 /// What is known of the leaves in a box.
@@ -127,7 +134,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
         if !leaf.range(cell).contains(0.0) {
             continue;
         }
-        let l = local(leaf, cell);
+        let l = local(leaf.slopes(cell), |p| leaf.gradient(p), cell);
         if apart(&[(&l, 1.0)], half) {
             continue;
         }
@@ -143,14 +150,26 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
     }
     let n = here.len();
     let mut meet = vec![false; n * n];
+    // A fillet touches the surfaces that it ends in: what tells it from one of them crosses that.
+    let mut ends: Vec<(usize, usize, Local)> = Vec::new();
     for i in 0..n {
         for j in i + 1..n {
-            let (a, b) = (&here[i], &here[j]);
-            let s = a.value.hypot(b.value);
-            let ways = [(a.value / s, b.value / s), (1.0, 1.0), (1.0, -1.0)];
-            if ways.iter().any(|(x, y)| apart(&[(a, *x), (b, *y)], half)) {
+            let is_apart = |a: &Local, b: &Local| {
+                let s = a.value.hypot(b.value);
+                let ways = [(a.value / s, b.value / s), (1.0, 1.0), (1.0, -1.0)];
+                ways.iter().any(|(x, y)| apart(&[(a, *x), (b, *y)], half))
+            };
+            if is_apart(&here[i], &here[j]) {
                 continue;
             }
+            if let Some(between) = touching(leaves, numbers[i], numbers[j]) {
+                let l = local(between.slopes(cell), |p| between.gradient(p), cell);
+                if apart(&[(&l, 1.0)], half) || is_apart(&here[i], &l) {
+                    continue;
+                }
+                ends.push((i, j, l));
+            }
+            let (a, b) = (&here[i], across(&ends, &here, [i, j]));
             let t = a.middle.cross(b.middle);
             if !(t.length() > CROSSING) || !(dot(&cross(&a.gradient, &b.gradient), t / t.length()).lo > 0.0) {
                 all.unproved = all.unproved.or(Some(Unproved::Touching));
@@ -167,7 +186,16 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
     for i in 0..n {
         for j in (i + 1..n).filter(|j| meet[i * n + j]) {
             for k in (j + 1..n).filter(|k| meet[i * n + k] && meet[j * n + k]) {
-                let (a, b, c) = (&here[i], &here[j], &here[k]);
+                let ended = |x: usize, y: usize| ends.iter().any(|e| (e.0, e.1) == (x.min(y), x.max(y)));
+                let turns = [[i, j, k], [j, i, k], [k, i, j]];
+                let count = |t: &[usize; 3]| usize::from(ended(t[0], t[1])) + usize::from(ended(t[0], t[2]));
+                let base =
+                    turns.into_iter().reduce(|s, t| if count(&t) > count(&s) { t } else { s }).unwrap_or([i, j, k]);
+                let (a, b, c) = (
+                    &here[base[0]],
+                    across(&ends, &here, [base[0], base[1]]),
+                    across(&ends, &here, [base[0], base[2]]),
+                );
                 let v = DVec3::new(a.value, b.value, c.value);
                 let factors = weights(a, b, c);
                 let mut ways = vec![v / v.length(), factors];
@@ -181,7 +209,8 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                     triples.push([i, j, k]);
                     continue;
                 }
-                match common(asked, [i, j, k].map(|x| numbers[x])) {
+                let crossing = count(&base) == 0;
+                match common(asked, [i, j, k].map(|x| numbers[x])).filter(|_| crossing) {
                     Some(at) => {
                         // More than three have a curve in common if two of it are in two threes.
                         let fits = |b: &&mut (Vec<usize>, DVec3)| {
