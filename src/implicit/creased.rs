@@ -22,7 +22,9 @@ pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DV
     let cut_off = |t: usize| {
         let (p, n) = (mesh.centroid(t), mesh.normal(t));
         let leaf = oracle.piece_at(p)?;
-        let user = oracle.leaves().get(leaf as usize)?.is_user();
+        // Where another face's surface is nearer than its own, it is of the other one's direction that nothing is known.
+        let own = oracle.face_at(leaf, p) == Some(mesh.labels[t]);
+        let user = own && oracle.leaves().get(leaf as usize)?.is_user();
         (user && n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF).then_some(p)
     };
     run.install(|| (0..mesh.triangles.len()).into_par_iter().with_min_len(512).filter_map(cut_off).collect())

@@ -16,6 +16,10 @@ use crate::spatial::Aabb;
 /// there. So it has none of a surface that it touches everywhere, as where walls of a height of one radius end in a plane.
 const ENDS: f64 = 1e-8;
 
+/// The band at its ends in which a fillet is taken for linear is no wider than this share of the radius: it is a 128th of that away from the
+/// fillet then.
+const NARROW: f64 = 0.25;
+
 /// One of the two surfaces of a fillet.
 #[derive(Debug, Clone)]
 pub(crate) struct Side {
@@ -73,6 +77,9 @@ impl Side {
 pub(crate) struct Fillet {
     pub(crate) sides: [Side; 2],
     pub(crate) radius: f64,
+    /// This near to the lines where it ends, the difference to the surface that it ends in is linear; 0 for as it is. A linear
+    /// interpolant has the sign of the difference of squares in places that depend on the nodes it is of; this is right for all.
+    pub(crate) band: f64,
 }
 
 impl Fillet {
@@ -81,6 +88,9 @@ impl Fillet {
         let (u, v) = (r + a, r + b);
         if a.is_nan() || b.is_nan() {
             f64::NAN
+        } else if u.min(v).abs() < self.band && u.max(v) > self.band {
+            let (u, v) = (u.max(v), u.min(v));
+            u - r + (v - ENDS * r) / self.band * (u.hypot(self.band) - u)
         } else if u.min(v) > ENDS * r {
             u.hypot(v) - r
         } else {
@@ -128,6 +138,13 @@ impl Fillet {
         let [a, b] = self.sides.each_ref().map(|s| s.gradient(p));
         let (u, v) = (self.radius + a.v, self.radius + b.v);
         let whole = u.hypot(v).max(f64::MIN_POSITIVE);
+        if u.min(v).abs() < self.band && u.max(v) > self.band {
+            let long = u.max(v).hypot(self.band);
+            let of_less = (long - u.max(v)) / self.band;
+            let of_more = 1.0 + u.min(v) / self.band * (u.max(v) / long - 1.0);
+            let [du, dv] = if u >= v { [of_more, of_less] } else { [of_less, of_more] };
+            return Dual::new(self.join(a.v, b.v), a.g * du + b.g * dv);
+        }
         if u.min(v) > ENDS * self.radius {
             return Dual::new(self.join(a.v, b.v), (a.g * u + b.g * v) / whole);
         }
@@ -144,9 +161,9 @@ impl Fillet {
         let radius = Interval::point(self.radius);
         let (u, v) = (radius + a.value, radius + b.value);
         let [du, dv] = if u.lo > 0.0 {
-            weights(u, v)
+            self.weights(u, v)
         } else if v.lo > 0.0 {
-            let [dv, du] = weights(v, u);
+            let [dv, du] = self.weights(v, u);
             [du, dv]
         } else {
             [Interval::new(0.0, 2.0); 2]
@@ -177,6 +194,33 @@ impl Fillet {
         } else {
             bounds
         }
+    }
+
+    /// Bounds of the partial derivatives of [`join`](Self::join) by `u` and `v`, the distances to where it ends, where `u` is positive.
+    fn weights(&self, u: Interval, v: Interval) -> [Interval; 2] {
+        let (near, far) = (v.abs().lo, v.abs().hi.max(self.band));
+        // A coordinate over the length rises with it, and falls when the other one rises.
+        let share = |lo: f64, other: f64| if lo.is_finite() { lo / lo.hypot(other) } else { 1.0 };
+        let along = Interval::new(share(u.lo, far), share(u.hi, near));
+        let beyond = Interval::point(2.0) - along;
+        let of_u = if v.lo >= 0.0 {
+            along
+        } else if v.hi <= 0.0 {
+            beyond
+        } else {
+            along.hull(beyond)
+        };
+        let across = |v: f64, u: f64| if v > 0.0 { share(v, u) } else { 0.0 };
+        let in_band = near < self.band;
+        // In the band, half the slope at its end or more.
+        let least = if in_band { 0.0 } else { across(near, u.hi) };
+        [of_u, Interval::new(least, across(far, u.lo))]
+    }
+
+    /// The same with a [band](Self::band) for linear interpolants about so long.
+    pub(crate) fn banded(&self, length: f64) -> Self {
+        let sides = self.sides.each_ref().map(|s| Side { leaf: s.leaf.banded(length), ..*s });
+        Self { sides, radius: self.radius, band: length.min(NARROW * self.radius) }
     }
 
     /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
@@ -235,24 +279,6 @@ impl Fillet {
         let (more, less) = (self.opposite(k), other.opposite(l));
         Some(apart(more.signed(), less.signed()).unwrap_or(Apart { sign: 1.0, radius: 0.0, more, less: Some(less) }))
     }
-}
-
-/// Bounds of the partial derivatives of `2 |(u, max(v, 0))| - |(u, v)|`, which is `|(u, v)|` for positive `v`, where `u` is positive.
-fn weights(u: Interval, v: Interval) -> [Interval; 2] {
-    let (near, far) = (v.abs().lo, v.abs().hi);
-    // A coordinate over the length rises with it, and falls when the other one rises.
-    let share = |lo: f64, other: f64| if lo.is_finite() { lo / lo.hypot(other) } else { 1.0 };
-    let along = Interval::new(share(u.lo, far), share(u.hi, near));
-    let beyond = Interval::point(2.0) - along;
-    let of_u = if v.lo >= 0.0 {
-        along
-    } else if v.hi <= 0.0 {
-        beyond
-    } else {
-        along.hull(beyond)
-    };
-    let across = |v: f64, u: f64| if v > 0.0 { share(v, u) } else { 0.0 };
-    [of_u, Interval::new(across(near, u.hi), across(far, u.lo))]
 }
 
 /// What has the sign of the difference of two functions whose zeros touch: `sign * (radius + more - less)`.

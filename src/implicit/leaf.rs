@@ -295,6 +295,11 @@ impl Leaf {
         }
     }
 
+    /// What is to be interpolated linearly between points so far apart in place of the leaf; see [`Fillet::band`].
+    pub(crate) fn banded(&self, length: f64) -> Leaf {
+        if let Leaf::Fillet(f) = self { Leaf::Fillet(Arc::new(f.banded(length))) } else { self.clone() }
+    }
+
     /// Gives exact zeros the coherent sign, then flips the complement's sign.
     #[inline(always)]
     pub(crate) fn sign(values: &mut [f64], negate: bool) {

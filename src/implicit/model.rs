@@ -214,22 +214,6 @@ impl Implicit {
         named.collect::<BTreeSet<u32>>().len()
     }
 
-    /// Whether some surface belongs to several faces, as where two boxes have sides in one plane.
-    pub(crate) fn shares_surfaces(&self) -> bool {
-        let mut all: Vec<(u32, u32)> = self
-            .tape
-            .ops
-            .iter()
-            .filter_map(|op| match *op {
-                Op::Leaf { leaf, face, .. } => Some((leaf, face)),
-                _ => None,
-            })
-            .collect();
-        all.sort_unstable();
-        all.dedup();
-        all.windows(2).any(|w| w[0].0 == w[1].0)
-    }
-
     /// Whether some leaf is known point by point only: intervals say nothing of creases inside it.
     pub(crate) fn has_black_boxes(&self) -> bool {
         self.leaves.iter().any(|l| matches!(l, Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_)))

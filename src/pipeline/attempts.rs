@@ -26,6 +26,11 @@ pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// The grid of an arrangement has cells of so many sizes: it is smaller where it must be, and the remesher makes triangles of the
 /// size wanted in flat places.
 pub(super) const ARRANGED: f64 = 2.0;
+/// Where the leaves are shown to be arranged simply in cells so many times twice as large, these do: with one, an arrangement takes no more
+/// time than marching cubes and a cut. Another one saves nothing on `data/bracket.py`, and costs `data/thread.py` twice as much.
+const COARSER: u8 = 1;
+/// How often cells around what came out at fault are halved more than elsewhere, one attempt after the other.
+const SMALLER: [u8; 4] = [0, 2, 4, 6];
 /// With fewer triangles other ways cost a second or two: they are tried before an arrangement is healed. The rings of
 /// `tests/leaf.rs` that cross in points of many faces come out clean by cutting.
 const CHEAP: usize = 20_000;
@@ -84,6 +89,12 @@ fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
     bad.sort_unstable();
     bad.dedup();
     Ok(bad.len())
+}
+
+/// Places where an arrangement has smaller cells: so often they are halved more than elsewhere.
+struct Smaller<'a> {
+    places: &'a [Aabb],
+    times: u8,
 }
 
 /// What cutting an extraction gave.
@@ -165,14 +176,26 @@ impl Scout {
     }
 
     /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
-    fn arranged(&self, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<Option<(Self, Cutting)>> {
-        let made =
-            match arranged(&ready.model, &CellGrid { size: ARRANGED * self.cell, block: None }, options.memory, run) {
-                Ok(made) => made,
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                // Too many cells, or too much in one: there are other ways.
-                Err(_) => return Ok(None),
-            };
+    fn arranged(
+        &self,
+        ready: &Ready,
+        options: &MeshOptions,
+        smaller: &Smaller<'_>,
+        run: &Run,
+    ) -> Result<Option<(Self, Cutting)>> {
+        let grid = CellGrid {
+            size: ARRANGED * self.cell,
+            coarser: COARSER,
+            places: smaller.places,
+            more: smaller.times,
+            block: None,
+        };
+        let made = match arranged(&ready.model, &grid, options.memory, run) {
+            Ok(made) => made,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // Too many cells, or too much in one: there are other ways.
+            Err(_) => return Ok(None),
+        };
         if made.made.mesh.triangles.is_empty() {
             return Ok(None);
         }
@@ -342,6 +365,46 @@ pub(super) struct Searched {
     pub(super) attempts: Vec<Attempt>,
 }
 
+/// The part with what is said of attempts at it as they end.
+struct Telling<'a> {
+    ready: &'a Ready,
+    attempts: &'a mut Vec<Attempt>,
+    clock: &'a mut Clock,
+}
+
+/// The best by the leaves' arrangement with cells of one size, and smaller ones around what comes out at fault: that is smaller than
+/// they are.
+fn arrange_at(
+    scout: &Scout,
+    options: &MeshOptions,
+    telling: &mut Telling<'_>,
+    run: &Run,
+    observer: &mut Option<&mut Observer<'_>>,
+) -> Result<Option<Trial>> {
+    let ready = telling.ready;
+    let mut best: Option<Trial> = None;
+    let mut places: Vec<Aabb> = Vec::new();
+    let mut fewest = usize::MAX;
+    for times in SMALLER {
+        let Some((made, cut)) = scout.arranged(ready, options, &Smaller { places: &places, times }, run)? else {
+            break;
+        };
+        let this = made.remesh(cut, ready, options, run, observer)?;
+        let this = this.told(Tried::Arrange, telling.attempts, telling.clock, run);
+        // Where that made no difference, cells are not what is missing.
+        let goes_on = this.faults() > 0 && this.can_be_healed() && this.faults() < fewest;
+        fewest = fewest.min(this.faults());
+        places.extend(this.exact.report.faults.iter().map(|b| b.grown(b.size().max_element())));
+        if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
+            best = Some(this);
+        }
+        if !goes_on {
+            break;
+        }
+    }
+    Ok(best)
+}
+
 /// The first attempt that comes out clean; otherwise the best: where exact edges were not found everywhere, that with the
 /// fewest places without.
 pub(super) fn search(
@@ -356,11 +419,8 @@ pub(super) fn search(
     // What did not come out well, the best first, cut or still to be.
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
-    // Its grid is as fine as it must be, so it is tried once.
-    let mut arrange = ladder.arrange;
+    let arrange = ladder.arrange;
     let cuts = options.method != Method::Complex;
-    // Borders between faces on one surface are found by no cut.
-    let named = ready.model.shares_surfaces();
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in ladder.cells {
         let cell = share * ready.size;
@@ -386,17 +446,15 @@ pub(super) fn search(
         let mut cut = None;
         let mut first = None;
         let mut seconds = Vec::new();
-        if named
-            && std::mem::take(&mut arrange)
-            && let Some((made, cut)) = scout.arranged(ready, options, run)?
-        {
-            let this = made.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(Tried::Arrange, &mut attempts, &mut clock, run);
-            if this.ends(options) {
-                return Ok(this.searched(crossed, attempts));
+        if arrange {
+            let mut telling = Telling { ready, attempts: &mut attempts, clock: &mut clock };
+            if let Some(this) = arrange_at(&scout, options, &mut telling, run, observer)? {
+                if this.ends(options) {
+                    return Ok(this.searched(crossed, attempts));
+                }
+                crossed |= this.faults() > 0;
+                seconds.extend(Some(this).filter(Trial::can_be_healed));
             }
-            crossed |= this.faults() > 0;
-            seconds.extend(Some(this).filter(Trial::can_be_healed));
         }
         if cuts && !scout.gone && !nothing {
             // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
@@ -416,15 +474,9 @@ pub(super) fn search(
             let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
             add_attempt(&mut attempts, Attempt { edges_missing, ..attempt }.because(why), run);
         }
-        for rung in [Tried::Arrange, Tried::Trim] {
-            let made = match rung {
-                Tried::Arrange if std::mem::take(&mut arrange) => scout.arranged(ready, options, run)?,
-                Tried::Trim => scout.trimmed(ready, run)?,
-                _ => None,
-            };
-            let Some((made, cut)) = made else { continue };
+        if cuts && let Some((made, cut)) = scout.trimmed(ready, run)? {
             let this = made.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(rung, &mut attempts, &mut clock, run);
+            let this = this.told(Tried::Trim, &mut attempts, &mut clock, run);
             if this.ends(options) {
                 return Ok(this.searched(crossed, attempts));
             }

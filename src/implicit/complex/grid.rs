@@ -12,7 +12,7 @@ use super::super::leaf::Leaf;
 use super::super::tape::{Pruned, Scratch, Tape};
 use crate::error::{Error, Result};
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Bvh};
 
 /// Bits of a coordinate of a [`Point`].
 const BITS: u32 = 21;
@@ -110,8 +110,11 @@ pub(super) struct Wanted<'a> {
     pub(super) tape: &'a Arc<Tape>,
     pub(super) bounds: Aabb,
     pub(super) size: f64,
-    /// How often cells may be halved for what is not simple.
+    /// How often cells may be halved for what is not simple,
     pub(super) deeper: u8,
+    /// and how often more in some places.
+    pub(super) more: u8,
+    pub(super) places: &'a [Aabb],
     /// How many cells there may be.
     pub(super) most: usize,
     /// What is wanted of it, if not all.
@@ -147,7 +150,9 @@ impl Octree {
         simple: &(dyn Fn(&Tape, &Aabb) -> bool + Sync),
         run: &Run,
     ) -> Result<Self> {
-        let Wanted { leaves, tape, bounds, size, deeper, most, block } = *wanted;
+        let Wanted { leaves, tape, bounds, size, more, places, most, block, .. } = *wanted;
+        let deeper = wanted.deeper + more;
+        let at_places = Bvh::new(places.to_vec());
         let longest = bounds.size().max_element() + MARGIN * size;
         let levels = (longest / size).log2().ceil().max(0.0);
         if !(levels + f64::from(deeper) < f64::from(BITS - 1)) {
@@ -168,8 +173,16 @@ impl Octree {
             let tree_now = &tree;
             let wants = |i: &u32| {
                 let c = &tree_now.cubes[*i as usize];
-                let complex = |t: &Arc<Tape>| c.level > deeper || !simple(t, &tree_now.bounds(c.at, c.level));
-                c.level > 0 && c.tape.as_ref().is_some_and(complex)
+                let own = tree_now.bounds(c.at, c.level);
+                let may = || {
+                    let mut any = c.level > more;
+                    if c.level > 0 && !any {
+                        at_places.overlapping(&own, |_| any = true);
+                    }
+                    any
+                };
+                let complex = |t: &Arc<Tape>| c.level > deeper || (may() && !simple(t, &own));
+                c.tape.as_ref().is_some_and(complex)
             };
             let split: Vec<u32> = layer.par_iter().copied().filter(wants).collect();
             layer = tree.split(leaves, &split);

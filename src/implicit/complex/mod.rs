@@ -37,6 +37,7 @@ use super::trim::Trimmed;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
+use crate::spatial::Aabb;
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted};
 use cell::{Boolean, Crossed};
 pub(crate) use grid::{GridBlock, cells_along, origin};
@@ -46,7 +47,7 @@ use proof::{Asked, Judged, judged};
 use settle::Nodes;
 use shared::{Curves, Shared, beside, existing, with};
 
-/// How often cells are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
+/// How often cells of the size asked for are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
 /// a 20th of a cell wide, as in `data/small_features.py`.
 const DEEPER: u8 = 4;
 
@@ -82,9 +83,14 @@ pub(crate) type EndKey = [u64; 4];
 
 /// A grid to arrange leaves on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CellGrid {
-    /// The side of its largest cells.
+pub(crate) struct CellGrid<'a> {
+    /// The side of cells that are larger than all that is to be seen.
     pub(crate) size: f64,
+    /// How often larger ones may be halved down to that: where less shows that the leaves are arranged simply they stay large.
+    pub(crate) coarser: u8,
+    /// Places where smaller cells may be halved this often more than elsewhere.
+    pub(crate) places: &'a [Aabb],
+    pub(crate) more: u8,
     /// What is wanted of it, if not all.
     pub(crate) block: Option<GridBlock>,
 }
@@ -95,25 +101,30 @@ pub(crate) struct CellGrid {
 /// by bit as in the block beside, but where one triangle that is turned over follows the other for a cell.
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
-pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run) -> Result<Arranged> {
-    let CellGrid { size, block } = *grid;
+pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: &Run) -> Result<Arranged> {
+    let CellGrid { size: seen, coarser, places, more, block } = *grid;
+    let size = seen * f64::from(1u32 << coarser);
     run.install(|| {
-        let (leaves, scale) = (&model.leaves[..], model.bounds().diagonal());
+        let ends = model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)));
+        let banded: Option<Vec<Leaf>> = ends.then(|| model.leaves.iter().map(|l| l.banded(seen)).collect());
+        let (leaves, scale) = (banded.as_deref().unwrap_or(&model.leaves), model.bounds().diagonal());
         let most = (memory / BYTES_PER_CELL) as usize;
-        let wanted = Wanted { leaves, tape: &model.tape, bounds: model.bounds(), size, deeper: DEEPER, most, block };
+        let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + coarser);
+        let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block };
+        let deeper = deeper + more;
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,
-            &|t, b| judged(t, &Asked { leaves, cell: *b, scale, briefly: true }).unproved.is_none(),
+            &|t, b| judged(t, &Asked { leaves, cell: *b, scale, seen, briefly: true }).unproved.is_none(),
             run,
         )?;
-        let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, DEEPER, BESIDE + 1));
+        let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, deeper, BESIDE + 1));
         let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
         let known: Vec<Judged> = held
             .par_iter()
             .filter_map(|i| {
-                let asked = Asked { leaves, cell: box_of(i), scale, briefly: false };
+                let asked = Asked { leaves, cell: box_of(i), scale, seen, briefly: false };
                 Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
             })
             .collect();
@@ -123,12 +134,12 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid, memory: u64, run: &Run
         let mut tetrahedra = tree.tetrahedra();
         let curves = Curves::new(&tetrahedra, &with_curves);
         if let Some(block) = &block {
-            tetrahedra.retain(|t| t.is_in(block, DEEPER, BESIDE));
+            tetrahedra.retain(|t| t.is_in(block, deeper, BESIDE));
         }
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let share = Share { groups: &groups, block };
+        let share = Share { groups: &groups, deeper, block };
         let mut all = skin(leaves, &tree, &curves, &share, run)?;
         if !curves.is_empty() && !is_closed(&all.triangles, block.is_some()) {
             // Some sliver goes on where its curve was not seen.
@@ -191,18 +202,22 @@ fn own_nodes(triangles: &mut Vec<Triangle>, count: usize) -> Vec<u32> {
 /// What there is to arrange: tetrahedra by their owners, and the block of them that is asked for.
 struct Share<'a> {
     groups: &'a [&'a [Tetrahedron]],
+    /// How often the largest cells may be halved.
+    deeper: u8,
     block: Option<GridBlock>,
 }
 
 /// The boundary in all tetrahedra.
 fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, share: &Share<'_>, run: &Run) -> Result<Skin> {
-    let Share { groups, block } = share;
+    let Share { groups, deeper, block } = share;
     let pieces: Result<Vec<Skin>> = groups
         .par_chunks(GROUPS)
         .map(|some| {
             run.check()?;
             let mut piece = Skin::default();
-            some.iter().try_for_each(|g| within(&Around { leaves, tree, curves, block: *block }, g, &mut piece))?;
+            some.iter().try_for_each(|g| {
+                within(&Around { leaves, tree, curves, deeper: *deeper, block: *block }, g, &mut piece)
+            })?;
             Ok(piece)
         })
         .collect();
@@ -223,12 +238,13 @@ struct Around<'a> {
     leaves: &'a [Leaf],
     tree: &'a Octree,
     curves: &'a Curves,
+    deeper: u8,
     block: Option<GridBlock>,
 }
 
 /// The boundary in the tetrahedra that one cell owns.
 fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
-    let Around { leaves, tree, curves, block } = around;
+    let Around { leaves, tree, curves, deeper, block } = around;
     let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
     let tape: &Tape = tape;
     let mine = leaves_of(tape);
@@ -284,7 +300,7 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<
                 tape.owner(leaf, &|l| positive(l, sides) != (Some(l) == other))
             },
         });
-        out.own = block.is_none_or(|b| t.is_in(&b, DEEPER, 0));
+        out.own = block.is_none_or(|b| t.is_in(&b, *deeper, 0));
         out.add(tree, &t.corners, &cut, &facets);
     }
     Ok(())

@@ -114,13 +114,15 @@ pub(super) struct Asked<'a> {
     pub(super) cell: Aabb,
     /// The size of the part.
     pub(super) scale: f64,
+    /// In larger boxes corners show nothing of a leaf without bounds of its gradient.
+    pub(super) seen: f64,
     /// Whether the first thing that is not shown ends it; curves that come after it are not looked for.
     pub(super) briefly: bool,
 }
 
 /// Whether the leaves of a tape are shown to be arranged simply in a box.
 pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
-    let Asked { leaves, cell, briefly, .. } = asked;
+    let Asked { leaves, cell, seen, briefly, .. } = asked;
     let half = cell.size() * 0.5;
     let mut all = Judged { unproved: None, shared: Vec::new() };
     let mut here: Vec<Local> = Vec::new();
@@ -134,7 +136,15 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
         if !leaf.range(cell).contains(0.0) {
             continue;
         }
-        let l = local(leaf.slopes(cell), |p| leaf.gradient(p), cell);
+        let slopes = leaf.slopes(cell);
+        // Half a cell more is rounding.
+        if slopes.is_none() && cell.size().max_element() > 1.5 * seen {
+            all.unproved = Some(Unproved::Bent);
+            if *briefly {
+                return all;
+            }
+        }
+        let l = local(slopes, |p| leaf.gradient(p), cell);
         if apart(&[(&l, 1.0)], half) {
             continue;
         }
@@ -166,6 +176,13 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 let l = local(between.slopes(cell), |p| between.gradient(p), cell);
                 if apart(&[(&l, 1.0)], half) || is_apart(&here[i], &l) {
                     continue;
+                }
+                // In larger cells the two would cross elsewhere: their distance is a square.
+                if half.max_element() > 0.75 * seen {
+                    all.unproved = all.unproved.or(Some(Unproved::Touching));
+                    if *briefly {
+                        return all;
+                    }
                 }
                 ends.push((i, j, l));
             }

@@ -88,7 +88,7 @@ impl Lowerer {
                         number: o.leaf,
                         negate: o.negate,
                     });
-                    l.leaf(Leaf::Fillet(Arc::new(Fillet { sides, radius })), face, false)
+                    l.leaf(Leaf::Fillet(Arc::new(Fillet { sides, radius, band: 0.0 })), face, false)
                 })
             });
             all = self.max(all, between);

@@ -10,6 +10,8 @@ use glam::DVec3;
 
 use super::apexes::put_apexes;
 use super::bridges::{Parted, part_bridges};
+use super::concurrent::{join_corners, straighten_borders};
+use super::joints::Pieced;
 use super::patchwork::{Patch, Patchwork, PieceSet};
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
@@ -399,9 +401,12 @@ pub fn patch_pieces(
 ) -> Result<(Patchwork, CutReport)> {
     let mut edit = EditMesh::new(mesh)?;
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
+    join_corners(&mut edit, &mut sets, cell);
     let mut of_triangle = mesh.labels.clone();
+    Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.pinch(surface);
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
     let patches = patches(&mut edit, &of_triangle, faces, surface);
+    straighten_borders(&mut edit, &sets);
     Ok((Patchwork::new(edit, sets, patches.into()), CutReport::default()))
 }
 

@@ -13,6 +13,7 @@ use glam::DVec3;
 use super::cut::Cutter;
 use super::patchwork::PieceSet;
 use crate::geometry::{Pieces, common_normal};
+use crate::mesh::EditMesh;
 use crate::mesh::edit::{NONE, next};
 
 /// Pieces at a smaller angle than this (its cosine) to each other may touch nearby.
@@ -141,24 +142,11 @@ impl Cutter<'_> {
                 continue;
             }
             let x = m.point(a).midpoint(m.point(b));
-            let (Some(n), Some(o)) = (self.surface.direction(i, x), self.surface.direction(j, x)) else { continue };
-            if n.dot(o).abs() > CLOSE {
+            if are_close(self.surface, [i, j], x) {
                 found.push(([i.min(j), i.max(j)], x));
             }
         }
-        found.sort_by_key(|f| f.0);
-        let mut kept: Vec<([u32; 2], DVec3)> = Vec::new();
-        let mut first = 0;
-        for (pair, x) in found {
-            if kept.last().is_some_and(|k| k.0 != pair) {
-                first = kept.len();
-            }
-            let apart = |k: &([u32; 2], DVec3)| k.1.distance_squared(x) > (APART * self.cell).powi(2);
-            if kept.len() - first < TRIES && kept[first..].iter().all(apart) {
-                kept.push((pair, x));
-            }
-        }
-        kept
+        thinned(found, self.cell)
     }
 
     /// Sees to it that from a joint's node a way over nodes on the right piece leads into each sector.
@@ -189,6 +177,91 @@ impl Cutter<'_> {
                 from = self.mesh.split_edge(next(h), p);
                 self.piece.push(piece);
             }
+        }
+    }
+}
+
+/// Whether two pieces go about the same way at a place.
+fn are_close(surface: &dyn Pieces, [i, j]: [u32; 2], x: DVec3) -> bool {
+    let (Some(n), Some(o)) = (surface.direction(i, x), surface.direction(j, x)) else { return false };
+    n.dot(o).abs() > CLOSE
+}
+
+/// Of places with the same pieces, those that lie apart.
+fn thinned(mut found: Vec<([u32; 2], DVec3)>, cell: f64) -> Vec<([u32; 2], DVec3)> {
+    found.sort_by_key(|f| f.0);
+    let mut kept: Vec<([u32; 2], DVec3)> = Vec::new();
+    let mut first = 0;
+    for (pair, x) in found {
+        if kept.last().is_some_and(|k| k.0 != pair) {
+            first = kept.len();
+        }
+        let apart = |k: &([u32; 2], DVec3)| k.1.distance_squared(x) > (APART * cell).powi(2);
+        if kept.len() - first < TRIES && kept[first..].iter().all(apart) {
+            kept.push((pair, x));
+        }
+    }
+    kept
+}
+
+/// A mesh with the pieces of its nodes and triangles, in which each border is where two pieces meet, or touch.
+pub(super) struct Pieced<'a> {
+    pub(super) mesh: &'a mut EditMesh,
+    pub(super) sets: &'a mut [PieceSet],
+    pub(super) of_triangle: &'a [u32],
+    pub(super) cell: f64,
+}
+
+impl Pieced<'_> {
+    /// Puts a node at every point where two pieces touch and their curves cross, for which linear interpolants had one way past the other.
+    pub(super) fn pinch(&mut self, surface: &dyn Pieces) {
+        let m = &self.mesh;
+        let mut found: Vec<([u32; 2], DVec3)> = Vec::new();
+        for h in m.edges().filter(|h| m.opposite(*h) != NONE) {
+            let [i, j] = [h, m.opposite(h)].map(|h| self.of_triangle[h as usize / 3]);
+            let x = m.point(m.origin(h)).midpoint(m.point(m.target(h)));
+            let flat = surface.plane(i).is_some() && surface.plane(j).is_some();
+            if i != j && !flat && are_close(surface, [i, j], x) {
+                found.push(([i.min(j), i.max(j)], x));
+            }
+        }
+        let mut done: Vec<DVec3> = Vec::new();
+        for (pair, start) in thinned(found, self.cell) {
+            let Some(joint) = touching(surface, pair, start, self.cell) else { continue };
+            if done.iter().all(|p| p.distance(joint.at) > SAME * self.cell) {
+                done.push(joint.at);
+                self.pinch_at(&joint);
+            }
+        }
+    }
+
+    /// Where the border at a node goes: half-edges from it between triangles of different pieces.
+    fn arms(&self, v: u32) -> usize {
+        let m = &self.mesh;
+        let of = |h: u32| self.of_triangle[h as usize / 3];
+        m.outgoing(v).filter(|h| m.opposite(*h) != NONE && of(*h) != of(m.opposite(*h))).count()
+    }
+
+    /// Draws what lies around a joint into its node, the nearest first, until four arms of the border come out of that.
+    fn pinch_at(&mut self, joint: &Joint) {
+        let away = |m: &EditMesh, v: u32| m.point(v).distance_squared(joint.at);
+        let near: Vec<u32> = self.mesh.nodes().filter(|v| self.sets[*v as usize] == joint.pieces).collect();
+        let first = near.into_iter().min_by(|a, b| away(self.mesh, *a).total_cmp(&away(self.mesh, *b)).then(a.cmp(b)));
+        let Some(v) = first.filter(|v| away(self.mesh, *v) < (CLEAR * self.cell).powi(2)) else { return };
+        let mut stuck: Vec<u32> = Vec::new();
+        while self.arms(v) < WIDE {
+            let m = &self.mesh;
+            let free = |w: &u32| !m.is_pinned(*w) && self.sets[*w as usize].within(&joint.pieces) && !stuck.contains(w);
+            let next = m.neighbors(v).filter(free).min_by(|a, b| away(m, *a).total_cmp(&away(m, *b)).then(a.cmp(b)));
+            let Some(w) = next.filter(|w| away(m, *w) < (CLEAR * self.cell).powi(2)) else { break };
+            let Some(h) = m.outgoing(w).find(|h| m.target(*h) == v) else { break };
+            if !self.mesh.merge(h, joint.at) {
+                stuck.push(w);
+            }
+        }
+        if self.arms(v) == WIDE {
+            self.mesh.set_point(v, joint.at);
+            self.mesh.set_pinned(v, true);
         }
     }
 }

@@ -5,6 +5,7 @@ mod angles;
 mod apexes;
 mod bridges;
 mod climb;
+mod concurrent;
 mod curves;
 mod cut;
 mod fans;
