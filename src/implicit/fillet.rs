@@ -83,6 +83,17 @@ pub(crate) struct Fillet {
 }
 
 impl Fillet {
+    /// Where the surfaces are planes one behind the other, a radius apart or more, it ends all along them, and is positive where the
+    /// function of the first one is: the number of that side.
+    pub(crate) fn replaced(&self) -> Option<usize> {
+        let plane = |s: &Side| match s.leaf {
+            Leaf::Plane { n, d } => Some(if s.negate { (-n, -d) } else { (n, d) }),
+            _ => None,
+        };
+        let [Some((n, d)), Some((m, e))] = self.sides.each_ref().map(plane) else { return None };
+        (n == m && (d - e).abs() >= (1.0 - ENDS) * self.radius).then_some(usize::from(d < e))
+    }
+
     fn join(&self, a: f64, b: f64) -> f64 {
         let r = self.radius;
         let (u, v) = (r + a, r + b);

@@ -420,7 +420,7 @@ pub(super) fn search(
     let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
     let arrange = ladder.arrange;
-    let cuts = options.method != Method::Complex;
+    let cuts = false;
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
     for share in ladder.cells {
         let cell = share * ready.size;

@@ -88,7 +88,12 @@ impl Lowerer {
                         number: o.leaf,
                         negate: o.negate,
                     });
-                    l.leaf(Leaf::Fillet(Arc::new(Fillet { sides, radius, band: 0.0 })), face, false)
+                    let fillet = Fillet { sides, radius, band: 0.0 };
+                    if let Some(k) = fillet.replaced() {
+                        let Occurrence { leaf, face, negate } = [i, j][k];
+                        return l.op(Op::Leaf { leaf, face, negate });
+                    }
+                    l.leaf(Leaf::Fillet(Arc::new(fillet)), face, false)
                 })
             });
             all = self.max(all, between);

@@ -1,6 +1,7 @@
 //! Corners at one place are one node, where more than three pieces meet in a point and each three of them made one; and borders that go
 //! back on themselves are put straight.
 
+use super::joints::Pieced;
 use super::patchwork::PieceSet;
 use crate::mesh::EditMesh;
 
@@ -8,18 +9,85 @@ use crate::mesh::EditMesh;
 /// part or more, and Newton's method ends within 1e-15 of the part's size.
 const SAME: f64 = 1e-9;
 
-/// Makes one node of neighbors at one place, on the pieces of both, where the mesh stays a manifold.
-pub(super) fn join_corners(mesh: &mut EditMesh, sets: &mut [PieceSet], cell: f64) {
-    let short: Vec<u32> = mesh.edges().filter(|h| mesh.edge_length(*h) <= SAME * cell).collect();
-    for h in short {
-        if !mesh.is_edge(h) {
-            continue;
+/// Corners at one place are looked for along so many edges of the border between them.
+const STEPS: usize = 6;
+
+impl Pieced<'_> {
+    /// Makes one node of corners at one place, and of what is between them, on the pieces of all, where the mesh stays a manifold.
+    pub(super) fn join_corners(&mut self) {
+        let mut corners: Vec<u32> = self.mesh.nodes().filter(|v| self.sets[*v as usize].len() > 2).collect();
+        let x = |m: &EditMesh, v: u32| m.point(v).x;
+        corners.sort_by(|a, b| x(self.mesh, *a).total_cmp(&x(self.mesh, *b)).then(a.cmp(b)));
+        for (k, &a) in corners.iter().enumerate() {
+            for &b in &corners[k + 1..] {
+                if !self.mesh.is_node(a) || x(self.mesh, b) - x(self.mesh, a) > SAME * self.cell {
+                    break;
+                }
+                if self.mesh.is_node(b) && self.mesh.point(a).distance(self.mesh.point(b)) <= SAME * self.cell {
+                    self.join(a, b);
+                }
+            }
         }
-        let (a, b) = (mesh.origin(h) as usize, mesh.target(h) as usize);
-        let all = sets[a].union(&sets[b]);
-        if sets[a].len() > 2 && sets[b].len() > 2 && mesh.merge(h, mesh.point(b as u32)) {
-            sets[b] = all;
+    }
+
+    /// Draws what is between two corners into the first, then the second one.
+    fn join(&mut self, a: u32, b: u32) {
+        let p = self.mesh.point(a);
+        while let Some(between) = self.way(a, b) {
+            for v in between {
+                let Some(h) = self.mesh.outgoing(v).find(|h| self.mesh.target(*h) == a) else { return };
+                if !self.mesh.merge(h, p) {
+                    return;
+                }
+            }
         }
+        let all = self.sets[a as usize].union(&self.sets[b as usize]);
+        if let Some(h) = self.mesh.outgoing(b).find(|h| self.mesh.target(*h) == a)
+            && self.mesh.merge(h, p)
+        {
+            self.sets[a as usize] = all;
+        }
+    }
+
+    /// The nodes between two corners: one beside both, on no other pieces, where an edge passes them; else those along the border, if it
+    /// leads from one to the other in a few steps.
+    fn way(&self, a: u32, b: u32) -> Option<Vec<u32>> {
+        let all = self.sets[a as usize].union(&self.sets[b as usize]);
+        if self.mesh.edge_between(a, b).is_none() {
+            let m = &self.mesh;
+            let away = |v: u32| m.point(v).distance_squared(m.point(a));
+            let lies =
+                |v: &u32| self.sets[*v as usize].len() == 2 && self.sets[*v as usize].within(&all) && !m.is_pinned(*v);
+            let beside = m.neighbors(a).filter(lies).filter(|v| m.edge_between(*v, b).is_some());
+            if let Some(v) = beside.min_by(|x, y| away(*x).total_cmp(&away(*y)).then(x.cmp(y))) {
+                return Some(vec![v]);
+            }
+        }
+        let m = &self.mesh;
+        let next = |from: u32, before: u32| {
+            let lies = |v: u32| self.sets[v as usize].len() == 2 && !m.is_pinned(v);
+            m.outgoing(from)
+                .filter(|h| self.is_border(*h))
+                .map(|h| m.target(h))
+                .find(|v| *v != before && (*v == b || lies(*v)))
+        };
+        m.outgoing(a).filter(|h| self.is_border(*h)).map(|h| m.target(h)).find_map(|first| {
+            if first == b || self.sets[first as usize].len() != 2 || m.is_pinned(first) {
+                return None;
+            }
+            let mut way = vec![first];
+            let mut before = a;
+            while way.len() < STEPS {
+                let last = way[way.len() - 1];
+                let v = next(last, before)?;
+                if v == b {
+                    return Some(way);
+                }
+                before = last;
+                way.push(v);
+            }
+            None
+        })
     }
 }
 

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::apexes::put_apexes;
 use super::bridges::{Parted, part_bridges};
-use super::concurrent::{join_corners, straighten_borders};
+use super::concurrent::straighten_borders;
 use super::joints::Pieced;
 use super::patchwork::{Patch, Patchwork, PieceSet};
 use crate::error::{Error, Result};
@@ -401,9 +401,10 @@ pub fn patch_pieces(
 ) -> Result<(Patchwork, CutReport)> {
     let mut edit = EditMesh::new(mesh)?;
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
-    join_corners(&mut edit, &mut sets, cell);
     let mut of_triangle = mesh.labels.clone();
-    Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.pinch(surface);
+    let mut pieced = Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell };
+    pieced.join_corners();
+    pieced.pinch(surface);
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
     let patches = patches(&mut edit, &of_triangle, faces, surface);
     straighten_borders(&mut edit, &sets);

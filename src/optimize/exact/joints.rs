@@ -237,9 +237,13 @@ impl Pieced<'_> {
 
     /// Where the border at a node goes: half-edges from it between triangles of different pieces.
     fn arms(&self, v: u32) -> usize {
-        let m = &self.mesh;
+        self.mesh.outgoing(v).filter(|h| self.is_border(*h)).count()
+    }
+
+    /// Whether a half-edge is between triangles of different pieces.
+    pub(super) fn is_border(&self, h: u32) -> bool {
         let of = |h: u32| self.of_triangle[h as usize / 3];
-        m.outgoing(v).filter(|h| m.opposite(*h) != NONE && of(*h) != of(m.opposite(*h))).count()
+        self.mesh.opposite(h) != NONE && of(h) != of(self.mesh.opposite(h))
     }
 
     /// Draws what lies around a joint into its node, the nearest first, until four arms of the border come out of that.
