@@ -101,7 +101,7 @@ pub(super) fn arrange(mut complex: Complex, diagonal: f64, run: &Run) -> Result<
 }
 
 /// Makes nodes within `reach` of each other one, at the place of the first of them.
-fn merge_near(complex: &mut Complex, reach: f64) {
+pub(super) fn merge_near(complex: &mut Complex, reach: f64) {
     let mut to: Vec<u32> = (0..complex.nodes.len() as u32).collect();
     let mut grid: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
     let width = if reach > 0.0 { 2.0 * reach } else { 0.0 };

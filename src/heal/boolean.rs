@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::arrange::{Complex, MOST_BODIES, Uses, arrange};
+use super::arrange::{Complex, MOST_BODIES, Uses, arrange, merge_near};
 use super::levels::{Copy, build, join};
 use super::sides::{Sides, directed, pieces};
 use super::winding::{Patches, behind};
@@ -60,7 +60,10 @@ pub fn boolean(bodies: &[&TriMesh], inside: &dyn Fn(&[bool]) -> bool, run: &Run)
     }
     let (known, original) = (nodes.len() as u32, triangles.iter().map(|t| t.0).collect::<Vec<_>>());
     let diagonal = Aabb::around(nodes.iter().copied()).diagonal();
-    let Some(complex) = arrange(Complex::new(nodes, triangles), diagonal, run)? else { return Ok(None) };
+    let mut complex = Complex::new(nodes, triangles);
+    // Nodes of several bodies at one place are one.
+    merge_near(&mut complex, 0.0);
+    let Some(complex) = arrange(complex, diagonal, run)? else { return Ok(None) };
     run.check()?;
     let sides = Sides::of(&complex.triangles);
     let (of, count) = pieces(complex.triangles.len(), &sides, |e| {
@@ -140,6 +143,7 @@ mod tests {
             (cuboid([1.0; 3], [3.0; 3]), [15.0, 1.0, 7.0], [42.0, 6.0, 24.0]),
             (cuboid([1.0, 0.5, 0.5], [2.0, 1.5, 1.5]), [8.0, 1.0, 7.0], [24.0, 6.0, 28.0]),
             (cuboid([2.0, 0.5, 0.5], [3.0, 1.5, 1.5]), [9.0, 0.0, 8.0], [28.0, 0.0, 24.0]),
+            (cuboid([2.0, 0.0, 0.0], [4.0, 2.0, 2.0]), [16.0, 0.0, 8.0], [40.0, 0.0, 24.0]),
             (cuboid([0.5; 3], [1.5; 3]), [8.0, 1.0, 7.0], [24.0, 6.0, 30.0]),
             (cuboid([0.0; 3], [2.0; 3]), [8.0, 8.0, 0.0], [24.0, 24.0, 0.0]),
         ];

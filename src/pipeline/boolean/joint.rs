@@ -27,6 +27,12 @@ pub(super) struct Joint<'a> {
 }
 
 impl<'a> Joint<'a> {
+    /// Its own plane, which goes on beyond the borders of a face, as triangles do not.
+    fn flat(&self, piece: u32, p: DVec3) -> Option<DVec3> {
+        let (n, d) = self.plane(piece)?;
+        Some(p - n * (n.dot(p) - d))
+    }
+
     fn of(&self, piece: u32) -> Option<(&'a dyn Pieces, u32)> {
         let (operand, own) = *self.home.get(piece as usize)?;
         Some((*self.operands.get(operand as usize)?, own))
@@ -37,12 +43,16 @@ impl<'a> Joint<'a> {
         Some(self.direction(a, p)?.cross(self.direction(b, p)?).length())
     }
 
-    /// Pieces by operand.
+    /// Pieces by operand; planes each by itself.
     fn groups(&self, pieces: &[u32]) -> Option<Vec<(&'a dyn Pieces, Vec<u32>)>> {
         let mut out: Vec<(u32, Vec<u32>)> = Vec::new();
         for p in pieces {
             let (operand, own) = *self.home.get(*p as usize)?;
-            match out.iter_mut().find(|g| g.0 == operand) {
+            let alone = self.plane(*p).is_some();
+            let curved = |g: &&mut (u32, Vec<u32>)| {
+                g.0 == operand && self.operands.get(operand as usize).is_some_and(|o| o.plane(g.1[0]).is_none())
+            };
+            match out.iter_mut().find(curved).filter(|_| !alone) {
                 Some(g) => g.1.push(own),
                 None => out.push((operand, vec![own])),
             }
@@ -63,7 +73,7 @@ impl<'a> Joint<'a> {
                 worst = worst.max(q.distance(from));
                 last = q;
                 for piece in own {
-                    let n = operand.direction(*piece, q)?;
+                    let n = operand.plane(*piece).map(|k| k.0).or_else(|| operand.direction(*piece, q))?;
                     planes.push((n, n.dot(q - x)));
                 }
             }
@@ -92,6 +102,11 @@ impl<'a> Joint<'a> {
 
 /// The foot of a point on one piece, or on the curve of two; on more, that of the first two.
 fn foot(operand: &dyn Pieces, own: &[u32], p: DVec3) -> Option<DVec3> {
+    if let [one] = *own
+        && let Some((n, d)) = operand.plane(one)
+    {
+        return Some(p - n * (n.dot(p) - d));
+    }
     operand.meet(own, p, f64::INFINITY).or_else(|| operand.meet(own.get(..2)?, p, f64::INFINITY))
 }
 
@@ -133,14 +148,18 @@ impl Pieces for Joint<'_> {
 
     fn meet(&self, pieces: &[u32], p: DVec3, reach: f64) -> Option<DVec3> {
         if let [one] = *pieces {
+            if let Some(q) = self.flat(one, p) {
+                return (q.distance(p) <= reach).then_some(q);
+            }
             let (operand, own) = self.of(one)?;
             return operand.meet(&[own], p, reach);
         }
-        let groups = self.groups(pieces)?;
-        match &groups[..] {
-            [(operand, own)] => operand.meet(own, p, reach),
-            _ => self.newton(&groups, p, reach),
+        let first = self.home.get(*pieces.first()? as usize)?.0;
+        if pieces.iter().all(|k| self.home.get(*k as usize).is_some_and(|h| h.0 == first)) {
+            let own: Vec<u32> = pieces.iter().filter_map(|k| Some(self.of(*k)?.1)).collect();
+            return self.operands.get(first as usize)?.meet(&own, p, reach);
         }
+        self.newton(&self.groups(pieces)?, p, reach)
     }
 
     fn foot_facing(&self, piece: u32, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
@@ -149,6 +168,9 @@ impl Pieces for Joint<'_> {
     }
 
     fn direction(&self, piece: u32, p: DVec3) -> Option<DVec3> {
+        if let Some((n, _)) = self.plane(piece) {
+            return Some(n);
+        }
         let (operand, own) = self.of(piece)?;
         operand.direction(own, p)
     }

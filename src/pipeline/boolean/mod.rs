@@ -30,7 +30,7 @@ use joint::Joint;
 use operand::{Asked, Made, Wanted, load, make_foreign, make_functions, named_groups, with_size};
 use tree::Operand;
 pub(super) use tree::holds_foreign;
-use work::{Numbers, Work, align, misfit, prepare};
+use work::{Numbers, Work, align, coinciding, misfit, prepare};
 
 /// An endless solid of R-functions is kept in a box that is larger than what it is joined with by this share of the diagonal on every
 /// side, and by a little more for every operand, so that no two boxes coincide.
@@ -87,12 +87,22 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let mut clock = Clock::new(options.timed);
     let own = with_size(options, size);
     let wanted = Wanted { part, options: &own, size, run };
+    // Boundaries first: what has no end is kept in a box around them.
+    let mut around = bounds;
+    let mut boundaries: Vec<Option<Made>> = Vec::with_capacity(operands.len());
+    for (o, read) in operands.iter().zip(loaded) {
+        boundaries.push(match (o, read) {
+            (Operand::Foreign(placed), Some(read)) => Some(make_foreign(placed, read, &wanted, &mut report)?),
+            _ => None,
+        });
+        around = boundaries.last().iter().copied().flatten().fold(around, |b, m| b.union(&m.mesh.bounds()));
+    }
     let mut made: Vec<Made> = Vec::with_capacity(operands.len());
-    for (k, (o, read)) in operands.iter().zip(loaded).enumerate() {
-        let within = bounds.grown((BEYOND + MORE * k as f64) * bounds.diagonal());
-        made.push(match (o, read) {
-            (Operand::Functions(s), _) => make_functions(s, within, &wanted, &mut report)?,
-            (Operand::Foreign(placed), Some(read)) => make_foreign(placed, read, &wanted, &mut report)?,
+    for (k, (o, boundary)) in operands.iter().zip(boundaries).enumerate() {
+        let within = around.grown((BEYOND + MORE * k as f64) * around.diagonal());
+        made.push(match (o, boundary) {
+            (_, Some(boundary)) => boundary,
+            (Operand::Functions(s), None) => make_functions(s, within, &wanted, &mut report)?,
             (Operand::Foreign(placed), None) => return Err(placed.solid.refused("was not read")),
         });
     }
@@ -100,6 +110,11 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     report.stage("operands", made.iter().map(|m| m.mesh.triangles.len()).sum(), &mut clock, run);
     let scale = made.iter().fold(Aabb::EMPTY, |b, m| b.union(&m.mesh.bounds())).diagonal();
     align(&mut made, scale);
+    if let Some(at) = coinciding(&made, scale, run)? {
+        let what = "curved or slanting surfaces of two operands coincide here: there is no exact border between them";
+        return Err(Error::input(Place::Point(at), what)
+            .with_help("make one of them a little larger or smaller; flat faces square to an axis may coincide"));
+    }
     run.progress("join", 0.0);
     let meshes: Vec<&TriMesh> = made.iter().map(|m| &m.mesh).collect();
     let endless = || {
@@ -129,8 +144,10 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let mut best = remeshing.best(patchwork, options, &mut report)?;
     if !joined.touching.is_empty() {
         let drawn = draw_apart(&mut best.mesh, scale, run)?;
-        let what = "the solid touches itself: nodes there are drawn back into it by a billionth of its size";
-        report.warnings.push(format!("{what}, {drawn} of them"));
+        if drawn > 0 {
+            let what = "the solid touches itself: nodes there are drawn back into it by a billionth of its size";
+            report.warnings.push(format!("{what}, {drawn} of them"));
+        }
     }
     if !tangent.is_empty() {
         report.shortfalls.push(Fault::tangent(&tangent));

@@ -14,6 +14,7 @@ use crate::mesh::{EditMesh, TriMesh};
 use crate::numeric::Sets;
 use crate::optimize::exact::{Patch, Patchwork, PieceSet};
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
 
 /// Coordinates of flat faces square to an axis that are this share of the size apart are the same: rounding of how planes are known.
 const FLUSH: f64 = 1e-11;
@@ -61,6 +62,60 @@ pub(super) fn align(made: &mut [Made], scale: f64) {
             }
         }
     }
+}
+
+/// A node on the other operand's surface, to this share of the size, with its normal: so many are no chance.
+const SAME: f64 = 1e-9;
+const CHANCE: usize = 3;
+/// Cosine of the angle between triangles that may lie on one surface: 30 degrees.
+const FACING: f64 = 0.86;
+
+/// A place where curved or slanting surfaces of two operands coincide. Their triangles would cut each other all over by chance alone.
+pub(super) fn coinciding(made: &[Made], scale: f64, run: &Run) -> Result<Option<DVec3>> {
+    let near = SAME * scale;
+    for a in made {
+        for b in made.iter().filter(|b| !std::ptr::eq(*b, a)) {
+            let (asked, of_a) = (b.surface.asked(), a.surface.asked());
+            let (surface, own) = (asked.pieces(), of_a.pieces());
+            let tree = Bvh::new((0..b.mesh.triangles.len()).map(|t| Aabb::around(b.mesh.corners(t))).collect());
+            let square = |n: DVec3| n.abs().max_element() > 1.0 - SQUARE;
+            let mut seen = vec![false; a.mesh.nodes.len()];
+            let mut count = 0;
+            for (t, triangle) in a.mesh.triangles.iter().enumerate() {
+                if t % 1024 == 0 {
+                    run.check()?;
+                }
+                if own.plane(a.pieces[t]).is_some_and(|k| square(k.0)) {
+                    continue;
+                }
+                let n = a.mesh.normal(t);
+                let size = a.mesh.corners(t)[0].distance(a.mesh.corners(t)[1]);
+                for v in triangle.iter().map(|v| *v as usize) {
+                    if std::mem::replace(&mut seen[v], true) {
+                        continue;
+                    }
+                    let p = a.mesh.nodes[v];
+                    let mut hit = false;
+                    tree.overlapping(&Aabb::new(p, p).grown(0.25 * size), |u| {
+                        let u = u as usize;
+                        if hit || n.dot(b.mesh.normal(u)).abs() < FACING {
+                            return;
+                        }
+                        let foot = surface.meet(&[b.pieces[u]], p, near);
+                        hit = foot.is_some_and(|q| {
+                            let pair = own.direction(a.pieces[t], p).zip(surface.direction(b.pieces[u], q));
+                            pair.is_some_and(|(m, n)| m.cross(n).length() <= TANGENT)
+                        });
+                    });
+                    count += usize::from(hit);
+                    if count >= CHANCE {
+                        return Ok(Some(p));
+                    }
+                }
+            }
+        }
+    }
+    Ok(None)
 }
 
 /// All operands with their numbers in the joint.
