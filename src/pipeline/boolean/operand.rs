@@ -65,8 +65,8 @@ pub(super) struct Made {
     pub(super) pinned: Vec<bool>,
     /// Edge lengths wanted on faces.
     pub(super) face_sizes: Vec<Option<f64>>,
-    /// Whether faces called `domain` are walls that only keep an endless solid in a box.
-    pub(super) walled: bool,
+    /// The box that an endless solid is kept in: what lies on its sides bounds nothing.
+    pub(super) walled: Option<Aabb>,
 }
 
 /// What is asked for the surface of an operand.
@@ -250,7 +250,7 @@ fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Res
         sizes,
         pinned,
         face_sizes: vec![None; faces],
-        walled: false,
+        walled: None,
     })
 }
 
@@ -280,7 +280,7 @@ fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) ->
         sizes: made.sizes,
         pinned,
         face_sizes: vec![None; faces],
-        walled: false,
+        walled: None,
         surface: Surface::Faces(solid),
     })
 }
@@ -326,7 +326,7 @@ pub(super) fn make_functions(solid: &Solid, within: Aabb, wanted: &Wanted<'_>, r
         pinned.iter_mut().zip(&mesh.nodes).for_each(|(pin, p)| *pin |= p.distance(apex) <= near);
     }
     drop(asked);
-    Ok(Made { surface, mesh, pieces, count, sizes, pinned, face_sizes, walled: endless })
+    Ok(Made { surface, mesh, pieces, count, sizes, pinned, face_sizes, walled: domain })
 }
 
 /// A size as a length.

@@ -189,7 +189,10 @@ impl Numbers {
     pub(super) fn is_wall(&self, made: &[Made], t: u32) -> bool {
         let (o, own) = Self::own(&self.triangles, t);
         let m = &made[o];
-        m.walled && m.mesh.faces[m.mesh.labels[own] as usize].starts_with("domain.")
+        let Some(walls) = m.walled else { return false };
+        let (near, corners) = (FLUSH * walls.diagonal(), m.mesh.corners(own));
+        let on = |k: usize, x: f64| corners.iter().all(|p| (p[k] - x).abs() <= near);
+        (0..3).any(|k| on(k, walls.lo[k]) || on(k, walls.hi[k]))
     }
 }
 
