@@ -30,7 +30,12 @@ pub(super) struct Uses {
     /// Whether a sheet, which bounds nothing, lies here.
     pub(super) sheet: bool,
     pub(super) label: u32,
+    /// For each of several bodies by itself how many of its triangles wind like this one, less how many wind against it.
+    pub(super) jumps: [i8; MOST_BODIES],
 }
+
+/// So many bodies can be told apart in one complex: each costs a byte of every triangle.
+pub const MOST_BODIES: usize = 16;
 
 impl Complex {
     /// Triangles with the same nodes become one; those that name a node twice go.
@@ -54,6 +59,8 @@ impl Complex {
                 uses.along = uses.along.saturating_add(x);
                 uses.against = uses.against.saturating_add(y);
                 uses.sheet |= u.sheet;
+                let sign = if same_way(first, *t) { 1 } else { -1 };
+                uses.jumps.iter_mut().zip(u.jumps).for_each(|(sum, j)| *sum = sum.saturating_add(sign * j));
             }
             out.push((same[0].2, first, uses));
         }
@@ -94,7 +101,7 @@ pub(super) fn arrange(mut complex: Complex, diagonal: f64, run: &Run) -> Result<
 }
 
 /// Makes nodes within `reach` of each other one, at the place of the first of them.
-fn merge_near(complex: &mut Complex, reach: f64) {
+pub(super) fn merge_near(complex: &mut Complex, reach: f64) {
     let mut to: Vec<u32> = (0..complex.nodes.len() as u32).collect();
     let mut grid: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
     let width = if reach > 0.0 { 2.0 * reach } else { 0.0 };

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::levels::winding;
 use super::report::{Action, Defect, HealReport};
 use super::sides::{Side, Sides, directed, pieces};
+use super::winding::winding;
 use crate::mesh::TriMesh;
 use crate::numeric::predicates::orient2d;
 

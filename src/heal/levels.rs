@@ -6,27 +6,24 @@
 //! levels touch where they crossed. Each is joined by itself, gets nodes of its own there, and draws back from the others by
 //! a small gap. Nothing of the input is lost, and away from crossings nothing moves.
 
-use std::cmp::Ordering;
-
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::arrange::{Complex, Uses};
 use super::sides::{Side, Sides, directed, ends, pieces};
+use super::winding::{Patches, behind, turn_around};
 use crate::error::Result;
 use crate::mesh::{TriMesh, intersections_among, self_intersections};
 use crate::numeric::Sets;
-use crate::numeric::predicates::orient3d;
 use crate::run::Run;
 
 /// A triangle of the output: which one of the complex, whether it winds against it, and what it bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Copy {
-    triangle: u32,
-    turned: bool,
-    level: i32,
+pub(super) struct Copy {
+    pub(super) triangle: u32,
+    pub(super) turned: bool,
+    pub(super) level: i32,
     /// One side of a sheet.
-    plate: bool,
+    pub(super) plate: bool,
 }
 
 /// Rounds in which nodes that drew back too far or not far enough are looked at again.
@@ -95,7 +92,7 @@ fn center(complex: &Complex, t: u32) -> DVec3 {
 }
 
 /// Net number of solids a triangle bounds from behind.
-fn jump(u: Uses) -> i32 {
+fn jump(u: &Uses) -> i32 {
     i32::from(u.along) - i32::from(u.against)
 }
 
@@ -184,13 +181,6 @@ fn halve_edges(complex: &Complex, edges: &[u64]) -> Complex {
     Complex::new(nodes, out)
 }
 
-/// Solid angle of a triangle seen from the origin over 4 pi, by A. van Oosterom and J. Strackee (1983).
-pub(super) fn winding([a, b, c]: [DVec3; 3]) -> f64 {
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let den = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    a.dot(b.cross(c)).atan2(den) / (2.0 * std::f64::consts::PI)
-}
-
 /// The layers of each triangle from its back to its front.
 fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
     let n = complex.triangles.len();
@@ -206,74 +196,11 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
                 (u.along, u.against) == (v.along, v.against)
             }
     });
-    let mut largest = vec![(0.0, u32::MAX); count];
-    let corner = |t: u32| complex.triangles[t as usize].map(|v| complex.nodes[v as usize]);
-    for t in 0..n as u32 {
-        let [a, b, c] = corner(t);
-        let area = (b - a).cross(c - a).length();
-        let slot = &mut largest[patch[t as usize] as usize];
-        if slot.1 == u32::MAX || area > slot.0 {
-            *slot = (area, t);
-        }
-    }
-    let bounding: Vec<(u32, i32)> =
-        (0..n as u32).map(|t| (t, jump(complex.uses[t as usize]))).filter(|b| b.1 != 0).collect();
-    // Between two triangles that follow each other around an edge the number is one: patches that hang together need one
-    // of them to be measured.
-    let mut next: Vec<(u32, u32, i32)> = Vec::new();
-    for e in sides.edges().filter(|e| e.iter().any(|s| patch[s.triangle()] != patch[e[0].triangle()])) {
-        let [u, v] = ends(e[0].key);
-        let around = turn_around(complex, u, v, e);
-        for (i, s) in around.iter().enumerate() {
-            let other = &around[(i + 1) % around.len()];
-            // a triangle that runs u -> v is met at its back, left at its front
-            let at_back = |s: &Side| directed(&complex.triangles, s.half) == [u, v];
-            let steps = |s: &Side| jump(complex.uses[s.triangle()]);
-            let left = if at_back(s) { -steps(s) } else { 0 };
-            let met = if at_back(other) { 0 } else { -steps(other) };
-            let (p, q) = (patch[s.triangle()], patch[other.triangle()]);
-            // behind[q] = behind[p] + difference
-            next.extend([(p, q, left - met), (q, p, met - left)]);
-        }
-    }
-    next.sort_unstable();
-    next.dedup();
-    let mut behind: Vec<Option<i32>> = vec![None; count];
-    let mut stack = Vec::new();
-    for seed in 0..count {
-        if behind[seed].is_some() {
-            continue;
-        }
-        run.check()?;
-        let t = largest[seed].1;
-        let p = center(complex, t);
-        let see = |b: &&(u32, i32)| b.0 != t;
-        let mean: f64 = run
-            .install(|| {
-                bounding
-                    .par_iter()
-                    .filter(see)
-                    .map(|(u, m)| f64::from(*m) * winding(corner(*u).map(|x| x - p)))
-                    .collect::<Vec<f64>>()
-            })
-            .iter()
-            .sum();
-        behind[seed] = Some((mean + 0.5 * f64::from(jump(complex.uses[t as usize]))).round() as i32);
-        stack.push(seed as u32);
-        while let Some(p) = stack.pop() {
-            let from = next.partition_point(|x| x.0 < p);
-            for (_, q, difference) in next[from..].iter().take_while(|x| x.0 == p) {
-                if behind[*q as usize].is_none() {
-                    behind[*q as usize] = behind[p as usize].map(|b| b + difference);
-                    stack.push(*q);
-                }
-            }
-        }
-    }
+    let behind = behind(complex, sides, &Patches { of: &patch, count }, &jump, run)?;
     let mut out = Vec::new();
     for t in 0..n as u32 {
         let u = complex.uses[t as usize];
-        let back = behind[patch[t as usize] as usize].unwrap_or(0);
+        let back = behind[t as usize];
         let mut layer = |from: i32, to: i32, plate: bool| {
             // the body lies on the side with the larger number, or for negative ones with the smaller
             let level = from.max(to);
@@ -290,7 +217,7 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
                 layer(back + 1, back, true);
             }
         }
-        let m = jump(u);
+        let m = jump(&u);
         for i in 0..m.abs() {
             layer(back - i * m.signum(), back - (i + 1) * m.signum(), false);
         }
@@ -305,7 +232,7 @@ fn copies(complex: &Complex, sides: &Sides, run: &Run) -> Result<Vec<Copy>> {
 
 /// Joins the copies around each edge, level by level, around the inside of what they bound. Returns for each corner of each
 /// copy (`3 c + k`, corners as the complex numbers them) the number of its fan.
-fn join(complex: &Complex, sides: &Sides, copies: &[Copy]) -> Option<Vec<u32>> {
+pub(super) fn join(complex: &Complex, sides: &Sides, copies: &[Copy]) -> Option<Vec<u32>> {
     let mut of = vec![(0u32, 0u32); complex.triangles.len()];
     for (c, copy) in copies.iter().enumerate() {
         let slot = &mut of[copy.triangle as usize];
@@ -362,46 +289,8 @@ fn corner_of(complex: &Complex, copies: &[Copy], c: u32, v: u32) -> u32 {
     3 * c + t.iter().position(|x| *x == v).unwrap_or(0) as u32
 }
 
-/// The sides on an edge in the order in which they are met going around `u -> v` counter-clockwise.
-fn turn_around(complex: &Complex, u: u32, v: u32, e: &[Side]) -> Vec<Side> {
-    let p = |v: u32| complex.nodes[v as usize];
-    let apex = |s: &Side| p(complex.triangles[s.triangle()][(s.half as usize + 2) % 3]);
-    let (a, b, zero) = (p(u), p(v), apex(&e[0]));
-    let left = |x: DVec3, y: DVec3| -orient3d(a, b, x, y);
-    // whether y lies on the same side of the edge as x, given that they are in one plane with it
-    let towards = |x: DVec3, y: DVec3| (x - a).cross(b - a).dot((y - a).cross(b - a)) > 0.0;
-    // 0: at the start, 1: first half turn, 2: opposite, 3: second half turn
-    let half = |x: DVec3| {
-        let s = left(zero, x);
-        if s > 0.0 {
-            1
-        } else if s < 0.0 {
-            3
-        } else if towards(zero, x) {
-            0
-        } else {
-            2
-        }
-    };
-    let mut out = e.to_vec();
-    out.sort_by(|s, t| {
-        let (x, y) = (apex(s), apex(t));
-        half(x).cmp(&half(y)).then_with(|| {
-            let o = left(x, y);
-            if o > 0.0 {
-                Ordering::Less
-            } else if o < 0.0 {
-                Ordering::Greater
-            } else {
-                Ordering::Equal
-            }
-        })
-    });
-    out
-}
-
 /// The mesh of the copies with a node for each fan, and for each node of it the node of the complex.
-fn build(complex: &Complex, copies: &[Copy], fans: &[u32], faces: &[String]) -> (TriMesh, Vec<u32>) {
+pub(super) fn build(complex: &Complex, copies: &[Copy], fans: &[u32], faces: &[String]) -> (TriMesh, Vec<u32>) {
     let mut mesh = TriMesh { faces: faces.to_vec(), ..TriMesh::default() };
     let count = fans.iter().max().map_or(0, |m| *m as usize + 1);
     let mut node = vec![0u32; count];

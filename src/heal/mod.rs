@@ -24,6 +24,7 @@
 //! triangular grids in the LOGOS software package preprocessor" (in Russian), 2020.
 
 mod arrange;
+mod boolean;
 mod clean;
 mod contours;
 mod exact;
@@ -39,6 +40,7 @@ mod sides;
 mod stitch;
 #[cfg(test)]
 mod tests;
+mod winding;
 mod wrap;
 
 use glam::DVec3;
@@ -51,6 +53,8 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
+pub use arrange::MOST_BODIES;
+pub use boolean::{Joined, boolean};
 pub use fillings::absorb_fillings;
 pub use report::{Action, Defect, HealReport, Repair};
 

@@ -475,6 +475,9 @@ impl Lowerer {
                 }
                 and = true;
             }
+            Primitive::Foreign(foreign) => {
+                return Err(foreign.refused("has no function, which is asked for here"));
+            }
             Primitive::Field(field) => {
                 let f = face!("field", "");
                 faces.push(self.leaf(Leaf::Field(field.clone(), *place), f, c.negate));

@@ -62,7 +62,7 @@ pub use oracle::ImplicitOracle;
 pub use plane::check_plane;
 pub use rfunction::RSystem;
 pub use sample::{Samples, Sampling, evaluate};
-pub use solid::{Placement, Primitive, Solid, SolidNode, Tpms};
+pub use solid::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
 pub(crate) use trim::{Trimmed, trimmed};

@@ -58,6 +58,7 @@ fn primitive(p: &Primitive, z: DVec3) -> Result<()> {
         Primitive::Torus { .. } => (false, "a torus"),
         Primitive::Tpms { .. } => (false, "a periodic surface"),
         Primitive::Revolve { .. } => (false, "a solid of revolution"),
+        Primitive::Foreign(_) => (false, "a boundary"),
         Primitive::Field(_) => (false, "a function of a program"),
     };
     if same {

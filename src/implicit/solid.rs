@@ -2,12 +2,15 @@
 //! program may build directly; lowering turns it into leaves and a tape.
 
 use std::ops;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
 use super::expr::Expr;
 use super::field::Field;
+use super::part::recipe::Recipe;
+use crate::error::{Error, Place};
 
 /// The triply periodic minimal surfaces on offer, as sheets of finite thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -116,6 +119,47 @@ pub enum Primitive {
     Formula(Expr),
     /// Inside where the field is positive. One face.
     Field(Arc<dyn Field>),
+    /// Inside a boundary that is no R-function. Only the pipeline makes meshes of such solids; everything that needs a function
+    /// refuses them.
+    Foreign(Arc<Foreign>),
+}
+
+/// A solid given by its boundary, which takes part in set operations with solids of R-functions.
+#[derive(Debug, Clone)]
+pub struct Foreign {
+    /// Where the boundary is.
+    pub source: Boundary,
+    /// Where the part file says so.
+    pub place: Place,
+}
+
+/// Where a boundary is.
+#[derive(Debug, Clone)]
+pub enum Boundary {
+    /// In a file of triangles; a relative path starts at the part file's folder.
+    Mesh(PathBuf),
+    /// In a STEP file, likewise.
+    Step(PathBuf),
+    /// In edges.
+    Built(Recipe),
+}
+
+impl Foreign {
+    /// What to call it in a message.
+    pub fn kind(&self) -> &'static str {
+        match self.source {
+            Boundary::Mesh(_) => "a mesh",
+            Boundary::Step(_) => "a STEP model",
+            Boundary::Built(_) => "a solid built from edges",
+        }
+    }
+
+    /// The error for what needs a function, or `what` else this solid cannot do, at its place in the part file.
+    pub fn refused(&self, what: &str) -> Error {
+        let message = format!("{} {what}", self.kind());
+        Error::input(self.place.clone(), message)
+            .with_help("it takes part in & | - and ~, and `rvachev mesh` makes a mesh of the part")
+    }
 }
 
 /// A similarity: `p -> scale * rotation * p + shift`. `rotation` is orthogonal and may reflect.

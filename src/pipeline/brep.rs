@@ -155,6 +155,38 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     Ok(made)
 }
 
+/// The first triangles of a boundary representation's faces: closed where it is, with edges shorter where triangles of one body cross
+/// each other otherwise. They are what a set operation starts from, and not remeshed.
+///
+/// Errors: those of [`mesh_step`].
+pub(super) fn first_triangles(
+    solid: &Parametric,
+    size: f64,
+    options: &MeshOptions,
+    report: &mut Report,
+    run: &Run,
+) -> Result<FaceMeshes> {
+    let chord = CHORD * options.tolerance.unwrap_or(DISTANCE * solid.bounds().diagonal());
+    let (wishes, mut looked) = (Wishes::default(), Looked::default());
+    let mut crossed: Vec<(DVec3, f64)> = Vec::new();
+    let mut held = None;
+    for round in 0..=HALVINGS {
+        let field = Graded::new(crossed.clone(), options.grading.unwrap_or(GENTLE));
+        let by_place = |p: DVec3| field.at(p, f64::INFINITY);
+        let mut told = report.clone();
+        let how = ([size, chord], held);
+        let (made, followed) = first_mesh(solid, how, options, &wishes, &by_place, (&mut told, &mut looked), run)?;
+        let hits = crossings(&made.mesh, run)?;
+        if hits.is_empty() || round == HALVINGS {
+            *report = told;
+            return Ok(made);
+        }
+        held = Some(followed);
+        crossed.extend(hits.iter().flatten().map(|t| halved(&made.mesh, *t as usize, options)));
+    }
+    Err(Error::Failed("no mesh was made".into()))
+}
+
 /// Says what was cut off.
 fn tell(report: &mut Report, trimmed: &Trimmed) {
     for c in &trimmed.cuts {
@@ -469,7 +501,7 @@ fn warn(brep: &Brep, found: &Check, report: &mut Report) {
 }
 
 /// One group for every body where there are several, one for every color.
-fn groups(brep: &Brep) -> Vec<Group> {
+pub(super) fn groups(brep: &Brep) -> Vec<Group> {
     let mut out = Vec::new();
     if brep.bodies.len() > 1 {
         out.extend(brep.bodies.iter().map(|b| Group { name: b.name.clone(), faces: b.faces.clone() }));

@@ -53,7 +53,8 @@ fn wires(all: &[Edges]) -> Result<Vec<Wire>> {
     all.iter().map(wire).collect()
 }
 
-fn build_one(r: &Recipe, run: &Run) -> Result<Brep> {
+/// Builds one. Errors: without a place in the file, but for those of recipes inside it.
+pub(super) fn build_one(r: &Recipe, run: &Run) -> Result<Brep> {
     let made = match &r.build {
         Build::Extrude { edges, direction, distance, scale, center, hole_scale, solid } => {
             let how = Extrusion {

@@ -32,6 +32,8 @@ pub enum Tried {
     Bodies,
     /// A soup remeshed.
     Soup,
+    /// Operands of set operations joined, and remeshed between their exact borders.
+    Joined,
 }
 
 /// How many places that were not proved are named.
@@ -200,6 +202,7 @@ impl Attempt {
             Tried::Faces => "faces",
             Tried::Bodies => "bodies",
             Tried::Soup => "soup",
+            Tried::Joined => "joined",
         };
         format!("{name} at size {:.4e}: {} triangles", self.size, self.triangles)
     }

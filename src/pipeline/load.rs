@@ -28,7 +28,11 @@ pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Resul
     let read: fn(&str) -> Result<Part> = match ending(path).as_deref() {
         Some("vm") => parse_vm,
         Some("csg") => parse_csg,
-        _ => return parse(text, overrides).map_err(|e| e.in_file(path)),
+        _ => {
+            let part = parse(text, overrides).map_err(|e| e.in_file(path))?;
+            let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+            return Ok(Part { folder, ..part });
+        }
     };
     if let Some((name, _)) = overrides.first() {
         let what =

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use super::attempts::{CELLS, LOOSE, Ladder, at};
+use super::boolean::{holds_foreign, mesh_boolean};
 use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
 use super::figure::{mesh_figure, no_figure};
@@ -237,6 +238,9 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     check_sequence(part, options)?;
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
+    }
+    if let Some(solid) = part.solid.as_ref().filter(|s| holds_foreign(s)) {
+        return mesh_boolean(part, solid, options, run);
     }
     if options.trim.is_some() {
         return Err(Error::Usage("trimming is for CAD models and solids built from edges: the part has none".into()));

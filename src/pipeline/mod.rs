@@ -2,6 +2,7 @@
 
 mod attempts;
 mod bodies;
+mod boolean;
 mod brep;
 mod brep_info;
 mod brep_oracle;

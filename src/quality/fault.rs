@@ -173,6 +173,13 @@ pub enum Fault {
         /// The first one's centroid.
         at: [f64; 3],
     },
+    /// Surfaces of two operands of a set operation are tangent or all but coincide: they have no exact border there.
+    Tangent {
+        /// At how many nodes.
+        count: usize,
+        /// The first ones.
+        places: Vec<[f64; 3]>,
+    },
     /// Triangles touch others where healing found no room to part them.
     Touching {
         /// How many.
@@ -218,6 +225,7 @@ impl Fault {
             | Fault::NotOriented { places, .. }
             | Fault::Crossing { places, .. }
             | Fault::Mended { places, .. }
+            | Fault::Tangent { places, .. }
             | Fault::EdgesMissing { places, .. } => places.clone(),
             Fault::SurfaceMissing { at, .. }
             | Fault::FaceMissing { at, .. }
@@ -241,6 +249,11 @@ impl Fault {
     /// Places without exact edges.
     pub(crate) fn edges_missing(at: &[DVec3]) -> Self {
         Fault::EdgesMissing { count: at.len(), places: first(at.iter().copied()) }
+    }
+
+    /// Nodes where surfaces that are joined have no border.
+    pub(crate) fn tangent(at: &[DVec3]) -> Self {
+        Fault::Tangent { count: at.len(), places: first(at.iter().copied()) }
     }
 
     /// So many triangles, in some boxes, that are mended.
@@ -343,6 +356,10 @@ impl fmt::Display for Fault {
             Fault::Kept { triangles, at } => {
                 let why = "the surface comes too close to itself there";
                 write!(f, "{triangles} triangles stay as they were, at {} and elsewhere: {why}", point(at))
+            }
+            Fault::Tangent { count, places } => {
+                let why = "surfaces that are joined touch or all but coincide: they have no exact border";
+                what(f, why, (*count, "nodes"), places)
             }
             Fault::Touching { triangles } => {
                 write!(f, "{triangles} triangles touch others where healing found no room to part them")

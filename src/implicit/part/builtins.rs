@@ -12,6 +12,7 @@ use super::super::solid::{Primitive, Solid, Tpms};
 use super::arguments::{Argument, Bound};
 use super::edges;
 use super::figures;
+use super::foreign;
 use super::functions::function;
 use super::interpreter::{Declared, Interpreter};
 use super::operators;
@@ -22,7 +23,7 @@ use crate::error::Result;
 use crate::spatial::Aabb;
 
 /// All names, for suggestions.
-pub(super) const NAMES: [&str; 63] = [
+pub(super) const NAMES: [&str; 64] = [
     "x",
     "y",
     "z",
@@ -60,6 +61,7 @@ pub(super) const NAMES: [&str; 63] = [
     "group",
     "faces",
     "mesh",
+    "step",
     "range",
     "len",
     "sum",
@@ -124,6 +126,8 @@ pub(super) fn call<'a>(
         "round" | "floor" | "ceil" | "trunc" if matches!(&arguments[..], [a] if matches!(a.value, Value::Formula(_))) => {
             function(it, range, name, arguments)
         }
+        "step" => foreign::file(it, range, name, arguments),
+        "mesh" if foreign::is_file(&arguments) => foreign::file(it, range, name, arguments),
         "units" | "part" | "group" | "faces" | "mesh" => declaration(it, range, name, arguments),
         "range" | "len" | "sum" | "enumerate" | "zip" | "int" | "float" | "round" | "str" | "list" | "tuple"
         | "degrees" | "radians" | "floor" | "ceil" | "trunc" => plain(it, range, name, arguments),
@@ -276,10 +280,10 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             for a in &arguments {
                 let items = a.value.items().unwrap_or_else(|| std::slice::from_ref(&a.value));
                 for v in items {
-                    all.push(v.solid().ok_or_else(|| {
-                        let e = it.error(a.range, format!("{name}() takes solids, not {}", v.kind()));
-                        if matches!(v, Value::Built(_)) { e.with_help(operators::APART) } else { e }
-                    })?);
+                    all.push(
+                        foreign::operand(v)
+                            .ok_or_else(|| it.error(a.range, format!("{name}() takes solids, not {}", v.kind())))?,
+                    );
                 }
             }
             if all.is_empty() {

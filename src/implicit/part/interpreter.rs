@@ -1,6 +1,7 @@
 //! Walks the syntax tree. Only what is listed here is allowed.
 
 use std::cell::Cell;
+use std::path::PathBuf;
 use std::rc::Rc;
 
 use ruff_python_ast::{self as ast, Expr, FStringPart, InterpolatedStringElement, Number, Stmt};
@@ -98,7 +99,17 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
             .with_help("end it with part(solid)"));
     };
     let Declared { solid, built, plane, rsystem, domain } = d;
-    Ok(Part { solid, built, plane, rsystem, domain, units: it.units, groups: it.groups, mesh: it.mesh })
+    Ok(Part {
+        solid,
+        built,
+        plane,
+        rsystem,
+        domain,
+        units: it.units,
+        groups: it.groups,
+        mesh: it.mesh,
+        folder: PathBuf::new(),
+    })
 }
 
 impl<'a> Interpreter<'a> {

@@ -9,6 +9,7 @@ mod builtins;
 mod csg;
 mod edges;
 mod figures;
+mod foreign;
 mod functions;
 mod guard;
 mod interpreter;
@@ -21,6 +22,7 @@ mod tests;
 mod value;
 mod vm;
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use super::rfunction::RSystem;
@@ -123,6 +125,8 @@ pub struct Part {
     pub groups: Vec<PartGroup>,
     /// Wishes for the mesh.
     pub mesh: MeshDefaults,
+    /// Where relative paths of files start: the part file's folder. Empty for the working directory.
+    pub folder: PathBuf,
 }
 
 impl Part {
@@ -137,6 +141,7 @@ impl Part {
             units: None,
             groups: Vec::new(),
             mesh: MeshDefaults::default(),
+            folder: PathBuf::new(),
         }
     }
 }

@@ -8,27 +8,18 @@ use ruff_text_size::TextRange;
 use super::super::expr::{Binary, Expr, Unary};
 use super::super::solid::{Solid, SolidNode};
 use super::figures;
+use super::foreign;
 use super::interpreter::Interpreter;
 use super::value::Value;
 use crate::error::Result;
 
 type It<'a> = Interpreter<'a>;
 
-/// How solids of two gates go into one part.
-pub(super) const APART: &str =
-    "solids built from edges take no part in set operations; part([a, b]) takes several that stand apart";
-
 pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'a>, r: Value<'a>) -> Result<Value<'a>> {
     let mismatch = || {
         let e = it.error(range, format!("{} {} {} has no meaning", l.kind(), op.as_str(), r.kind()));
         let mixed = matches!((&l, &r), (Value::Solid(_), Value::Formula(_)) | (Value::Formula(_), Value::Solid(_)));
-        if matches!(l, Value::Built(_)) || matches!(r, Value::Built(_)) {
-            e.with_help(APART)
-        } else if mixed {
-            e.with_help("make a solid of the formula: solid(f >= 0)")
-        } else {
-            e
-        }
+        if mixed { e.with_help("make a solid of the formula: solid(f >= 0)") } else { e }
     };
     // set operations
     if let Some(pair) = figures::operands(it, range, op, [&l, &r])? {
@@ -40,8 +31,9 @@ pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'
             _ => a - b,
         }));
     }
-    if matches!(l, Value::Solid(_) | Value::Condition(_)) || matches!(r, Value::Solid(_) | Value::Condition(_)) {
-        let (Some(a), Some(b)) = (l.solid(), r.solid()) else { return Err(mismatch()) };
+    let is_solid = |v: &Value<'a>| matches!(v, Value::Solid(_) | Value::Condition(_) | Value::Built(_));
+    if is_solid(&l) || is_solid(&r) {
+        let (Some(a), Some(b)) = (foreign::operand(&l), foreign::operand(&r)) else { return Err(mismatch()) };
         it.grow(range, 2)?;
         return Ok(Value::Solid(match op {
             Operator::BitAnd => a & b,

@@ -164,6 +164,8 @@ pub struct ExactMesh {
     pub seams: Vec<[u32; 2]>,
     /// Nodes where borders end or meet, and apexes.
     pub corners: Vec<u32>,
+    /// The piece of each triangle; `u32::MAX` for those on none.
+    pub pieces: Vec<u32>,
     /// What was met.
     pub report: ExactReport,
 }
@@ -349,7 +351,9 @@ fn remesh<'a>(
         report.slim = slim.map(|t| Aabb::around(m.corner_points(t))).collect();
     }
     let (seams, corners) = topology(&out, &r);
-    Ok((ExactMesh { mesh: out, seams, corners, report }, r))
+    let m = &r.work.mesh;
+    let pieces = m.triangles().map(|t| r.work.patches[m.label(t) as usize].piece).collect();
+    Ok((ExactMesh { mesh: out, seams, corners, pieces, report }, r))
 }
 
 /// Tells how much of the remesher's work is done, and how many triangles there are.

@@ -1,0 +1,276 @@
+//! Set operations on meshes, STEP models, bodies built from edges, and solids of R-functions.
+//!
+//! Every operand comes as closed triangles that know their pieces. The triangles are cut and joined exactly
+//! ([`heal::boolean`](crate::heal::boolean)), which settles the topology by signs alone. Nodes where two operands meet then go to the
+//! curve of both true surfaces, and the remesher of all gates works on the whole, with the pieces of all operands.
+
+mod joint;
+mod operand;
+mod tree;
+mod work;
+
+use super::history::{Attempt, Clock, Tried, add_attempt};
+use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed, check_groups, finish_names};
+use super::method::Method;
+use super::refine::Wishes;
+use super::report::Report;
+use super::touching::draw_apart;
+use crate::error::{Error, Place, Result};
+use crate::heal::{MOST_BODIES, boolean};
+use crate::implicit::Solid;
+use crate::implicit::part::{Part, SizeRequest};
+use crate::mesh::{Group, TriMesh};
+use crate::optimize::Sizing;
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patchwork};
+use crate::optimize::size::GRADATION;
+use crate::quality::{Expectation, Fault, check};
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+use joint::Joint;
+use operand::{Asked, Made, Wanted, load, make_foreign, make_functions, named_groups, with_size};
+use tree::Operand;
+pub(super) use tree::holds_foreign;
+use work::{Numbers, Work, align, coinciding, misfit, prepare};
+
+/// An endless solid of R-functions is kept in a box that is larger than what it is joined with by this share of the diagonal on every
+/// side, and by a little more for every operand, so that no two boxes coincide.
+const BEYOND: f64 = 0.11;
+const MORE: f64 = 0.007;
+/// Curvature makes edges at most this many times shorter than the size.
+const LEAST_SHARE: f64 = 4.0;
+/// A node of the cut is at most this many sizes from its place on the true surfaces.
+const REACH: f64 = 2.0;
+/// How often edges are halved around triangles that cross others or are turned over.
+const HALVINGS: usize = 4;
+/// They do not get shorter than this share of the size.
+const LEAST: f64 = 1.0 / 64.0;
+/// Edges this many times as long as a fault's box around it are halved.
+const AROUND: f64 = 1.0;
+
+/// Meshes a part that joins solids given by boundaries.
+///
+/// Guarantees: closed and oriented; nodes where two operands meet lie on both true surfaces to rounding, but for places that the report
+/// names; faces keep their names; the same bytes for any number of threads.
+///
+/// Errors: operands that cannot be read or are not closed, at their place in the part file; options that only R-functions know;
+/// operands whose triangles cannot be joined; cancellation.
+pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    refuse(options)?;
+    let solid = match part.domain {
+        Some(d) => Solid::cuboid(d.lo, d.hi).name("domain") & solid.clone(),
+        None => solid.clone(),
+    };
+    let (tree, operands) = tree::read(&solid)?;
+    if operands.len() > MOST_BODIES {
+        let what = format!("{} operands are joined with boundaries, and {MOST_BODIES} is the most", operands.len());
+        return Err(Error::input(Place::Unknown, what));
+    }
+    run.progress("read", 0.0);
+    let mut loaded = Vec::with_capacity(operands.len());
+    let mut bounds: Option<Aabb> = part.domain;
+    for o in &operands {
+        let read = match o {
+            Operand::Foreign(placed) => Some(load(placed, &part.folder, run)?),
+            Operand::Functions(_) => None,
+        };
+        for b in read.iter().map(operand::Loaded::bounds) {
+            bounds = Some(bounds.map_or(b, |a| a.union(&b)));
+        }
+        loaded.push(read);
+    }
+    let Some(bounds) = bounds else { return Err(Error::Failed("no operand has a boundary".into())) };
+    let size = match options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
+        SizeRequest::Length(h) => h,
+        SizeRequest::Share(s) => s * bounds.diagonal(),
+    };
+    let mut report = Report::of("joined", size, part.units.clone());
+    let mut clock = Clock::new(options.timed);
+    let own = with_size(options, size);
+    let wanted = Wanted { part, options: &own, size, run };
+    // Boundaries first: what has no end is kept in a box around them.
+    let mut around = bounds;
+    let mut boundaries: Vec<Option<Made>> = Vec::with_capacity(operands.len());
+    for (o, read) in operands.iter().zip(loaded) {
+        boundaries.push(match (o, read) {
+            (Operand::Foreign(placed), Some(read)) => Some(make_foreign(placed, read, &wanted, &mut report)?),
+            _ => None,
+        });
+        around = boundaries.last().iter().copied().flatten().fold(around, |b, m| b.union(&m.mesh.bounds()));
+    }
+    let mut made: Vec<Made> = Vec::with_capacity(operands.len());
+    for (k, (o, boundary)) in operands.iter().zip(boundaries).enumerate() {
+        let within = around.grown((BEYOND + MORE * k as f64) * around.diagonal());
+        made.push(match (o, boundary) {
+            (_, Some(boundary)) => boundary,
+            (Operand::Functions(s), None) => make_functions(s, within, &wanted, &mut report)?,
+            (Operand::Foreign(placed), None) => return Err(placed.solid.refused("was not read")),
+        });
+    }
+    report.attempts.iter_mut().for_each(|a| a.kept = false);
+    report.stage("operands", made.iter().map(|m| m.mesh.triangles.len()).sum(), &mut clock, run);
+    let scale = made.iter().fold(Aabb::EMPTY, |b, m| b.union(&m.mesh.bounds())).diagonal();
+    align(&mut made, scale);
+    if let Some(at) = coinciding(&made, scale, run)? {
+        let what = "curved or slanting surfaces of two operands coincide here: there is no exact border between them";
+        return Err(Error::input(Place::Point(at), what)
+            .with_help("make one of them a little larger or smaller; flat faces square to an axis may coincide"));
+    }
+    run.progress("join", 0.0);
+    let meshes: Vec<&TriMesh> = made.iter().map(|m| &m.mesh).collect();
+    let endless = || {
+        Error::input(Place::Unknown, "the solid may be infinite: what the boundaries are joined with has no end")
+            .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))")
+    };
+    if tree.holds(&vec![false; made.len()]) {
+        return Err(endless());
+    }
+    let joined = boolean(&meshes, &|state| tree.holds(state), run)?.ok_or_else(misfit)?;
+    if joined.mesh.triangles.is_empty() {
+        return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+    }
+    let numbers = Numbers::new(&made);
+    if joined.from.iter().any(|t| numbers.is_wall(&made, *t)) {
+        return Err(endless());
+    }
+    check_groups(part, numbers.names.iter().map(String::as_str))?;
+    report.stage("join", joined.mesh.triangles.len(), &mut clock, run);
+    let asked: Vec<Asked<'_>> = made.iter().map(|m| m.surface.asked()).collect();
+    let joint = Joint { operands: asked.iter().map(Asked::pieces).collect(), home: Numbers::home(&made), scale };
+    let work = prepare(&joined, &made, &numbers, &joint, REACH * size, run)?;
+    let Work { patchwork, tangent, astray } = work;
+    let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
+    let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
+    let remeshing = Remeshing { names: &names, joint: &joint, exact: &exact, size, run };
+    let mut best = remeshing.best(patchwork, options, &mut report)?;
+    if !joined.touching.is_empty() {
+        let drawn = draw_apart(&mut best.mesh, scale, run)?;
+        if drawn > 0 {
+            let what = "the solid touches itself: nodes there are drawn back into it by a billionth of its size";
+            report.warnings.push(format!("{what}, {drawn} of them"));
+        }
+    }
+    if !tangent.is_empty() {
+        report.shortfalls.push(Fault::tangent(&tangent));
+    }
+    if !astray.is_empty() {
+        report.shortfalls.push(Fault::edges_missing(&astray));
+    }
+    if best.report.inverted > 0 {
+        report.shortfalls.push(Fault::FacingAway { triangles: best.report.inverted });
+    }
+    finished(part, best, &made, report, &mut clock, run)
+}
+
+/// Options that only solids of R-functions, or only boundaries, know.
+fn refuse(options: &MeshOptions) -> Result<()> {
+    let refused = [
+        (options.method != Method::Leaf, "is joined with exact edges, by the method leaf alone"),
+        (options.sequence.is_some(), "is not made by a sequence of operators"),
+        (options.thickness.is_some(), "has no thickness that edges could follow"),
+        (options.trim.is_some(), "is not trimmed"),
+    ];
+    match refused.iter().find(|r| r.0) {
+        Some((_, what)) => Err(Error::Usage(format!("a part with a mesh or a CAD model in it {what}"))),
+        None => Ok(()),
+    }
+}
+
+fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
+    let wishes = Wishes::new(&options.refinements, diagonal, numbers.names.iter().map(String::as_str))?;
+    let least = options.least.unwrap_or(size / LEAST_SHARE);
+    // What the surfaces' curvature asks for is known at the nodes of the operands.
+    let sizing = Sizing { size, nodes_per_radius: None, chord: options.tolerance, least };
+    let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+    let own = |k: usize| numbers.face_sizes.get(k).copied().flatten();
+    let wish = |k: usize| wishes.faces.get(k).copied().flatten();
+    let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
+    let face_sizes = (0..numbers.names.len()).map(|k| smaller(own(k), wish(k))).collect();
+    Ok(ExactOptions { face_sizes, regions: wishes.regions, ..plain })
+}
+
+/// What stays the same from attempt to attempt.
+struct Remeshing<'a> {
+    names: &'a TriMesh,
+    joint: &'a Joint<'a>,
+    exact: &'a ExactOptions,
+    size: f64,
+    run: &'a Run,
+}
+
+impl Remeshing<'_> {
+    /// The remeshed triangles with the fewest faults, with shorter edges around them.
+    fn best(&self, mut work: Patchwork, options: &MeshOptions, report: &mut Report) -> Result<ExactMesh> {
+        let mut clock = Clock::new(options.timed);
+        let mut best: Option<(usize, usize, ExactMesh)> = None;
+        for _ in 0..=HALVINGS {
+            let made = remesh_patchwork(work.clone(), self.names, self.joint, self.exact, self.run, None)?;
+            let faults = made.report.self_intersections + made.report.inverted;
+            let (places, triangles) = (made.report.faults.clone(), made.mesh.triangles.len());
+            add_attempt(
+                &mut report.attempts,
+                Attempt::new(Tried::Joined, self.size, triangles, faults, &mut clock),
+                self.run,
+            );
+            if best.as_ref().is_none_or(|b| faults < b.0) {
+                best = Some((faults, report.attempts.len() - 1, made));
+            }
+            if faults == 0 || !self.halve(&mut work, &places) {
+                break;
+            }
+        }
+        let (_, number, made) = best.ok_or(Error::Cancelled)?;
+        if let Some(a) = report.attempts.get_mut(number) {
+            a.kept = true;
+        }
+        Ok(made)
+    }
+
+    /// Halves what nodes near some boxes want; whether that changed anything.
+    fn halve(&self, work: &mut Patchwork, places: &[Aabb]) -> bool {
+        let around = |b: &Aabb| b.grown(AROUND * b.diagonal());
+        let tree = Bvh::new(places.iter().map(around).collect());
+        let (least, mut any) = (LEAST * self.size, false);
+        for t in work.mesh.triangles() {
+            let mut near = false;
+            tree.overlapping(&Aabb::around(work.mesh.corner_points(t)), |_| near = true);
+            if !near {
+                continue;
+            }
+            for v in work.mesh.corners(t) {
+                let Some(s) = work.sizes.get_mut(v as usize) else { continue };
+                let now = s.min(self.size);
+                let half = (0.5 * now).max(least);
+                any |= half < now;
+                *s = half;
+            }
+        }
+        any
+    }
+}
+
+/// The finished mesh with its names and its report.
+fn finished(
+    part: &Part,
+    best: ExactMesh,
+    made: &[Made],
+    mut report: Report,
+    clock: &mut Clock,
+    run: &Run,
+) -> Result<Meshed> {
+    let ExactMesh { mut mesh, seams, corners, .. } = best;
+    mesh.groups.clear();
+    report.stage("mesh", mesh.triangles.len(), clock, run);
+    finish_names(part, &mut mesh, &mut report);
+    for (name, faces) in made.iter().flat_map(|m| named_groups(&m.mesh)) {
+        let number = |f: &String| mesh.faces.iter().position(|x| x == f).map(|k| k as u32);
+        let faces: Vec<u32> = faces.iter().filter_map(number).collect();
+        if !faces.is_empty() && !mesh.groups.iter().any(|g| g.name == name) {
+            mesh.groups.push(Group { name, faces });
+        }
+    }
+    run.progress("check", 0.0);
+    let measured = check(&mesh, Expectation::default(), None, run)?;
+    report.judge(measured);
+    report.stage("check", mesh.triangles.len(), clock, run);
+    Ok(Meshed { mesh, seams, corners, outline: None, report })
+}

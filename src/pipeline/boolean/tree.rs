@@ -1,0 +1,236 @@
+//! Which operands a part's tree joins, and how: parts of it that are R-functions alone are one operand each.
+
+use std::sync::Arc;
+
+use rustc_hash::FxHashSet;
+
+use crate::error::{Error, Place, Result};
+use crate::implicit::{Foreign, Placement, Primitive, Solid, SolidNode};
+
+/// Set operations within set operations above solids given by boundaries, at most: what is deeper would need more stack than a
+/// thread has. Chains of one operation count as one.
+const DEEPEST: usize = 200;
+
+/// How operands are joined.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Tree {
+    /// The operand of this number.
+    Operand(usize),
+    And(Vec<Tree>),
+    Or(Vec<Tree>),
+    Not(Box<Tree>),
+}
+
+/// What is joined.
+#[derive(Debug, Clone)]
+pub(super) enum Operand {
+    Functions(Solid),
+    Foreign(Placed),
+}
+
+/// A solid given by its boundary, with what the tree above says of it.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub(super) solid: Arc<Foreign>,
+    pub(super) placement: Placement,
+    pub(super) name: Option<Arc<str>>,
+    pub(super) size: Option<f64>,
+}
+
+impl Tree {
+    /// Whether a point is inside, given the operands that it is in.
+    pub(super) fn holds(&self, state: &[bool]) -> bool {
+        match self {
+            Tree::Operand(k) => state.get(*k).copied().unwrap_or(false),
+            Tree::And(all) => all.iter().all(|t| t.holds(state)),
+            Tree::Or(all) => all.iter().any(|t| t.holds(state)),
+            Tree::Not(t) => !t.holds(state),
+        }
+    }
+}
+
+fn children(node: &SolidNode) -> Vec<&Solid> {
+    match node {
+        SolidNode::Primitive(_) => Vec::new(),
+        SolidNode::And(all) | SolidNode::Or(all) => all.iter().collect(),
+        SolidNode::Not(s) | SolidNode::Placed(_, s) | SolidNode::Named(_, s) | SolidNode::Sized(_, s) => vec![s],
+        SolidNode::Blend(a, b, _) => vec![a, b],
+    }
+}
+
+type Holders = FxHashSet<*const SolidNode>;
+
+/// The nodes that hold a solid given by its boundary.
+fn holders(solid: &Solid) -> Holders {
+    let (mut seen, mut found) = (Holders::default(), Holders::default());
+    let mut stack = vec![(solid, false)];
+    while let Some((s, left)) = stack.pop() {
+        let key: *const SolidNode = s.node();
+        if left {
+            if children(s.node()).iter().any(|c| found.contains(&std::ptr::from_ref(c.node()))) {
+                found.insert(key);
+            }
+            continue;
+        }
+        if !seen.insert(key) {
+            continue;
+        }
+        if matches!(s.node(), SolidNode::Primitive(Primitive::Foreign(_))) {
+            found.insert(key);
+        }
+        stack.push((s, true));
+        stack.extend(children(s.node()).into_iter().map(|c| (c, false)));
+    }
+    found
+}
+
+/// Whether a tree holds a solid given by its boundary.
+pub(in crate::pipeline) fn holds_foreign(solid: &Solid) -> bool {
+    !holders(solid).is_empty()
+}
+
+#[derive(Clone)]
+struct Above {
+    placement: Placement,
+    name: Option<Arc<str>>,
+    size: Option<f64>,
+}
+
+impl Above {
+    fn put_on(&self, solid: Solid) -> Solid {
+        let mut s = solid;
+        if self.placement != Placement::IDENTITY {
+            s = s.placed(self.placement);
+        }
+        if let Some(name) = &self.name {
+            s = s.name(name);
+        }
+        match self.size {
+            Some(h) => s.size(h),
+            None => s,
+        }
+    }
+}
+
+struct Reader {
+    holders: Holders,
+    operands: Vec<Operand>,
+}
+
+/// The tree of a solid above its operands.
+///
+/// Errors: a solid given by its boundary in a blend, at its place in the part file; a tree that is too deep.
+pub(super) fn read(solid: &Solid) -> Result<(Tree, Vec<Operand>)> {
+    let mut reader = Reader { holders: holders(solid), operands: Vec::new() };
+    let tree = reader.read(solid, Above { placement: Placement::IDENTITY, name: None, size: None }, 0)?;
+    Ok((tree, reader.operands))
+}
+
+impl Reader {
+    fn holds(&self, s: &Solid) -> bool {
+        self.holders.contains(&std::ptr::from_ref(s.node()))
+    }
+
+    fn operand(&mut self, o: Operand) -> Tree {
+        self.operands.push(o);
+        Tree::Operand(self.operands.len() - 1)
+    }
+
+    fn read(&mut self, solid: &Solid, mut above: Above, depth: usize) -> Result<Tree> {
+        if depth > DEEPEST {
+            let what = format!("set operations on boundaries are nested more than {DEEPEST} deep");
+            return Err(Error::input(Place::Unknown, what));
+        }
+        let mut solid = solid;
+        loop {
+            if !self.holds(solid) {
+                return Ok(self.operand(Operand::Functions(above.put_on(solid.clone()))));
+            }
+            match solid.node() {
+                SolidNode::Placed(p, s) => {
+                    above.placement = above.placement.after(p);
+                    solid = s;
+                }
+                SolidNode::Named(n, s) => {
+                    above.name = Some(n.clone());
+                    solid = s;
+                }
+                SolidNode::Sized(h, s) => {
+                    above.size = Some(*h);
+                    solid = s;
+                }
+                SolidNode::Not(s) => return Ok(Tree::Not(Box::new(self.read(s, above, depth + 1)?))),
+                SolidNode::Primitive(Primitive::Foreign(f)) => {
+                    let Above { placement, name, size } = above;
+                    return Ok(self.operand(Operand::Foreign(Placed { solid: f.clone(), placement, name, size })));
+                }
+                SolidNode::And(_) | SolidNode::Or(_) => return self.chain(solid, &above, depth),
+                SolidNode::Blend(..) => return Err(refuse_blend(solid)),
+                SolidNode::Primitive(_) => return Err(Error::Failed("a function was taken for a boundary".into())),
+            }
+        }
+    }
+
+    /// A chain of one operation: all its R-functions are one operand.
+    fn chain(&mut self, solid: &Solid, above: &Above, depth: usize) -> Result<Tree> {
+        let and = matches!(solid.node(), SolidNode::And(_));
+        let (mut functions, mut parts) = (Vec::new(), Vec::new());
+        let mut stack = vec![solid];
+        while let Some(s) = stack.pop() {
+            match s.node() {
+                _ if !self.holds(s) => functions.push(s.clone()),
+                SolidNode::And(all) if and => stack.extend(all.iter().rev()),
+                SolidNode::Or(all) if !and => stack.extend(all.iter().rev()),
+                _ => parts.push(self.read(s, above.clone(), depth + 1)?),
+            }
+        }
+        if !functions.is_empty() {
+            let one = if and { Solid::intersection(functions) } else { Solid::union(functions) };
+            parts.push(self.operand(Operand::Functions(above.put_on(one))));
+        }
+        Ok(if and { Tree::And(parts) } else { Tree::Or(parts) })
+    }
+}
+
+/// The error for a blend with a solid given by its boundary.
+fn refuse_blend(blend: &Solid) -> Error {
+    let mut stack = vec![blend];
+    while let Some(s) = stack.pop() {
+        if let SolidNode::Primitive(Primitive::Foreign(f)) = s.node() {
+            return f.refused("cannot be blended");
+        }
+        stack.extend(children(s.node()));
+    }
+    Error::Failed("a blend holds no boundary".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::part::parse;
+
+    fn tree(text: &str) -> Result<(Tree, Vec<Operand>)> {
+        read(&parse(text, &[]).unwrap().solid.unwrap())
+    }
+
+    #[test]
+    fn functions_of_a_chain_are_one_operand() {
+        let (t, o) =
+            tree("part(mesh('a.stl') - sphere(1) - sphere(2, at=(1, 0, 0)) - (step('b.step') | box(1)))").unwrap();
+        assert_eq!(o.len(), 4);
+        assert!(matches!(&o[3], Operand::Functions(_)));
+        let Tree::And(parts) = &t else { panic!("{t:?}") };
+        assert_eq!(parts.len(), 3);
+        // In the mesh, outside of the others: all functions hold at once.
+        assert!(t.holds(&[true, false, false, true]) && !t.holds(&[true, true, false, true]));
+        assert!(!t.holds(&[true, false, false, false]));
+    }
+
+    #[test]
+    fn blends_and_deep_trees_are_refused() {
+        let e = tree("part(blend(mesh('a.stl'), sphere(1), 0.1))").unwrap_err().to_string();
+        assert!(e.starts_with("line 1") && e.contains("cannot be blended"), "{e}");
+        let deep = format!("def f(s): return sphere(1) - s\ns = mesh('a.stl')\n{}part(s)", "s = f(s)\n".repeat(500));
+        assert!(tree(&deep).is_err());
+    }
+}
