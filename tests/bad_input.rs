@@ -86,7 +86,7 @@ fn bad_requests_are_usage_errors() {
         (&["--size", "1e-5"], &["size 0.00001 needs about", "GiB", "more than the 8.0 GiB allowed"]),
         (&["--size", "1e-3", "--memory", "0.001"], &["needs about", "MiB of memory"]),
         (&["--size", "1e-12"], &["size 0.000000000001 is too small"]),
-        (&["--method", "magic"], &["mc, paper, operators, cut, leaf, complex"]),
+        (&["--method", "magic"], &["mc, paper, operators, cut, leaf"]),
         (&["-D", "radius"], &["NAME=VALUE"]),
         (&["-D", "nobody=1"], &["nobody", "no number is assigned"]),
         (&["-D", "r=nan"], &["-D r", "finite"]),

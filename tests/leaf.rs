@@ -796,7 +796,7 @@ fn creases_of_a_closure_are_recovered_by_default() {
 
 #[test]
 fn the_arrangement_alone_makes_the_samples_exact() {
-    use rvachev::pipeline::{Method, Tried};
+    use rvachev::pipeline::Tried;
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
     for name in [
         "cube_with_holes",
@@ -808,7 +808,7 @@ fn the_arrangement_alone_makes_the_samples_exact() {
         "small_features",
     ] {
         let part = load_part(&data.join(name).with_extension("py"), &[]).unwrap();
-        let options = MeshOptions { method: Method::Complex, ..MeshOptions::default() };
+        let options = MeshOptions::default();
         let made = mesh_part(&part, &options, &Run::new()).unwrap();
         assert_eq!(made.report.shortfalls.len(), 0, "{name}: {:?}", made.report.shortfalls);
         let [attempt] = &made.report.attempts[..] else { panic!("{name}: {:?}", made.report.attempts) };

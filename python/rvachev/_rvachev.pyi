@@ -23,7 +23,7 @@ class Run(TypedDict, total=False):
     threads: int
 
 class Options(Run, total=False):
-    method: Literal["leaf", "complex", "operators", "paper", "cut", "mc"]
+    method: Literal["leaf", "operators", "paper", "cut", "mc"]
     angle: float
     tol: float
     grading: float

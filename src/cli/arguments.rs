@@ -151,7 +151,7 @@ pub struct Mesh {
     pub how: How,
     #[command(flatten)]
     pub triangles: Triangles,
-    /// leaf: exact edges from the tree; complex: from the arrangement of its leaves alone; operators: marching cubes, then the
+    /// leaf: exact edges from the tree; operators: marching cubes, then the
     /// operators of Lisnyak (2014) in an order that was measured; paper: as printed there; cut: creases cut where normals differ,
     /// smoothing, flips; mc: marching cubes alone [default: leaf, with --sequence operators]
     #[arg(long, value_name = "METHOD", value_parser = method)]

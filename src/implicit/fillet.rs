@@ -245,11 +245,6 @@ impl Fillet {
         if u > 0.0 && v > 0.0 { u.hypot(v) - self.radius } else { a.max(b) }
     }
 
-    /// At most zero where the fillet has ended and goes on along the side other than number `k`.
-    pub(crate) fn reach(&self, k: usize, p: DVec3) -> f64 {
-        self.radius + self.sides[k].continued(p)
-    }
-
     /// Of a side: the other one.
     fn opposite(&self, k: usize) -> &Side {
         &self.sides[1 - k]
@@ -307,11 +302,6 @@ impl Apart<'_> {
         Dual::new(self.sign * (self.radius + a.v - b.v), self.sign * (a.g - b.g))
     }
 
-    /// The value, where fillets end in what they end in.
-    fn value(&self, p: DVec3) -> f64 {
-        self.sign * (self.radius + self.more.continued(p) - self.less.map_or(0.0, |s| s.continued(p)))
-    }
-
     fn reversed(self) -> Self {
         Self { sign: -self.sign, ..self }
     }
@@ -355,16 +345,6 @@ fn apart<'a>(a: Signed<'a>, b: Signed<'a>) -> Option<Apart<'a>> {
         (Leaf::Fillet(f), Leaf::Fillet(g)) if a.negate == b.negate => f.apart_from(g).map(|x| turned(x, a.negate)),
         _ => None,
     })
-}
-
-/// The value of leaf `j`, or what has its sign, on the surface of leaf `on`: also where the two touch.
-pub(crate) fn value_on(leaves: &[Leaf], on: u32, j: u32, p: DVec3) -> f64 {
-    touching(leaves, on, j).map_or_else(|| leaves[j as usize].value(p), |a| a.value(p))
-}
-
-/// Whether one leaf ends in the other or both end in a third.
-pub(crate) fn touch(leaves: &[Leaf], on: u32, j: u32) -> bool {
-    touching(leaves, on, j).is_some()
 }
 
 /// What tells the sides of leaf `j` on the surface of leaf `on`, if one ends in the other or both end in a third.

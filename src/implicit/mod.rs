@@ -43,7 +43,6 @@ mod tape;
 #[cfg(test)]
 mod tests;
 mod thin;
-mod trim;
 mod written;
 
 pub use complex::Unproved;
@@ -65,5 +64,4 @@ pub use sample::{Samples, Sampling, evaluate};
 pub use solid::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
-pub(crate) use trim::{Trimmed, trimmed};
 pub use written::write_vm;

@@ -1,22 +1,16 @@
-//! Which cells the leaf method is tried with: each size is scouted first, by extraction and cut alone, and only what comes
-//! out of that well is remeshed.
-
-use std::cmp::Ordering;
+//! Which cells the leaf method is tried with: the leaves' arrangement on ever smaller ones, around what comes out at fault first, then
+//! everywhere.
 
 use glam::DVec3;
 
 use super::history::{Attempt, Clock, Proof, Tried, add_attempt};
 use super::leaf::exact_options;
 use super::mesh::{MeshOptions, Ready, nothing_found};
-use super::method::Method;
 use super::touching::draw_apart;
 use crate::error::{Error, Result};
-use crate::geometry::Pieces;
-use crate::implicit::{
-    CellGrid, Extracted, ImplicitOracle, SurfacePoint, Trimmed, arranged, drop_splinters, surface_points, trimmed,
-};
+use crate::implicit::{CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points};
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::{CutReport, ExactMesh, Observer, Patchwork, Raw, cut_pieces, patch_pieces, remesh_cut};
+use crate::optimize::exact::{ExactMesh, Observer, Patchwork, patch_pieces, remesh_patches};
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -31,8 +25,7 @@ pub(super) const ARRANGED: f64 = 2.0;
 const COARSER: u8 = 1;
 /// How often cells around what came out at fault are halved more than elsewhere, one attempt after the other.
 const SMALLER: [u8; 4] = [0, 2, 4, 6];
-/// With fewer triangles other ways cost a second or two: they are tried before an arrangement is healed. The rings of
-/// `tests/leaf.rs` that cross in points of many faces come out clean by cutting.
+/// With fewer triangles smaller cells cost a second or two: they are tried before an arrangement is healed.
 const CHEAP: usize = 20_000;
 /// An arrangement is healed if at most one triangle in so many is at fault.
 const MOST_HEALED: usize = 20;
@@ -40,8 +33,6 @@ const MOST_HEALED: usize = 20;
 const MOST_UNPROVED: usize = 10;
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
-/// How many attempts without all edges are remeshed, until one is sound.
-const OTHERS: usize = 3;
 /// A splinter is lost, and so is the surface when only extracted, if the mesh does not come nearer to it than this many cells:
 /// tips of sharp edges are that long.
 const LOST: f64 = 3.0;
@@ -49,9 +40,6 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
-/// Of what did not come out well that is left aside which lacks more than this many times the exact edges of what was remeshed.
-const FAR_WORSE: usize = 4;
-
 /// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
     far_from(mesh, things, place, reach, |_, _| true)
@@ -97,9 +85,6 @@ struct Smaller<'a> {
     times: u8,
 }
 
-/// What cutting an extraction gave.
-type Cutting = (Patchwork, CutReport);
-
 /// What one size of cells gave before remeshing.
 #[derive(Clone)]
 pub(super) struct Scout {
@@ -110,13 +95,8 @@ pub(super) struct Scout {
     finest: f64,
     /// Points of the surface where it may have been missed.
     points: Vec<SurfacePoint>,
-    /// Whether some of them, other than tips, were not extracted.
-    gone: bool,
     /// Points that the mesh must come near to: see [`drop_splinters`].
     splinters: Vec<DVec3>,
-    /// Places without an exact edge, once it is cut, and whether [cutting was given up](CutReport::bridged).
-    unresolved: Vec<DVec3>,
-    bridged: bool,
     /// What was shown of the arrangement it was made from, if it was,
     pub(super) proof: Option<Proof>,
     /// and whether the solid touches itself there.
@@ -129,50 +109,7 @@ impl Scout {
         run.progress("look", 0.0);
         run.triangles(extracted.mesh.triangles.len());
         let points = surface_points(&ready.model, &extracted, run)?;
-        let gone = !far(&extracted.mesh, &points, |x| x.at, LOST * cell).is_empty();
-        let (unresolved, proof) = (Vec::new(), None);
-        Ok(Self {
-            extracted,
-            cell,
-            finest: cell,
-            points,
-            gone,
-            splinters,
-            unresolved,
-            bridged: false,
-            proof,
-            touches: false,
-        })
-    }
-
-    fn cut(&mut self, ready: &Ready, run: &Run) -> Result<Cutting> {
-        run.progress("cut", 0.0);
-        run.triangles(self.extracted.mesh.triangles.len());
-        let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
-        let cut = cut_pieces(&Raw { mesh: &self.extracted.mesh, cell: self.cell, kept: &[] }, &oracle, run)?;
-        (self.unresolved, self.bridged) = (cut.1.unresolved.clone(), cut.1.bridged);
-        Ok(cut)
-    }
-
-    /// The same cells with each leaf's surface made for itself and cut by the others, where that fits together.
-    fn trimmed(&self, ready: &Ready, run: &Run) -> Result<Option<(Self, Cutting)>> {
-        run.progress("trim", 0.0);
-        run.triangles(self.extracted.mesh.triangles.len());
-        let Some(made) = trimmed(&ready.model, &self.extracted, run)? else { return Ok(None) };
-        Ok(self.made_anew(ready, made))
-    }
-
-    /// The same cells with a mesh in which every triangle lies on one leaf, if it is a manifold.
-    fn made_anew(&self, ready: &Ready, made: Trimmed) -> Option<(Self, Cutting)> {
-        let mut extracted = self.extracted.clone();
-        let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let cut = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell).ok()?;
-        let mesh = made.mesh;
-        let known = |t: usize| made.faces.get(t).copied();
-        let face = |t: usize| known(t).or_else(|| oracle.face_at(mesh.labels[t], mesh.centroid(t))).unwrap_or(0);
-        extracted.mesh.labels = (0..mesh.triangles.len()).map(face).collect();
-        (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
-        Some((Self { extracted, gone: false, unresolved: Vec::new(), bridged: false, ..self.clone() }, cut))
+        Ok(Self { extracted, cell, finest: cell, points, splinters, proof: None, touches: false })
     }
 
     /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
@@ -182,7 +119,7 @@ impl Scout {
         options: &MeshOptions,
         smaller: &Smaller<'_>,
         run: &Run,
-    ) -> Result<Option<(Self, Cutting)>> {
+    ) -> Result<Option<(Self, Patchwork)>> {
         let grid = CellGrid {
             size: ARRANGED * self.cell,
             coarser: COARSER,
@@ -200,23 +137,23 @@ impl Scout {
             return Ok(None);
         }
         let (proof, touches) = (Proof::of(&made), made.touches);
-        let Some((mut scout, cut)) = self.made_anew(ready, made.made) else { return Ok(None) };
+        let mut extracted = self.extracted.clone();
+        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let made = made.made;
+        let Ok(work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
+            return Ok(None);
+        };
+        let mesh = made.mesh;
+        extracted.mesh.labels = made.faces;
+        (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
         // Curves are followed as with the smallest cells that are tried else.
-        scout.finest = CELLS[CELLS.len() - 1] * self.cell;
-        (scout.proof, scout.touches) = (Some(proof), touches);
-        Ok(Some((scout, cut)))
-    }
-
-    /// What makes one worse than another: parts of the surface that are not there, then places without an exact edge; with
-    /// nothing between them, larger cells.
-    fn compare(&self, other: &Self) -> Ordering {
-        let badness = |s: &Self| (s.gone, s.bridged, s.unresolved.len());
-        badness(self).cmp(&badness(other)).then(self.cell.total_cmp(&other.cell))
+        let finest = CELLS[CELLS.len() - 1] * self.cell;
+        Ok(Some((Self { extracted, finest, proof: Some(proof), touches, ..self.clone() }, work)))
     }
 
     fn remesh(
         self,
-        cut: Cutting,
+        work: Patchwork,
         ready: &Ready,
         options: &MeshOptions,
         run: &Run,
@@ -224,7 +161,7 @@ impl Scout {
     ) -> Result<Trial> {
         let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let wanted = exact_options(ready, options, self.finest)?;
-        let mut exact = remesh_cut(&self.extracted.mesh, cut, &oracle, &wanted, run, observer.as_deref_mut())?;
+        let mut exact = remesh_patches(&self.extracted.mesh, work, &oracle, &wanted, run, observer.as_deref_mut())?;
         let mut drawn = 0;
         if self.touches && exact.report.self_intersections > 0 {
             drawn = draw_apart(&mut exact.mesh, ready.model.bounds().diagonal(), run)?;
@@ -260,16 +197,16 @@ pub(super) struct Trial {
 
 impl Trial {
     fn badness(&self) -> (usize, bool, usize) {
-        let lacking = self.scout.unresolved.len() + self.exact.report.astray.len() + self.flat.len();
+        let lacking = self.exact.report.astray.len() + self.flat.len();
         (self.faults(), !self.missed.is_empty(), lacking)
     }
 
     /// Adds itself to the attempts.
-    fn told(mut self, tried: Tried, attempts: &mut Vec<Attempt>, clock: &mut Clock, run: &Run) -> Self {
+    fn told(mut self, attempts: &mut Vec<Attempt>, clock: &mut Clock, run: &Run) -> Self {
         self.number = attempts.len();
-        let attempt = Attempt::new(tried, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
+        let attempt =
+            Attempt::new(Tried::Arrange, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
         let attempt = Attempt { proof: self.scout.proof.clone(), ..attempt };
-        let edges_missing = self.exact.report.cut.unresolved.len();
         let lacks = [
             (!self.missed.is_empty(), "some of the surface is not in the mesh"),
             (!self.flat.is_empty(), "a face is passed over"),
@@ -277,14 +214,8 @@ impl Trial {
             (self.lost().is_some(), "something is thinner than the cells"),
         ];
         let lacks: Vec<&str> = lacks.iter().filter(|l| l.0).map(|l| l.1).collect();
-        add_attempt(attempts, Attempt { edges_missing, ..attempt }.because(lacks.join("; ")), run);
+        add_attempt(attempts, attempt.because(lacks.join("; ")), run);
         self
-    }
-
-    /// Ends the search with this one.
-    fn searched(self, crossed: bool, mut attempts: Vec<Attempt>) -> Searched {
-        attempts[self.number].kept = true;
-        Searched { best: self, crossed, attempts }
     }
 
     fn is_clean(&self) -> bool {
@@ -293,20 +224,19 @@ impl Trial {
 
     /// Whether no other attempt is worth it: nothing is wrong, or all was found, so that smaller cells find no more, and what is at
     /// fault can be healed.
-    fn ends(&self, options: &MeshOptions) -> bool {
+    fn ends(&self) -> bool {
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let triangles = self.exact.mesh.triangles.len();
             let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
             few && MOST_UNPROVED * proof.unproved <= proof.cells
         });
-        found || self.is_clean() || options.method == Method::Complex
+        found || self.is_clean()
     }
 
-    /// Whether it is sound, or of an arrangement with few faults. Where most triangles cross, walls are thinner than the bends of
+    /// Whether it is sound, or with few faults. Where most triangles cross, walls are thinner than the bends of
     /// their edges: healing would tear them.
     fn can_be_healed(&self) -> bool {
-        let arranged = self.scout.proof.is_some();
-        self.faults() == 0 || (arranged && MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len())
+        MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len()
     }
 
     /// Triangles that intersect others or are turned over.
@@ -321,7 +251,6 @@ impl Trial {
 
     /// What the mesh lacks, for the report.
     pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<Fault> {
-        let unresolved = &self.exact.report.cut.unresolved;
         let face =
             |x: &SurfacePoint| ready.model.faces().get(x.face as usize).map_or_else(String::new, |f| f.name.clone());
         let mut list: Vec<Fault> = Vec::new();
@@ -331,9 +260,6 @@ impl Trial {
             more: self.missed.len() - 1,
         }));
         list.extend(self.flat.first().map(|x| Fault::FaceMissing { face: face(x), at: x.at.to_array() }));
-        if !unresolved.is_empty() {
-            list.push(Fault::edges_missing(unresolved));
-        }
         list.extend(self.lost().map(|p| Fault::Thin { at: p.to_array() }));
         list
     }
@@ -343,24 +269,12 @@ pub(super) fn at(p: DVec3) -> String {
     format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
 }
 
-/// What may be tried.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ladder<'a> {
-    /// Cells, as shares of the size, the largest first.
-    pub(super) cells: &'a [f64],
-    /// Whether the leaves' arrangement is.
-    pub(super) arrange: bool,
-}
-
-impl Ladder<'_> {
-    pub(super) const WHOLE: Self = Ladder { cells: &CELLS, arrange: true };
-}
-
 /// What a search gave.
 pub(super) struct Searched {
-    pub(super) best: Trial,
-    /// Whether a mesh with all its edges was given up because its triangles crossed.
-    pub(super) crossed: bool,
+    /// The best attempt, unless most of its triangles cross.
+    pub(super) best: Option<Trial>,
+    /// Triangles of the last one that intersect others, and that are turned over.
+    pub(super) faults: [usize; 2],
     /// What was tried.
     pub(super) attempts: Vec<Attempt>,
 }
@@ -386,11 +300,11 @@ fn arrange_at(
     let mut places: Vec<Aabb> = Vec::new();
     let mut fewest = usize::MAX;
     for times in SMALLER {
-        let Some((made, cut)) = scout.arranged(ready, options, &Smaller { places: &places, times }, run)? else {
+        let Some((made, work)) = scout.arranged(ready, options, &Smaller { places: &places, times }, run)? else {
             break;
         };
-        let this = made.remesh(cut, ready, options, run, observer)?;
-        let this = this.told(Tried::Arrange, telling.attempts, telling.clock, run);
+        let this = made.remesh(work, ready, options, run, observer)?;
+        let this = this.told(telling.attempts, telling.clock, run);
         // Where that made no difference, cells are not what is missing.
         let goes_on = this.faults() > 0 && this.can_be_healed() && this.faults() < fewest;
         fewest = fewest.min(this.faults());
@@ -405,26 +319,23 @@ fn arrange_at(
     Ok(best)
 }
 
-/// The first attempt that comes out clean; otherwise the best: where exact edges were not found everywhere, that with the
-/// fewest places without.
+/// The first attempt that comes out clean, with cells that are some shares of the size, the largest first; otherwise the best.
+///
+/// Errors: where there is nothing, or too much for the memory; cancellation.
 pub(super) fn search(
     ready: &Ready,
     options: &MeshOptions,
-    ladder: &Ladder<'_>,
+    cells: &[f64],
     run: &Run,
     observer: &mut Option<&mut Observer<'_>>,
 ) -> Result<Searched> {
     let mut best: Option<Trial> = None;
-    let mut crossed = false;
-    // What did not come out well, the best first, cut or still to be.
-    let mut others: Vec<(Scout, Option<Cutting>)> = Vec::new();
     let mut first_error = None;
-    let arrange = ladder.arrange;
-    let cuts = false;
     let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
-    for share in ladder.cells {
+    let mut faults = [0; 2];
+    for share in cells {
         let cell = share * ready.size;
-        let known = others.first().map(|s| &s.0).or(best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout));
+        let known = best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout);
         let triangles = |s: &Scout| s.extracted.mesh.triangles.len() as f64 * (s.cell / cell).powi(2);
         if known.is_some_and(|s| triangles(s) > MOST_TRIANGLES) {
             break;
@@ -439,78 +350,26 @@ pub(super) fn search(
             }
         };
         let nothing = extracted.mesh.triangles.is_empty();
-        let mut scout = Scout::new(ready, cell, extracted, run)?;
+        let scout = Scout::new(ready, cell, extracted, run)?;
         if nothing {
             first_error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
         }
-        let mut cut = None;
-        let mut first = None;
-        let mut seconds = Vec::new();
-        if arrange {
-            let mut telling = Telling { ready, attempts: &mut attempts, clock: &mut clock };
-            if let Some(this) = arrange_at(&scout, options, &mut telling, run, observer)? {
-                if this.ends(options) {
-                    return Ok(this.searched(crossed, attempts));
-                }
-                crossed |= this.faults() > 0;
-                seconds.extend(Some(this).filter(Trial::can_be_healed));
-            }
-        }
-        if cuts && !scout.gone && !nothing {
-            // Of the surface as extracted first: it comes out well where nothing is sharper or thinner than the cells.
-            cut = Some(scout.cut(ready, run)?);
-            if let Some(cut) = cut.take_if(|_| scout.unresolved.is_empty()) {
-                let this = scout.clone().remesh(cut, ready, options, run, observer)?;
-                let this = this.told(Tried::Cut, &mut attempts, &mut clock, run);
-                if this.is_clean() {
-                    return Ok(this.searched(crossed, attempts));
-                }
-                first = Some(this);
-            }
-        }
-        if cuts && first.is_none() && !nothing {
-            let (triangles, edges_missing) = (scout.extracted.mesh.triangles.len(), scout.unresolved.len());
-            let attempt = Attempt::new(Tried::Cut, cell, triangles, 0, &mut clock);
-            let why = if scout.gone { "cells miss some of the surface" } else { "edges are missing: not remeshed" };
-            add_attempt(&mut attempts, Attempt { edges_missing, ..attempt }.because(why), run);
-        }
-        if cuts && let Some((made, cut)) = scout.trimmed(ready, run)? {
-            let this = made.remesh(cut, ready, options, run, observer)?;
-            let this = this.told(Tried::Trim, &mut attempts, &mut clock, run);
-            if this.ends(options) {
-                return Ok(this.searched(crossed, attempts));
-            }
-            crossed |= this.faults() > 0;
-            // Faults of a trimmed one cannot be left as extracted.
-            seconds.extend(Some(this).filter(Trial::can_be_healed));
-        }
-        if first.is_none() && !nothing {
-            others.push((scout, cut));
-            others.sort_by(|a, b| a.0.compare(&b.0));
-            others.truncate(OTHERS);
-        }
-        for this in first.into_iter().chain(seconds) {
-            if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
-                best = Some(this);
-            }
-        }
-    }
-    // A sound one with its walls lacks no more than a splinter, or some edges.
-    for (mut scout, cut) in others {
-        if best.as_ref().is_some_and(|b| b.faults() == 0 && b.missed.is_empty()) {
-            break;
-        }
-        let cut = cut.map_or_else(|| scout.cut(ready, run), Ok)?;
-        let lacks = |s: &Scout| s.unresolved.len();
-        if best.as_ref().is_some_and(|b| !b.scout.gone && lacks(&scout) > FAR_WORSE * lacks(&b.scout).max(1)) {
-            continue;
-        }
-        let this = scout.remesh(cut, ready, options, run, observer)?;
-        let this = this.told(Tried::Cut, &mut attempts, &mut clock, run);
-        if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
+        let mut telling = Telling { ready, attempts: &mut attempts, clock: &mut clock };
+        let Some(this) = arrange_at(&scout, options, &mut telling, run, observer)? else { continue };
+        let report = &this.exact.report;
+        faults = [report.self_intersections, report.inverted];
+        let ends = this.ends();
+        if ends || (this.can_be_healed() && best.as_ref().is_none_or(|b| this.badness() < b.badness())) {
             best = Some(this);
         }
+        if ends {
+            break;
+        }
     }
-    let best = best.ok_or_else(|| first_error.unwrap_or_else(|| Error::Failed("no attempt was made".into())))?;
-    Ok(best.searched(crossed, attempts))
+    match (&best, first_error) {
+        (Some(best), _) => attempts[best.number].kept = true,
+        (None, Some(e)) if attempts.is_empty() => return Err(e),
+        _ => {}
+    }
+    Ok(Searched { best, faults, attempts })
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::attempts::Ladder;
+use super::attempts::CELLS;
 use super::leaf::by_leaf;
 use super::mesh::{MeshOptions, Ready, check_groups, finish_names};
 use super::method::Method;
@@ -95,7 +95,7 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
     by_leaf(
         &ready,
         options,
-        &Ladder::WHOLE,
+        &CELLS,
         run,
         Some(&mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone()))),
     )?;

@@ -1,12 +1,11 @@
 //! Creases inside black boxes: closures, and formulas that do not fall into leaves. The leaf method knows nothing of them and
 //! cuts them off; the default sequence of operators, which sees only the surface, finds them.
 
-use super::attempts::{CELLS, Ladder};
 use super::history::{Attempt, Clock, Tried, add_attempt, tell_dropped};
-use super::leaf::{ByLeaf, by_leaf};
+use super::leaf::ByLeaf;
 use super::mesh::{MeshOptions, Ready};
 use super::method::Method;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::implicit::{ImplicitOracle, creased};
 use crate::optimize::improve;
 use crate::run::Run;
@@ -14,42 +13,6 @@ use crate::run::Run;
 /// The operators' mesh is taken if it cuts off creases with at most this share of the triangles that cut them off in the leaf
 /// method's: of what they recover nothing is left, of bends tighter than the cells about as much as before.
 const RECOVERED: f64 = 0.5;
-
-/// The arrangement of the leaves, where a cut mesh cuts creases off and it does not: a faint edge between two leaves of one face is
-/// no border to the cut.
-fn arranged_instead(
-    ready: &Ready,
-    cut: &ByLeaf,
-    cut_off: usize,
-    options: &MeshOptions,
-    run: &Run,
-) -> Result<Option<ByLeaf>> {
-    // One was made already, and was no better.
-    let tried = cut.attempts.iter().any(|a| a.rung == Tried::Arrange);
-    if tried || options.method != Method::Leaf || ready.model.has_black_boxes() {
-        return Ok(None);
-    }
-    let alone = MeshOptions { method: Method::Complex, ..options.clone() };
-    let ladder = Ladder { cells: &CELLS[..1], arrange: true };
-    let made = match by_leaf(ready, &alone, &ladder, run, None) {
-        Ok(made) => made,
-        Err(Error::Cancelled) => return Err(Error::Cancelled),
-        // It cannot be had: there are other ways.
-        Err(_) => return Ok(None),
-    };
-    let left = if made.proved {
-        0
-    } else {
-        creased(&made.mesh, &ImplicitOracle::new(&ready.model, &made.extracted), run).len()
-    };
-    let sound = made.arranged && made.intersecting == Some(0) && made.shortfalls.is_empty();
-    if !sound || left as f64 > RECOVERED * cut_off as f64 {
-        return Ok(None);
-    }
-    let mut attempts = given_up(cut, cut_off, run);
-    attempts.extend(made.attempts.iter().cloned());
-    Ok(Some(ByLeaf { attempts, method: cut.method, ..made }))
-}
 
 /// The attempts at a mesh that is given up for the creases it cuts off.
 fn given_up(made: &ByLeaf, cut_off: usize, run: &Run) -> Vec<Attempt> {
@@ -63,7 +26,7 @@ fn given_up(made: &ByLeaf, cut_off: usize, run: &Run) -> Vec<Attempt> {
     attempts
 }
 
-/// The part by the leaves' arrangement or by the operators, where a mesh of the leaf method cuts creases off and theirs does not.
+/// The part by the operators, where a mesh of the leaf method cuts creases off and theirs does not.
 pub(super) fn hidden_creases(ready: &Ready, made: &ByLeaf, options: &MeshOptions, run: &Run) -> Result<Option<ByLeaf>> {
     if made.proved && !ready.model.has_black_boxes() {
         return Ok(None);
@@ -72,9 +35,6 @@ pub(super) fn hidden_creases(ready: &Ready, made: &ByLeaf, options: &MeshOptions
     let cut_off = creased(&made.mesh, &oracle, run).len();
     if cut_off == 0 || !made.method.is_exact() {
         return Ok(None);
-    }
-    if let Some(other) = arranged_instead(ready, made, cut_off, options, run)? {
-        return Ok(Some(other));
     }
     let mut clock = Clock::new(options.timed);
     let extracted = ready.extract(ready.size, options, run)?;

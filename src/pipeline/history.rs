@@ -16,12 +16,6 @@ use crate::run::Run;
 pub enum Tried {
     /// The boundary of the leaves' arrangement on an adaptive grid, remeshed.
     Arrange,
-    /// Marching cubes, cut where leaves meet, remeshed.
-    Cut,
-    /// The leaves' own surfaces cut by each other, remeshed.
-    Trim,
-    /// The same with the surroundings of faults left as they were extracted.
-    Leave,
     /// Marching cubes with a sequence of operators.
     Operators,
     /// Marching cubes alone.
@@ -88,8 +82,6 @@ pub struct Attempt {
     pub size: f64,
     /// How many triangles came of it.
     pub triangles: usize,
-    /// At how many places edges between faces were not found.
-    pub edges_missing: usize,
     /// How many triangles were at fault: they intersect others or are turned over.
     pub faults: usize,
     /// What was shown of the arrangement it was made from, if it was made from one.
@@ -137,7 +129,7 @@ impl Attempt {
     /// One that has triangles, of which so many are at fault.
     pub(super) fn new(rung: Tried, size: f64, triangles: usize, faults: usize, clock: &mut Clock) -> Self {
         let seconds = clock.lap();
-        Self { rung, size, triangles, edges_missing: 0, faults, proof: None, kept: false, why: String::new(), seconds }
+        Self { rung, size, triangles, faults, proof: None, kept: false, why: String::new(), seconds }
     }
 
     pub(super) fn kept(self) -> Self {
@@ -194,9 +186,6 @@ impl Attempt {
     pub fn named(&self) -> String {
         let name = match self.rung {
             Tried::Arrange => "arrange",
-            Tried::Cut => "cut",
-            Tried::Trim => "trim",
-            Tried::Leave => "leave",
             Tried::Operators => "operators",
             Tried::MarchingCubes => "mc",
             Tried::Faces => "faces",
@@ -219,11 +208,8 @@ struct Figures<'a>(&'a Attempt);
 
 impl fmt::Display for Figures<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Attempt { edges_missing, faults, proof, seconds: took, .. } = self.0;
+        let Attempt { faults, proof, seconds: took, .. } = self.0;
         f.write_str(&self.0.named())?;
-        if *edges_missing > 0 {
-            write!(f, ", {edges_missing} places without exact edges")?;
-        }
         if *faults > 0 {
             write!(f, ", {faults} faults")?;
         }

@@ -1,17 +1,17 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
-use super::attempts::{Ladder, Scout, Searched, Trial, search};
+use super::attempts::{Scout, Searched, Trial, search};
 use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{MeshOptions, Ready};
 use super::method::Method;
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Observer, Raw, remesh_pieces};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Observer};
 use crate::optimize::{Sizing, improve};
 use crate::quality::Fault;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh, Graded};
+use crate::spatial::Graded;
 
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 const ANGLE: f64 = 20.0;
@@ -27,9 +27,6 @@ const LEAST_SHARE: f64 = 4.0;
 /// Nor do narrow gaps and short borders make them more than this many times shorter than the size, as slivers of faces narrower
 /// than that are cut off boundary representations.
 const NARROWEST: f64 = 40.0;
-/// How often what lies around triangles with faults is left as it was extracted, in cells around them: farther every time.
-const LEAVE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
-
 /// A mesh by the leaf method, or by the best that could be had instead.
 pub(super) struct ByLeaf {
     pub(super) mesh: TriMesh,
@@ -43,15 +40,9 @@ pub(super) struct ByLeaf {
     pub(super) cell: f64,
     pub(super) method: Method,
     pub(super) shortfalls: Vec<Fault>,
-    /// Whether some mesh with all its edges was given up because its triangles crossed.
-    pub(super) crossed: bool,
-    /// Whether it has all its edges.
-    pub(super) complete: bool,
     /// What was tried.
     pub(super) attempts: Vec<Attempt>,
-    /// Whether it is of an arrangement,
-    pub(super) arranged: bool,
-    /// of which all is shown: its leaves have no creases.
+    /// Whether all is shown of the arrangement it is of: its leaves have no creases.
     pub(super) proved: bool,
     /// Nodes that were drawn back where the solid touches itself.
     pub(super) drawn: usize,
@@ -76,10 +67,7 @@ impl ByLeaf {
             cell,
             method,
             shortfalls,
-            crossed: false,
-            complete: true,
             attempts: Vec::new(),
-            arranged: false,
             proved: false,
             drawn: 0,
         }
@@ -120,52 +108,27 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
     })
 }
 
-/// Which triangles come within `reach` of some boxes.
-fn near(mesh: &TriMesh, boxes: &[Aabb], reach: f64) -> Vec<bool> {
-    let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
-    let mut found = vec![false; mesh.triangles.len()];
-    boxes.iter().for_each(|b| tree.overlapping(&b.grown(reach), |t| found[t as usize] = true));
-    found
-}
-
-/// Runs the leaf method on ever smaller cells until it comes out clean. Where no attempt does, the best one is made anew
-/// with the surroundings of its faults as they were extracted; falls back to the method cut, at last to marching cubes,
-/// where that does not help.
+/// Runs the leaf method on ever smaller cells until it comes out clean; falls back to the method cut, at last to marching cubes, where
+/// most triangles cross however small they are.
 pub(super) fn by_leaf(
     ready: &Ready,
     options: &MeshOptions,
-    ladder: &Ladder<'_>,
+    cells: &[f64],
     run: &Run,
     mut observer: Option<&mut Observer<'_>>,
 ) -> Result<ByLeaf> {
-    let Searched { mut best, crossed, mut attempts } = search(ready, options, ladder, run, &mut observer)?;
-    let found = best.exact.report.clone();
-    let mut clock = Clock::new(options.timed);
-    let mut left = Vec::new();
-    // Triangles of an arrangement lie on their leaves: there is no extraction to go back to.
-    let arranged = best.scout.proof.is_some();
-    let proved = best.scout.proof.as_ref().is_some_and(|p| p.unproved == 0);
-    if best.faults() > 0 && !arranged {
-        left = leave(ready, options, &mut best, run, observer)?;
-        let (cell, triangles) = (best.scout.cell, best.exact.mesh.triangles.len());
-        let attempt = Attempt::new(Tried::Leave, cell, triangles, best.faults(), &mut clock);
-        let kept = best.faults() == 0;
-        attempts.iter_mut().for_each(|a| a.kept = false);
-        let edges_missing = best.exact.report.cut.unresolved.len();
-        add_attempt(&mut attempts, Attempt { kept, edges_missing, ..attempt }, run);
-    }
-    let mut shortfalls = best.shortfalls(ready);
-    let complete = best.exact.report.cut.unresolved.is_empty();
-    if best.faults() == 0 || arranged {
-        shortfalls
-            .extend(left.first().map(|b| Fault::LeftAsExtracted { at: b.center().to_array(), more: left.len() - 1 }));
-        let (best_faults, drawn) = (best.faults(), best.drawn);
-        if best_faults > 0 {
-            shortfalls.push(Fault::mended(best_faults, &best.exact.report.faults));
+    let Searched { best, faults: [crossing, inverted], mut attempts } =
+        search(ready, options, cells, run, &mut observer)?;
+    if let Some(best) = best {
+        let proved = best.scout.proof.as_ref().is_some_and(|p| p.unproved == 0);
+        let mut shortfalls = best.shortfalls(ready);
+        let (faults, drawn) = (best.faults(), best.drawn);
+        if faults > 0 {
+            shortfalls.push(Fault::mended(faults, &best.exact.report.faults));
         }
         let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
         let Scout { extracted, cell, .. } = scout;
-        let intersecting = (best_faults == 0).then_some(0);
+        let intersecting = (faults == 0).then_some(0);
         let method = options.method;
         return Ok(ByLeaf {
             mesh,
@@ -176,14 +139,12 @@ pub(super) fn by_leaf(
             cell,
             method,
             shortfalls,
-            crossed,
-            complete,
             attempts,
-            arranged,
             proved,
             drawn,
         });
     }
+    let mut clock = Clock::new(options.timed);
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut mesh = extracted.mesh.clone();
@@ -198,32 +159,6 @@ pub(super) fn by_leaf(
         let plain = Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0, &mut clock);
         add_attempt(&mut attempts, plain.kept(), run);
     }
-    let (crossing, inverted) = (found.self_intersections, found.inverted);
-    shortfalls.push(Fault::OtherMethod { crossing, inverted, method: method.name() });
-    Ok(ByLeaf { crossed, attempts, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
-}
-
-/// Makes an attempt again, and again, with ever more of what lies around its faults left as it was extracted, until there are
-/// none. Returns where it was left.
-fn leave(
-    ready: &Ready,
-    options: &MeshOptions,
-    attempt: &mut Trial,
-    run: &Run,
-    mut observer: Option<&mut Observer<'_>>,
-) -> Result<Vec<Aabb>> {
-    let Scout { extracted, cell, .. } = &attempt.scout;
-    let oracle = ImplicitOracle::new(&ready.model, extracted);
-    let wanted = exact_options(ready, options, *cell)?;
-    let mut left = Vec::new();
-    for reach in LEAVE {
-        left.extend(attempt.exact.report.faults.iter().copied());
-        let kept = near(&extracted.mesh, &left, reach * cell);
-        let raw = Raw { mesh: &extracted.mesh, cell: *cell, kept: &kept };
-        attempt.exact = remesh_pieces(&raw, &oracle, &wanted, run, observer.as_deref_mut())?;
-        if attempt.faults() == 0 {
-            break;
-        }
-    }
-    Ok(left)
+    let shortfalls = vec![Fault::OtherMethod { crossing, inverted, method: method.name() }];
+    Ok(ByLeaf { attempts, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use super::attempts::{CELLS, LOOSE, Ladder, at};
+use super::attempts::{CELLS, LOOSE, at};
 use super::boolean::{holds_foreign, mesh_boolean};
 use super::built::{build, mesh_built};
 use super::crowded::{Crowded, thin_out, wanting};
@@ -308,28 +308,18 @@ fn apart(made: &Meshed) -> f64 {
 /// places of those that face away, with half the length of their edges.
 /// Where it is far from the surface, as where cells saw two bodies in a neck, smaller cells are tried.
 pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, Crowded)> {
-    let mut found = mesh_by_cells(part, ready, options, &Ladder::WHOLE, run)?;
-    if found.arranged && options.method == Method::Leaf && !is_sound(&found.meshed) {
-        // Healing did not help: there are other ways.
-        let other = mesh_by_cells(part, ready, options, &Ladder { arrange: false, ..Ladder::WHOLE }, run)?;
-        if is_sound(&other.meshed) {
-            let mut other = other;
-            other.meshed.report.instead_of(&found.meshed.report, true, "not sound when healed", run);
-            found = other;
-        }
-    }
-    let Found { meshed: mut made, mut crowded, mut cell, .. } = found;
+    let Found { meshed: mut made, mut crowded, mut cell } = mesh_by_cells(part, ready, options, &CELLS, run)?;
     let near = (APART * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
     while options.method.is_exact() && apart(&made) > near {
         let left = CELLS.iter().position(|share| share * ready.size < 0.75 * cell).unwrap_or(CELLS.len());
-        let ladder = Ladder { cells: &CELLS[left..], arrange: true };
-        if ladder.cells.len() < 2 {
+        let smaller = &CELLS[left..];
+        if smaller.len() < 2 {
             break;
         }
-        match mesh_by_cells(part, ready, options, &ladder, run) {
+        match mesh_by_cells(part, ready, options, smaller, run) {
             Ok(mut other) if 2.0 * apart(&other.meshed) < apart(&made) && wanting(&other.meshed) <= wanting(&made) => {
                 other.meshed.report.instead_of(&made.report, true, "far from the surface", run);
-                Found { meshed: made, crowded, cell, .. } = other;
+                Found { meshed: made, crowded, cell } = other;
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // A crease that no cells see: what there is stands.
@@ -349,20 +339,14 @@ struct Found {
     crowded: Crowded,
     /// The cells' size.
     cell: f64,
-    /// Whether it is an arrangement.
-    arranged: bool,
 }
 
-fn is_sound(made: &Meshed) -> bool {
-    made.report.check.as_ref().is_none_or(|c| c.certificate.is_sound())
-}
-
-/// A mesh by what a ladder has.
-fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Ladder<'_>, run: &Run) -> Result<Found> {
+/// A mesh with cells that are some shares of the size, the largest first.
+fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64], run: &Run) -> Result<Found> {
     let mut clock = Clock::new(options.timed);
     let sequence = options.sequence.clone().or_else(|| options.method.sequence());
     let made = if options.method.is_exact() {
-        let made = by_leaf(ready, options, ladder, run, None)?;
+        let made = by_leaf(ready, options, cells, run, None)?;
         match hidden_creases(ready, &made, options, run)? {
             Some(recovered) => recovered,
             None => made,
@@ -391,11 +375,9 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
         method,
         shortfalls,
         attempts,
-        arranged,
         drawn,
         ..
     } = made;
-    let (crossed, complete) = (made.crossed, made.complete);
     let mut report = Report::new(method, ready.size, part.units.clone());
     // Where the operators stood in for the leaf method it is their usual sequence that ran.
     report.sequence = sequence.or_else(|| method.sequence()).map(|s| s.to_string());
@@ -472,8 +454,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     }
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut clock, run);
-    // Where edges are missing, what is beside them faces anywhere, and the cells would be the same again.
-    let crowded = if away && complete {
+    let crossed = report.attempts.iter().any(|a| a.faults > 0);
+    let crowded = if away {
         let half = |t: u32| {
             let [a, b, c] = mesh.corners(t as usize);
             (mesh.centroid(t as usize), (a.distance(b) + b.distance(c) + c.distance(a)) / 6.0)
@@ -482,7 +464,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, ladder: &Lad
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
-    Ok(Found { meshed: Meshed { mesh, seams, corners, outline: None, report }, crowded, cell, arranged })
+    Ok(Found { meshed: Meshed { mesh, seams, corners, outline: None, report }, crowded, cell })
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

@@ -17,18 +17,15 @@ pub enum Method {
     Operators,
     /// Marching cubes, then [`cut_sequence`]: creases are cut where normals differ, the rest smooths, divides and flips.
     Cut,
-    /// Edges and corners exactly where the tree's leaves meet, and a remesher that keeps them:
+    /// Edges and corners exactly where the tree's leaves meet, from their arrangement on an adaptive grid, and a remesher that keeps them:
     /// [`optimize::exact`](crate::optimize::exact).
     #[default]
     Leaf,
-    /// The same from the arrangement of the leaves on an adaptive grid, with no other way tried where that does not come out.
-    Complex,
 }
 
 impl Method {
     /// All methods, in the order they are compared in.
-    pub const ALL: [Method; 6] =
-        [Method::MarchingCubes, Method::Paper, Method::Operators, Method::Cut, Method::Leaf, Method::Complex];
+    pub const ALL: [Method; 5] = [Method::MarchingCubes, Method::Paper, Method::Operators, Method::Cut, Method::Leaf];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -38,13 +35,12 @@ impl Method {
             Method::Operators => "operators",
             Method::Cut => "cut",
             Method::Leaf => "leaf",
-            Method::Complex => "complex",
         }
     }
 
     /// Whether edges and corners come from the tree.
     pub fn is_exact(self) -> bool {
-        matches!(self, Method::Leaf | Method::Complex)
+        matches!(self, Method::Leaf)
     }
 
     /// The operators it runs after marching cubes, if that is how it works.
@@ -53,7 +49,7 @@ impl Method {
             Method::Paper => Some(paper_sequence()),
             Method::Operators => Some(operators_sequence()),
             Method::Cut => Some(cut_sequence()),
-            Method::MarchingCubes | Method::Leaf | Method::Complex => None,
+            Method::MarchingCubes | Method::Leaf => None,
         }
     }
 }

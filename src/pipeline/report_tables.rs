@@ -18,8 +18,7 @@ pub fn report_tables(made: &Meshed) -> Vec<PageTable> {
     }
     let yes = |b: bool| if b { "yes" } else { "no" }.to_string();
     let seconds = |s: Option<f64>| s.map_or_else(String::new, |s| format!("{s:.2}"));
-    let columns =
-        ["what", "#size", "#triangles", "#edges missing", "#faults", "#not proved", "#seconds", "kept", "why"];
+    let columns = ["what", "#size", "#triangles", "#faults", "#not proved", "#seconds", "kept", "why"];
     let mut attempts = PageTable::new("Attempts, in the order of time", &columns);
     for a in &r.attempts {
         let unproved = a.proof.as_ref().map_or_else(String::new, |p| format!("{} of {} cells", p.unproved, p.cells));
@@ -27,7 +26,6 @@ pub fn report_tables(made: &Meshed) -> Vec<PageTable> {
             word(&a.rung),
             format!("{:.4e}", a.size),
             a.triangles.to_string(),
-            a.edges_missing.to_string(),
             a.faults.to_string(),
             unproved,
             seconds(a.seconds),

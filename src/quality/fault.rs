@@ -115,13 +115,6 @@ pub enum Fault {
         /// The cells' size.
         size: f64,
     },
-    /// Surroundings of places stay as marching cubes made them.
-    LeftAsExtracted {
-        /// The first place.
-        at: [f64; 3],
-        /// How many more there are.
-        more: usize,
-    },
     /// With exact edges triangles intersected others; they were mended as those of a damaged mesh are.
     Mended {
         /// How many.
@@ -231,7 +224,6 @@ impl Fault {
             | Fault::FaceMissing { at, .. }
             | Fault::Thin { at }
             | Fault::ThinWall { at, .. }
-            | Fault::LeftAsExtracted { at, .. }
             | Fault::Kept { at, .. } => vec![*at],
             Fault::Inverted { .. }
             | Fault::CreasesCutOff { .. }
@@ -329,10 +321,6 @@ impl fmt::Display for Fault {
             Fault::Thin { at } => write!(f, "the solid, or a gap, is thinner than the cells near {}", point(at)),
             Fault::ThinWall { face, at, thickness, size } => {
                 write!(f, "thickness {thickness:.6} at {} on {face} is below the cell size {size:.6}", point(at))
-            }
-            Fault::LeftAsExtracted { at, more } => {
-                let why = "exact edges there make triangles intersect";
-                write!(f, "left as marching cubes made it around {} and {more} more places: {why}", point(at))
             }
             Fault::Mended { triangles, places } => {
                 let near = places.first().map_or(String::new(), |p| format!(", the first near {}", point(p)));

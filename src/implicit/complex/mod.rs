@@ -33,7 +33,6 @@ use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::leaves_of;
 use super::tape::Tape;
-use super::trim::Trimmed;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
@@ -61,11 +60,22 @@ const BESIDE: i64 = 1;
 /// Groups of tetrahedra that are worked on at a time: enough for threads to share, few enough to join.
 const GROUPS: usize = 256;
 
+/// A mesh in which every triangle lies on one leaf.
+#[derive(Debug, Clone)]
+pub(crate) struct PiecedMesh {
+    /// Labels are the leaves. Nodes lie on their leaves to rounding, but for those at points without a normal.
+    pub(crate) mesh: TriMesh,
+    /// For each node the leaves it lies on: one inside a face, two on an edge, more at a corner.
+    pub(crate) leaves: Vec<Vec<u32>>,
+    /// For each triangle its face, by number.
+    pub(crate) faces: Vec<u32>,
+}
+
 /// The boundary of a solid from the arrangement of its leaves.
 #[derive(Debug, Clone)]
 pub(crate) struct Arranged {
     /// The mesh and the leaves of its nodes.
-    pub(crate) made: Trimmed,
+    pub(crate) made: PiecedMesh,
     /// Whether the solid touches itself along edges or in points.
     pub(crate) touches: bool,
     /// Cells of the grid that hold some of the surface.
@@ -177,7 +187,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             ..TriMesh::default()
         };
         Ok(Arranged {
-            made: Trimmed { mesh, leaves: on, faces },
+            made: PiecedMesh { mesh, leaves: on, faces },
             touches: copies.len() > keys.len(),
             cells: held.len(),
             unproved,

@@ -3,11 +3,9 @@
 
 mod angles;
 mod apexes;
-mod bridges;
 mod climb;
 mod concurrent;
 mod curves;
-mod cut;
 mod fans;
 mod field;
 mod flips;
@@ -21,14 +19,15 @@ mod open;
 mod pack;
 mod patches;
 mod patchwork;
+mod pieced;
 mod remesh;
 mod scatter;
 mod strips;
 mod tips;
 
-pub use cut::{CutReport, Raw, cut_pieces, patch_open_pieces, patch_pieces};
 pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
+pub use pieced::{patch_open_pieces, patch_pieces};
 
 use glam::DVec3;
 
@@ -97,7 +96,7 @@ type Tested = (TriMesh, Vec<u32>);
 /// Sees the mesh after a stage, with the stage's name.
 pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + Send + 'a;
 
-/// What [`remesh_pieces`] aims at.
+/// What [`remesh_patches`] aims at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactOptions {
     /// Wanted edge lengths.
@@ -112,7 +111,7 @@ pub struct ExactOptions {
     pub grading: f64,
     /// Gaps between borders and short borders are followed down to this edge length.
     pub narrowest: f64,
-    /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_pieces`] only).
+    /// No edge is longer than this many times the solid's thickness beneath it ([`remesh_patches`] only).
     pub thickness: Option<f64>,
     /// Where only few triangles come out farther from the surface than this they are divided.
     pub distance: Option<f64>,
@@ -135,11 +134,9 @@ impl ExactOptions {
     }
 }
 
-/// What [`remesh_pieces`] met.
+/// What [`remesh_patches`] met.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ExactReport {
-    /// What cutting met.
-    pub cut: CutReport,
     /// Triangles that intersect others.
     pub self_intersections: usize,
     /// Triangles that face away from their piece.
@@ -173,32 +170,19 @@ pub struct ExactMesh {
 impl ExactReport {
     /// Whether every border is exact and every triangle sound.
     pub fn is_clean(&self) -> bool {
-        self.cut.unresolved.is_empty() && self.self_intersections == 0 && self.inverted == 0
+        self.self_intersections == 0 && self.inverted == 0
     }
 }
 
-/// Cuts a mesh along the borders of pieces and remeshes it to the sizes asked for; `observer` sees the mesh after each stage.
+/// Remeshes the patchwork of a solid's pieces to the sizes asked for, narrow places and walls heeded; `names` lends the names of faces, and
+/// `observer` sees the mesh after each stage.
 ///
-/// *Guarantees*: a closed, oriented manifold stays one; every node outside the kept triangles lies on all pieces it belongs
-/// to, to rounding, except at the places the report lists as unresolved; labels are faces.
-/// *Does not guarantee*: that borders between pieces closer to each other than the cells are found, nor that no two
-/// triangles intersect: the report tells.
-/// *Errors*: [`Error::Usage`] for senseless options, [`Error::Input`] for a mesh that is no oriented manifold,
-/// [`Error::Cancelled`].
-pub fn remesh_pieces(
-    raw: &Raw<'_>,
-    surface: &dyn Pieces,
-    options: &ExactOptions,
-    run: &Run,
-    observer: Option<&mut Observer<'_>>,
-) -> Result<ExactMesh> {
-    remesh_cut(raw.mesh, cut_pieces(raw, surface, run)?, surface, options, run, observer)
-}
-
-/// The second half of [`remesh_pieces`], for a mesh that was [cut](cut_pieces) already; `names` is the mesh that was cut.
-pub fn remesh_cut(
+/// *Guarantees*: a closed, oriented manifold stays one; every node lies on all pieces it belongs to, to rounding; labels are faces.
+/// *Does not guarantee*: that no two triangles intersect: the report tells.
+/// *Errors*: [`Error::Usage`] for senseless options, [`Error::Cancelled`].
+pub fn remesh_patches(
     names: &TriMesh,
-    (mut work, cut): (Patchwork, CutReport),
+    mut work: Patchwork,
     surface: &dyn Pieces,
     options: &ExactOptions,
     run: &Run,
@@ -210,15 +194,14 @@ pub fn remesh_cut(
     if let Some(share) = options.thickness {
         work.sizes = gaps::through_solid(&work, share, size, least, run)?;
     }
-    let report = ExactReport { cut, ..ExactReport::default() };
     let r = Remesher::new(work, surface, options, run)?;
-    Ok(run.install(|| remesh(names, r, true, report, observer))?.0)
+    Ok(run.install(|| remesh(names, r, true, ExactReport::default(), observer))?.0)
 }
 
-/// Remeshes a patchwork that was made by other means than a cut, such as the faces of a boundary representation; `names`
+/// Remeshes a patchwork made of something else, such as the faces of a boundary representation; `names`
 /// lends the names of faces and the groups.
 ///
-/// Guarantees and errors are those of [`remesh_pieces`]; borders that are open stay as they are.
+/// Guarantees and errors are those of [`remesh_patches`]; borders that are open stay as they are.
 pub fn remesh_patchwork(
     work: Patchwork,
     names: &TriMesh,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::super::attempts::{Ladder, search};
+use super::super::attempts::{CELLS, search};
 use super::super::brep::{first_triangles, load_step};
 use super::super::built::build_one;
 use super::super::discrete::{SoupOptions, discrete_options, load_mesh};
@@ -294,9 +294,11 @@ pub(super) fn make_functions(solid: &Solid, within: Aabb, wanted: &Wanted<'_>, r
     let domain = endless.then_some(within);
     let alone = Part { solid: Some(solid.clone()), domain, built: Vec::new(), groups: Vec::new(), ..part.clone() };
     let ready = Ready::new(&alone, options.size)?;
-    let found = search(&ready, options, &Ladder::WHOLE, run, &mut None)?;
-    let best = found.best;
+    let found = search(&ready, options, &CELLS, run, &mut None)?;
     report.attempts.extend(found.attempts.into_iter().map(|a| a.because("an operand")));
+    let Some(best) = found.best else {
+        return Err(Error::Failed("most triangles of the R-functions' solid cross others".into()));
+    };
     report.shortfalls.extend(best.shortfalls(&ready));
     if best.faults() > 0 {
         let near = best.exact.report.faults.first().map_or(DVec3::ZERO, Aabb::center);

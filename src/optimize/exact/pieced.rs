@@ -1,0 +1,98 @@
+//! The patchwork of a mesh whose triangles lie on one piece each: what the remesher begins with.
+
+use glam::DVec3;
+
+use super::apexes::put_apexes;
+use super::concurrent::straighten_borders;
+use super::joints::Pieced;
+use super::patchwork::{Patch, Patchwork, PieceSet};
+use crate::error::Result;
+use crate::geometry::Pieces;
+use crate::mesh::{EditMesh, TriMesh, edit::NONE};
+
+/// A mesh whose every triangle lies on the piece that is its label, as a patchwork; `on` has the pieces of each node,
+/// `faces` the face of each triangle, or nothing.
+///
+/// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
+pub fn patch_pieces(
+    mesh: &TriMesh,
+    on: &[Vec<u32>],
+    faces: &[u32],
+    surface: &dyn Pieces,
+    cell: f64,
+) -> Result<Patchwork> {
+    let mut edit = EditMesh::new(mesh)?;
+    let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
+    let mut of_triangle = mesh.labels.clone();
+    let mut pieced = Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell };
+    pieced.join_corners();
+    pieced.pinch(surface);
+    put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
+    let patches = patches(&mut edit, &of_triangle, faces, surface);
+    straighten_borders(&mut edit, &sets);
+    Ok(Patchwork::new(edit, sets, patches.into()))
+}
+
+/// The same of a mesh beyond whose open edges the surface goes on, in others that have the same nodes there. These are no border
+/// between pieces, and stay as they are.
+///
+/// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
+pub fn patch_open_pieces(
+    mesh: &TriMesh,
+    on: &[Vec<u32>],
+    faces: &[u32],
+    surface: &dyn Pieces,
+    cell: f64,
+) -> Result<Patchwork> {
+    let mut work = patch_pieces(mesh, on, faces, surface, cell)?;
+    work.goes_on = true;
+    for h in 0..3 * work.mesh.triangle_capacity() as u32 {
+        if work.mesh.is_triangle(h / 3) && work.mesh.opposite(h) == NONE {
+            work.mesh.set_sharp(h, false);
+        }
+    }
+    Ok(work)
+}
+
+/// Connected regions of triangles on one piece and of one face, where there are `faces`; labels of the triangles become their numbers, and edges between regions
+/// are marked sharp.
+fn patches(mesh: &mut EditMesh, of_triangle: &[u32], faces: &[u32], surface: &dyn Pieces) -> Vec<Patch> {
+    let face = |t: u32| faces.get(t as usize).copied().unwrap_or(NONE);
+    let apart = |t: u32, u: u32| of_triangle[t as usize] != of_triangle[u as usize] || face(t) != face(u);
+    for h in 0..3 * mesh.triangle_capacity() as u32 {
+        if mesh.is_edge(h) {
+            let o = mesh.opposite(h);
+            let border = o == NONE || apart(h / 3, o / 3);
+            mesh.set_sharp(h, border);
+        }
+    }
+    let mut number = vec![NONE; mesh.triangle_capacity()];
+    let mut patches = Vec::new();
+    let mut stack = Vec::new();
+    for first in 0..number.len() as u32 {
+        if number[first as usize] != NONE || !mesh.is_triangle(first) {
+            continue;
+        }
+        let id = patches.len() as u32;
+        let piece = of_triangle[first as usize];
+        let mut facing = 0.0;
+        number[first as usize] = id;
+        stack.push(first);
+        while let Some(t) = stack.pop() {
+            if let Some(n) = surface.direction(piece, mesh.centroid(t)) {
+                facing += mesh.area_vector(t).dot(n);
+            }
+            mesh.set_surface(t, id, DVec3::ZERO);
+            for h in 3 * t..3 * t + 3 {
+                let o = mesh.opposite(h);
+                if o != NONE && !mesh.is_sharp(h) && number[(o / 3) as usize] == NONE {
+                    number[(o / 3) as usize] = id;
+                    stack.push(o / 3);
+                }
+            }
+        }
+        let plane = if piece == NONE { None } else { surface.plane(piece) };
+        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 }, plane, face: face(first) });
+    }
+    patches
+}
