@@ -97,6 +97,19 @@ fn parts_smaller_than_a_brick_walls_along_its_wall_and_an_edge_in_it_come_out() 
     assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{:?} {volume}", c.volume);
 }
 
+#[test]
+fn a_fillet_goes_through_the_walls_of_bricks() {
+    let r = 0.3;
+    let text = "foot = box(lo=(-1, -1, -1), hi=(1, 1, 0))\nwall = box(lo=(-1, -1, -1), hi=(0, 1, 1))\n\
+                part(blend(foot, wall, 0.3).name('root'))\n";
+    let (_, c) = made(text, 0.04, [2, 2, 2], "fillet");
+    let (pi, corner) = (std::f64::consts::PI, (1.0 - std::f64::consts::FRAC_PI_4) * r * r);
+    let (volume, area) = (6.0 + 2.0 * corner, 22.0 - 4.0 * r + pi * r + 2.0 * corner);
+    assert!(c.certificate.is_sound(), "{:?}", c.certificate);
+    assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{:?} {volume}", c.volume);
+    assert!((c.area - area).abs() < 1e-4 * area, "{} {area}", c.area);
+}
+
 fn command(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rvachev")).args(args).output().unwrap()
 }

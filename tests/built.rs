@@ -236,7 +236,6 @@ fn what_a_part_file_cannot_build_is_told_with_its_place() {
             "part(loft([edges, (0, 0, 1)], solid=False).without(\"top\"))\n",
             "no face is called \"top\"; there are side1, side2",
         ),
-        ("part(extrude_edges(edges, \"z\", 1, solid=False) & sphere(1))\n", "has no meaning"),
         ("part([sphere(1), sphere(2)])\n", "one solid of R-functions at most"),
         ("part([edges])\n", "a part is made of solids, not of a chain of edges"),
         ("part(extrude_edges([(0, 0)], \"z\", 1))\n", "must be a list of edges, not of a tuple"),
@@ -248,6 +247,9 @@ fn what_a_part_file_cannot_build_is_told_with_its_place() {
         let Err(e) = made else { panic!("{text} is built") };
         assert!(matches!(e, Error::Input { .. }) && e.to_string().contains(says), "{text}{e}");
     }
+    let sheet = format!("{line}part(extrude_edges(edges, \"z\", 1, solid=False) & sphere(1))\n");
+    let e = mesh_part(&parse(&sheet, &[]).unwrap(), &MeshOptions::default(), &Run::new()).err().unwrap();
+    assert!(e.to_string().contains("line 2, column 6: it is open"), "{e}");
     let e = parse(&format!("{line}a = extrude_edges(edges, \"z\", 1)\npart(union(a, a))\n"), &[]).unwrap_err();
     let Error::Input { help, .. } = e else { panic!("{e}") };
     assert!(help.unwrap().contains("part([a, b])"));

@@ -141,7 +141,7 @@ pub enum Boundary {
     /// In a STEP file, likewise.
     Step(PathBuf),
     /// In edges.
-    Built(Recipe),
+    Built(Box<Recipe>),
 }
 
 impl Foreign {

@@ -359,10 +359,12 @@ pub(super) fn search(
         let report = &this.exact.report;
         faults = [report.self_intersections, report.inverted];
         let ends = this.ends();
+        // Surfaces run side by side nearer to each other than any cells part.
+        let hopeless = !this.can_be_healed() && this.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         if ends || (this.can_be_healed() && best.as_ref().is_none_or(|b| this.badness() < b.badness())) {
             best = Some(this);
         }
-        if ends {
+        if ends || hopeless {
             break;
         }
     }

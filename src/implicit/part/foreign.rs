@@ -45,7 +45,8 @@ pub(super) fn file<'a>(
 pub(super) fn operand(v: &Value<'_>) -> Option<Solid> {
     match v {
         Value::Built(recipe) => {
-            let foreign = Foreign { source: Boundary::Built((**recipe).clone()), place: recipe.place.clone() };
+            let foreign =
+                Foreign { source: Boundary::Built(Box::new((**recipe).clone())), place: recipe.place.clone() };
             Some(Primitive::Foreign(Arc::new(foreign)).into())
         }
         other => other.solid(),

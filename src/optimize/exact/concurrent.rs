@@ -15,7 +15,8 @@ const STEPS: usize = 6;
 impl Pieced<'_> {
     /// Makes one node of corners at one place, and of what is between them, on the pieces of all, where the mesh stays a manifold.
     pub(super) fn join_corners(&mut self) {
-        let mut corners: Vec<u32> = self.mesh.nodes().filter(|v| self.sets[*v as usize].len() > 2).collect();
+        let corner = |v: &u32| self.sets[*v as usize].len() > 2 && !self.stays(*v);
+        let mut corners: Vec<u32> = self.mesh.nodes().filter(corner).collect();
         let x = |m: &EditMesh, v: u32| m.point(v).x;
         corners.sort_by(|a, b| x(self.mesh, *a).total_cmp(&x(self.mesh, *b)).then(a.cmp(b)));
         for (k, &a) in corners.iter().enumerate() {
@@ -57,7 +58,7 @@ impl Pieced<'_> {
             let m = &self.mesh;
             let away = |v: u32| m.point(v).distance_squared(m.point(a));
             let lies =
-                |v: &u32| self.sets[*v as usize].len() == 2 && self.sets[*v as usize].within(&all) && !m.is_pinned(*v);
+                |v: &u32| self.sets[*v as usize].len() == 2 && self.sets[*v as usize].within(&all) && !self.stays(*v);
             let beside = m.neighbors(a).filter(lies).filter(|v| m.edge_between(*v, b).is_some());
             if let Some(v) = beside.min_by(|x, y| away(*x).total_cmp(&away(*y)).then(x.cmp(y))) {
                 return Some(vec![v]);
@@ -65,14 +66,14 @@ impl Pieced<'_> {
         }
         let m = &self.mesh;
         let next = |from: u32, before: u32| {
-            let lies = |v: u32| self.sets[v as usize].len() == 2 && !m.is_pinned(v);
+            let lies = |v: u32| self.sets[v as usize].len() == 2 && !self.stays(v);
             m.outgoing(from)
                 .filter(|h| self.is_border(*h))
                 .map(|h| m.target(h))
                 .find(|v| *v != before && (*v == b || lies(*v)))
         };
         m.outgoing(a).filter(|h| self.is_border(*h)).map(|h| m.target(h)).find_map(|first| {
-            if first == b || self.sets[first as usize].len() != 2 || m.is_pinned(first) {
+            if first == b || self.sets[first as usize].len() != 2 || self.stays(first) {
                 return None;
             }
             let mut way = vec![first];
@@ -100,7 +101,7 @@ const BACK: f64 = -0.94;
 pub(super) fn straighten_borders(mesh: &mut EditMesh, sets: &[PieceSet]) {
     let mut queue: Vec<u32> = mesh.nodes().filter(|v| sets[*v as usize].len() == 2).collect();
     while let Some(v) = queue.pop() {
-        if !mesh.is_node(v) || mesh.is_pinned(v) || sets[v as usize].len() != 2 {
+        if !mesh.is_node(v) || mesh.is_pinned(v) || mesh.is_boundary(v) || sets[v as usize].len() != 2 {
             continue;
         }
         let mut along = mesh.sharp_neighbors(v);

@@ -91,6 +91,11 @@ impl Pieced<'_> {
         }
     }
 
+    /// Whether a node stays where it is: it is an apex or a joint, or others know it where the mesh ends.
+    pub(super) fn stays(&self, v: u32) -> bool {
+        self.mesh.is_pinned(v) || self.mesh.is_boundary(v)
+    }
+
     /// Where the border at a node goes: half-edges from it between triangles of different pieces.
     fn arms(&self, v: u32) -> usize {
         self.mesh.outgoing(v).filter(|h| self.is_border(*h)).count()
@@ -105,13 +110,14 @@ impl Pieced<'_> {
     /// Draws what lies around a joint into its node, the nearest first, until four arms of the border come out of that.
     fn pinch_at(&mut self, joint: &Joint) {
         let away = |m: &EditMesh, v: u32| m.point(v).distance_squared(joint.at);
-        let near: Vec<u32> = self.mesh.nodes().filter(|v| self.sets[*v as usize] == joint.pieces).collect();
+        let near: Vec<u32> =
+            self.mesh.nodes().filter(|v| self.sets[*v as usize] == joint.pieces && !self.stays(*v)).collect();
         let first = near.into_iter().min_by(|a, b| away(self.mesh, *a).total_cmp(&away(self.mesh, *b)).then(a.cmp(b)));
         let Some(v) = first.filter(|v| away(self.mesh, *v) < (CLEAR * self.cell).powi(2)) else { return };
         let mut stuck: Vec<u32> = Vec::new();
         while self.arms(v) < WIDE {
             let m = &self.mesh;
-            let free = |w: &u32| !m.is_pinned(*w) && self.sets[*w as usize].within(&joint.pieces) && !stuck.contains(w);
+            let free = |w: &u32| !self.stays(*w) && self.sets[*w as usize].within(&joint.pieces) && !stuck.contains(w);
             let next = m.neighbors(v).filter(free).min_by(|a, b| away(m, *a).total_cmp(&away(m, *b)).then(a.cmp(b)));
             let Some(w) = next.filter(|w| away(m, *w) < (CLEAR * self.cell).powi(2)) else { break };
             let Some(h) = m.outgoing(w).find(|h| m.target(*h) == v) else { break };

@@ -73,8 +73,7 @@ pub struct BrickPlan {
 impl BrickPlan {
     /// A plan for a part, with so many bricks along each axis at most.
     ///
-    /// Errors: those of reading the part; a part that is not one solid of R-functions without rounded edges (`blend`); options
-    /// that bricks do not heed.
+    /// Errors: those of reading the part; a part that is not one solid of R-functions; options that bricks do not heed.
     pub fn new(source: PlanSource, options: &MeshOptions, bricks: [u32; 3], run: &Run) -> Result<Self> {
         let path = source.path.clone();
         Self::of(source, options, bricks, run).map_err(|e| e.in_file(path))
