@@ -144,18 +144,8 @@ impl Splitter {
             }
             match e.node() {
                 ExprNode::Unary(Unary::Neg, a) => return self.condition(a, -factor, rest, deeper),
-                ExprNode::Unary(Unary::Abs, a)
-                    if let ExprNode::Binary(Binary::Atan2, y, x) = a.node()
-                        && !self.switches.within(a) =>
-                {
-                    return self.unsigned_angle([y, x], factor, rest, deeper);
-                }
-                ExprNode::Unary(Unary::Abs, a)
-                    if let ExprNode::Unary(Unary::Wrap, t) = a.node()
-                        && !self.switches.within(a) =>
-                {
-                    let [y, x] = [Unary::Sin, Unary::Cos].map(|op| Expr::unary(op, t.clone()));
-                    return self.unsigned_angle([&y, &x], factor, rest, deeper);
+                ExprNode::Unary(Unary::Abs, a) if let Some(angle) = self.angle(a, 0) => {
+                    return self.unsigned_angle(&angle, factor, rest, deeper);
                 }
                 ExprNode::Unary(Unary::Abs, a) => {
                     self.taken_apart = true;
@@ -218,20 +208,65 @@ impl Splitter {
 /// other surfaces like to end there (a thread's root is at 135). The nearer to the creases, the farther leaves go on before they turn back.
 const DIVIDED: f64 = 0.611;
 
+/// `times * atan2(y, x)`, where `times` is never negative.
+struct Angle {
+    y: Expr,
+    x: Expr,
+    times: Option<Expr>,
+}
+
+impl Angle {
+    fn by(self, op: Binary, k: &Expr) -> Self {
+        let times = match self.times {
+            Some(t) => Expr::binary(op, t, k.clone()),
+            None => Expr::binary(op, Expr::constant(1.0), k.clone()),
+        };
+        Self { times: Some(times), ..self }
+    }
+}
+
 impl Splitter {
-    /// `factor * |atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 31 degrees, the
+    /// An angle, with factors and divisors that are numbers or never negative: an arc is an angle times a radius.
+    fn angle(&self, e: &Expr, depth: usize) -> Option<Angle> {
+        let deeper = depth + 1;
+        match e.node() {
+            _ if depth > DEPTH => None,
+            ExprNode::Unary(Unary::Wrap, t) => {
+                let [y, x] = [Unary::Sin, Unary::Cos].map(|op| Expr::unary(op, t.clone()));
+                Some(Angle { y, x, times: None })
+            }
+            ExprNode::Binary(Binary::Atan2, y, x) if !self.switches.within(e) => {
+                Some(Angle { y: y.clone(), x: x.clone(), times: None })
+            }
+            ExprNode::Unary(Unary::Neg, a) => self.angle(a, deeper),
+            ExprNode::Binary(op @ (Binary::Mul | Binary::Div), a, b) if let Some(k) = b.as_constant() => {
+                Some(self.angle(a, deeper)?.by(*op, &Expr::constant(k.abs())))
+            }
+            ExprNode::Binary(Binary::Mul, a, b) if let Some(k) = a.as_constant() => {
+                Some(self.angle(b, deeper)?.by(Binary::Mul, &Expr::constant(k.abs())))
+            }
+            ExprNode::Binary(Binary::Mul, a, b) if never_negative(b) => Some(self.angle(a, deeper)?.by(Binary::Mul, b)),
+            ExprNode::Binary(Binary::Mul, a, b) if never_negative(a) => Some(self.angle(b, deeper)?.by(Binary::Mul, a)),
+            ExprNode::Binary(Binary::Div, a, b) if never_negative(b) => Some(self.angle(a, deeper)?.by(Binary::Div, b)),
+            _ => None,
+        }
+    }
+
+    /// `factor * |times * atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 31 degrees, the
     /// larger of the two counts, with a crease between them; behind, above 149, the smaller does; between there is one alone. Each is a
     /// leaf that goes on smoothly beyond both creases and swings back only in the middle of the other's side, where nobody asks it; a jump
     /// there would be seen by what is linear between points on both sides of it.
-    fn unsigned_angle(&mut self, [y, x]: [&Expr; 2], factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
+    fn unsigned_angle(&mut self, of: &Angle, factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
         self.taken_apart = true;
+        let Angle { y, x, times } = of;
+        let scaled = |e: Expr| times.as_ref().map_or(e.clone(), |k| e * k.clone());
         let angle = |y: Expr, x: Expr| Expr::binary(Binary::Atan2, y, x);
         let swing = |e: Expr| match e.node() {
             ExprNode::Unary(Unary::Wrap, t) => Expr::unary(Unary::Swing, t.clone()),
             _ => Expr::unary(Unary::Swing, e),
         };
-        let rising = swing(angle(-x.clone(), y.clone())) + FRAC_PI_2;
-        let falling = -swing(angle(x.clone(), -y.clone())) + FRAC_PI_2;
+        let rising = scaled(swing(angle(-x.clone(), y.clone())) + FRAC_PI_2);
+        let falling = scaled(-swing(angle(x.clone(), -y.clone())) + FRAC_PI_2);
         let mut place = |e: Expr| self.condition(&e, 1.0, &Rest::default(), depth);
         let (right, left) = (place(x.clone() * DIVIDED + y.clone())?, place(x.clone() * DIVIDED - y.clone())?);
         let (p, q) = (self.condition(&rising, factor, rest, depth)?, self.condition(&falling, factor, rest, depth)?);
@@ -359,6 +394,8 @@ mod tests {
     fn what_is_split_is_the_same_solid() {
         let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
         let max = |a: Expr, b: Expr| Expr::binary(Binary::Max, a, b);
+        let (radius, turn) = (hypot(x.clone(), y.clone()), angle(y.clone(), x.clone()) * 3.0 - z.clone() * 2.0);
+        let arc = angle(Expr::unary(Unary::Sin, turn.clone()), Expr::unary(Unary::Cos, turn)) / -3.0 * radius * 0.9;
         let cases = [
             (-max(abs(x.clone()), max(abs(y.clone()), abs(z.clone()))) + 0.7, 6),
             ((abs(x.clone()) * -2.0 + 1.0) / 3.0 - y.clone() * y.clone(), 2),
@@ -386,6 +423,8 @@ mod tests {
             (abs(angle(y.clone(), x.clone())) - 1.9 + z.clone() * z.clone(), 4),
             (Expr::constant(0.4) - wave(z.clone() * 7.0) * 0.2 - square(x.clone()) - square(y.clone()), 4),
             (wave(x.clone() * 5.0 - angle(y.clone(), x.clone()) * 3.0) * 0.2 + z.clone() - 0.3, 4),
+            // The width of spiral arms is an arc.
+            (Expr::constant(0.2) - abs(arc), 4),
             (abs(x.clone()) * abs(y.clone()) + max(x.clone(), z.clone()) - (abs(y.clone()) - 0.2), 4),
         ];
         let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));

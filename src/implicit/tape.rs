@@ -79,6 +79,9 @@ pub(crate) struct Scratch {
 /// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
 const BATCH_REGISTERS: usize = 1 << 16;
 
+/// Operands with more operations than this are not compared: cases of formulas have a handful where little can be decided.
+const MOST_COMPARED: usize = 64;
+
 /// Value of "everything": far from zero, so that it decides nothing.
 pub(super) const EVERYTHING: f64 = f64::MAX;
 
@@ -364,7 +367,7 @@ impl Tape {
                 Op::Min(a, b) if r[b as usize].lo > 0.0 => alias[a as usize],
                 Op::Max(a, _) if r[a as usize].hi < 0.0 => alias_of(self.ops[i], alias, true),
                 Op::Max(a, b) if r[b as usize].hi < 0.0 => alias[a as usize],
-                _ => i as u32,
+                _ => self.undivided(i, alias).unwrap_or(i as u32),
             };
         }
         let top = alias[n - 1] as usize;
@@ -397,6 +400,52 @@ impl Tape {
             needed[i] = ops.len() as u32 - 1;
         }
         Pruned::Smaller(Tape { ops })
+    }
+}
+
+impl Tape {
+    /// What is on both sides of a leaf, where an operation only parts one thing by it: X for `(d & X) | (!d & X)`. Formulas by cases
+    /// become that where their cases agree. `alias` stands for operations before this one.
+    fn undivided(&self, i: usize, alias: &[u32]) -> Option<u32> {
+        let (a, b, joins) = match self.ops[i] {
+            Op::Max(a, b) => (a, b, true),
+            Op::Min(a, b) => (a, b, false),
+            _ => return None,
+        };
+        let parts = |i: u32| match self.ops[alias[i as usize] as usize] {
+            Op::Min(x, y) if joins => Some([(x, y), (y, x)]),
+            Op::Max(x, y) if !joins => Some([(x, y), (y, x)]),
+            _ => None,
+        };
+        let (here, there) = (parts(a)?, parts(b)?);
+        let agree = |p: &(u32, u32), q: &(u32, u32)| {
+            self.opposite(alias[p.0 as usize], alias[q.0 as usize]) && self.same(p.1, q.1, alias)
+        };
+        here.iter().find(|p| there.iter().any(|q| agree(p, q))).map(|p| alias[p.1 as usize])
+    }
+
+    /// Whether two operations are the two sides of a leaf.
+    fn opposite(&self, a: u32, b: u32) -> bool {
+        match (self.ops[a as usize], self.ops[b as usize]) {
+            (Op::Leaf { leaf: a, negate: p, .. }, Op::Leaf { leaf: b, negate: q, .. }) => a == b && p != q,
+            _ => false,
+        }
+    }
+
+    /// Whether two operations are one by their operands, as far as few of them tell.
+    fn same(&self, a: u32, b: u32, alias: &[u32]) -> bool {
+        let mut stack = vec![(a, b)];
+        for _ in 0..MOST_COMPARED {
+            let Some((a, b)) = stack.pop() else { return true };
+            let (a, b) = (alias[a as usize], alias[b as usize]);
+            match (self.ops[a as usize], self.ops[b as usize]) {
+                _ if a == b => {}
+                (Op::Min(a, c), Op::Min(b, d)) | (Op::Max(a, c), Op::Max(b, d)) => stack.extend([(a, b), (c, d)]),
+                (Op::Leaf { .. } | Op::All(_), _) if self.ops[a as usize] == self.ops[b as usize] => {}
+                _ => return false,
+            }
+        }
+        stack.is_empty()
     }
 }
 
