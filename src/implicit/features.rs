@@ -16,6 +16,10 @@ use crate::spatial::Aabb;
 /// Cells with more leaves than this are halved up to [`EXTRA_LEVELS`] times more before pairs and triples are tried.
 const MANY_LEAVES: usize = 6;
 const EXTRA_LEVELS: usize = 3;
+/// Cells in which curves bend are halved up to so many times: a circle of a tenth of the cell is followed.
+const BENT_LEVELS: usize = 6;
+/// Samples leave their edge by no more than this share of the size.
+const BENT: f64 = 0.03;
 
 /// Corners nearer to each other than this share of the cell are one.
 const SAME_CORNER: f64 = 1e-3;
@@ -23,12 +27,18 @@ const SAME_CORNER: f64 = 1e-3;
 /// Finds the sharp edges and corners of a part by Newton's method in every cell of size `size` where two leaves may meet.
 ///
 /// An edge is sampled once per cell, and once more for each point in which it meets another leaf there. A sample stands for the
-/// piece of its tangent inside the cell, between such points, so lengths are exact to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), edges shorter
+/// piece of its tangent inside the cell, between such points. Where that leaves the edge by more than 3 % of `size` the cell is halved,
+/// six times at most, so lengths are exact to second order in `size`. Not found: creases inside one formula (`abs`, `min`, `max`), edges shorter
 /// than a small share of a cell.
 pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
+    features_within(model, size, BENT * size, run)
+}
+
+/// The same with samples that leave their edge by no more than a length.
+pub(crate) fn features_within(model: &Implicit, size: f64, within: f64, run: &Run) -> Result<Features> {
     let bricks = Bricks::build(model, size, u64::MAX, run)?;
     let total = bricks.cells.len().max(1);
-    let ground = Ground { model, bricks: &bricks };
+    let ground = Ground { model, bricks: &bricks, within };
     let per_brick: Result<Vec<Found>> = run.install(|| {
         bricks
             .cells
@@ -70,6 +80,8 @@ pub fn features(model: &Implicit, size: f64, run: &Run) -> Result<Features> {
 struct Ground<'a> {
     model: &'a Implicit,
     bricks: &'a Bricks,
+    /// How far samples may leave their edge.
+    within: f64,
 }
 
 #[derive(Default)]
@@ -88,25 +100,47 @@ fn search(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch:
     }
     if levels > 0 {
         halves(ground, tape, cell, levels - 1, scratch, found);
-    } else if leaves.len() <= MANY_LEAVES {
-        in_cell(ground, tape, &leaves, cell, found);
     } else {
-        crowded(ground, tape, cell, EXTRA_LEVELS, scratch, found);
+        closer(ground, tape, cell, BENT_LEVELS, scratch, found);
     }
 }
 
-fn crowded(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
+/// Looks into a cell, or into parts of it where there are many leaves or curves turn.
+fn closer(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
     let leaves = leaves_of(tape);
     if leaves.len() < 2 {
         return;
     }
-    if levels == 0 || leaves.len() <= MANY_LEAVES {
+    let many = leaves.len() > MANY_LEAVES && levels > BENT_LEVELS - EXTRA_LEVELS;
+    if !many && (levels == 0 || leaves.len() > MANY_LEAVES || !bends(ground, &leaves, cell)) {
         in_cell(ground, tape, &leaves, cell, found);
         return;
     }
     for_children(ground, tape, cell, scratch, &mut |sub, tape, scratch| {
-        crowded(ground, tape, sub, levels - 1, scratch, found)
+        closer(ground, tape, sub, levels - 1, scratch, found)
     });
+}
+
+/// Whether the curve of two leaves goes away from its tangent in a cell.
+fn bends(ground: &Ground<'_>, which: &[u32], cell: &Aabb) -> bool {
+    let leaves = &ground.model.leaves;
+    let (scale, center, reach) = (ground.model.bounds().diagonal(), cell.center(), cell.diagonal());
+    let pairs = which.iter().enumerate().flat_map(|(n, i)| which[n + 1..].iter().map(move |j| [*i, *j]));
+    for pair in pairs {
+        let Some(q) = nearest(leaves, &pair, center, reach, scale) else { continue };
+        let [a, b] = pair.map(|l| leaves[l as usize].slope(q).normalize_or_zero());
+        let Some((t, (from, to))) = a.cross(b).try_normalize().and_then(|t| Some((t, clip(cell, q, t)?))) else {
+            continue;
+        };
+        let off = |s: f64| {
+            let p = q + t * s;
+            nearest(leaves, &pair, p, reach, scale).is_none_or(|m| m.distance(p) > ground.within)
+        };
+        if off(from) || off(to) {
+            return true;
+        }
+    }
+    false
 }
 
 fn halves(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
@@ -122,11 +156,7 @@ fn for_children(
     scratch: &mut Scratch,
     f: &mut dyn FnMut(&Aabb, &Tape, &mut Scratch),
 ) {
-    let mid = cell.center();
-    for c in 0..8 {
-        let pick = |k: usize| if c >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
-        let (x, y, z) = (pick(0), pick(1), pick(2));
-        let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
+    for sub in cell.octants() {
         match tape.prune(&ground.model.leaves, &sub, scratch) {
             Pruned::Outside | Pruned::Inside => {}
             Pruned::Same => f(&sub, tape, scratch),

@@ -19,6 +19,15 @@ use crate::spatial::Aabb;
 /// Bounds are tightened on a grid of this many halvings: within 1/32 of the side they come out of the tree with.
 const TIGHTEN_LEVELS: usize = 5;
 
+/// The outermost shell that is looked at for what is inside reaches from half of two to this power to all of it. Lengths are less, in any unit.
+const FARTHEST: i32 = 30;
+/// At least so many shells in a row, each twice as large as the next, must be shown empty: what is farther off would not be seen.
+const SHELLS: i32 = 12;
+/// Smaller ones than of two to this power are not looked at.
+const NEAREST: i32 = -20;
+/// Shells are halved so often for it.
+const SHELL_LEVELS: usize = 6;
+
 /// A cell that waits to be looked at; those that reach furthest come first.
 struct Waiting {
     key: f64,
@@ -107,40 +116,63 @@ impl Implicit {
         Implicit { leaves: vec![leaf], tape, faces: Vec::new(), rsystem, bounds: Aabb::ALL }.find_bounds()
     }
 
-    /// A box outside of which the sign is negative everywhere: grown from the structure's finite sides, else by powers of
-    /// two, and accepted when interval arithmetic proves it.
+    /// A box outside of which the sign is negative everywhere: the structure's finite sides, the others at powers of two, the smallest
+    /// that interval arithmetic proves.
     fn find_bounds(&self) -> Option<Aabb> {
-        let negative = |b: &Aabb| self.tape.range(&self.leaves, b).hi < 0.0;
-        let mut r = 2f64.powi(-20);
-        while r < 2f64.powi(60) {
-            let mut found = self.bounds;
-            let ok = (0..3).all(|k| {
-                let mut side = |high: bool| {
-                    let finite = if high { self.bounds.hi[k] } else { self.bounds.lo[k] };
-                    if finite.is_finite() {
-                        return true;
-                    }
+        let mut found = self.bounds;
+        for k in 0..3 {
+            for high in [false, true] {
+                if if high { self.bounds.hi[k] } else { self.bounds.lo[k] }.is_finite() {
+                    continue;
+                }
+                let is_empty_beyond = |r: &f64| {
                     let mut slab = self.bounds;
                     if high {
-                        slab.lo[k] = r
+                        slab.lo[k] = *r
                     } else {
                         slab.hi[k] = -r
                     }
-                    if high {
-                        found.hi[k] = r
-                    } else {
-                        found.lo[k] = -r
-                    }
-                    negative(&slab)
+                    self.tape.range(&self.leaves, &slab).hi < 0.0
                 };
-                side(false) && side(true)
-            });
-            if ok {
-                return Some(found);
+                let Some(r) = (-20..60).map(|n| 2f64.powi(n)).find(is_empty_beyond) else { continue };
+                if high { found.hi[k] = r } else { found.lo[k] = -r }
             }
-            r *= 2.0;
         }
-        None
+        if found.is_finite() { Some(found) } else { self.bounds_by_shells(&found) }
+    }
+
+    /// A box beyond which nothing is inside in shells up to very far away, each shown in parts: bounds of a formula over
+    /// all of space may be without end where those over parts of it are not.
+    fn bounds_by_shells(&self, known: &Aabb) -> Option<Aabb> {
+        let cube = |k: i32| Aabb::new(DVec3::splat(-(2f64.powi(k))), DVec3::splat(2f64.powi(k)));
+        let mut k = FARTHEST;
+        while k > NEAREST && self.is_empty_between(&cube(k - 1), &known.intersection(&cube(k))) {
+            k -= 1;
+        }
+        (FARTHEST - k >= SHELLS).then(|| known.intersection(&cube(k)))
+    }
+
+    /// Whether nothing is inside in a box and outside of another one.
+    fn is_empty_between(&self, inner: &Aabb, outer: &Aabb) -> bool {
+        let mut scratch = Scratch::default();
+        let mut waiting = vec![(*outer, 0, self.tape.clone())];
+        while let Some((cell, level, tape)) = waiting.pop() {
+            if cell.is_empty() || (inner.lo.cmple(cell.lo).all() && cell.hi.cmple(inner.hi).all()) {
+                continue;
+            }
+            let tape = match tape.prune(&self.leaves, &cell, &mut scratch) {
+                Pruned::Outside => continue,
+                Pruned::Inside => return false,
+                Pruned::Same => tape,
+                Pruned::Smaller(t) => Arc::new(t),
+            };
+            if level == SHELL_LEVELS || tape.value(&self.leaves, cell.center()) > 0.0 && !inner.contains(cell.center())
+            {
+                return false;
+            }
+            waiting.extend(cell.octants().map(|sub| (sub, level + 1, tape.clone())));
+        }
+        true
     }
 
     /// The box around the cells of a coarse octree that may hold some of the inside.
@@ -178,11 +210,7 @@ impl Implicit {
             if level == TIGHTEN_LEVELS {
                 return Some(if high { key } else { -key });
             }
-            let mid = cell.center();
-            for corner in 0..8 {
-                let pick = |k: usize| if corner >> k & 1 == 0 { (cell.lo[k], mid[k]) } else { (mid[k], cell.hi[k]) };
-                let (x, y, z) = (pick(0), pick(1), pick(2));
-                let sub = Aabb::new(DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
+            for sub in cell.octants() {
                 waiting.push(Waiting { key: outermost(&sub), cell: sub, level: level + 1, tape: tape.clone() });
             }
         }

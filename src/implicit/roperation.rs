@@ -166,6 +166,12 @@ impl Terms {
         None
     }
 
+    /// Something, its factor and a number, if the formula is the sum of these two.
+    pub(super) fn power_beside_number(&mut self, e: &Expr) -> Option<(Expr, f64, f64)> {
+        let [(n, k), (ONE, c)] = self.sum(e)[..] else { return None };
+        (n != ONE && k != 0.0).then_some((self.written.get(n as usize)?.clone(), k, c))
+    }
+
     /// For `c + r sqrt(u)` with numbers c and r: a formula and the sign it must have for that to be not negative, or not positive
     /// if `negative`. A number in place of the formula tells that it always is, or never.
     pub(super) fn root_beside_number(&mut self, e: &Expr, negative: bool) -> Option<(Expr, f64)> {

@@ -405,7 +405,8 @@ mod tests {
             (Expr::constant(0.5) - Expr::unary(Unary::Sqrt, abs(x.clone())), 2),
             (x.clone() * (abs(y.clone()) - 0.3), 3),
             (r_and(x.clone() + 0.3, r_or(y.clone() - 0.2, z.clone() + 0.1, 0.0), 0.0), 3),
-            (r_and(r_or(x.clone() + 0.3, y.clone() * 2.0 - 0.2, 0.5), z.clone() * z.clone() - 0.1, -0.3) / 0.7, 3),
+            // A square beside a number is two planes.
+            (r_and(r_or(x.clone() + 0.3, y.clone() * 2.0 - 0.2, 0.5), z.clone() * z.clone() - 0.1, -0.3) / 0.7, 4),
             (-r_or(x.clone() * y.clone() - 0.3, z.clone(), 0.0) * 2.0, 2),
             (r_and(x.clone(), y.clone(), 0.0) * sqrt(square(x.clone()) + square(y.clone())), 2),
             (hypot(x.clone(), y.clone()) + x.clone() + y.clone(), 2),

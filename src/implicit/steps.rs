@@ -10,6 +10,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::forms::{sheet, with_waves};
 use super::formula::Formula;
 use super::roperation::Terms;
 use super::solid::{Placement, Solid};
@@ -80,7 +81,7 @@ pub(super) fn has_steps(e: &Expr) -> bool {
 }
 
 /// A formula with other nodes in the place of those that `other` names.
-fn rewritten(e: &Expr, mut other: impl FnMut(&Expr) -> Option<Expr>) -> Expr {
+pub(super) fn rewritten(e: &Expr, mut other: impl FnMut(&Expr) -> Option<Expr>) -> Expr {
     let mut done: FxHashMap<*const ExprNode, Expr> = FxHashMap::default();
     let mut stack = vec![(e, false)];
     let key = |e: &Expr| std::ptr::from_ref(e.node());
@@ -141,7 +142,8 @@ fn flat(e: &Expr) -> bool {
 
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
 pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
-    let e = without_signs(e);
+    let e = with_waves(&without_signs(e));
+    let e = sheet(&e).unwrap_or(e);
     if let Some(within) = within
         && has_steps(&e)
     {
@@ -325,7 +327,7 @@ fn beyond(e: &Expr, number: f64) -> Solid {
 }
 
 /// Gradient and offset of a linear formula.
-fn linear(e: &Expr, depth: usize) -> Option<(DVec3, f64)> {
+pub(super) fn linear(e: &Expr, depth: usize) -> Option<(DVec3, f64)> {
     if depth > DEEPEST {
         return None;
     }

@@ -349,14 +349,24 @@ impl ops::Sub for Interval {
 impl ops::Mul for Interval {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
-        let p = [times(self.lo, o.lo), times(self.lo, o.hi), times(self.hi, o.lo), times(self.hi, o.hi)];
-        let r =
-            wide(p.iter().copied().fold(f64::INFINITY, f64::min), p.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        // Which bounds meet follows from the signs; where both may have either, two pairs compete.
+        let ([a, b], [c, d]) = ([self.lo, self.hi], [o.lo, o.hi]);
+        let of = |lo: [f64; 2], hi: [f64; 2]| wide(times(lo[0], lo[1]), times(hi[0], hi[1]));
         // Bounds that are zero stay: a power of a length has to have a base that is not negative.
-        let same = self.lo >= 0.0 && o.lo >= 0.0 || self.hi <= 0.0 && o.hi <= 0.0;
-        let opposite = self.lo >= 0.0 && o.hi <= 0.0 || self.hi <= 0.0 && o.lo >= 0.0;
-        let lo = if same { r.lo.max(0.0) } else { r.lo };
-        Self { lo, hi: if opposite { r.hi.min(0.0) } else { r.hi } }
+        let positive = |r: Self| Self { lo: r.lo.max(0.0), ..r };
+        let negative = |r: Self| Self { hi: r.hi.min(0.0), ..r };
+        match (a >= 0.0, b <= 0.0, c >= 0.0, d <= 0.0) {
+            (true, _, true, _) => positive(of([a, c], [b, d])),
+            (true, _, _, true) => negative(of([b, c], [a, d])),
+            (_, true, true, _) => negative(of([a, d], [b, c])),
+            (_, true, _, true) => positive(of([b, d], [a, c])),
+            (true, ..) => of([b, c], [b, d]),
+            (_, true, ..) => of([a, d], [a, c]),
+            (_, _, true, _) => of([a, d], [b, d]),
+            (_, _, _, true) => of([b, c], [a, c]),
+            _ if (a + b + c + d).is_nan() => Self::ALL,
+            _ => wide(times(a, d).min(times(b, c)), times(a, c).max(times(b, d))),
+        }
     }
 }
 

@@ -19,8 +19,8 @@ use super::report::Report;
 use crate::error::{Error, Place, Result, nearest};
 use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{
-    ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features, surface_points, thin_places,
-    thin_walls,
+    ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within, surface_points,
+    thin_places, thin_walls,
 };
 use crate::io::Outline;
 use crate::merge::{Merged, Reordered};
@@ -196,7 +196,9 @@ impl Ready {
         points: &[DVec3],
         run: &Run,
     ) -> Result<Check> {
-        let features = features(&self.model, 0.5 * self.size, run)?;
+        // What is within a twentieth of the mean edge counts as found.
+        let within = 0.02 * mesh.mean_edge_length();
+        let features = features_within(&self.model, 0.5 * self.size, within, run)?;
         let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
         check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }

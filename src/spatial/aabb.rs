@@ -1,6 +1,6 @@
 //! Axis-aligned boxes.
 
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 
 /// A closed axis-aligned box; empty when some `lo > hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +16,15 @@ impl Aabb {
     pub const EMPTY: Aabb = Aabb { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
     /// All of space.
     pub const ALL: Aabb = Aabb { lo: DVec3::NEG_INFINITY, hi: DVec3::INFINITY };
+
+    /// Its eight halves along all axes, in the order of their bits x, y, z.
+    pub fn octants(&self) -> [Aabb; 8] {
+        let mid = self.center();
+        std::array::from_fn(|c| {
+            let upper = BVec3::new(c & 1 != 0, c & 2 != 0, c & 4 != 0);
+            Aabb::new(DVec3::select(upper, mid, self.lo), DVec3::select(upper, self.hi, mid))
+        })
+    }
 
     /// The box between two corners.
     pub fn new(lo: DVec3, hi: DVec3) -> Self {

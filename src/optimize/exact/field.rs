@@ -63,6 +63,13 @@ impl Remesher<'_> {
         Ok(any)
     }
 
+    /// Has borders follow their own bends: the curve of two surfaces may bend far more than either.
+    pub(super) fn look_at_bends(&mut self) -> Result<()> {
+        let before = self.own.clone();
+        self.heed_bends();
+        if self.own == before { Ok(()) } else { self.grade() }
+    }
+
     /// Borders between corners that are shorter than what is wanted there ask for edges of their length.
     fn heed_short_borders(&mut self) {
         let Sizing { size, least, .. } = self.options.sizing;

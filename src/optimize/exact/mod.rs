@@ -357,6 +357,10 @@ fn prepare_borders(r: &mut Remesher<'_>, narrow: bool, show: &mut dyn FnMut(&str
     r.join_alike();
     show("untangle", r);
     tell(r, UNTANGLED);
+    if narrow {
+        // While there are nodes enough to see them by.
+        r.look_at_bends()?;
+    }
     space_borders(r)?;
     // Once: where leaves touch, each look finds something smaller.
     if narrow && r.look_at_borders_again()? {

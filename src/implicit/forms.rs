@@ -1,0 +1,103 @@
+//! Formulas in forms that fall into fewer and smoother leaves than those they are written in.
+
+use std::f64::consts::PI;
+
+use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::roperation::Terms;
+use super::steps::{linear, rewritten};
+
+/// `|mod(a, m) - m/2|` as the absolute value of an angle, which falls into two leaves however many periods there are. Where `a` is
+/// linear its periods are planes: steps are better there.
+pub(super) fn with_waves(e: &Expr) -> Expr {
+    rewritten(e, |e| match e.node() {
+        ExprNode::Unary(Unary::Abs, d) => wave(d),
+        _ => None,
+    })
+}
+
+fn wave(d: &Expr) -> Option<Expr> {
+    let (rest, half) = match d.node() {
+        ExprNode::Binary(Binary::Sub, a, b) => (a, b.as_constant()?),
+        ExprNode::Binary(Binary::Add, a, b) => match (a.as_constant(), b.as_constant()) {
+            (_, Some(c)) => (a, -c),
+            (Some(c), _) => (b, -c),
+            _ => return None,
+        },
+        _ => return None,
+    };
+    let ExprNode::Binary(Binary::Mod, a, m) = rest.node() else { return None };
+    let m = m.as_constant()?;
+    if !(m.is_finite() && m != 0.0 && half == 0.5 * m) || linear(a, 0).is_some() {
+        return None;
+    }
+    let turns = Expr::unary(Unary::Wrap, a.clone() * (2.0 * PI / m) - PI);
+    Some(Expr::unary(Unary::Abs, turns) * (m.abs() / (2.0 * PI)))
+}
+
+/// The sign of `c - k f^n` with an even `n` is that of `(c/k)^(1/n) - |f|`: a sheet about the zeros of `f` has two sides, and
+/// neither bends back where the other is near.
+pub(super) fn sheet(e: &Expr) -> Option<Expr> {
+    let (power, k, c) = Terms::default().power_beside_number(e)?;
+    let (f, n) = match power.node() {
+        ExprNode::Binary(Binary::Pow, f, n) => (f, n.as_constant()?),
+        ExprNode::Binary(Binary::Mul, a, b) if a == b => (a, 2.0),
+        _ => return None,
+    };
+    let even = n > 0.0 && n % 2.0 == 0.0;
+    let level = (-c / k).powf(1.0 / n);
+    if !even || !(level > 0.0 && level.is_finite()) {
+        return None;
+    }
+    let size = Expr::unary(Unary::Abs, f.clone());
+    Some(if k < 0.0 { -size + level } else { size - level })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_forms_have_the_same_values_or_signs() {
+        let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
+        let (un, bi) = (Expr::unary, Expr::binary);
+        let modulo = |a: Expr, m: f64| bi(Binary::Mod, a, Expr::constant(m));
+        let turn = bi(Binary::Atan2, y.clone(), x.clone());
+        let value = |e: &Expr, p: [f64; 3]| {
+            let mut v = [0.0];
+            let f = crate::implicit::formula::Formula::compile(e, &crate::implicit::solid::Placement::IDENTITY);
+            f.eval(&[p[0]], &[p[1]], &[p[2]], &mut v);
+            v[0]
+        };
+        let places = (0..343).map(|k| [k % 7, k / 7 % 7, k / 49].map(|c| 0.37 * f64::from(c) - 1.13));
+        let cubic = x.clone() * y.clone() * z.clone() - x.clone() + 0.2;
+        for (e, other) in [
+            (un(Unary::Abs, modulo(turn.clone() * 3.0, 1.5) - 0.75), true),
+            (un(Unary::Abs, modulo(turn.clone() + z.clone(), -0.8) + 0.4), true),
+            (un(Unary::Abs, Expr::constant(-0.5) + modulo(turn.clone(), 1.0)), true),
+            (un(Unary::Abs, modulo(x.clone(), 1.0) - 0.5), false),
+            (un(Unary::Abs, modulo(turn.clone(), 1.0) - 0.3), false),
+        ] {
+            let made = with_waves(&e);
+            assert_eq!(made != e, other, "{e:?}");
+            for p in places.clone() {
+                assert!((value(&made, p) - value(&e, p)).abs() < 1e-12, "{e:?} {p:?}");
+            }
+        }
+        let power = |n: f64| bi(Binary::Pow, cubic.clone(), Expr::constant(n));
+        for (e, other) in [
+            (-(power(2.0) / 4.0) + 0.09, true),
+            (Expr::constant(0.01) - power(4.0), true),
+            (cubic.clone() * cubic.clone() * 2.0 - 0.1, true),
+            (Expr::constant(0.01) - power(3.0), false),
+            (-power(2.0) - 0.1, false),
+            (Expr::constant(0.3) - power(2.0) - x.clone(), false),
+        ] {
+            let made = sheet(&e);
+            assert_eq!(made.is_some(), other, "{e:?}");
+            for p in places.clone() {
+                let (v, w) = (value(&e, p), made.as_ref().map_or(value(&e, p), |m| value(m, p)));
+                assert_eq!(v > 0.0, w > 0.0, "{e:?} {p:?}");
+            }
+        }
+    }
+}
