@@ -250,9 +250,6 @@ fn what_a_part_file_cannot_build_is_told_with_its_place() {
     let sheet = format!("{line}part(extrude_edges(edges, \"z\", 1, solid=False) & sphere(1))\n");
     let e = mesh_part(&parse(&sheet, &[]).unwrap(), &MeshOptions::default(), &Run::new()).err().unwrap();
     assert!(e.to_string().contains("line 2, column 6: it is open"), "{e}");
-    let e = parse(&format!("{line}a = extrude_edges(edges, \"z\", 1)\npart(union(a, a))\n"), &[]).unwrap_err();
-    let Error::Input { help, .. } = e else { panic!("{e}") };
-    assert!(help.unwrap().contains("part([a, b])"));
 }
 
 fn meshed(text: &str) -> rvachev::pipeline::Meshed {
