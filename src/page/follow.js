@@ -71,7 +71,8 @@ async function follow() {
       location.reload();
       return;
     }
-    if (trouble) tell([trouble.what, trouble.source, trouble.help && `help: ${trouble.help}`].filter(Boolean).join("\n"), true);
+    const help = trouble?.help && `help: ${trouble.help}`, picture = VERSION > 0 && "The picture is of the last mesh that could be made.";
+    if (trouble) tell([trouble.what, trouble.source, help, picture].filter(Boolean).join("\n"), true);
     else tell(meshing ? "meshing" : "", false);
   } catch (e) {
     tell(`Nobody answers (${e.message}): the command that serves this page has ended. The picture is of its last mesh.`, true);
