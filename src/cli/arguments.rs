@@ -22,7 +22,7 @@ pub struct Cli {
 pub enum Command {
     /// Mesh a part
     Mesh(Mesh),
-    /// Mesh a part and write a page that shows it, for a browser
+    /// Mesh a part and write a page that shows it, for a browser, or serve the page and follow the part
     View(ViewPage),
     /// Measure every stage of every method on one part
     Compare(Compare),
@@ -193,6 +193,13 @@ pub struct ViewPage {
     /// Page to write (HTML) [default: PART with the ending .html]
     #[arg(short, long, value_name = "HTML")]
     pub output: Option<PathBuf>,
+    /// Write nothing: serve the page on this machine alone, at the address that is printed, and mesh again whenever the part's file
+    /// changes, until Ctrl-C. The open page follows
+    #[arg(long, conflicts_with = "output")]
+    pub serve: bool,
+    /// Serve at this port of 127.0.0.1 [default: one that is free]
+    #[arg(long, value_name = "N", requires = "serve", value_parser = clap::value_parser!(u16).range(1..))]
+    pub port: Option<u16>,
     #[command(flatten)]
     pub how: How,
     #[command(flatten)]

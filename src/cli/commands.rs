@@ -112,7 +112,7 @@ pub(super) fn write_report(path: &Path, made: &Meshed, text: &PageText) -> Resul
 }
 
 /// The title of a page: the name of the file it is of.
-fn title(path: &Path) -> String {
+pub(super) fn title(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
@@ -173,7 +173,7 @@ fn no_figure(paths: &[PathBuf]) -> Result<()> {
     Ok(())
 }
 
-/// What `mesh` and `view` do.
+/// What `mesh` does, and `view` without a server.
 pub fn mesh(a: &Mesh) -> Result<bool> {
     if a.watch {
         return super::watch::watch(a);
@@ -188,9 +188,8 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     mesh_once(a, &unwatched(&a.common)?)
 }
 
-/// Makes the mesh and writes what is asked for. `base` is a run nobody watches.
-pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
-    let run = watched(base.clone(), &a.common, "mesh", a.verbose);
+/// The mesh that is asked for, of any kind of input. It may fall short, and be unsound.
+pub(super) fn made(a: &Mesh, run: &Run) -> Result<Meshed> {
     // The leaf method measures always; the others fall short of what they are not measured for.
     let soup = pipeline::is_step(&a.part.part) || pipeline::is_mesh(&a.part.part);
     let mut how = options(&a.how, a.method.unwrap_or_default(), true);
@@ -207,9 +206,9 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         no_figure(&a.output)?;
     }
     let made = if pipeline::is_step(&a.part.part) {
-        pipeline::mesh_step(pipeline::load_step(&a.part.part, &run)?, &how, &run)
+        pipeline::mesh_step(pipeline::load_step(&a.part.part, run)?, &how, run)
     } else if pipeline::is_mesh(&a.part.part) {
-        pipeline::mesh_soup(&pipeline::load_mesh(&a.part.part, &run)?, &how, &soup_options(&a.triangles), &run)
+        pipeline::mesh_soup(&pipeline::load_mesh(&a.part.part, run)?, &how, &soup_options(&a.triangles), run)
     } else {
         let part = pipeline::load_part(&a.part.part, &a.part.define)?;
         if !part.plane {
@@ -218,13 +217,20 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         if part.mesh.sequence.is_some() && a.method.is_none() {
             how.method = Method::Operators;
         }
-        pipeline::mesh_part(&part, &how, &run)
+        pipeline::mesh_part(&part, &how, run)
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;
     if a.verbose {
         // All others were told as they ended, and so was this one, but not that it stands.
         made.report.attempts.iter().filter(|a| a.kept).for_each(|a| run.note("kept", || a.named()));
     }
+    Ok(made)
+}
+
+/// Makes the mesh and writes what is asked for. `base` is a run nobody watches.
+pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
+    let run = watched(base.clone(), &a.common, "mesh", a.verbose);
+    let made = made(a, &run)?;
     if let Some(refusal) = refused(&made, a.force) {
         let text = shown(&made, &a.part.part, &Told::default());
         if let Some(path) = &a.report {

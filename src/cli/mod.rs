@@ -5,9 +5,11 @@ mod bricks;
 mod commands;
 mod console;
 mod gates;
+mod http;
 mod manual;
 mod progress;
 mod sample;
+mod serve;
 mod watch;
 
 use std::process::ExitCode;
@@ -31,6 +33,7 @@ pub fn main() -> ExitCode {
     };
     let run = |command| match command {
         Command::Mesh(a) => commands::mesh(&a),
+        Command::View(a) if a.serve => serve::serve(a),
         Command::View(a) => commands::mesh(&a.into_mesh()),
         Command::Compare(a) => commands::compare(&a),
         Command::Check(a) => commands::check(&a),

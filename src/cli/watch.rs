@@ -1,4 +1,4 @@
-//! `mesh --watch`: the mesh is made again whenever the files it is made from change.
+//! `mesh --watch` and `view --serve`: the mesh is made again whenever the files it is made from change.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,38 +26,58 @@ fn look(files: &[PathBuf]) -> Stamps {
     files.iter().map(one).collect()
 }
 
-/// Meshes until Ctrl-C. Mistakes in the files are told and wait to be put right; mistakes in the options, and a part that is not
-/// there at all, end it.
+/// Meshes until Ctrl-C.
 pub fn watch(a: &Mesh) -> Result<bool> {
     if a.bricks.is_some() {
         return Err(Error::Usage("--watch does not go with --bricks".into()));
     }
+    let files = sources(a)?;
+    follow(a, &files, &unwatched(&a.common)?, |run| mesh_once(a, run))
+}
+
+/// The files a mesh is made from. Errors: one that is not there.
+pub(super) fn sources(a: &Mesh) -> Result<Vec<PathBuf>> {
     let mut files = vec![a.part.part.clone()];
     let sequence = a.operators.sequence.as_deref().and_then(|s| s.strip_prefix('@'));
     files.extend(sequence.map(PathBuf::from));
     for path in &files {
         std::fs::metadata(path).map_err(|e| Error::io("read", path, e))?;
     }
-    let base = unwatched(&a.common)?;
+    Ok(files)
+}
+
+/// Calls `make` at once and whenever the files have changed, until Ctrl-C. Mistakes in the files are told and wait to be put right;
+/// mistakes in the options end it.
+pub(super) fn follow(
+    a: &Mesh,
+    files: &[PathBuf],
+    base: &Run,
+    mut make: impl FnMut(&Run) -> Result<bool>,
+) -> Result<bool> {
     let mut first = true;
     loop {
-        let seen = look(&files);
-        match mesh_unless_changed(a, &base, &files, &seen) {
+        let seen = look(files);
+        match unless_changed(files, &seen, base, &mut make) {
             Err(Error::Cancelled) => base.check()?,
             Err(e @ Error::Usage(_)) if first => return Err(e),
             Err(e) => explain(&e),
             Ok(_) => {}
         }
         first = false;
-        if !a.common.quiet && look(&files) == seen {
+        if !a.common.quiet && look(files) == seen {
             note("watching", &[a.part.part.display()]);
         }
-        wait_for_change(&files, seen, &base)?;
+        wait_for_change(files, seen, base)?;
     }
 }
 
 /// Makes the mesh, or stops when the files change: what would come of it is out of date.
-fn mesh_unless_changed(a: &Mesh, base: &Run, files: &[PathBuf], seen: &Stamps) -> Result<bool> {
+fn unless_changed(
+    files: &[PathBuf],
+    seen: &Stamps,
+    base: &Run,
+    make: impl FnOnce(&Run) -> Result<bool>,
+) -> Result<bool> {
     let (token, ended) = (CancelToken::new(), AtomicBool::new(false));
     let run = base.clone().with_cancel(token.clone());
     thread::scope(|s| {
@@ -69,7 +89,7 @@ fn mesh_unless_changed(a: &Mesh, base: &Run, files: &[PathBuf], seen: &Stamps) -
                 thread::park_timeout(LOOK);
             }
         });
-        let made = mesh_once(a, &run);
+        let made = make(&run);
         ended.store(true, Ordering::Release);
         looking.thread().unpark();
         made

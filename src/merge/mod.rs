@@ -15,6 +15,7 @@
 //! Russian), with the prefix sum of 4.3 without its -1, `s(i) <= j < s(i + 1)`, and an edge's inner nodes without its ends.
 
 mod blocks;
+mod edit;
 mod numbering;
 mod reordered;
 pub mod sets;
@@ -23,8 +24,11 @@ mod view;
 #[cfg(test)]
 mod blocks_tests;
 #[cfg(test)]
+mod edit_tests;
+#[cfg(test)]
 mod tests;
 
 pub use blocks::{Block, Blocks};
+pub use edit::{Addition, Detached};
 pub use reordered::Reordered;
 pub use view::{Merged, Place, Replacement};

@@ -132,7 +132,7 @@ impl Numbering {
             .ok_or_else(|| too_many("nodes"))?;
         self.cells.lay((0..faces).map(|f| fragments.cell_count(f))).ok_or_else(|| too_many("cells"))?;
         self.places.clear();
-        self.places.push(0);
+        self.places.push(fragments.vertex_start());
         for e in 0..edges {
             self.places.push(fragments.edge_span(e)[0].wrapping_sub(self.nodes.start(1 + e) as u32));
         }

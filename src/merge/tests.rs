@@ -40,7 +40,7 @@ fn fragments(vertices: Vec<DVec3>, edges: &[EdgeFragment], faces: &[FaceFragment
 }
 
 /// Reads a view in every way there is; all must tell the same.
-fn consistent(view: &Merged) {
+pub(super) fn consistent(view: &Merged) {
     let cached = TriMesh::from_view(view);
     let (n, m) = (view.node_count(), view.cell_count());
     assert_eq!((cached.nodes.len(), n), (n, cached.nodes.len()));
@@ -304,7 +304,7 @@ fn a_sphere_has_poles_and_is_closed() {
 }
 
 /// A square cut along its diagonal into a triangle of one triangle and a polygon, the second with its border anywhere.
-fn two_sides() -> (Model, Fragments) {
+pub(super) fn two_sides() -> (Model, Fragments) {
     let p = [DVec3::ZERO, DVec3::X, DVec3::ONE - DVec3::Z, DVec3::Y];
     let ends = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]];
     let c = |edge, reversed| Coedge { edge, reversed };

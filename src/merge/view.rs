@@ -43,8 +43,8 @@ pub struct Replacement {
 /// copies the mesh to arrays.
 #[derive(Debug, Clone)]
 pub struct Merged<P = (), C = (), S = ()> {
-    model: Model<P, C, S>,
-    fragments: Fragments,
+    pub(super) model: Model<P, C, S>,
+    pub(super) fragments: Fragments,
     numbering: Numbering,
 }
 
@@ -275,7 +275,7 @@ impl<P, C, S> Merged<P, C, S> {
         }
     }
 
-    fn renumber(&mut self) -> Result<()> {
+    pub(super) fn renumber(&mut self) -> Result<()> {
         self.numbering.renew(&self.model, &self.fragments)
     }
 
@@ -414,11 +414,11 @@ fn add_short(from: &[u16], shift: u32, to: &mut [u32]) {
     }
 }
 
-fn refuse_model(broken: &Violation) -> Error {
+pub(super) fn refuse_model(broken: &Violation) -> Error {
     Error::input(Where::Unknown, format!("the model cannot carry a mesh: {broken}"))
 }
 
-fn refuse(mismatch: &Mismatch) -> Error {
+pub(super) fn refuse(mismatch: &Mismatch) -> Error {
     let place = match mismatch {
         Mismatch::EdgeEnd { edge, .. } | Mismatch::Segments { edge, .. } | Mismatch::Nodes { edge, .. } => {
             Where::Item(format!("edge {edge}"))

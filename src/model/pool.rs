@@ -51,7 +51,7 @@ struct FaceRow {
 /// is taken back once half of the nodes are such leavings. Comparing two compares where things are kept, too.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Fragments {
-    /// Those of vertices, then the inner ones of chains and faces as they came.
+    /// Those of vertices together, the inner ones of chains and faces as they came.
     nodes: Vec<DVec3>,
     /// Faces' copies of the nodes on their borders.
     borders: Vec<DVec3>,
@@ -62,7 +62,7 @@ pub struct Fragments {
     border_corners: Vec<u32>,
     stretches: Vec<Stretch>,
     loops: Vec<u32>,
-    vertices: usize,
+    vertices: Span,
     edges: Vec<EdgeRow>,
     faces: Vec<FaceRow>,
     /// Nodes and corners nobody uses any more.
@@ -100,7 +100,7 @@ impl<'a> BorderCorners<'a> {
 impl Fragments {
     /// The nodes of a model's vertices, to which the fragments of edges and faces are added.
     pub fn new(vertices: Vec<DVec3>) -> Self {
-        Self { vertices: vertices.len(), nodes: vertices, ..Self::default() }
+        Self { vertices: Span { start: 0, len: vertices.len() as u32 }, nodes: vertices, ..Self::default() }
     }
 
     /// Adds the next edge's chain.
@@ -144,12 +144,12 @@ impl Fragments {
 
     /// How many vertices, edges and faces there are.
     pub fn counts(&self) -> [usize; 3] {
-        [self.vertices, self.edges.len(), self.faces.len()]
+        [self.vertices.len as usize, self.edges.len(), self.faces.len()]
     }
 
     /// The node of each vertex.
     pub fn vertices(&self) -> &[DVec3] {
-        &self.nodes[..self.vertices]
+        &self.nodes[self.vertices.range()]
     }
 
     /// The first and the last node of an edge's chain.
@@ -214,7 +214,7 @@ impl Fragments {
     /// # Panics
     /// Where there is no such vertex.
     pub fn set_vertex(&mut self, vertex: usize, node: DVec3) -> DVec3 {
-        std::mem::replace(&mut self.nodes[..self.vertices][vertex], node)
+        std::mem::replace(&mut self.nodes[self.vertices.range()][vertex], node)
     }
 
     /// Replaces an edge's chain and hands back the old one.
@@ -265,6 +265,55 @@ impl Fragments {
     /// Where there is no such face.
     pub fn move_inner(&mut self, face: usize, change: impl FnMut(&mut DVec3)) {
         self.nodes[self.faces[face].inner.range()].iter_mut().for_each(change);
+    }
+
+    /// Adds nodes of vertices after those there are, all of which move: the cost follows from the number of vertices.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] for more nodes than 32 bits can number; then nothing is added.
+    pub fn push_vertices(&mut self, nodes: &[DVec3]) -> Result<()> {
+        if nodes.is_empty() {
+            return Ok(());
+        }
+        let (old, all) = (self.vertices, [self.vertices(), nodes].concat());
+        self.vertices = put(&mut self.nodes, None, &all)?;
+        self.leave(old.len as usize);
+        Ok(())
+    }
+
+    /// Takes a face away; those after it move up by one.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn remove_face(&mut self, face: usize) -> FaceFragment {
+        let old = self.face(face).to_fragment();
+        let row = self.faces.remove(face);
+        self.leave(row.inner.len as usize + row.corners.len as usize);
+        old
+    }
+
+    /// Takes the last face away.
+    pub fn pop_face(&mut self) -> Option<FaceFragment> {
+        let last = self.faces.len().checked_sub(1)?;
+        Some(self.remove_face(last))
+    }
+
+    /// Keeps the vertices and edges that are marked; the others go, and those after them move up. What has no mark goes.
+    pub(crate) fn keep(&mut self, vertices: &[bool], edges: &[bool]) {
+        let marked = |marks: &[bool], i: usize| marks.get(i).copied().unwrap_or(false);
+        let nodes = self.vertices().iter().enumerate();
+        let kept: Vec<DVec3> = nodes.filter(|(v, _)| marked(vertices, *v)).map(|x| *x.1).collect();
+        let mut left = self.vertices.len as usize - kept.len();
+        self.vertices.len = kept.len() as u32;
+        self.nodes[self.vertices.range()].copy_from_slice(&kept);
+        let mut e = 0;
+        self.edges.retain(|row| {
+            let stays = marked(edges, e);
+            e += 1;
+            left += if stays { 0 } else { row.inner.len as usize };
+            stays
+        });
+        self.leave(left);
     }
 
     /// Counts what nobody uses, and packs when that is half of all.
@@ -331,13 +380,9 @@ impl Fragments {
         (list.len() >= blocks).then_some(BorderCorners { list, blocks })
     }
 
-    /// Takes the last face away.
-    pub fn pop_face(&mut self) -> Option<FaceFragment> {
-        let last = self.faces.len().checked_sub(1)?;
-        let old = self.face(last).to_fragment();
-        self.faces.pop();
-        self.leave(old.nodes.len() + old.corners.len());
-        Some(old)
+    /// Where the nodes of vertices stand in the [`pool`](Self::pool).
+    pub(crate) fn vertex_start(&self) -> u32 {
+        self.vertices.start
     }
 
     /// How many cells a face has.

@@ -25,6 +25,7 @@ const HTML: &str = include_str!("page.html");
 const CSS: &str = include_str!("page.css");
 const SCENE: &str = include_str!("scene.js");
 const SCRIPT: &str = include_str!("page.js");
+const FOLLOW: &str = include_str!("follow.js");
 
 /// What a line of the page is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -137,6 +138,23 @@ struct Contents<'a> {
 /// [`Error::Input`] for a mesh that is not [valid](TriMesh::validate) (corners and labels that do not exist, coordinates
 /// that are no numbers), [`Error::Failed`] where there are more than 16 million triangles, cancellation.
 pub fn page(mesh: &TriMesh, text: &PageText, run: &Run) -> Result<String> {
+    framed(mesh, text, None, run)
+}
+
+/// The [`page`] for a server that makes it again: it asks for `state`, beside its own address, several times a second.
+///
+/// The answer is a JSON object. `version` is the number of the newest page: where it is not the page's own, the page loads itself
+/// anew and keeps camera, check boxes and colors. `meshing` tells whether a mesh is being made. `trouble` is null, or holds
+/// `what` went wrong, with the line of the `source` and `help` where these are known. All of it is shown as text.
+///
+/// # Errors
+/// Those of [`page`].
+pub fn followed_page(mesh: &TriMesh, text: &PageText, version: u64, run: &Run) -> Result<String> {
+    framed(mesh, text, Some(version), run)
+}
+
+/// A page, and what makes it follow a server where it has a version.
+fn framed(mesh: &TriMesh, text: &PageText, version: Option<u64>, run: &Run) -> Result<String> {
     mesh.validate()?;
     if mesh.triangles.len() > MOST_TRIANGLES {
         let (n, most) = (mesh.triangles.len(), MOST_TRIANGLES);
@@ -159,13 +177,18 @@ pub fn page(mesh: &TriMesh, text: &PageText, run: &Run) -> Result<String> {
     let json = json.replace('<', "\\u003c");
     let data = encode::base64(&bytes);
     let mut out = String::with_capacity(HTML.len() + CSS.len() + SCENE.len() + SCRIPT.len() + json.len() + data.len());
+    // A page on its own asks nobody for anything, and its policy does not let it.
+    let connect = if version.is_some() { "; connect-src 'self'" } else { "" };
+    let follow = version.map_or_else(String::new, |v| format!("const VERSION = {v};\n{FOLLOW}"));
     let mut rest = HTML;
     for (mark, content) in [
+        ("/*CONNECT*/", connect),
         ("/*CSS*/", CSS),
         ("/*TOLD*/", json.as_str()),
         ("/*MESH*/", &data),
         ("/*SCENE*/", SCENE),
         ("/*SCRIPT*/", SCRIPT),
+        ("/*FOLLOW*/", &follow),
     ] {
         // Marks are looked for in the frame alone, so what is put in cannot look like one.
         let Some((before, after)) = rest.split_once(mark) else {

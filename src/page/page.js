@@ -493,4 +493,4 @@ async function start() {
   if (location.hash === "#selftest") selftest();
   at_once = false;
 }
-start();
+const started = start();

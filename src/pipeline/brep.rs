@@ -321,7 +321,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
     report.stage("check", mesh.triangles.len(), &mut whole, run);
     warn(&solid.brep, &found, &mut report);
     report.judge(found);
-    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report })
+    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None })
 }
 
 /// Pairs of triangles of one body that cross each other.

@@ -401,7 +401,7 @@ fn mesh_counted(
     }
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut timer, run);
-    Ok((Meshed { mesh, seams, corners, outline: None, report }, count))
+    Ok((Meshed { mesh, seams, corners, outline: None, report, solid: None }, count))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {

@@ -1,6 +1,7 @@
 //! Part in, mesh out.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -107,6 +108,8 @@ pub struct Meshed {
     pub outline: Option<Outline>,
     /// What is known about it.
     pub report: Report,
+    /// The solid it is a mesh of, where that is one of R-functions alone.
+    pub(super) solid: Option<Arc<Implicit>>,
 }
 
 impl Meshed {
@@ -133,7 +136,7 @@ impl Meshed {
 
 /// A part made ready for meshing at one size.
 pub(super) struct Ready {
-    pub(super) model: Implicit,
+    pub(super) model: Arc<Implicit>,
     pub(super) size: f64,
     /// Places where edges shall be shorter, and how long they may be there.
     pub(super) finer: Vec<(DVec3, f64)>,
@@ -148,7 +151,7 @@ impl Ready {
                 "the part has no solid of R-functions, only ones built from edges",
             ));
         };
-        let model = Implicit::new(solid, part.rsystem, part.domain)?;
+        let model = Arc::new(Implicit::new(solid, part.rsystem, part.domain)?);
         let size = match size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
             SizeRequest::Length(h) => h,
             SizeRequest::Share(s) => s * model.bounds().diagonal(),
@@ -287,7 +290,7 @@ fn check_sequence(part: &Part, options: &MeshOptions) -> Result<()> {
 
 /// Whatever the method, mesh and surface may be no farther from each other than the size, either way: marching cubes cuts off
 /// what is sharp within a cell, which is less.
-fn too_far(check: &Check, limit: f64) -> Option<Fault> {
+pub(super) fn too_far(check: &Check, limit: f64) -> Option<Fault> {
     let d = check.deviation?;
     let distance = d.max.max(d.from_surface.unwrap_or(0.0));
     (distance > limit).then_some(Fault::Far { distance, limit, triangles: None })
@@ -466,7 +469,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
-    Ok(Found { meshed: Meshed { mesh, seams, corners, outline: None, report }, crowded, cell })
+    let solid = Some(ready.model.clone());
+    Ok(Found { meshed: Meshed { mesh, seams, corners, outline: None, report, solid }, crowded, cell })
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

@@ -23,6 +23,7 @@ mod load;
 mod mesh;
 mod method;
 mod refine;
+mod remesh_face;
 mod report;
 mod report_tables;
 mod rsystems;

@@ -33,7 +33,7 @@ fn bits(p: DVec3) -> [u64; 3] {
 
 /// Remeshes some of a surface, made by [`patch_open_pieces`](super::patch_open_pieces); `names` lends the names of faces.
 ///
-/// Guarantees and errors are those of [`remesh_pieces`](super::remesh_pieces); nodes at open edges stay, with these edges, and no
+/// Guarantees and errors are those of [`remesh_patchwork`](super::remesh_patchwork); nodes at open edges stay, with these edges, and no
 /// edge inside joins two of them that none joined before: another mesh beyond may have such an edge.
 pub fn remesh_open(
     work: Patchwork,

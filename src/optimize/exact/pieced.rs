@@ -13,7 +13,7 @@ use crate::mesh::{EditMesh, TriMesh, edit::NONE};
 /// A mesh whose every triangle lies on the piece that is its label, as a patchwork; `on` has the pieces of each node,
 /// `faces` the face of each triangle, or nothing.
 ///
-/// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
+/// *Errors*: [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold.
 pub fn patch_pieces(
     mesh: &TriMesh,
     on: &[Vec<u32>],
@@ -36,7 +36,7 @@ pub fn patch_pieces(
 /// The same of a mesh beyond whose open edges the surface goes on, in others that have the same nodes there. These are no border
 /// between pieces, and stay as they are.
 ///
-/// *Errors*: [`Error::Input`] for a mesh that is no oriented manifold.
+/// *Errors*: [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold.
 pub fn patch_open_pieces(
     mesh: &TriMesh,
     on: &[Vec<u32>],

@@ -272,5 +272,5 @@ fn finished(
     let measured = check(&mesh, Expectation::default(), None, run)?;
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), clock, run);
-    Ok(Meshed { mesh, seams, corners, outline: None, report })
+    Ok(Meshed { mesh, seams, corners, outline: None, report, solid: None })
 }

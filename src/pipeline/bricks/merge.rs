@@ -59,7 +59,7 @@ pub(super) fn merged(plan: &BrickPlan, store: &Store<'_>, run: &Run) -> Result<M
     add_attempt(&mut report.attempts, Attempt { proof: Some(proof), ..attempt }, run);
     finish_names(&part, &mut mesh, &mut report);
     report.judge(check(&mesh, Expectation::default(), None, run)?);
-    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report })
+    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None })
 }
 
 /// Adds the triangles of a piece that were not handed on.

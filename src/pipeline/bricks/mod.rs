@@ -19,3 +19,4 @@ mod rounds;
 pub use merge::merge_bricks;
 pub use plan::{BrickPlan, PlanOptions, PlanSource};
 pub use rounds::{ROUNDS, Share, make_bricks, make_piece, merge_pieces, mesh_in_bricks};
+pub(super) use rounds::{fans_apart, open_nodes};

@@ -278,7 +278,7 @@ impl Maker<'_> {
 }
 
 /// The nodes of open edges, ascending.
-pub(super) fn open_nodes(mesh: &TriMesh) -> Vec<u32> {
+pub(in crate::pipeline) fn open_nodes(mesh: &TriMesh) -> Vec<u32> {
     let all = sides(mesh);
     let open = all.chunk_by(|x, y| x.key == y.key).filter(|e| e.len() == 1);
     let mut nodes: Vec<u32> = open.flat_map(|e| e[0].edge()).collect();
@@ -289,7 +289,7 @@ pub(super) fn open_nodes(mesh: &TriMesh) -> Vec<u32> {
 
 /// Gives each fan of triangles around a node a node of its own: where some of a surface ends two may touch in a point. Returns
 /// which node each new one is a copy of.
-fn fans_apart(mesh: &mut TriMesh) -> Vec<u32> {
+pub(in crate::pipeline) fn fans_apart(mesh: &mut TriMesh) -> Vec<u32> {
     let mut fans = Sets::new(3 * mesh.triangles.len());
     let next = |h: u32| h - h % 3 + (h + 1) % 3;
     for e in sides(mesh).chunk_by(|x, y| x.key == y.key) {

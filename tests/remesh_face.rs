@@ -1,0 +1,223 @@
+//! One face of a finished mesh made anew at another size: it alone changes, and what comes out is as sound as a mesh made whole.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use rvachev::implicit::part::parse;
+use rvachev::mesh::TriMesh;
+use rvachev::pipeline::{MeshOptions, Meshed, Method, SizeRequest, mesh_part, mesh_step};
+use rvachev::{DVec3, Run};
+
+/// The side of the cube is 2, and its bore runs along z.
+const RADIUS: f64 = 0.5;
+const PART: &str = "part(box((2, 2, 2)).name(\"cube\") - cylinder(0.5, \"z\").name(\"bore\"))\n\
+                    group(\"loaded\", faces(\"cube*\"))\n";
+const SIZE: f64 = 0.2;
+
+fn made(text: &str, options: MeshOptions) -> Meshed {
+    let options = MeshOptions { size: Some(SizeRequest::Length(SIZE)), ..options };
+    mesh_part(&parse(text, &[]).unwrap(), &options, &Run::new()).unwrap()
+}
+
+fn remeshed(before: &Meshed, face: &str, size: f64) -> Meshed {
+    let mut made = before.clone();
+    made.remesh_face(face, size, &Run::new()).unwrap();
+    made
+}
+
+fn label(mesh: &TriMesh, face: &str) -> u32 {
+    mesh.faces.iter().position(|f| f == face).unwrap() as u32
+}
+
+/// The corners of the triangles of a face, or of all others, in order and bit by bit.
+fn triangles(mesh: &TriMesh, face: &str, of_face: bool) -> Vec<(String, [[u64; 3]; 3])> {
+    let own = label(mesh, face);
+    let list = (0..mesh.triangles.len()).filter(|t| (mesh.labels[*t] == own) == of_face);
+    let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+    list.map(|t| (mesh.faces[mesh.labels[t] as usize].clone(), mesh.corners(t).map(bits))).collect()
+}
+
+/// Only `face` differs from what was; the mesh is sound by the report and by a check of its own, and its fragments join again.
+fn only(before: &Meshed, after: &Meshed, face: &str) {
+    assert_eq!(triangles(&before.mesh, face, false), triangles(&after.mesh, face, false), "{face}");
+    assert_ne!(triangles(&before.mesh, face, true), triangles(&after.mesh, face, true), "{face}");
+    assert_eq!((&before.mesh.faces, &before.mesh.groups), (&after.mesh.faces, &after.mesh.groups));
+    let c = rvachev::quality::check(&after.mesh, Default::default(), None, &Run::new()).unwrap();
+    assert!(c.certificate.is_sound() && c.closed && c.manifold && c.oriented, "{face}: {:?}", c.certificate);
+    let told = after.report.check.as_ref().unwrap();
+    assert!(told.certificate.is_sound() && after.report.shortfalls.is_empty(), "{face}: {:?}", after.report.shortfalls);
+    assert_eq!((told.nodes, told.triangles), (after.mesh.nodes.len(), after.mesh.triangles.len()));
+    assert_eq!((told.euler, told.deviation.unwrap().inverted), (0, 0));
+    let was = before.model().unwrap();
+    let cut = after.model().unwrap();
+    let counts = [was, cut].map(|c| (c.model.vertices.len(), c.model.edges.len(), c.model.faces.len()));
+    assert_eq!(counts[0], counts[1], "{face}");
+    assert_eq!(TriMesh::from_view(&after.merged().unwrap()), after.mesh, "{face}");
+}
+
+/// The lengths of a face's edges that are not on its border, ascending.
+fn inner_edges(mesh: &TriMesh, face: &str) -> Vec<f64> {
+    let own = label(mesh, face);
+    let mut count: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for (t, _) in mesh.triangles.iter().zip(&mesh.labels).filter(|x| *x.1 == own) {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            *count.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    let inner = count.into_iter().filter(|e| e.1 == 2).map(|e| e.0);
+    let mut lengths: Vec<f64> = inner.map(|[a, b]| mesh.nodes[a as usize].distance(mesh.nodes[b as usize])).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths
+}
+
+/// The edges a size asks for on a circle: their middles are off it by a 120th of the size.
+fn chord(size: f64, radius: f64) -> f64 {
+    let off = size / 120.0;
+    size.min(2.0 * (off * (2.0 * radius - off)).sqrt())
+}
+
+/// The area of a triangle of three equal sides.
+fn equilateral(side: f64) -> f64 {
+    side * side * 3f64.sqrt() / 4.0
+}
+
+fn median(list: &[f64]) -> f64 {
+    list[list.len() / 2]
+}
+
+fn smallest_angle(mesh: &TriMesh, face: &str) -> f64 {
+    let own = label(mesh, face);
+    let angles = (0..mesh.triangles.len()).filter(|t| mesh.labels[*t] == own).flat_map(|t| {
+        let c = mesh.corners(t);
+        [0, 1, 2].map(|k| (c[(k + 1) % 3] - c[k]).angle_between(c[(k + 2) % 3] - c[k]).to_degrees())
+    });
+    angles.fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn a_flat_face_follows_its_size_and_nothing_else_moves() {
+    let before = made(PART, MeshOptions::default());
+    let face = "cube.xmax";
+    // Beside edges four times as long, which stay, some angles are small.
+    for (size, least) in [(0.5 * SIZE, 24.0), (0.25 * SIZE, 15.0)] {
+        let after = remeshed(&before, face, size);
+        only(&before, &after, face);
+        let (lengths, angle) = (inner_edges(&after.mesh, face), smallest_angle(&after.mesh, face));
+        assert!((median(&lengths) / size - 1.0).abs() < 0.1, "{size}: {}", median(&lengths));
+        assert!(angle > least, "{size}: {angle}");
+        // A square of side 2 in equilateral triangles.
+        let count = triangles(&after.mesh, face, true).len() as f64 * equilateral(size) / 4.0;
+        assert!((count - 1.0).abs() < 0.2, "{size}: {count}");
+    }
+    // Edges grow from those of the border by a fifth of the way, so that the middle, 1 away, is as coarse as asked for.
+    let after = remeshed(&before, face, 2.0 * SIZE);
+    only(&before, &after, face);
+    let (lengths, angle) = (inner_edges(&after.mesh, face), smallest_angle(&after.mesh, face));
+    assert!(lengths.last().is_some_and(|l| *l > 1.6 * SIZE && *l < 2.4 * SIZE), "{lengths:?}");
+    assert!(4 * lengths.len() < 3 * inner_edges(&before.mesh, face).len() && angle > 35.0, "{} {angle}", lengths.len());
+}
+
+#[test]
+fn the_nodes_of_a_bore_lie_on_its_cylinder() {
+    let before = made(PART, MeshOptions::default());
+    for size in [0.5 * SIZE, 0.25 * SIZE, 2.0 * SIZE] {
+        let after = remeshed(&before, "bore", size);
+        only(&before, &after, "bore");
+        let own = label(&after.mesh, "bore");
+        let all = after.mesh.triangles.iter().zip(&after.mesh.labels).filter(|x| *x.1 == own).flat_map(|x| x.0);
+        let off = all
+            .map(|v| after.mesh.nodes[*v as usize].truncate().length() - RADIUS)
+            .fold(0.0, |a: f64, b| a.max(b.abs()));
+        assert!(off <= 1e-9 * size, "{size}: {off}");
+        let (lengths, angle) = (inner_edges(&after.mesh, "bore"), smallest_angle(&after.mesh, "bore"));
+        let chord = chord(size, RADIUS);
+        assert!((median(&lengths) / chord - 1.0).abs() < 0.1, "{size}: {}", median(&lengths));
+        assert!(angle > 30.0, "{size}: {angle}");
+        // Chords along a circle leave an area of pi h^2 / 6 inside it, and the bore is 2 long. Triangles askew leave less.
+        let volume = 8.0 - 2.0 * PI * RADIUS * RADIUS;
+        let left = (after.report.check.unwrap().volume.unwrap() - volume) / (PI * chord * chord / 3.0);
+        assert!(left > 0.6 && left < 1.0, "{size}: {left}");
+    }
+}
+
+#[test]
+fn a_face_on_two_surfaces_gets_its_seam_anew() {
+    // A ridge along y, both sides of which have one name.
+    let text = "roof = half_space((1, 0, 1), (0, 0, 1)).name(\"roof\") & half_space((-1, 0, 1), (0, 0, 1)).name(\"roof\")\n\
+                part(box((4, 2, 4)).name(\"walls\") & roof)\n";
+    let before = made(text, MeshOptions::default());
+    let after = remeshed(&before, "roof", 0.5 * SIZE);
+    assert_eq!(triangles(&before.mesh, "roof", false), triangles(&after.mesh, "roof", false));
+    assert!(after.report.shortfalls.is_empty(), "{:?}", after.report.shortfalls);
+    let own = label(&after.mesh, "roof");
+    for (t, _) in after.mesh.triangles.iter().zip(&after.mesh.labels).filter(|x| *x.1 == own) {
+        let on = |sign: f64| {
+            t.iter()
+                .all(|v| (sign * after.mesh.nodes[*v as usize].x + after.mesh.nodes[*v as usize].z - 1.0).abs() < 1e-12)
+        };
+        assert!(on(1.0) || on(-1.0));
+    }
+    let ridge = |m: &TriMesh| m.nodes.iter().filter(|p| p.x.abs() < 1e-9 && (p.z - 1.0).abs() < 1e-9).count();
+    assert!(ridge(&after.mesh) > 3 * ridge(&before.mesh) / 2, "{} {}", ridge(&after.mesh), ridge(&before.mesh));
+    assert_eq!(after.seams.len(), ridge(&after.mesh) - 1);
+    // A slab of 4 by 1 by 2 below, and a triangle of base 4 and height 2 above.
+    let volume = after.report.check.as_ref().unwrap().volume.unwrap();
+    assert!((volume - (8.0 + 8.0)).abs() < 1e-9, "{volume}");
+    assert_eq!(TriMesh::from_view(&after.merged().unwrap()), after.mesh);
+}
+
+#[test]
+fn a_face_without_a_border_is_the_whole_mesh() {
+    let before = made("part(sphere(1).name(\"ball\"))\n", MeshOptions::default());
+    let mut after = before.clone();
+    after.remesh_face("ball", 0.1, &Run::new()).unwrap();
+    let c = after.report.check.as_ref().unwrap();
+    assert!(c.certificate.is_sound() && after.report.shortfalls.is_empty() && c.euler == 2);
+    assert!(after.mesh.nodes.iter().all(|p| (p.length() - 1.0).abs() < 1e-12));
+    let chord = chord(0.1, 1.0);
+    let lengths = inner_edges(&after.mesh, "ball");
+    assert!((median(&lengths) / chord - 1.0).abs() < 0.1, "{}", median(&lengths));
+    let count = after.mesh.triangles.len() as f64 * equilateral(chord) / (4.0 * PI);
+    assert!((count - 1.0).abs() < 0.2, "{count}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let before = made(PART, MeshOptions::default());
+    let [one, three] = [1, 3].map(|n| {
+        let mut made = before.clone();
+        made.remesh_face("bore", 0.07, &Run::new().with_threads(n).unwrap()).unwrap();
+        made
+    });
+    assert_eq!((one.mesh, one.seams, one.corners), (three.mesh, three.seams, three.corners));
+}
+
+#[test]
+fn what_cannot_be_done_is_said_and_changes_nothing() {
+    let before = made(PART, MeshOptions::default());
+    let refused = |of: &Meshed, name: &str, size: f64| {
+        let mut made = of.clone();
+        let error = made.remesh_face(name, size, &Run::new()).unwrap_err();
+        assert_eq!((&made.mesh, made.report.stages.len()), (&of.mesh, of.report.stages.len()));
+        (error.exit_code(), error.to_string())
+    };
+    let (code, text) = refused(&before, "bohr", SIZE);
+    assert_eq!(code, 2);
+    assert!(before.mesh.faces.iter().all(|f| text.contains(f.as_str())), "{text}");
+    for size in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9] {
+        let (code, text) = refused(&before, "bore", size);
+        assert!(code == 2 && text.contains("bore"), "{text}");
+    }
+    let cubes = made(PART, MeshOptions { method: Method::MarchingCubes, ..MeshOptions::default() });
+    let (code, text) = refused(&cubes, "cube.xmax", SIZE);
+    assert!(code == 3 && text.contains("mc"), "{text}");
+    let edges = parse("part(revolve_edges(polyline([(1, 0, 0), (2, 0, 0), (2, 0, 1), (1, 0, 1)], closed=True), \"z\").name(\"ring\"))\n", &[]).unwrap();
+    let brep = rvachev::pipeline::build(&edges, &Run::new()).unwrap().unwrap();
+    let built = mesh_step(brep.into(), &MeshOptions::default(), &Run::new()).unwrap();
+    let (code, text) = refused(&built, &built.mesh.faces[0].clone(), 0.1);
+    assert!(code == 2 && text.contains("R-function"), "{text}");
+    let run = Run::new();
+    run.cancel_token().cancel();
+    assert!(before.clone().remesh_face("bore", 0.1, &run).is_err());
+}
