@@ -1,0 +1,118 @@
+//! Solids as users write them, in forms that fall into smooth leaves only by what the program knows of formulas: known volumes, at the
+//! first attempt.
+
+use std::f64::consts::PI;
+
+use rvachev::Run;
+use rvachev::implicit::part::parse;
+use rvachev::pipeline::{MeshOptions, Meshed, mesh_part};
+use rvachev::quality::Check;
+
+fn made(text: &str) -> Meshed {
+    mesh_part(&parse(text, &[]).unwrap(), &MeshOptions::default(), &Run::new()).unwrap()
+}
+
+/// What was measured of a mesh that came out at once, its edges and corners exact.
+fn at_once(text: &str) -> Check {
+    let made = made(text);
+    assert_eq!((made.report.method, &made.report.shortfalls), ("leaf", &Vec::new()), "{text}");
+    assert_eq!(made.report.attempts.len(), 1, "{text}");
+    let c = made.report.check.unwrap();
+    assert!(c.certificate.is_sound(), "{text}: {:?}", c.certificate);
+    let f = c.features.unwrap();
+    assert!(f.recall >= 0.99 && f.precision >= 0.97 && f.corners_found == f.corners_true, "{text}: {f:?}");
+    c
+}
+
+fn near(volume: Option<f64>, truth: f64, share: f64, text: &str) {
+    let volume = volume.unwrap();
+    assert!((volume - truth).abs() < share * truth, "{text}: {volume} {truth}");
+}
+
+/// The volume of two balls, the lens of both counted once.
+fn two_balls(a: f64, b: f64, d: f64) -> f64 {
+    let ball = |r: f64| 4.0 / 3.0 * PI * r.powi(3);
+    let lens = PI * (a + b - d).powi(2) * (d * d + 2.0 * d * (a + b) - 3.0 * (a - b).powi(2)) / (12.0 * d);
+    ball(a) + ball(b) - lens
+}
+
+/// Balls that overlap by less and less: their common circle bends far more than either.
+#[test]
+fn balls_that_hardly_overlap_meet_in_a_circle() {
+    let (a, b) = (1.0, 0.7123);
+    for overlap in [0.1, 0.03, 0.0123, 0.006, 0.002] {
+        let d = a + b - overlap;
+        let text = format!("part(sphere({a}).name('a') | sphere({b}, at=(0, 0, {d})).name('b'))\nmesh(size=0.43)\n");
+        let c = at_once(&text);
+        assert_eq!((c.euler, c.components), (2, 1), "{text}");
+        near(c.volume, two_balls(a, b, d), 2e-2, &text);
+    }
+}
+
+/// Three spiral arms of one width, an arc: between two of them the angle jumps.
+#[test]
+fn the_width_of_a_spiral_arm_is_an_arc() {
+    let text = "r = hypot(x, y)\n\
+                t = 3 * (atan2(y, x) - log(r / 10) / 0.6)\n\
+                w = atan2(sin(t), cos(t)) / 3 * r\n\
+                arm = solid(abs(w) <= 1.5).name('arm')\n\
+                ring = cylinder(30, height=4).name('rim') - cylinder(12).name('eye')\n\
+                part(arm & ring)\nmesh(size=1.5)\n";
+    let c = at_once(text);
+    assert_eq!((c.euler, c.components), (6, 3));
+    // At each radius the three arms take arcs 3 long.
+    near(c.volume, 3.0 * 3.0 * (30.0 - 12.0) * 4.0, 2e-3, text);
+}
+
+/// A worm whose profile is written with `mod`: the volume is that of the mean square radius.
+#[test]
+fn a_wave_by_mod_around_an_axis_is_two_leaves() {
+    let text = "r = hypot(x, y)\n\
+                u = z / 6 - atan2(y, x) / (2 * pi)\n\
+                w = abs(mod(u + 0.5, 1) - 0.5) * 2\n\
+                flank = solid(r <= 12 - (w - 0.5) * 6).name('flank') & cylinder(12).name('tip')\n\
+                part(flank & box(lo=(-20, -20, -20), hi=(20, 20, 20)).name('ends'))\nmesh(size=1)\n";
+    let c = at_once(text);
+    let square = 0.5 * 144.0 + 0.5 * (12f64.powi(3) - 9f64.powi(3)) / 9.0;
+    near(c.volume, PI * square * 40.0, 2e-3, text);
+}
+
+/// A square beside a number is a sheet with two sides: a plate written so is planes.
+#[test]
+fn a_sheet_by_a_square_has_two_sides() {
+    let text = "part(solid(0.01 - (x - 0.2*y)**2).name('sheet') & cylinder(1, axis='x', height=2).name('rim'))\nmesh(size=0.1)\n";
+    let c = at_once(text);
+    near(c.volume, 0.2 * PI, 2e-3, text);
+    let text = "part(solid((hypot(x, y) - 1)**4 <= 0.0001).name('pipe') & solid(z**2 <= 1).name('ends'))\nmesh(size=0.15)\n";
+    let c = at_once(text);
+    near(c.volume, PI * (1.1f64.powi(2) - 0.9f64.powi(2)) * 2.0, 5e-3, text);
+}
+
+/// Formulas whose range over half of space has no bound end, shell by shell.
+#[test]
+fn formulas_end_where_shells_show_it() {
+    let twisted = "a = z * pi / 60\n\
+                   u = x * cos(a) + y * sin(a)\n\
+                   v = -x * sin(a) + y * cos(a)\n\
+                   star = solid(max(abs(u), abs(v)) <= 8).name('sides') & solid(abs(u) + abs(v) <= 11).name('cut')\n\
+                   part(star & solid(abs(z) <= 30).name('ends'))\nmesh(size=2)\n";
+    near(at_once(twisted).volume, (256.0 - 2.0 * 25.0) * 60.0, 2e-3, twisted);
+    // A ball as a sextic, with a term of degree five that its bounds over all of space cannot take.
+    let sextic = "part(solid(1 - (x**2 + y**2 + z**2)**3 - 1e-9 * x**2 * z**3).name('ball'))\nmesh(size=0.1)\n";
+    let c = made(sextic).report.check.unwrap();
+    near(c.volume, 4.0 / 3.0 * PI, 1e-2, sextic);
+    let endless = parse("part(solid(1 - x**2 + y**2 - z**2).name('hyperboloid'))\n", &[]).unwrap();
+    let e = mesh_part(&endless, &MeshOptions::default(), &Run::new()).err().unwrap();
+    assert!(e.to_string().contains("may be infinite"), "{e}");
+}
+
+/// Holes far smaller than the size: what is true of their edges is known as well as that of long ones.
+#[test]
+fn edges_of_small_holes_count_as_what_they_are() {
+    let text = "plate = box(lo=(0, 0, 0), hi=(40, 40, 5)).name('plate')\n\
+                h = [cylinder(1.6, at=(10 + 20*i, 10 + 20*j, 0)).name(f'h{i}{j}') for i in range(2) for j in range(2)]\n\
+                part(plate - union(h))\nmesh(size=6)\n";
+    let f = at_once(text).features.unwrap();
+    let truth = 8.0 * 40.0 + 4.0 * 5.0 + 8.0 * 2.0 * PI * 1.6;
+    assert!((f.length_true - truth).abs() < 2e-3 * truth, "{f:?} {truth}");
+}
