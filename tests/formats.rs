@@ -13,6 +13,11 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use common::{done, environment};
+use rvachev::implicit::part::parse;
+use rvachev::io::{Encoding, WriteOptions, write_prisms};
+use rvachev::mesh::Prisms;
+use rvachev::pipeline::{MeshOptions, SizeRequest, mesh_part};
+use rvachev::{DVec3, Run};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -245,6 +250,57 @@ fn meshio_reads_sets_of_solvers() {
     assert!(gmsh["lines"].as_u64().unwrap() > 100);
     let renamed = names["renamed"].as_array().unwrap();
     assert!(renamed.iter().any(|r| r["file"] == "a.inp" && r["name"] == "body.ymin" && r["written"] == "body_ymin"));
+}
+
+#[test]
+fn prisms_are_read_with_their_volumes_and_names() {
+    let dir = TempDir::new().unwrap();
+    let part = parse("part(box((2, 2, 1)).name(\"plate\") - cylinder(0.5, \"z\").name(\"bore\"))\n", &[]).unwrap();
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.2)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new()).unwrap();
+    let prisms = Prisms::swept(&made.mesh, "plate.zmax", DVec3::new(0.0, 0.0, -1.0), 3).unwrap();
+    let mut sides: BTreeMap<String, u64> = BTreeMap::new();
+    prisms.outer.iter().for_each(|o| *sides.entry(prisms.names[o.label as usize].clone()).or_default() += 1);
+    assert_eq!(sides.len(), 7);
+    let count = prisms.cells.len() as u64;
+    let near = |x: f64| (x - prisms.volume()).abs() < 1e-9;
+    let [usual, text, binary] = [Encoding::Usual, Encoding::Text, Encoding::Binary];
+    for (file, encoding, old_msh) in [
+        ("a.msh", usual, false),
+        ("b.msh", binary, false),
+        ("old.msh", usual, true),
+        ("a.vtu", usual, false),
+        ("text.vtu", text, false),
+        ("a.inp", usual, false),
+    ] {
+        let options = WriteOptions { encoding, old_msh, ..WriteOptions::default() };
+        write_prisms(&dir.path().join(file), &prisms, &options, &Run::new()).unwrap();
+        let found = ask("meshio", &dir, file);
+        assert_eq!(found["nodes"].as_u64(), Some(prisms.nodes.len() as u64), "{file}");
+        let volumes: Vec<f64> = found["prisms"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        assert_eq!(volumes.len() as u64, count, "{file}");
+        // meshio knows that the first triangle of VTK's wedge looks outward, and turns it.
+        assert!(volumes.iter().all(|v| *v > 0.0) && near(volumes.iter().sum()), "{file}");
+        if !file.ends_with(".inp") {
+            let whole = found["triangles"].as_u64().unwrap() + found["quads"].as_u64().unwrap();
+            assert_eq!(whole, prisms.outer.len() as u64, "{file}");
+        }
+        if file.ends_with(".vtu") {
+            // Triangles have the first two names.
+            let ends = serde_json::json!({ "0": sides["plate.zmax"], "1": sides["opposite"] });
+            assert_eq!(found["refs"]["face"], ends, "{file}");
+        }
+        if file.ends_with(".inp") {
+            let sets = found["point_sets"].as_object().unwrap();
+            assert!(sides.keys().all(|name| sets.contains_key(&name.replace('.', "_"))), "{sets:?}");
+        }
+        if file.ends_with(".msh") {
+            let gmsh = ask("gmsh", &dir, file);
+            assert_eq!(surfaces(&gmsh), sides, "{file}");
+            assert_eq!(gmsh["groups"]["3 volume"].as_u64(), Some(count), "{file}");
+            assert!(near(gmsh["volume"].as_f64().unwrap()), "{file}: {gmsh}");
+        }
+    }
 }
 
 #[test]
