@@ -252,13 +252,18 @@ fn meshio_reads_sets_of_solvers() {
     assert!(renamed.iter().any(|r| r["file"] == "a.inp" && r["name"] == "body.ymin" && r["written"] == "body_ymin"));
 }
 
-#[test]
-fn prisms_are_read_with_their_volumes_and_names() {
-    let dir = TempDir::new().unwrap();
+/// A plate of height 1 with a bore, filled from its top.
+fn swept_plate() -> Prisms {
     let part = parse("part(box((2, 2, 1)).name(\"plate\") - cylinder(0.5, \"z\").name(\"bore\"))\n", &[]).unwrap();
     let options = MeshOptions { size: Some(SizeRequest::Length(0.2)), ..MeshOptions::default() };
     let made = mesh_part(&part, &options, &Run::new()).unwrap();
-    let prisms = Prisms::swept(&made.mesh, "plate.zmax", DVec3::new(0.0, 0.0, -1.0), 3).unwrap();
+    Prisms::swept(&made.mesh, "plate.zmax", DVec3::new(0.0, 0.0, -1.0), 3).unwrap()
+}
+
+#[test]
+fn prisms_are_read_with_their_volumes_and_names() {
+    let dir = TempDir::new().unwrap();
+    let prisms = swept_plate();
     let mut sides: BTreeMap<String, u64> = BTreeMap::new();
     prisms.outer.iter().for_each(|o| *sides.entry(prisms.names[o.label as usize].clone()).or_default() += 1);
     assert_eq!(sides.len(), 7);
@@ -300,6 +305,34 @@ fn prisms_are_read_with_their_volumes_and_names() {
             assert_eq!(gmsh["groups"]["3 volume"].as_u64(), Some(count), "{file}");
             assert!(near(gmsh["volume"].as_f64().unwrap()), "{file}: {gmsh}");
         }
+    }
+}
+
+/// Needs `ccx` (Debian: calculix-ccx).
+#[test]
+#[ignore = "needs CalculiX"]
+fn calculix_presses_on_prisms_by_name() {
+    let dir = TempDir::new().unwrap();
+    let prisms = swept_plate();
+    write_prisms(&dir.path().join("a.inp"), &prisms, &WriteOptions::default(), &Run::new()).unwrap();
+    // A pressure of one on a wall of 2 by 1, and on the end, which has the prisms' volume for each unit of height, is borne by the side
+    // across.
+    for (held, pressed, truth) in
+        [("plate_xmin", "plate_xmax", [2.0, 0.0, 0.0]), ("plate_zmax", "opposite", [0.0, 0.0, -prisms.volume()])]
+    {
+        let deck = format!(
+            "*INCLUDE, INPUT=a.inp\n*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n\
+             *SOLID SECTION, ELSET=volume, MATERIAL=STEEL\n*BOUNDARY\n{held}, 1, 3\n*STEP\n*STATIC\n\
+             *DSLOAD\n{pressed}, P, 1.\n*NODE PRINT, NSET={held}, TOTALS=ONLY\nRF\n*END STEP\n"
+        );
+        fs::write(dir.path().join("deck.inp"), deck).unwrap();
+        let out = done(Command::new("ccx").current_dir(&dir).args(["-i", "deck"]));
+        let said = String::from_utf8_lossy(&out.unwrap_or_else(|why| panic!("{why}")).stdout).into_owned();
+        assert!(said.contains("Job finished") && !said.contains("*ERROR") && !said.contains("*WARNING"), "{said}");
+        let told = fs::read_to_string(dir.path().join("deck.dat")).unwrap();
+        let last = told.lines().rev().find(|line| !line.trim().is_empty()).unwrap();
+        let forces: Vec<f64> = last.split_whitespace().map(|w| w.parse().unwrap()).collect();
+        assert!(forces.iter().zip(truth).all(|(force, truth)| (force - truth).abs() < 1e-5), "{told}");
     }
 }
 

@@ -21,6 +21,9 @@ const WALLS: f64 = 0.01;
 /// Corners of a prism's sides, counterclockwise as seen from outside: bottom, top, walls in the order of the bottom's edges.
 const CORNERS: [&[usize]; 5] = [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
 
+/// What to do about faces that do not match.
+const HELP: &str = "one of the faces alone can be swept along a vector";
+
 const NONE: u32 = u32::MAX;
 
 /// A side of a prism that no other prism has.
@@ -61,7 +64,7 @@ pub struct Prisms {
     pub cells: Vec<[u32; 6]>,
     /// The boundary: the bottom, the top, then the walls, layer by layer.
     pub outer: Vec<OuterSide>,
-    /// Names of the boundary.
+    /// Names of the boundary: that of the bottom, that of the top, then those of walls.
     pub names: Vec<String>,
 }
 
@@ -76,7 +79,8 @@ impl Prisms {
     /// of the bottom and of the top have the surface's places bit by bit. Where faces are beside all walls, they close the room, and
     /// what they hold differs from the prisms' volume by less than a hundredth.
     /// *Does not guarantee*: that nodes of walls between the two faces are those of the surface, or that prisms over a bent face
-    /// keep apart. Groups of faces are not taken over.
+    /// keep apart. Groups of faces are not taken over. Faces that were meshed one by one hardly ever match; [`swept`](Self::swept)
+    /// fills the room from one of them.
     ///
     /// # Errors
     /// [`Error::Usage`] for no layer, a name no face has, or one face twice. [`Error::Input`] with the place where the faces do not match,
@@ -106,7 +110,8 @@ impl Prisms {
     ///
     /// The boundary has the name of the face, `opposite` across from it, and on its walls the names of the faces that border on the
     /// face there, or `side`. Where the mesh has a face of the name `opposite` or `side`, a number goes behind ours. The rest of
-    /// the mesh is not looked at: the face may sweep into the solid, or away from it.
+    /// the mesh is not looked at: the face may sweep into the solid, or away from it. Whoever fills a plate from its top may
+    /// change the second of the [`names`](Self::names) to that of the plate's bottom.
     ///
     /// *Guarantees*, *does not guarantee*: as [`between`](Self::between), without what is said of walls and the top.
     ///
@@ -240,7 +245,8 @@ impl Lid {
             let told = [0, 1].map(|k| {
                 format!("{:?} has {} nodes and {} triangles", name([self, high][k]), counts[k][0], counts[k][1])
             });
-            return Err(Error::input(Place::Unknown, format!("the faces do not match: {}", told.join(", "))));
+            let what = format!("the faces do not match: {}", told.join(", "));
+            return Err(Error::input(Place::Unknown, what).with_help(HELP));
         }
         let places = |lid: &Self| lid.nodes.iter().map(|v| mesh.nodes[*v as usize]).collect::<Vec<_>>();
         let [from, to] = [self, high].map(places);
@@ -264,7 +270,7 @@ impl Lid {
                     name(high),
                     name(self)
                 );
-                return Err(Error::input(Place::Point(*p), what));
+                return Err(Error::input(Place::Point(*p), what).with_help(HELP));
             };
             taken[v as usize] = true;
             partners.push(v);
@@ -282,7 +288,7 @@ impl Lid {
                     name(high),
                     name(self)
                 );
-                return Err(Error::input(Place::Point(at), what));
+                return Err(Error::input(Place::Point(at), what).with_help(HELP));
             }
         }
         Ok(partners.into_iter().map(|v| high.nodes[v as usize]).collect())
