@@ -13,6 +13,11 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use common::{done, environment};
+use rvachev::implicit::part::parse;
+use rvachev::io::{Encoding, WriteOptions, write_prisms};
+use rvachev::mesh::Prisms;
+use rvachev::pipeline::{MeshOptions, SizeRequest, mesh_part};
+use rvachev::{DVec3, Run};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -245,6 +250,90 @@ fn meshio_reads_sets_of_solvers() {
     assert!(gmsh["lines"].as_u64().unwrap() > 100);
     let renamed = names["renamed"].as_array().unwrap();
     assert!(renamed.iter().any(|r| r["file"] == "a.inp" && r["name"] == "body.ymin" && r["written"] == "body_ymin"));
+}
+
+/// A plate of height 1 with a bore, filled from its top.
+fn swept_plate() -> Prisms {
+    let part = parse("part(box((2, 2, 1)).name(\"plate\") - cylinder(0.5, \"z\").name(\"bore\"))\n", &[]).unwrap();
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.2)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new()).unwrap();
+    Prisms::swept(&made.mesh, "plate.zmax", DVec3::new(0.0, 0.0, -1.0), 3).unwrap()
+}
+
+#[test]
+fn prisms_are_read_with_their_volumes_and_names() {
+    let dir = TempDir::new().unwrap();
+    let prisms = swept_plate();
+    let mut sides: BTreeMap<String, u64> = BTreeMap::new();
+    prisms.outer.iter().for_each(|o| *sides.entry(prisms.names[o.label as usize].clone()).or_default() += 1);
+    assert_eq!(sides.len(), 7);
+    let count = prisms.cells.len() as u64;
+    let near = |x: f64| (x - prisms.volume()).abs() < 1e-9;
+    let [usual, text, binary] = [Encoding::Usual, Encoding::Text, Encoding::Binary];
+    for (file, encoding, old_msh) in [
+        ("a.msh", usual, false),
+        ("b.msh", binary, false),
+        ("old.msh", usual, true),
+        ("a.vtu", usual, false),
+        ("text.vtu", text, false),
+        ("a.inp", usual, false),
+    ] {
+        let options = WriteOptions { encoding, old_msh, ..WriteOptions::default() };
+        write_prisms(&dir.path().join(file), &prisms, &options, &Run::new()).unwrap();
+        let found = ask("meshio", &dir, file);
+        assert_eq!(found["nodes"].as_u64(), Some(prisms.nodes.len() as u64), "{file}");
+        let volumes: Vec<f64> = found["prisms"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        assert_eq!(volumes.len() as u64, count, "{file}");
+        // meshio knows that the first triangle of VTK's wedge looks outward, and turns it.
+        assert!(volumes.iter().all(|v| *v > 0.0) && near(volumes.iter().sum()), "{file}");
+        if !file.ends_with(".inp") {
+            let whole = found["triangles"].as_u64().unwrap() + found["quads"].as_u64().unwrap();
+            assert_eq!(whole, prisms.outer.len() as u64, "{file}");
+        }
+        if file.ends_with(".vtu") {
+            // Triangles have the first two names.
+            let ends = serde_json::json!({ "0": sides["plate.zmax"], "1": sides["opposite"] });
+            assert_eq!(found["refs"]["face"], ends, "{file}");
+        }
+        if file.ends_with(".inp") {
+            let sets = found["point_sets"].as_object().unwrap();
+            assert!(sides.keys().all(|name| sets.contains_key(&name.replace('.', "_"))), "{sets:?}");
+        }
+        if file.ends_with(".msh") {
+            let gmsh = ask("gmsh", &dir, file);
+            assert_eq!(surfaces(&gmsh), sides, "{file}");
+            assert_eq!(gmsh["groups"]["3 volume"].as_u64(), Some(count), "{file}");
+            assert!(near(gmsh["volume"].as_f64().unwrap()), "{file}: {gmsh}");
+        }
+    }
+}
+
+/// Needs `ccx` (Debian: calculix-ccx).
+#[test]
+#[ignore = "needs CalculiX"]
+fn calculix_presses_on_prisms_by_name() {
+    let dir = TempDir::new().unwrap();
+    let prisms = swept_plate();
+    write_prisms(&dir.path().join("a.inp"), &prisms, &WriteOptions::default(), &Run::new()).unwrap();
+    // A pressure of one on a wall of 2 by 1, and on the end, which has the prisms' volume for each unit of height, is borne by the side
+    // across.
+    for (held, pressed, truth) in
+        [("plate_xmin", "plate_xmax", [2.0, 0.0, 0.0]), ("plate_zmax", "opposite", [0.0, 0.0, -prisms.volume()])]
+    {
+        let deck = format!(
+            "*INCLUDE, INPUT=a.inp\n*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n\
+             *SOLID SECTION, ELSET=volume, MATERIAL=STEEL\n*BOUNDARY\n{held}, 1, 3\n*STEP\n*STATIC\n\
+             *DSLOAD\n{pressed}, P, 1.\n*NODE PRINT, NSET={held}, TOTALS=ONLY\nRF\n*END STEP\n"
+        );
+        fs::write(dir.path().join("deck.inp"), deck).unwrap();
+        let out = done(Command::new("ccx").current_dir(&dir).args(["-i", "deck"]));
+        let said = String::from_utf8_lossy(&out.unwrap_or_else(|why| panic!("{why}")).stdout).into_owned();
+        assert!(said.contains("Job finished") && !said.contains("*ERROR") && !said.contains("*WARNING"), "{said}");
+        let told = fs::read_to_string(dir.path().join("deck.dat")).unwrap();
+        let last = told.lines().rev().find(|line| !line.trim().is_empty()).unwrap();
+        let forces: Vec<f64> = last.split_whitespace().map(|w| w.parse().unwrap()).collect();
+        assert!(forces.iter().zip(truth).all(|(force, truth)| (force - truth).abs() < 1e-5), "{told}");
+    }
 }
 
 #[test]

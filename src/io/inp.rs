@@ -15,7 +15,7 @@ use super::sets::Sets;
 /// Numbers to a line of a set: Abaqus takes no more.
 const PER_LINE: usize = 16;
 /// Characters of a number that CalculiX reads.
-const NUMBER: usize = 20;
+pub(super) const NUMBER: usize = 20;
 /// Letters of a name that both codes keep.
 pub(super) const LONGEST_NAME: usize = 80;
 
@@ -55,7 +55,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &Sets, borders: Option<&[BorderSe
     Ok(())
 }
 
-fn list(out: &mut dyn Write, numbers: &[u32]) -> Result<()> {
+pub(super) fn list(out: &mut dyn Write, numbers: &[u32]) -> Result<()> {
     let mut line = Line::default();
     for some in numbers.chunks(PER_LINE) {
         line.commas(|l| _ = l.wholes(some.iter().map(|v| v + 1)));

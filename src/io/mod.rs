@@ -1,5 +1,5 @@
 //! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF and gmsh
-//! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out.
+//! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -42,6 +42,7 @@ mod off;
 mod outline;
 mod ply;
 mod points;
+mod prisms;
 mod regions;
 mod sets;
 mod sharp;
@@ -68,6 +69,7 @@ pub use grid::{GridFormat, SampledGrid, write_grid};
 pub use names::{NamedPart, NamedVolume, NamedWhole, Names, Renamed};
 pub use outline::{ClosedLine, Outline};
 pub use points::{PointRows, PointSample, no_rows, write_rows};
+pub use prisms::write_prisms;
 pub use regions::Grouping;
 
 /// How many items a loop handles between two looks at the cancel flag: some 0.1 ms of work.

@@ -29,53 +29,64 @@ const LINE: i32 = 1;
 /// gmsh's number of the three-node triangle.
 pub(super) const TRIANGLE: i32 = 2;
 /// gmsh's number of the four-node quadrilateral.
-const QUADRILATERAL: i32 = 3;
+pub(super) const QUADRILATERAL: i32 = 3;
 
 /// A row of numbers, as text on one line or as the bytes of its parts.
-struct Row<'a> {
-    out: &'a mut dyn Write,
-    binary: bool,
-    line: Line,
+pub(super) struct Row<'a> {
+    pub(super) out: &'a mut dyn Write,
+    pub(super) binary: bool,
+    pub(super) line: Line,
 }
 
 impl Row<'_> {
-    fn int(&mut self, x: i32) {
+    pub(super) fn int(&mut self, x: i32) {
         if self.binary { self.line.bytes(x.to_le_bytes()) } else { _ = self.line.whole(x) }
     }
 
-    fn size(&mut self, x: usize) {
+    pub(super) fn size(&mut self, x: usize) {
         if self.binary { self.line.bytes((x as u64).to_le_bytes()) } else { _ = self.line.whole(x) }
     }
 
-    fn real(&mut self, x: f64) {
+    pub(super) fn real(&mut self, x: f64) {
         if self.binary { self.line.bytes(x.to_le_bytes()) } else { _ = self.line.real(x) }
     }
 
-    fn end(&mut self) -> Result<()> {
+    pub(super) fn end(&mut self) -> Result<()> {
         if self.binary { self.line.flush(self.out) } else { self.line.end(self.out) }
     }
 
-    fn ints(&mut self, list: &[i32]) {
+    pub(super) fn ints(&mut self, list: &[i32]) {
         list.iter().for_each(|x| self.int(*x));
     }
 
-    fn bounds(&mut self, b: &Aabb) {
+    pub(super) fn bounds(&mut self, b: &Aabb) {
         b.lo.to_array().into_iter().chain(b.hi.to_array()).for_each(|x| self.real(x));
     }
 
     /// A count, then as many numbers.
-    fn list(&mut self, list: &[i32]) {
+    pub(super) fn list(&mut self, list: &[i32]) {
         self.size(list.len());
         self.ints(list);
     }
 
     /// A line of plain text, in binary files too.
-    fn text(&mut self, text: &str) -> Result<()> {
+    pub(super) fn text(&mut self, text: &str) -> Result<()> {
         writeln!(self.out, "{text}").map_err(write_failed)
     }
 
+    /// What version 4.1 begins with.
+    pub(super) fn head(&mut self) -> Result<()> {
+        self.text(&format!("$MeshFormat\n4.1 {} 8", u8::from(self.binary)))?;
+        if self.binary {
+            // By this number readers tell the byte order.
+            self.int(1);
+            self.end()?;
+        }
+        self.close("MeshFormat")
+    }
+
     /// Binary sections end with a line break of their own before the closing word.
-    fn close(&mut self, section: &str) -> Result<()> {
+    pub(super) fn close(&mut self, section: &str) -> Result<()> {
         let text = if self.binary { format!("\n$End{section}") } else { format!("$End{section}") };
         self.text(&text)
     }
@@ -165,13 +176,7 @@ impl Gmsh<'_> {
         self.check()?;
         let blocks = blocks(self.mesh, &self.layout.surfaces)?;
         let mut row = Row { out, binary, line: Line::default() };
-        row.text(&format!("$MeshFormat\n4.1 {} 8", u8::from(binary)))?;
-        if binary {
-            // By this number readers tell the byte order.
-            row.int(1);
-            row.end()?;
-        }
-        row.close("MeshFormat")?;
+        row.head()?;
         self.comments(&mut row)?;
         self.names(&mut row)?;
         self.entities(&mut row)?;

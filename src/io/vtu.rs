@@ -11,10 +11,10 @@ use super::build::{each_cell, each_node};
 use super::line::Line;
 
 /// VTK's number of the triangle cell.
-const VTK_TRIANGLE: u8 = 5;
+pub(super) const VTK_TRIANGLE: u8 = 5;
 /// Of the polygon, and of the quadrilateral.
 const VTK_POLYGON: u8 = 7;
-const VTK_QUAD: u8 = 9;
+pub(super) const VTK_QUAD: u8 = 9;
 
 /// Writes data arrays either as text or as base64 with a length of 64 bits before the bytes.
 pub(super) struct Arrays<'a> {
@@ -56,6 +56,13 @@ impl Arrays<'_> {
             }
         }
         self.line("</DataArray>")
+    }
+
+    /// Comments that tell which number of the array `face` means which face.
+    pub(super) fn names(&mut self, names: &[String]) -> Result<()> {
+        // Two hyphens would end the comment.
+        let mut named = names.iter().enumerate();
+        named.try_for_each(|(i, name)| self.line(&format!("<!-- face {i}: {} -->", attribute(name).replace('-', "‐"))))
     }
 
     pub(super) fn line(&mut self, text: &str) -> Result<()> {
@@ -125,10 +132,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
     let mut a = Arrays { out, binary, run };
     a.line("<?xml version=\"1.0\"?>")?;
     a.line(r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
-    // Which number of the array `face` means which face; two hyphens would end the comment.
-    for (i, name) in mesh.face_names().iter().enumerate() {
-        a.line(&format!("<!-- face {i}: {} -->", attribute(name).replace('-', "‐")))?;
-    }
+    a.names(mesh.face_names())?;
     a.line("<UnstructuredGrid>")?;
     a.line(&format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">"))?;
     a.line("<Points>")?;

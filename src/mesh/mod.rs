@@ -1,4 +1,4 @@
-//! Triangle meshes: storage, connectivity and edits, curvature, defects.
+//! Triangle meshes: storage, connectivity and edits, curvature, defects; prisms over the triangles of a face.
 
 pub mod curvature;
 mod defects;
@@ -6,6 +6,7 @@ mod defects;
 mod defects_tests;
 pub mod edit;
 mod intersect;
+mod prisms;
 pub(crate) mod sides;
 mod trimesh;
 pub mod view;
@@ -13,5 +14,6 @@ pub mod view;
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
 pub use intersect::{intersecting_groups, intersections_among, self_intersections};
+pub use prisms::{OuterSide, Prisms};
 pub use trimesh::{Group, TriMesh};
 pub use view::{CellRun, MeshView};

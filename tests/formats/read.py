@@ -1,7 +1,7 @@
 """What gmsh and meshio find in mesh files, as JSON.
 
     read.py gmsh FILE ...      physical groups with how many elements they have; a script is filled first
-    read.py meshio FILE ...    nodes, triangles, names of sets with how many triangles they have
+    read.py meshio FILE ...    nodes, triangles, names of sets with how many triangles they have, prisms with their volumes
 """
 import json
 import sys
@@ -53,7 +53,21 @@ def of_meshio(path):
                     refs[key][str(v)] += 1
     points = {name: len(list_) for name, list_ in mesh.point_sets.items()}
     box = [mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist()]
-    return {"nodes": len(mesh.points), "triangles": sum(counts), "sets": sets, "refs": refs, "point_sets": points, "box": box}
+    found = {"nodes": len(mesh.points), "triangles": sum(counts), "sets": sets, "refs": refs, "point_sets": points, "box": box}
+    found["quads"] = sum(len(block.data) for block in mesh.cells if block.type == "quad")
+    prisms = [block.data for block in mesh.cells if block.type == "wedge"]
+    found["prisms"] = sorted(v for cells in prisms for v in volumes(mesh.points[cells]))
+    return found
+
+
+def volumes(p):
+    """Of prisms with flat sides, positive where the first triangle runs counterclockwise as seen from the second."""
+    import numpy
+
+    def six(a, b, c, d):
+        return numpy.einsum("ij,ij->i", p[:, b] - p[:, a], numpy.cross(p[:, c] - p[:, a], p[:, d] - p[:, a]))
+
+    return ((six(0, 1, 2, 3) + six(1, 2, 3, 4) + six(2, 3, 4, 5)) / 6).tolist()
 
 
 def main(arguments):
