@@ -21,7 +21,8 @@ pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DV
     }
     let cut_off = |t: usize| {
         let (p, n) = (mesh.centroid(t), mesh.normal(t));
-        let leaf = oracle.piece_at(p)?;
+        // What only divides a face from itself, as cases of formulas do, has no direction there.
+        let leaf = oracle.piece_at(p).filter(|leaf| oracle.bounds(&[*leaf], p))?;
         // Where another face's surface is nearer than its own, it is of the other one's direction that nothing is known.
         let own = oracle.face_at(leaf, p) == Some(mesh.labels[t]);
         let user = own && oracle.leaves().get(leaf as usize)?.is_user();
