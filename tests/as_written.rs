@@ -85,8 +85,7 @@ fn a_sheet_by_a_square_has_two_sides() {
     let text = "part(solid(0.01 - (x - 0.2*y)**2).name('sheet') & cylinder(1, axis='x', height=2).name('rim'))\nmesh(size=0.1)\n";
     let c = at_once(text);
     near(c.volume, 0.2 * PI, 2e-3, text);
-    let text =
-        "part(solid((hypot(x, y) - 1)**4 <= 0.0001).name('pipe') & solid(z**2 <= 1).name('ends'))\nmesh(size=0.15)\n";
+    let text = "part(solid((hypot(x, y) - 1)**4 <= 0.0001).name('pipe') & solid(z**2 <= 1).name('ends'))\nmesh(size=0.15)\n";
     let c = at_once(text);
     near(c.volume, PI * (1.1f64.powi(2) - 0.9f64.powi(2)) * 2.0, 5e-3, text);
 }

@@ -124,7 +124,7 @@ impl Scout {
             size: ARRANGED * self.cell,
             coarser: COARSER,
             places: smaller.places,
-            more: smaller.times.max(SMALLER[1]),
+            more: smaller.times,
             block: None,
         };
         let made = match arranged(&ready.model, &grid, options.memory, run) {

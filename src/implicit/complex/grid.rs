@@ -81,13 +81,6 @@ impl GridBlock {
 /// the whole grid, as do those of a cell more. Halving for the sake of neighbors goes no farther than the sum of smaller and smaller cells, which is two.
 const HALO: i64 = 5;
 
-/// Cubes are few if they are at most one of so many: halving them costs nothing beside the others then. Surfaces that touch in points
-/// and cross at small angles leave as few.
-const FEW: usize = 100;
-/// In layers of more cubes than this one of so many is looked at to see that too many are left.
-const MANY: usize = 4096;
-const PROBED: usize = 16;
-
 /// The largest cells along each axis that a grid has which holds a box.
 pub(crate) fn cells_along(bounds: &Aabb, size: f64) -> [u32; 3] {
     (bounds.size() / size).to_array().map(|n| (n + MARGIN).ceil() as u32)
@@ -119,7 +112,7 @@ pub(super) struct Wanted<'a> {
     pub(super) size: f64,
     /// How often cells may be halved for what is not simple,
     pub(super) deeper: u8,
-    /// and how often more in some places, or where few are left.
+    /// and how often more in some places.
     pub(super) more: u8,
     pub(super) places: &'a [Aabb],
     /// How many cells there may be.
@@ -149,8 +142,7 @@ impl Octree {
         Aabb::new(corner(0), corner(1 << level))
     }
 
-    /// Cubes of about `size` around the surface, halved up to `deeper` times where `simple` does not hold, and `more` times more at some
-    /// places and where it fails in few cubes only.
+    /// Cubes of about `size` around the surface, halved up to `deeper` times where `simple` does not hold.
     ///
     /// Errors: cells too small for the numbers of nodes, or more of them than `most`; cancellation.
     pub(super) fn build(
@@ -179,28 +171,20 @@ impl Octree {
                 return Err(Error::Usage(format!("size {size} needs more than {most} cells")));
             }
             let tree_now = &tree;
-            // All of a layer are of one size.
-            let level = tree_now.cubes[layer[0] as usize].level;
-            let lacks = |i: &u32| {
+            let wants = |i: &u32| {
                 let c = &tree_now.cubes[*i as usize];
-                let complex = |t: &Arc<Tape>| level > deeper || !simple(t, &tree_now.bounds(c.at, level));
-                level > 0 && c.tape.as_ref().is_some_and(complex)
+                let own = tree_now.bounds(c.at, c.level);
+                let may = || {
+                    let mut any = c.level > more;
+                    if c.level > 0 && !any {
+                        at_places.overlapping(&own, |_| any = true);
+                    }
+                    any
+                };
+                let complex = |t: &Arc<Tape>| c.level > deeper || (may() && !simple(t, &own));
+                c.tape.as_ref().is_some_and(complex)
             };
-            let at_place = |i: &u32| {
-                let mut any = false;
-                at_places.overlapping(&tree_now.bounds(tree_now.cubes[*i as usize].at, level), |_| any = true);
-                any
-            };
-            let few = |n: usize| FEW * n <= tree_now.cubes.len();
-            let split: Vec<u32> = if level > more {
-                layer.par_iter().copied().filter(lacks).collect()
-            } else if layer.len() > MANY && !few(layer.iter().step_by(PROBED).filter(|i| lacks(i)).count() * PROBED / 2)
-            {
-                layer.par_iter().copied().filter(|i| at_place(i) && lacks(i)).collect()
-            } else {
-                let all: Vec<u32> = layer.par_iter().copied().filter(lacks).collect();
-                if few(all.len()) { all } else { all.into_iter().filter(at_place).collect() }
-            };
+            let split: Vec<u32> = layer.par_iter().copied().filter(wants).collect();
             layer = tree.split(leaves, &split);
         }
         tree.balance(leaves, run)?;

@@ -98,7 +98,7 @@ pub(crate) struct CellGrid<'a> {
     pub(crate) size: f64,
     /// How often larger ones may be halved down to that: where less shows that the leaves are arranged simply they stay large.
     pub(crate) coarser: u8,
-    /// Places where smaller cells may be halved this often more than elsewhere; where few of them are left they are, too.
+    /// Places where smaller cells may be halved this often more than elsewhere.
     pub(crate) places: &'a [Aabb],
     pub(crate) more: u8,
     /// What is wanted of it, if not all.
