@@ -45,7 +45,8 @@ pub(super) fn sheet(e: &Expr) -> Option<Expr> {
     };
     let even = n > 0.0 && n % 2.0 == 0.0;
     let level = (-c / k).powf(1.0 / n);
-    if !even || !(level > 0.0 && level.is_finite()) {
+    let is_sheet = even && level > 0.0 && level.is_finite();
+    if !is_sheet {
         return None;
     }
     let size = Expr::unary(Unary::Abs, f.clone());
