@@ -1,5 +1,6 @@
 //! Formulas compiled to a flat list of operations, evaluated for batches of points, over boxes, and with gradients.
 
+mod adjoint;
 mod written;
 
 use std::sync::Arc;
@@ -33,6 +34,8 @@ pub(crate) struct Formula {
     ops: Vec<Op>,
     /// Which operations serve bounds only; empty where none does.
     idle: Vec<bool>,
+    /// Whether [`backwards`](Self::backwards) may give closer bounds of gradients than forwards.
+    shared: bool,
 }
 
 /// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
@@ -167,7 +170,7 @@ impl Formula {
             root = b.push(Op::Binary(Binary::Mul, root, k));
         }
         b.ops.truncate(root as usize + 1); // the root may be an operand another one came after
-        Formula { idle: idle(&b.ops), ops: b.ops }
+        Formula { idle: idle(&b.ops), shared: adjoint::is_shared(&b.ops), ops: b.ops }
     }
 
     /// A number that is equal for equal formulas.
@@ -423,7 +426,7 @@ impl Formula {
         let [x, y, z] = center.map(Interval::point);
         let middle = self.ranges(x, y, z);
         let mut r: Vec<Slopes> = Vec::with_capacity(self.ops.len());
-        for (op, middle) in self.ops.iter().zip(middle) {
+        for (op, middle) in self.ops.iter().zip(&middle) {
             let reg = |a: u32| r[a as usize];
             let bounds = match *op {
                 Op::Const(c) => Slopes::constant(c),
@@ -438,9 +441,16 @@ impl Formula {
                 Op::Binary(o, x, y) => reg(x).binary(o, reg(y)),
                 Op::Select(c, x, y) => reg(x).select(reg(c).value, reg(y)),
             };
-            r.push(bounds.closer(middle, &half));
+            r.push(bounds.closer(*middle, &half));
         }
-        r[r.len() - 1]
+        let mut root = r[r.len() - 1];
+        if let Some(back) = self.shared.then(|| self.backwards(&r, &middle, &half)).flatten() {
+            root.value = root.value.within(middle[r.len() - 1] + back.change);
+            if let Some(g) = back.gradient {
+                root.gradient = std::array::from_fn(|k| root.gradient[k].within(g[k]));
+            }
+        }
+        root
     }
 }
 

@@ -31,6 +31,7 @@ mod pieces;
 mod plane;
 mod polygon;
 mod rfunction;
+mod roots;
 mod roperation;
 mod sample;
 mod shapes;

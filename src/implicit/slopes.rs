@@ -56,45 +56,30 @@ impl Slopes {
 
     pub(crate) fn unary(self, op: Unary) -> Self {
         let v = self.value;
-        match op {
-            Unary::Neg => self.negated(),
-            Unary::Abs if v.lo >= 0.0 => self,
-            Unary::Abs if v.hi <= 0.0 => self.negated(),
-            Unary::Abs => Self { value: v.abs(), ..self.hull(self.negated()) },
-            Unary::Sqrt => {
-                let r = v.sqrt();
-                self.chain(r, Interval::point(0.5) / r)
-            }
-            Unary::Exp => self.chain(v.exp(), v.exp()),
-            Unary::Log => self.chain(v.ln(), Interval::point(1.0) / v),
-            Unary::Sin => self.chain(v.sin(), v.cos()),
-            Unary::Cos => self.chain(v.cos(), -v.sin()),
-            Unary::Tan => {
-                let t = v.tan();
-                self.chain(t, Interval::point(1.0) + t.square())
-            }
-            Unary::Swing => {
-                let w = v.wrap();
-                let ahead = w.lo >= -SWING && w.hi <= SWING;
-                self.chain(v.swing(SWING), Interval { lo: if ahead { 1.0 } else { -SWUNG_BACK }, hi: 1.0 })
-            }
-            Unary::Wrap => {
-                let w = v.wrap();
-                // Wide means that it may jump.
-                if w.lo <= -PI && w.hi >= PI { Self::jumping(w) } else { Self { value: w, ..self } }
-            }
-            Unary::Asin | Unary::Acos => {
-                let slope = Interval::point(1.0) / (Interval::point(1.0) - v.square()).sqrt();
-                if op == Unary::Asin { self.chain(v.asin(), slope) } else { self.chain(v.acos(), -slope) }
-            }
-            Unary::Sinh => self.chain(v.sinh(), v.cosh()),
-            Unary::Cosh => self.chain(v.cosh(), v.sinh()),
-            Unary::Tanh => {
-                let t = v.tanh();
-                self.chain(t, Interval::point(1.0) - t.square())
-            }
-            Unary::Floor => self.stepped(v.floor()),
-            Unary::Sign => self.stepped(v.sign()),
+        let value = match op {
+            Unary::Neg => return self.negated(),
+            Unary::Abs if v.lo >= 0.0 => return self,
+            Unary::Abs if v.hi <= 0.0 => return self.negated(),
+            Unary::Abs => return Self { value: v.abs(), ..self.hull(self.negated()) },
+            Unary::Sqrt => v.sqrt(),
+            Unary::Exp => v.exp(),
+            Unary::Log => v.ln(),
+            Unary::Sin => v.sin(),
+            Unary::Cos => v.cos(),
+            Unary::Tan => v.tan(),
+            Unary::Swing => v.swing(SWING),
+            Unary::Wrap => v.wrap(),
+            Unary::Asin => v.asin(),
+            Unary::Acos => v.acos(),
+            Unary::Sinh => v.sinh(),
+            Unary::Cosh => v.cosh(),
+            Unary::Tanh => v.tanh(),
+            Unary::Floor => return self.stepped(v.floor()),
+            Unary::Sign => return self.stepped(v.sign()),
+        };
+        match slope(op, v, value) {
+            Some(slope) => self.chain(value, slope),
+            None => Self::jumping(value),
         }
     }
 
@@ -172,9 +157,40 @@ impl Slopes {
     pub(crate) fn closer(self, middle: Interval, half: &[f64; 3]) -> Self {
         let reach = |k: usize| self.gradient[k] * Interval { lo: -half[k], hi: half[k] };
         let v = middle + (reach(0) + reach(1) + reach(2));
-        let value = Interval { lo: self.value.lo.max(v.lo), hi: self.value.hi.min(v.hi) };
-        if value.lo <= value.hi { Self { value, ..self } } else { self }
+        Self { value: self.value.within(v), ..self }
     }
+}
+
+/// Bounds of an operation's derivative where its operand and its value have bounds; nothing where it may jump.
+pub(super) fn slope(op: Unary, v: Interval, value: Interval) -> Option<Interval> {
+    let one = Interval::point(1.0);
+    Some(match op {
+        Unary::Neg => -one,
+        Unary::Abs if v.lo >= 0.0 => one,
+        Unary::Abs if v.hi <= 0.0 => -one,
+        Unary::Abs => Interval { lo: -1.0, hi: 1.0 },
+        Unary::Sqrt => Interval::point(0.5) / value,
+        Unary::Exp => value,
+        Unary::Log => one / v,
+        Unary::Sin => v.cos(),
+        Unary::Cos => -v.sin(),
+        Unary::Tan => one + value.square(),
+        Unary::Swing => {
+            let w = v.wrap();
+            let ahead = w.lo >= -SWING && w.hi <= SWING;
+            Interval { lo: if ahead { 1.0 } else { -SWUNG_BACK }, hi: 1.0 }
+        }
+        // Wide means that it may jump.
+        Unary::Wrap if value.lo <= -PI && value.hi >= PI => return None,
+        Unary::Wrap => one,
+        Unary::Asin => one / (one - v.square()).sqrt(),
+        Unary::Acos => -(one / (one - v.square()).sqrt()),
+        Unary::Sinh => v.cosh(),
+        Unary::Cosh => v.sinh(),
+        Unary::Tanh => one - value.square(),
+        Unary::Floor | Unary::Sign if value.lo == value.hi => ZERO,
+        Unary::Floor | Unary::Sign => return None,
+    })
 }
 
 /// The coordinates of a box in a frame at a point, along `u`, `v` and `a`.
@@ -225,6 +241,23 @@ mod tests {
     use crate::implicit::lower::lower;
     use crate::implicit::{Placement, Primitive, Solid};
 
+    fn involute(t: &Expr) -> Expr {
+        t.clone() - Expr::binary(Binary::Atan2, t.clone(), Expr::constant(1.0))
+    }
+
+    #[test]
+    fn what_varies_alike_cancels_in_bounds_of_gradients() {
+        // The slope of t - atan(t) is t² / (1 + t²).
+        let leaf = Leaf::Formula(Formula::compile(&involute(&(Expr::x() * 3.0)), &Placement::IDENTITY));
+        for x in [0.1, 0.3, 1.0] {
+            let slope = |x: f64| 27.0 * x * x / (1.0 + 9.0 * x * x);
+            let cell = Aabb::new(DVec3::splat(x), DVec3::splat(1.1 * x));
+            let g = leaf.slopes(&cell).unwrap().gradient[0];
+            assert!(g.contains(slope(x)) && g.contains(slope(1.1 * x)), "{g:?}");
+            assert!(g.hi - g.lo < 1.001 * (slope(1.1 * x) - slope(x)), "{g:?}");
+        }
+    }
+
     #[test]
     fn slopes_hold_the_gradients_of_random_leaves_on_random_boxes() {
         let mut state = 7u64;
@@ -247,7 +280,10 @@ mod tests {
             bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
             un(Unary::Swing, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Swing, z.clone() * 7.0),
             bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
-            un(Unary::Log, bi(Binary::Pow, x + 2.0, y + 0.5)) - bi(Binary::Pow, z, Expr::constant(3.0)),
+            un(Unary::Log, bi(Binary::Pow, x.clone() + 2.0, y.clone() + 0.5))
+                - bi(Binary::Pow, z.clone(), Expr::constant(3.0)),
+            involute(&bi(Binary::Hypot, x.clone(), y.clone())) - z.clone(),
+            involute(&un(Unary::Sqrt, bi(Binary::Max, x.clone(), Expr::constant(0.0)))) * involute(&(y * z)) - x,
         ];
         for _ in 0..200 {
             let mut v = |s: f64| DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5) * s;

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::roots::{is_bare, under_root, without_root};
 use super::roperation::{Terms, never_negative};
 use super::solid::Solid;
 
@@ -27,7 +28,14 @@ pub(super) fn split(e: &Expr) -> Option<Solid> {
     if !switches.within(e) {
         return None;
     }
-    let mut splitter = Splitter { switches, terms: Terms::default(), pieces: 0, visits: 0, taken_apart: false };
+    let mut splitter = Splitter {
+        switches,
+        terms: Terms::default(),
+        bare: FxHashMap::default(),
+        pieces: 0,
+        visits: 0,
+        taken_apart: false,
+    };
     let solid = splitter.condition(e, 1.0, &Rest::default(), 0)?;
     splitter.taken_apart.then_some(solid)
 }
@@ -106,6 +114,15 @@ struct Rest<'a> {
     done: Option<&'a Expr>,
     /// Terms with switches that are still to be looked into, with their factors.
     ahead: Option<&'a Ahead<'a>>,
+    /// A root that has no value somewhere, which comes last.
+    root: Option<Root<'a>>,
+}
+
+/// `factor * sqrt(under)`
+#[derive(Clone, Copy)]
+struct Root<'a> {
+    under: &'a Expr,
+    factor: f64,
 }
 
 struct Ahead<'a> {
@@ -117,6 +134,8 @@ struct Ahead<'a> {
 struct Splitter {
     switches: Switches,
     terms: Terms,
+    /// Which roots have no value somewhere, as far as they were asked.
+    bare: FxHashMap<*const ExprNode, bool>,
     /// Pieces that are sums of parts of switches: their number may double with every switch.
     pieces: usize,
     visits: usize,
@@ -141,6 +160,14 @@ impl Splitter {
                 self.taken_apart = true;
                 let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(a, -factor, rest, deeper)?);
                 return Some(if factor > 0.0 { p | q } else { p & q });
+            }
+            if rest.root.is_none()
+                && !rest.is_nothing()
+                && let Some(under) = under_root(e)
+                && *self.bare.entry(std::ptr::from_ref(e.node())).or_insert_with(|| is_bare(e))
+            {
+                let root = Some(Root { under, factor });
+                return self.ended(&Rest { root, ..*rest }, deeper);
             }
             match e.node() {
                 ExprNode::Unary(Unary::Neg, a) => return self.condition(a, -factor, rest, deeper),
@@ -196,11 +223,23 @@ impl Splitter {
             }
         }
         let whole = plus(rest.done, e, factor);
+        let alone = rest.is_nothing();
+        if alone { Some(Solid::formula(whole)) } else { self.ended(&Rest { done: Some(&whole), ..*rest }, deeper) }
+    }
+
+    /// The condition of what is done with once nothing is ahead.
+    fn ended(&mut self, rest: &Rest, depth: usize) -> Option<Solid> {
         if let Some(Ahead { term, factor, next }) = rest.ahead {
-            return self.condition(term, *factor, &Rest { done: Some(&whole), ahead: *next }, deeper);
+            return self.condition(term, *factor, &Rest { ahead: *next, ..*rest }, depth);
         }
-        self.pieces += usize::from(!rest.is_nothing());
-        (self.pieces <= MOST_PIECES).then(|| Solid::formula(whole))
+        self.pieces += 1;
+        let zero = Expr::constant(0.0);
+        let done = rest.done.unwrap_or(&zero);
+        let Some(Root { under, factor }) = rest.root else {
+            return (self.pieces <= MOST_PIECES).then(|| Solid::formula(done.clone()));
+        };
+        self.taken_apart = true;
+        (self.pieces <= MOST_PIECES).then(|| without_root(under, factor, done))
     }
 }
 
@@ -280,7 +319,7 @@ impl Splitter {
 
 impl Rest<'_> {
     fn is_nothing(&self) -> bool {
-        self.done.is_none() && self.ahead.is_none()
+        self.done.is_none() && self.ahead.is_none() && self.root.is_none()
     }
 }
 
@@ -327,12 +366,7 @@ impl Splitter {
 
 /// `a`, if the formula is the root of its square.
 fn root_of_square(e: &Expr) -> Option<&Expr> {
-    let under = match e.node() {
-        ExprNode::Unary(Unary::Sqrt, a) => a,
-        ExprNode::Binary(Binary::Pow, a, half) if half.as_constant() == Some(0.5) => a,
-        _ => return None,
-    };
-    match under.node() {
+    match under_root(e)?.node() {
         ExprNode::Binary(Binary::Pow, a, two) if two.as_constant() == Some(2.0) => Some(a),
         ExprNode::Binary(Binary::Mul, a, b) if Arc::ptr_eq(&a.0, &b.0) => Some(a),
         _ => None,

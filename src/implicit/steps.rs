@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::forms::{sheet, with_waves};
 use super::formula::Formula;
+use super::roots::by_cases;
 use super::roperation::Terms;
 use super::solid::{Placement, Solid};
 use super::split::split;
@@ -143,7 +144,7 @@ fn flat(e: &Expr) -> bool {
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
 pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
     let e = with_waves(&without_signs(e));
-    let e = sheet(&e).unwrap_or(e);
+    let e = by_cases(&sheet(&e).unwrap_or(e));
     if let Some(within) = within
         && has_steps(&e)
     {

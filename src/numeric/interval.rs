@@ -263,6 +263,12 @@ impl Interval {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
+    /// What lies in both; `self` where rounding leaves nothing.
+    pub fn within(self, other: Self) -> Self {
+        let both = Self { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) };
+        if both.lo <= both.hi { both } else { self }
+    }
+
     /// Integer power.
     pub fn powi(self, n: i32) -> Self {
         if n < 0 {

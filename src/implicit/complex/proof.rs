@@ -137,6 +137,9 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
             continue;
         }
         let slopes = leaf.slopes(cell);
+        if slopes.is_some_and(|s| !s.value.contains(0.0)) {
+            continue;
+        }
         // Half a cell more is rounding.
         if slopes.is_none() && cell.size().max_element() > 1.5 * seen {
             all.unproved = Some(Unproved::Bent);
