@@ -51,6 +51,7 @@ mod stl;
 mod su2;
 mod svg;
 mod text;
+pub(crate) mod threemf;
 mod vtp;
 mod vtu;
 
@@ -108,11 +109,13 @@ pub enum Format {
     Vtp,
     /// Borders of a plane figure, extension `svg`; written only.
     Svg,
+    /// 3D Manufacturing Format, extension `3mf`; level sets in it are no mesh, and are read as parts.
+    ThreeMf,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 17] = [
+    pub const EXTENSIONS: [(&'static str, Format); 18] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -130,6 +133,7 @@ impl Format {
         ("emesh", Format::EMesh),
         ("vtp", Format::Vtp),
         ("svg", Format::Svg),
+        ("3mf", Format::ThreeMf),
     ];
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
@@ -202,8 +206,9 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
         Format::Ply => ply::read(bytes, run),
         Format::Off => off::read(bytes, run),
         Format::Msh => msh_read::read(bytes, run),
+        Format::ThreeMf => threemf::read(bytes, run),
         _ => {
-            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF or MSH";
+            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF, MSH or 3MF";
             Err(Error::Usage(what.into()))
         }
     }?;
