@@ -256,7 +256,13 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         told = write_meshes(
             &a.output,
             &merged,
-            &WriteOptions { seams, corners, outline: made.outline.clone(), ..written_as(&a.files) },
+            &WriteOptions {
+                seams,
+                corners,
+                outline: made.outline.clone(),
+                unit: made.report.units.clone(),
+                ..written_as(&a.files)
+            },
             &run,
         )?;
     }

@@ -1,4 +1,4 @@
-//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF and gmsh
+//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF and gmsh
 //! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
@@ -11,6 +11,7 @@
 //! | OBJ | bit-exact | kept | by face | kept, but faces without triangles | lost |
 //! | ASCII STL | bit-exact | first use | by face | kept, but faces without triangles | lost |
 //! | binary STL | nearest `f32` | first use | kept | lost | lost |
+//! | 3MF | bit-exact | by solid | by solid | kept, but faces without triangles | lost |
 //! | VTU | bit-exact | written only | | | |
 //!
 //! *Guarantees.* Readers never panic and never allocate by a count a file merely claims; what they return has finite
@@ -233,6 +234,8 @@ pub struct WriteOptions {
     pub corners: Vec<u32>,
     /// The borders of a flat mesh in the plane z = 0, by name; what an SVG file holds. MSH, SU2, INP name its edges by them.
     pub outline: Option<Outline>,
+    /// The unit of length, as a part file calls it, for the format that tells it (3MF).
+    pub unit: Option<String>,
 }
 
 /// What a writer did that the names of the mesh do not tell.
@@ -337,6 +340,10 @@ fn encode_sets(
     let layout = layout::Layout::new(mesh, options)?;
     let regions = regions::Regions::new(mesh, options.groups, &layout);
     let mut written = Written { warnings: regions.warnings.clone(), ..Written::default() };
+    if format == Format::ThreeMf {
+        threemf::write(out, mesh, &layout, options.unit.as_deref(), run)?;
+        return Ok(Written::default());
+    }
     if format == Format::Msh {
         let gmsh = msh::Gmsh { mesh, layout: &layout, regions: &regions };
         if options.old_msh {

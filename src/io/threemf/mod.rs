@@ -3,10 +3,12 @@
 mod model;
 mod package;
 mod text;
+mod write;
 
 use glam::DVec3;
 
 use super::build::{Builder, UNNAMED, check_node_count};
+use super::text::unescape;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
@@ -16,6 +18,7 @@ pub(crate) use model::{
 };
 pub(crate) use package::{model_text, packed, parsed};
 pub(crate) use text::{Scaled, escaped, unit_of};
+pub(super) use write::write;
 
 /// Triangles of all objects that are built: components repeat them.
 const MOST_TRIANGLES: usize = 200_000_000;
@@ -67,7 +70,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         let mirrored = one.map.matrix3.determinant() < 0.0;
         for (triangle, element) in corners.triangles.iter().zip(&corners.elements) {
             let name = material(&model, one, *element);
-            let face = builder.face(name.unwrap_or(&own));
+            let face = builder.face(&name.map_or_else(|| own.clone(), unescape));
             let mut t = triangle.map(|v| v + first as u32);
             if mirrored {
                 t.swap(1, 2);
