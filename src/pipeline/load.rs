@@ -4,39 +4,40 @@ use std::path::Path;
 
 use super::figure::no_figure;
 use crate::error::{Error, Place, Result};
-use crate::implicit::part::{Part, parse, parse_3mf, parse_csg, parse_vm};
+use crate::implicit::part::{Part, parse, parse_csg, parse_model, parse_vm};
 use crate::implicit::{Implicit, write_3mf, write_vm};
+use crate::io::threemf::model_text;
 
 /// Reads a part file, or by its ending a formula file (`.vm`), a tree of OpenSCAD's (`.csg`) or a package with level sets
 /// (`.3mf`). Errors name the file, line and column.
 ///
 /// `overrides` are for part files: for the others, which have no named numbers, they are an [`Error::Usage`].
 pub fn load_part(path: &Path, overrides: &[(String, f64)]) -> Result<Part> {
+    parse_part(path, &part_text(path)?, overrides)
+}
+
+/// The text of a file that [`parse_part`] reads: that of the model in a 3MF package, else the file's own.
+pub fn part_text(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
     if is_3mf(path) {
-        no_overrides(path, overrides)?;
-        return parse_3mf(&bytes).map_err(|e| e.in_file(path));
+        return model_text(&bytes).map_err(|e| e.in_file(path));
     }
-    let text = String::from_utf8(bytes).map_err(|e| {
+    String::from_utf8(bytes).map_err(|e| {
         let what = match ending(path).as_deref() {
             Some("vm") => "a formula must be UTF-8 text",
             Some("csg") => "a tree of OpenSCAD's must be UTF-8 text",
             _ => "a part file must be UTF-8 text",
         };
         Error::input(Place::Byte(e.utf8_error().valid_up_to() as u64), what).in_file(path)
-    })?;
-    parse_part(path, &text, overrides)
+    })
 }
 
 /// Reads the text of a file as [`load_part`] does; the path tells what it is, and is named in errors.
 pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Result<Part> {
-    if is_3mf(path) {
-        let what = "a 3MF package is not text: give the formula as a .vm file, which convert writes";
-        return Err(Error::input(Place::Unknown, what).in_file(path));
-    }
     let read: fn(&str) -> Result<Part> = match ending(path).as_deref() {
         Some("vm") => parse_vm,
         Some("csg") => parse_csg,
+        Some("3mf") => parse_model,
         _ => {
             let part = parse(text, overrides).map_err(|e| e.in_file(path))?;
             let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();

@@ -32,7 +32,7 @@ use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
 pub use csg::parse_csg;
-pub use threemf::parse_3mf;
+pub use threemf::{parse_3mf, parse_model};
 pub use vm::parse_vm;
 
 /// Bounds on what a part file may ask for. Errors name the bound that was met.

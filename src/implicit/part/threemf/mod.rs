@@ -32,8 +32,12 @@ pub fn parse_3mf(bytes: &[u8]) -> Result<Part> {
         let what = format!("the file has {} bytes: the limit is {MOST_BYTES}", bytes.len());
         return Err(Error::input(Place::Byte(MOST_BYTES as u64), what));
     }
-    let text = model_text(bytes)?;
-    let xml = parsed(&text)?;
+    parse_model(&model_text(bytes)?)
+}
+
+/// Reads the model of a package, which is XML, as [`parse_3mf`] does.
+pub fn parse_model(text: &str) -> Result<Part> {
+    let xml = parsed(text)?;
     let model = Model::new(&xml)?;
     let placed = model.placed()?;
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
