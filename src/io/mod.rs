@@ -252,7 +252,7 @@ pub struct Written {
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
 /// The mesh is read as it is kept, in arrays or in fragments; formats with named sets take a copy of the triangles. Cells of more than three corners stay as
-/// they are in OBJ, PLY, OFF and VTU files; STL, INP and BDF get fans around their first corners. MSH has a number for triangles and
+/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, INP and BDF get fans around their first corners. MSH has a number for triangles and
 /// one for quadrilaterals, and none for other cells. A script (GEO) gets its mesh beside it, `a.msh` for `a.geo`.
 ///
 /// # Errors
