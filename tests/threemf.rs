@@ -615,7 +615,7 @@ fn meshes_are_written_with_faces_as_materials() {
     let (ours, kept) = (read("a.3mf"), read("a.ply"));
     assert!((ours.volume() - kept.volume()).abs() < 1e-12 * kept.volume());
     let names = |m: &TriMesh| {
-        let mut all: Vec<_> = m.faces.iter().cloned().collect();
+        let mut all = m.faces.clone();
         all.sort();
         all
     };
