@@ -124,7 +124,7 @@ impl PyPart {
         };
         let part = pipeline::load_part(&path, &define).map_err(|e| raise(py, &e))?;
         // What is pickled is the text: the file may be gone by then, or another.
-        let text = std::fs::read_to_string(&path).map_err(|e| raise(py, &Error::io("read", &path, e)))?;
+        let text = pipeline::part_text(&path).map_err(|e| raise(py, &e))?;
         Ok(PyPart::read(part, Source { path, text, define }))
     }
 

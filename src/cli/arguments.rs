@@ -66,7 +66,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py), formula (.vm), OpenSCAD's tree (.csg), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
+    /// Part file (.py), formula (.vm), level sets (.3mf), OpenSCAD's tree (.csg), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -252,7 +252,7 @@ pub struct Files {
 /// A part file and the R-system its function is taken in.
 #[derive(Debug, Args)]
 pub struct FunctionOf {
-    /// Part file (.py) with a solid of R-functions, formula (.vm) or OpenSCAD's tree (.csg)
+    /// Part file (.py) with a solid of R-functions, formula (.vm), level sets (.3mf) or OpenSCAD's tree (.csg)
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -389,7 +389,7 @@ pub struct Info {
 pub struct Convert {
     #[command(flatten)]
     pub part: PartFile,
-    /// STEP file (.step, .stp) to write, for boundaries, or formula (.vm), for solids of R-functions
+    /// STEP file (.step, .stp) to write, for boundaries, or formula (.vm) or level set (.3mf), for solids of R-functions
     #[arg(short, long, value_name = "STEP")]
     pub output: PathBuf,
     #[command(flatten)]

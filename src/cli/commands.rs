@@ -256,7 +256,13 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         told = write_meshes(
             &a.output,
             &merged,
-            &WriteOptions { seams, corners, outline: made.outline.clone(), ..written_as(&a.files) },
+            &WriteOptions {
+                seams,
+                corners,
+                outline: made.outline.clone(),
+                unit: made.report.units.clone(),
+                ..written_as(&a.files)
+            },
             &run,
         )?;
     }
@@ -434,8 +440,19 @@ pub fn convert(a: &Convert) -> Result<bool> {
         write_bytes(&a.output, text.as_bytes())?;
         return Ok(true);
     }
+    if pipeline::is_3mf(&a.output) {
+        writable(&a.output)?;
+        let part = function_part(path, &a.part.define)?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let bytes = pipeline::levelset_bytes(&part, &name).map_err(|e| e.in_file(path))?;
+        write_bytes(&a.output, &bytes)?;
+        return Ok(true);
+    }
     if !pipeline::is_step(&a.output) {
-        return Err(Error::Usage(format!("convert writes .step, .stp and .vm files, not {}", a.output.display())));
+        return Err(Error::Usage(format!(
+            "convert writes .step, .stp, .vm and .3mf files, not {}",
+            a.output.display()
+        )));
     }
     writable(&a.output)?;
     let run = run(&a.common, "convert")?;

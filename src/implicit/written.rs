@@ -1,4 +1,4 @@
-//! A solid written as a formula in `.vm` text, negative inside.
+//! A solid written as a list of operations, and that as `.vm` text, negative inside.
 
 use std::fmt::Write;
 
@@ -9,6 +9,7 @@ use super::leaf::{Frame, Leaf};
 use super::model::Implicit;
 use super::tape::Op;
 use crate::error::{Error, Place, Result};
+use crate::spatial::Aabb;
 
 /// How far the box around the formula stands off the solid's, as a share of its diagonal.
 const ROOM: f64 = 0.01;
@@ -18,68 +19,110 @@ const ROOM: f64 = 0.01;
 ///
 /// Errors: an [`Error::Input`] for a solid with a program's function, values on a grid or blends, which have no formula here.
 pub fn write_vm(model: &Implicit) -> Result<String> {
-    let mut text = VmText::default();
+    let mut list = Operations::new(Words::Few);
+    let mut root = solid(model, &mut list)?;
+    let room = around(model);
+    for axis in 0..3 {
+        let x = list.coordinate(axis);
+        let from = list.plus(x, -room.center()[axis]);
+        let away = list.line("abs", &[from]);
+        let size = list.constant(0.5 * room.size()[axis]);
+        let within = list.line("sub", &[size, away]);
+        root = list.line("min", &[root, within]);
+    }
+    list.line("neg", &[root]);
+    let mut text = String::new();
+    for (i, one) in list.all.iter().enumerate() {
+        // Writing to a string does not fail.
+        let _ = match one {
+            Operation::Constant(bits) => writeln!(text, "_{i:x} const {:?}", f64::from_bits(*bits)),
+            Operation::Coordinate(axis) => writeln!(text, "_{i:x} var-{}", ["x", "y", "z"][axis % 3]),
+            Operation::Of(word, operands) => {
+                let _ = write!(text, "_{i:x} {word}");
+                for o in operands {
+                    let _ = write!(text, " _{o:x}");
+                }
+                writeln!(text)
+            }
+        };
+    }
+    Ok(text)
+}
+
+/// The solid's box with some room around it.
+pub(super) fn around(model: &Implicit) -> Aabb {
+    let bounds = model.bounds();
+    bounds.grown(ROOM * bounds.diagonal())
+}
+
+/// Puts the solid's formula, positive inside, into a list; the number of its value.
+pub(super) fn solid(model: &Implicit, list: &mut Operations) -> Result<u32> {
     let mut done: Vec<u32> = Vec::with_capacity(model.tape.ops.len());
     for op in &model.tape.ops {
         done.push(match *op {
-            Op::All(everything) => text.constant(if everything { 1.0 } else { -1.0 }),
+            Op::All(everything) => list.constant(if everything { 1.0 } else { -1.0 }),
             Op::Leaf { leaf, negate, .. } => {
-                let value = text.leaf(&model.leaves[leaf as usize])?;
-                if negate { text.line("neg", &[value]) } else { value }
+                let value = list.leaf(&model.leaves[leaf as usize])?;
+                if negate { list.line("neg", &[value]) } else { value }
             }
-            Op::Min(a, b) => text.line("min", &[done[a as usize], done[b as usize]]),
-            Op::Max(a, b) => text.line("max", &[done[a as usize], done[b as usize]]),
+            Op::Min(a, b) => list.line("min", &[done[a as usize], done[b as usize]]),
+            Op::Max(a, b) => list.line("max", &[done[a as usize], done[b as usize]]),
         });
     }
-    let mut root = done.last().copied().unwrap_or(0);
-    let bounds = model.bounds();
-    let room = ROOM * bounds.diagonal();
-    let (center, half) = (bounds.center(), 0.5 * bounds.size() + room);
-    for axis in 0..3 {
-        let x = text.coordinate(axis);
-        let from = text.plus(x, -center[axis]);
-        let away = text.line("abs", &[from]);
-        let size = text.constant(half[axis]);
-        let within = text.line("sub", &[size, away]);
-        root = text.line("min", &[root, within]);
+    Ok(done.last().copied().unwrap_or(0))
+}
+
+/// Which operations a format has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Words {
+    /// Those of `.vm` text.
+    Few,
+    /// Also `select` (of three operands, by whether the first is not negative), `mod` with the sign of the divisor, `sign`,
+    /// and hyperbolic functions.
+    Many,
+}
+
+/// One operation, its operands by their numbers in the list.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) enum Operation {
+    /// A number, by its bits.
+    Constant(u64),
+    Coordinate(usize),
+    Of(&'static str, Vec<u32>),
+}
+
+/// Operations in the order they are made in; equal ones are made once.
+pub(super) struct Operations {
+    pub(super) all: Vec<Operation>,
+    pub(super) words: Words,
+    known: FxHashMap<Operation, u32>,
+}
+
+impl Operations {
+    pub(super) fn new(words: Words) -> Self {
+        Operations { all: Vec::new(), words, known: FxHashMap::default() }
     }
-    text.line("neg", &[root]);
-    Ok(text.text)
-}
 
-/// Lines written so far; equal ones are written once.
-#[derive(Default)]
-pub(super) struct VmText {
-    text: String,
-    known: FxHashMap<String, u32>,
-}
-
-impl VmText {
-    fn put(&mut self, what: String) -> u32 {
+    fn put(&mut self, what: Operation) -> u32 {
         if let Some(i) = self.known.get(&what) {
             return *i;
         }
-        let i = self.known.len() as u32;
-        // Writing to a string does not fail.
-        let _ = writeln!(self.text, "_{i:x} {what}");
+        let i = self.all.len() as u32;
+        self.all.push(what.clone());
         self.known.insert(what, i);
         i
     }
 
     pub(super) fn constant(&mut self, value: f64) -> u32 {
-        self.put(format!("const {value:?}"))
+        self.put(Operation::Constant(value.to_bits()))
     }
 
     pub(super) fn coordinate(&mut self, axis: usize) -> u32 {
-        self.put(format!("var-{}", ["x", "y", "z"][axis % 3]))
+        self.put(Operation::Coordinate(axis))
     }
 
-    pub(super) fn line(&mut self, operation: &str, operands: &[u32]) -> u32 {
-        let mut what = operation.to_string();
-        for o in operands {
-            let _ = write!(what, " _{o:x}");
-        }
-        self.put(what)
+    pub(super) fn line(&mut self, operation: &'static str, operands: &[u32]) -> u32 {
+        self.put(Operation::Of(operation, operands.to_vec()))
     }
 
     /// `a + c`
@@ -135,7 +178,7 @@ impl VmText {
     fn leaf(&mut self, leaf: &Leaf) -> Result<u32> {
         let refused = |what: &str| {
             let e = Error::input(Place::Unknown, format!("{what} cannot be written as a formula"));
-            Err(e.with_help("a .vm file holds primitives, formulas and set operations on them; mesh the part instead"))
+            Err(e.with_help("such a file holds primitives, formulas and set operations on them; mesh the part instead"))
         };
         Ok(match leaf {
             Leaf::Plane { n, d } => {

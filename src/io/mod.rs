@@ -1,4 +1,4 @@
-//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF and gmsh
+//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF and gmsh
 //! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
@@ -11,6 +11,7 @@
 //! | OBJ | bit-exact | kept | by face | kept, but faces without triangles | lost |
 //! | ASCII STL | bit-exact | first use | by face | kept, but faces without triangles | lost |
 //! | binary STL | nearest `f32` | first use | kept | lost | lost |
+//! | 3MF | bit-exact | by solid | by solid | kept, but faces without triangles | lost |
 //! | VTU | bit-exact | written only | | | |
 //!
 //! *Guarantees.* Readers never panic and never allocate by a count a file merely claims; what they return has finite
@@ -51,6 +52,7 @@ mod stl;
 mod su2;
 mod svg;
 mod text;
+pub(crate) mod threemf;
 mod vtp;
 mod vtu;
 
@@ -108,11 +110,13 @@ pub enum Format {
     Vtp,
     /// Borders of a plane figure, extension `svg`; written only.
     Svg,
+    /// 3D Manufacturing Format, extension `3mf`; level sets in it are no mesh, and are read as parts.
+    ThreeMf,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 17] = [
+    pub const EXTENSIONS: [(&'static str, Format); 18] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -130,6 +134,7 @@ impl Format {
         ("emesh", Format::EMesh),
         ("vtp", Format::Vtp),
         ("svg", Format::Svg),
+        ("3mf", Format::ThreeMf),
     ];
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
@@ -202,8 +207,9 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
         Format::Ply => ply::read(bytes, run),
         Format::Off => off::read(bytes, run),
         Format::Msh => msh_read::read(bytes, run),
+        Format::ThreeMf => threemf::read(bytes, run),
         _ => {
-            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF or MSH";
+            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF, MSH or 3MF";
             Err(Error::Usage(what.into()))
         }
     }?;
@@ -228,6 +234,8 @@ pub struct WriteOptions {
     pub corners: Vec<u32>,
     /// The borders of a flat mesh in the plane z = 0, by name; what an SVG file holds. MSH, SU2, INP name its edges by them.
     pub outline: Option<Outline>,
+    /// The unit of length, as a part file calls it, for the format that tells it (3MF).
+    pub unit: Option<String>,
 }
 
 /// What a writer did that the names of the mesh do not tell.
@@ -244,7 +252,7 @@ pub struct Written {
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
 /// The mesh is read as it is kept, in arrays or in fragments; formats with named sets take a copy of the triangles. Cells of more than three corners stay as
-/// they are in OBJ, PLY, OFF and VTU files; STL, INP and BDF get fans around their first corners. MSH has a number for triangles and
+/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, INP and BDF get fans around their first corners. MSH has a number for triangles and
 /// one for quadrilaterals, and none for other cells. A script (GEO) gets its mesh beside it, `a.msh` for `a.geo`.
 ///
 /// # Errors
@@ -332,6 +340,10 @@ fn encode_sets(
     let layout = layout::Layout::new(mesh, options)?;
     let regions = regions::Regions::new(mesh, options.groups, &layout);
     let mut written = Written { warnings: regions.warnings.clone(), ..Written::default() };
+    if format == Format::ThreeMf {
+        threemf::write(out, mesh, &layout, options.unit.as_deref(), run)?;
+        return Ok(Written::default());
+    }
     if format == Format::Msh {
         let gmsh = msh::Gmsh { mesh, layout: &layout, regions: &regions };
         if options.old_msh {

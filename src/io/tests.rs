@@ -49,7 +49,8 @@ fn refusal(bytes: &[u8], format: Format) -> String {
     error.to_string()
 }
 
-const READABLE: [(Format, Encoding); 8] = [
+const READABLE: [(Format, Encoding); 9] = [
+    (Format::ThreeMf, Encoding::Usual),
     (Format::StlBinary, Encoding::Usual),
     (Format::StlAscii, Encoding::Usual),
     (Format::Obj, Encoding::Usual),
@@ -82,6 +83,13 @@ fn msh_and_ply_keep_everything() {
 fn obj_keeps_nodes_faces_and_labels() {
     let mesh = cube();
     let read = again(&mesh, Format::Obj, Encoding::Usual);
+    assert_eq!(read, TriMesh { groups: vec![], ..mesh });
+}
+
+#[test]
+fn threemf_keeps_nodes_faces_and_labels() {
+    let mesh = cube();
+    let read = again(&mesh, Format::ThreeMf, Encoding::Usual);
     assert_eq!(read, TriMesh { groups: vec![], ..mesh });
 }
 
@@ -370,13 +378,13 @@ proptest! {
     }
 
     #[test]
-    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), pick in 0usize..8) {
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), pick in 0usize..9) {
         let _ = read_bytes(&bytes, READABLE[pick].0, Path::new("x"));
     }
 
     #[test]
     fn mutated_files_never_panic(
-        pick in 0usize..8,
+        pick in 0usize..9,
         edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0u8..4), 1..6),
     ) {
         let (format, encoding) = READABLE[pick];

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
 use super::history::{Attempt, Clock, Tried, add_attempt};
+use super::load::is_3mf;
 use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
@@ -17,6 +18,7 @@ use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
 use crate::heal::{HealOptions, absorb_fillings, heal};
 use crate::implicit::part::SizeRequest;
+use crate::io::threemf::has_levelset;
 use crate::io::{self, Format};
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
@@ -119,8 +121,11 @@ pub struct FaceInfo {
     pub neighbors: Vec<String>,
 }
 
-/// Whether a path is that of a mesh file that can be read.
+/// Whether a path is that of a mesh file that can be read. A 3MF package is one unless it has a level set, for which it is looked at.
 pub fn is_mesh(path: &Path) -> bool {
+    if is_3mf(path) {
+        return std::fs::read(path).is_ok_and(|bytes| !has_levelset(&bytes));
+    }
     Format::from_path(path).is_ok_and(|f| f != Format::Vtu)
 }
 

@@ -4,23 +4,32 @@ use std::path::Path;
 
 use super::figure::no_figure;
 use crate::error::{Error, Place, Result};
-use crate::implicit::part::{Part, parse, parse_csg, parse_vm};
-use crate::implicit::{Implicit, write_vm};
+use crate::implicit::part::{Part, parse, parse_csg, parse_model, parse_vm};
+use crate::implicit::{Implicit, write_3mf, write_vm};
+use crate::io::threemf::model_text;
 
-/// Reads a part file, or by its ending a formula file (`.vm`) or a tree of OpenSCAD's (`.csg`). Errors name the file, line and column.
+/// Reads a part file, or by its ending a formula file (`.vm`), a tree of OpenSCAD's (`.csg`) or a package with level sets
+/// (`.3mf`). Errors name the file, line and column.
 ///
 /// `overrides` are for part files: for the others, which have no named numbers, they are an [`Error::Usage`].
 pub fn load_part(path: &Path, overrides: &[(String, f64)]) -> Result<Part> {
+    parse_part(path, &part_text(path)?, overrides)
+}
+
+/// The text of a file that [`parse_part`] reads: that of the model in a 3MF package, else the file's own.
+pub fn part_text(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    let text = String::from_utf8(bytes).map_err(|e| {
+    if is_3mf(path) {
+        return model_text(&bytes).map_err(|e| e.in_file(path));
+    }
+    String::from_utf8(bytes).map_err(|e| {
         let what = match ending(path).as_deref() {
             Some("vm") => "a formula must be UTF-8 text",
             Some("csg") => "a tree of OpenSCAD's must be UTF-8 text",
             _ => "a part file must be UTF-8 text",
         };
         Error::input(Place::Byte(e.utf8_error().valid_up_to() as u64), what).in_file(path)
-    })?;
-    parse_part(path, &text, overrides)
+    })
 }
 
 /// Reads the text of a file as [`load_part`] does; the path tells what it is, and is named in errors.
@@ -28,18 +37,21 @@ pub fn parse_part(path: &Path, text: &str, overrides: &[(String, f64)]) -> Resul
     let read: fn(&str) -> Result<Part> = match ending(path).as_deref() {
         Some("vm") => parse_vm,
         Some("csg") => parse_csg,
+        Some("3mf") => parse_model,
         _ => {
             let part = parse(text, overrides).map_err(|e| e.in_file(path))?;
             let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
             return Ok(Part { folder, ..part });
         }
     };
-    if let Some((name, _)) = overrides.first() {
-        let what =
-            format!("-D {name}: {} has no named numbers to override, only part files (.py) have", path.display());
-        return Err(Error::Usage(what));
-    }
+    no_overrides(path, overrides)?;
     read(text).map_err(|e| e.in_file(path))
+}
+
+fn no_overrides(path: &Path, overrides: &[(String, f64)]) -> Result<()> {
+    let Some((name, _)) = overrides.first() else { return Ok(()) };
+    let what = format!("-D {name}: {} has no named numbers to override, only part files (.py) have", path.display());
+    Err(Error::Usage(what))
 }
 
 /// What a file's name ends in, in small letters.
@@ -52,13 +64,29 @@ pub fn is_vm(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vm"))
 }
 
+/// Whether a path is that of a 3MF package.
+pub fn is_3mf(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("3mf"))
+}
+
+/// The part's solid of R-functions as a 3MF package with a level set: see [`write_3mf`] for what is lost.
+///
+/// Errors: those of [`vm_text`].
+pub fn levelset_bytes(part: &Part, name: &str) -> Result<Vec<u8>> {
+    write_3mf(&function_of(part, "a level set")?, name, part.units.as_deref())
+}
+
 /// The part's solid of R-functions as the text of a formula file: see [`write_vm`] for what is lost.
 ///
 /// Errors: a part without such a solid, or with others beside it; what [`Implicit::new`] and [`write_vm`] refuse.
 pub fn vm_text(part: &Part) -> Result<String> {
-    no_figure(part, "a formula file")?;
+    write_vm(&function_of(part, "a formula file")?)
+}
+
+fn function_of(part: &Part, file: &str) -> Result<Implicit> {
+    no_figure(part, file)?;
     match &part.solid {
-        Some(solid) if part.built.is_empty() => write_vm(&Implicit::new(solid, part.rsystem, part.domain)?),
+        Some(solid) if part.built.is_empty() => Implicit::new(solid, part.rsystem, part.domain),
         _ => Err(Error::input(Place::Unknown, "a solid built from edges cannot be written as a formula")
             .with_help("convert writes it as STEP")),
     }

@@ -19,6 +19,7 @@ pub mod recipe;
 mod refused;
 #[cfg(test)]
 mod tests;
+mod threemf;
 mod value;
 mod vm;
 
@@ -31,6 +32,7 @@ use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
 pub use csg::parse_csg;
+pub use threemf::{parse_3mf, parse_model};
 pub use vm::parse_vm;
 
 /// Bounds on what a part file may ask for. Errors name the bound that was met.

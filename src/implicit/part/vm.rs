@@ -118,7 +118,7 @@ const MANY: usize = 128;
 const MOST_PARTS: usize = 1 << 18;
 
 /// Where a formula is negative, if it is a `min` and `max` of many: as set operations of those, whose surface is one face.
-fn crowd(root: &Expr) -> Option<Solid> {
+pub(super) fn crowd(root: &Expr) -> Option<Solid> {
     // For each subformula and sign: the solid, and how many parts it has.
     let mut known: FxHashMap<(*const ExprNode, bool), (Solid, usize)> = FxHashMap::default();
     // Without recursion: formulas may be as deep as the file is long.
@@ -227,6 +227,65 @@ fn balanced(op: Binary, mut all: Vec<Expr>) -> Expr {
         all = next;
     }
     all.pop().unwrap_or_else(|| Expr::constant(0.0))
+}
+
+/// The same formula with chains of `min` or `max` as balanced trees, which have the same values, so that edges are found however
+/// long they are.
+pub(super) fn balanced_chains(root: &Expr) -> Expr {
+    let key = |e: &Expr| std::ptr::from_ref(e.node());
+    let operands = |e: &Expr| -> Option<(Binary, [Expr; 2])> {
+        match e.node() {
+            ExprNode::Binary(op @ (Binary::Min | Binary::Max), a, b) => Some((*op, [a.clone(), b.clone()])),
+            _ => None,
+        }
+    };
+    // Only what the root is a min and max of: there the edges are.
+    let (mut uses, mut stack) = (FxHashMap::<_, usize>::default(), vec![root.clone()]);
+    while let Some(e) = stack.pop() {
+        let count = uses.entry(key(&e)).or_default();
+        *count += 1;
+        if *count == 1 {
+            match e.node() {
+                ExprNode::Unary(Unary::Neg, a) => stack.push(a.clone()),
+                _ => stack.extend(operands(&e).into_iter().flat_map(|o| o.1)),
+            }
+        }
+    }
+    let mut done: FxHashMap<*const ExprNode, Made> = FxHashMap::default();
+    let mut stack = vec![(root.clone(), false)];
+    while let Some((e, ready)) = stack.pop() {
+        if done.contains_key(&key(&e)) {
+            continue;
+        }
+        let below = match e.node() {
+            ExprNode::Unary(Unary::Neg, a) => vec![a.clone()],
+            _ => operands(&e).map_or_else(Vec::new, |o| o.1.to_vec()),
+        };
+        if !ready && !below.is_empty() {
+            stack.push((e, true));
+            stack.extend(below.into_iter().rev().map(|a| (a, false)));
+            continue;
+        }
+        let mut value = |a: &Expr| done.get_mut(&key(a)).map_or_else(|| a.clone(), Made::value);
+        let made = match (e.node(), operands(&e)) {
+            (ExprNode::Unary(Unary::Neg, a), _) => Made::Value(-value(a)),
+            (_, Some((op, both))) => {
+                let mut links = both.iter().map(|a| {
+                    let only_here = uses.get(&key(a)) == Some(&1);
+                    done.get_mut(&key(a)).map_or_else(|| vec![a.clone()], |m| m.links(op, only_here))
+                });
+                let (mut some, mut more) = (links.next().unwrap_or_default(), links.next().unwrap_or_default());
+                if some.len() < more.len() {
+                    std::mem::swap(&mut some, &mut more);
+                }
+                some.append(&mut more);
+                Made::Chain(op, some)
+            }
+            _ => Made::Value(e.clone()),
+        };
+        done.insert(key(&e), made);
+    }
+    done.get_mut(&key(root)).map_or_else(|| root.clone(), Made::value)
 }
 
 /// All lines with an operation.

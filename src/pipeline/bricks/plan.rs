@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::super::attempts::ARRANGED;
-use super::super::load::parse_part;
+use super::super::load::{parse_part, part_text};
 use super::super::mesh::{MeshOptions, Ready};
 use super::blocks::Blocks;
 use crate::error::{Error, Place, Result};
@@ -213,8 +213,7 @@ pub struct PlanSource {
 impl PlanSource {
     /// Reads a file.
     pub fn read(path: &Path, overrides: &[(String, f64)]) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io("read", path, e))?;
-        Ok(Self { path: path.into(), text, overrides: overrides.to_vec() })
+        Ok(Self { path: path.into(), text: part_text(path)?, overrides: overrides.to_vec() })
     }
 }
 
