@@ -27,6 +27,8 @@ pub enum Unary {
     Wrap,
     /// The angle less whole turns up to 5/6 pi either way, and from there back to 0 at half a turn: without a jump, radians.
     Swing,
+    /// `a`, but three times that where it is negative.
+    Steepened,
     /// Inverse sine in radians; NaN outside of -1 to 1.
     Asin,
     /// Inverse cosine in radians; NaN outside of -1 to 1.
@@ -181,6 +183,9 @@ impl Expr {
     }
 }
 
+/// How many times steeper [`Unary::Steepened`] is below zero.
+pub(crate) const STEEPENED: f64 = 3.0;
+
 /// Where [`Unary::Swing`] turns back, and how steeply it does.
 pub(crate) const SWING: f64 = 5.0 * PI / 6.0;
 pub(crate) const SWUNG_BACK: f64 = 5.0;
@@ -253,6 +258,7 @@ impl Unary {
             Unary::Cos => a.cos(),
             Unary::Tan => a.tan(),
             Unary::Wrap => a - TAU * (a / TAU).round(),
+            Unary::Steepened => if a < 0.0 { a * STEEPENED } else { a },
             Unary::Swing => {
                 let w = Unary::Wrap.apply(a);
                 if w.abs() > SWING { (PI - w.abs()).copysign(w) * SWUNG_BACK } else { w }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::branches::branches;
-use super::expr::{Binary, Expr, ExprNode, SWING, SWUNG_BACK, Unary};
+use super::expr::{Binary, Expr, ExprNode, STEEPENED, SWING, SWUNG_BACK, Unary};
 use super::slopes::Slopes;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
@@ -270,6 +270,7 @@ impl Formula {
                         }
                         Unary::Tan => x.chain(v(), 1.0 + v() * v()),
                         Unary::Wrap => x.chain(v(), 1.0),
+                        Unary::Steepened => x.chain(v(), if x.v < 0.0 { STEEPENED } else { 1.0 }),
                         Unary::Swing => {
                             let ahead = Unary::Wrap.apply(x.v).abs() <= SWING;
                             x.chain(v(), if ahead { 1.0 } else { -SWUNG_BACK })
@@ -356,6 +357,7 @@ impl Formula {
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
                         Unary::Wrap => a.wrap(),
+                        Unary::Steepened => a.steepened(STEEPENED),
                         Unary::Swing => a.swing(SWING),
                         Unary::Asin => a.asin(),
                         Unary::Acos => a.acos(),

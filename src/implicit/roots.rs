@@ -112,13 +112,18 @@ pub(super) fn is_bare(root: &Expr) -> bool {
 
 /// `k sqrt(w) + rest >= 0`, without the root.
 pub(super) fn without_root(w: &Expr, k: f64, rest: &Expr) -> Solid {
-    let steep = w.clone() * (k * k);
-    let beyond = if k > 0.0 { steep + signed_square(rest) } else { signed_square(rest) - steep };
-    // Where the rest is nowhere positive, `k² w` is more than its square.
-    if k > 0.0 && never_negative(&negated(rest)) {
-        return Solid::formula(beyond);
+    let (w, k2) = (w.clone(), k * k);
+    if k < 0.0 {
+        return Solid::formula(w.clone()) & Solid::formula(signed_square(rest) - w * k2);
     }
-    Solid::formula(w.clone()) & Solid::formula(beyond)
+    // Where the rest is nowhere positive, `k² w` is more than its square.
+    if never_negative(&negated(rest)) {
+        return Solid::formula(w * k2 + signed_square(rest));
+    }
+    // Two of these with a nose between them, `k sqrt(w) + c ± u`, meet where `w` is zero, too. They hide it from what is linear between
+    // points, whatever `c` does, if they fall the faster beyond.
+    let beyond = Expr::unary(Unary::Steepened, w.clone()) * k2 + signed_square(rest);
+    Solid::formula(w) & Solid::formula(beyond)
 }
 
 fn negated(e: &Expr) -> Expr {

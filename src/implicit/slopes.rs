@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::expr::{Binary, SWING, SWUNG_BACK, Unary};
+use super::expr::{Binary, STEEPENED, SWING, SWUNG_BACK, Unary};
 use super::leaf::{Frame, Leaf};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
@@ -67,6 +67,7 @@ impl Slopes {
             Unary::Sin => v.sin(),
             Unary::Cos => v.cos(),
             Unary::Tan => v.tan(),
+            Unary::Steepened => v.steepened(STEEPENED),
             Unary::Swing => v.swing(SWING),
             Unary::Wrap => v.wrap(),
             Unary::Asin => v.asin(),
@@ -175,6 +176,10 @@ pub(super) fn slope(op: Unary, v: Interval, value: Interval) -> Option<Interval>
         Unary::Sin => v.cos(),
         Unary::Cos => -v.sin(),
         Unary::Tan => one + value.square(),
+        Unary::Steepened => {
+            let of = |v: f64| if v < 0.0 { STEEPENED } else { 1.0 };
+            Interval { lo: of(v.hi), hi: of(v.lo) }
+        }
         Unary::Swing => {
             let w = v.wrap();
             let ahead = w.lo >= -SWING && w.hi <= SWING;
@@ -278,6 +283,7 @@ mod tests {
                 + un(Unary::Sinh, y.clone() * 2.0) * un(Unary::Cosh, z.clone() - x.clone()),
             un(Unary::Asin, x.clone() * 0.5) - un(Unary::Acos, y.clone() * z.clone() * 0.4),
             bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
+            un(Unary::Steepened, x.clone() + y.clone()) * z.clone() - un(Unary::Steepened, z.clone()),
             un(Unary::Swing, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Swing, z.clone() * 7.0),
             bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
             un(Unary::Log, bi(Binary::Pow, x.clone() + 2.0, y.clone() + 0.5))

@@ -170,6 +170,12 @@ impl Interval {
         if w.lo >= -most && w.hi <= most { w } else { wide(-most, most) }
     }
 
+    /// `k` times what is negative, and what is not as it is; `k` is at least 1.
+    pub fn steepened(self, k: f64) -> Self {
+        let r = wide(self.lo * k, self.hi * k);
+        Self { lo: if self.lo < 0.0 { r.lo } else { self.lo }, hi: if self.hi < 0.0 { r.hi } else { self.hi } }
+    }
+
     /// Inverse sine; everything when a number that has none lies inside.
     pub fn asin(self) -> Self {
         if !(self.lo >= -1.0 && self.hi <= 1.0) {

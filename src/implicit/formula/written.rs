@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Formula, Op};
-use crate::implicit::expr::{Binary, SWUNG_BACK, Unary};
+use crate::implicit::expr::{Binary, STEEPENED, SWUNG_BACK, Unary};
 use crate::implicit::written::{Operations, Words};
 
 /// Powers up to this are written as products, which more programs know.
@@ -69,6 +69,10 @@ fn unary(list: &mut Operations, op: Unary, a: u32) -> u32 {
         Unary::Wrap => {
             let (sin, cos) = (list.line("sin", &[a]), list.line("cos", &[a]));
             return list.line("atan2", &[sin, cos]);
+        }
+        Unary::Steepened => {
+            let steeper = list.times(a, STEEPENED);
+            return list.line("min", &[a, steeper]);
         }
         Unary::Swing => {
             // The larger of back from below and the smaller of ahead and back from above.
