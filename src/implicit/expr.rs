@@ -258,7 +258,13 @@ impl Unary {
             Unary::Cos => a.cos(),
             Unary::Tan => a.tan(),
             Unary::Wrap => a - TAU * (a / TAU).round(),
-            Unary::Steepened => if a < 0.0 { a * STEEPENED } else { a },
+            Unary::Steepened => {
+                if a < 0.0 {
+                    a * STEEPENED
+                } else {
+                    a
+                }
+            }
             Unary::Swing => {
                 let w = Unary::Wrap.apply(a);
                 if w.abs() > SWING { (PI - w.abs()).copysign(w) * SWUNG_BACK } else { w }

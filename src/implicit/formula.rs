@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::branches::branches;
 use super::expr::{Binary, Expr, ExprNode, STEEPENED, SWING, SWUNG_BACK, Unary};
+use super::joints::is_smooth;
 use super::slopes::Slopes;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
@@ -23,6 +24,8 @@ enum Op {
     Binary(Binary, u32, u32),
     Square(u32),
     Select(u32, u32, u32),
+    /// The same of operands that go over into each other smoothly: see [`is_smooth`].
+    Joined(u32, u32, u32),
     /// Sine, cosine, wrap or swing of the first operand. The second is the same angle, but jumps elsewhere, by whole turns: see [`branches`]. It
     /// serves bounds only.
     Turn(Unary, u32, u32),
@@ -60,6 +63,7 @@ impl Builder {
             Op::Square(a) => [4, u64::from(a), 0, 0],
             Op::Select(c, a, b) => [5, u64::from(c), u64::from(a), u64::from(b)],
             Op::Turn(u, a, b) => [6, u as u64, u64::from(a), u64::from(b)],
+            Op::Joined(c, a, b) => [7, u64::from(c), u64::from(a), u64::from(b)],
         };
         let ops = &mut self.ops;
         *self.known.entry(key).or_insert_with(|| {
@@ -110,7 +114,9 @@ fn idle(ops: &[Op]) -> Vec<bool> {
             Op::Const(_) | Op::Coordinate(_) => {}
             Op::Unary(_, a) | Op::Square(a) | Op::Turn(_, a, _) => idle[a as usize] = false,
             Op::Binary(_, a, b) => [a, b].into_iter().for_each(|x| idle[x as usize] = false),
-            Op::Select(a, b, c) => [a, b, c].into_iter().for_each(|x| idle[x as usize] = false),
+            Op::Select(a, b, c) | Op::Joined(a, b, c) => {
+                [a, b, c].into_iter().for_each(|x| idle[x as usize] = false);
+            }
         }
     }
     idle
@@ -119,6 +125,15 @@ fn idle(ops: &[Op]) -> Vec<bool> {
 impl Formula {
     /// Compiles `expr`, taken in the frame that `placement` moves, times the placement's scale: lengths stay lengths.
     pub(crate) fn compile(expr: &Expr, placement: &Placement) -> Self {
+        Self::put_together(expr, placement, is_smooth)
+    }
+
+    /// The same, when nobody asks for bounds: pieces are not asked whether they go over into each other smoothly.
+    pub(crate) fn in_pieces(expr: &Expr, placement: &Placement) -> Self {
+        Self::put_together(expr, placement, |_, _, _| false)
+    }
+
+    fn put_together(expr: &Expr, placement: &Placement, joined: impl Fn(&Expr, &Expr, &Expr) -> bool) -> Self {
         let mut b = Builder::default();
         let inverse = placement.rotation.transpose();
         let axes: [u32; 3] = std::array::from_fn(|k| {
@@ -149,7 +164,10 @@ impl Formula {
                         b.push(Op::Binary(*op, i, j))
                     }
                 }
-                ExprNode::Select(c, x, y) if ready => b.push(Op::Select(of(&done, c), of(&done, x), of(&done, y))),
+                ExprNode::Select(c, x, y) if ready => {
+                    let [i, j, k] = [c, x, y].map(|e| of(&done, e));
+                    b.push(if joined(c, x, y) { Op::Joined(i, j, k) } else { Op::Select(i, j, k) })
+                }
                 node => {
                     stack.push((e, true));
                     stack.extend(others.get(&key).map(|other| (other, false)));
@@ -185,6 +203,7 @@ impl Formula {
                 Op::Binary(o, a, b) => (3u8, o, a, b).hash(&mut h),
                 Op::Square(a) => (4u8, a).hash(&mut h),
                 Op::Select(c, a, b) => (5u8, c, a, b).hash(&mut h),
+                Op::Joined(c, a, b) => (7u8, c, a, b).hash(&mut h),
                 Op::Turn(u, a, b) => (6u8, u, a, b).hash(&mut h),
             }
         }
@@ -216,7 +235,7 @@ impl Formula {
                     Op::Square(a) => dst.iter_mut().zip(reg(a)).for_each(|(d, a)| *d = a * a),
                     Op::Unary(u, a) | Op::Turn(u, a, _) => unary(u, reg(a), dst),
                     Op::Binary(o, a, b) => binary(o, reg(a), reg(b), dst),
-                    Op::Select(c, a, b) => {
+                    Op::Select(c, a, b) | Op::Joined(c, a, b) => {
                         let (c, a, b) = (reg(c), reg(a), reg(b));
                         for (k, d) in dst.iter_mut().enumerate() {
                             *d = if c[k] >= 0.0 { a[k] } else { b[k] };
@@ -315,7 +334,7 @@ impl Formula {
                         Binary::Mod => Dual::new(v, a.g - b.g * (a.v / b.v).floor()),
                     }
                 }
-                Op::Select(c, a, b) => {
+                Op::Select(c, a, b) | Op::Joined(c, a, b) => {
                     if reg(c).v >= 0.0 {
                         reg(a)
                     } else {
@@ -392,7 +411,7 @@ impl Formula {
                         Binary::Mod => a.modulo(b),
                     }
                 }
-                Op::Select(c, a, b) => {
+                Op::Select(c, a, b) | Op::Joined(c, a, b) => {
                     let (c, a, b) = (reg(c), reg(a), reg(b));
                     if c.lo >= 0.0 {
                         a
@@ -442,6 +461,7 @@ impl Formula {
                 }
                 Op::Binary(o, x, y) => reg(x).binary(o, reg(y)),
                 Op::Select(c, x, y) => reg(x).select(reg(c).value, reg(y)),
+                Op::Joined(c, x, y) => reg(x).joined(reg(c).value, reg(y)),
             };
             r.push(bounds.closer(*middle, &half));
         }

@@ -18,6 +18,7 @@ mod fillet;
 mod forms;
 mod formula;
 mod grid;
+mod joints;
 mod leaf;
 mod levelset;
 mod lost;

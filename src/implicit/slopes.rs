@@ -153,6 +153,11 @@ impl Slopes {
         }
     }
 
+    /// The same, where the value and the gradient do not jump.
+    pub(crate) fn joined(self, condition: Interval, other: Self) -> Self {
+        if condition.lo >= 0.0 || condition.hi < 0.0 { self.select(condition, other) } else { self.hull(other) }
+    }
+
     /// Bounds by slopes at the middle of the box, half as wide as `half` and with `middle` as bounds of the value there: closer than
     /// those of the operations on a small box.
     pub(crate) fn closer(self, middle: Interval, half: &[f64; 3]) -> Self {

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::joints::is_smooth;
 use super::roots::{is_bare, under_root, without_root};
 use super::roperation::{Terms, never_negative};
 use super::solid::Solid;
@@ -32,6 +33,7 @@ pub(super) fn split(e: &Expr) -> Option<Solid> {
         switches,
         terms: Terms::default(),
         bare: FxHashMap::default(),
+        smooth: FxHashMap::default(),
         pieces: 0,
         visits: 0,
         taken_apart: false,
@@ -136,6 +138,8 @@ struct Splitter {
     terms: Terms,
     /// Which roots have no value somewhere, as far as they were asked.
     bare: FxHashMap<*const ExprNode, bool>,
+    /// Which cases go over into each other smoothly.
+    smooth: FxHashMap<*const ExprNode, bool>,
     /// Pieces that are sums of parts of switches: their number may double with every switch.
     pieces: usize,
     visits: usize,
@@ -164,7 +168,7 @@ impl Splitter {
             if rest.root.is_none()
                 && !rest.is_nothing()
                 && let Some(under) = under_root(e)
-                && *self.bare.entry(std::ptr::from_ref(e.node())).or_insert_with(|| is_bare(e))
+                && self.is_bare(e)
             {
                 let root = Some(Root { under, factor });
                 return self.ended(&Rest { root, ..*rest }, deeper);
@@ -184,7 +188,7 @@ impl Splitter {
                     let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(b, factor, rest, deeper)?);
                     return Some(if (*op == Binary::Min) == (factor > 0.0) { p & q } else { p | q });
                 }
-                ExprNode::Select(c, a, b) => {
+                ExprNode::Select(c, a, b) if !self.is_smooth(e, [c, a, b]) => {
                     self.taken_apart = true;
                     let c = self.condition(c, 1.0, &Rest::default(), deeper)?;
                     let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(b, factor, rest, deeper)?);
@@ -225,6 +229,22 @@ impl Splitter {
         let whole = plus(rest.done, e, factor);
         let alone = rest.is_nothing();
         if alone { Some(Solid::formula(whole)) } else { self.ended(&Rest { done: Some(&whole), ..*rest }, deeper) }
+    }
+
+    fn is_smooth(&mut self, select: &Expr, [c, a, b]: [&Expr; 3]) -> bool {
+        let Self { smooth, switches, .. } = self;
+        *smooth.entry(std::ptr::from_ref(select.node())).or_insert_with(|| {
+            switches.alive.push(select.clone());
+            is_smooth(c, a, b)
+        })
+    }
+
+    fn is_bare(&mut self, root: &Expr) -> bool {
+        let Self { bare, switches, .. } = self;
+        *bare.entry(std::ptr::from_ref(root.node())).or_insert_with(|| {
+            switches.alive.push(root.clone());
+            is_bare(root)
+        })
     }
 
     /// The condition of what is done with once nothing is ahead.

@@ -26,7 +26,7 @@ pub(super) fn is_shared(ops: &[Op]) -> bool {
         Op::Const(_) | Op::Coordinate(_) => false,
         Op::Unary(_, a) | Op::Square(a) => twice(a),
         Op::Turn(_, a, b) | Op::Binary(_, a, b) => [a, b].map(&mut twice).contains(&true),
-        Op::Select(a, b, c) => [a, b, c].map(&mut twice).contains(&true),
+        Op::Select(a, b, c) | Op::Joined(a, b, c) => [a, b, c].map(&mut twice).contains(&true),
     })
 }
 
@@ -75,10 +75,14 @@ impl Formula {
                     let [of_a, of_b] = partials(op, [value(a), value(b)], bounds[i].value)?;
                     [(a, of_a), (b, of_b)]
                 }
-                Op::Select(c, a, b) => {
+                Op::Select(c, a, b) | Op::Joined(c, a, b) => {
                     let c = value(c);
-                    let taken = if c.lo >= 0.0 { Some(a) } else { (c.hi < 0.0).then_some(b) };
-                    [(taken?, ONE), (a, ZERO)]
+                    match op {
+                        _ if c.lo >= 0.0 => [(a, ONE), (b, ZERO)],
+                        _ if c.hi < 0.0 => [(a, ZERO), (b, ONE)],
+                        Op::Joined(..) => [(a, SOME), (b, SOME)],
+                        _ => return None,
+                    }
                 }
             };
             if parts.iter().all(|p| is_finite(&p.1)) {

@@ -26,7 +26,7 @@ impl Formula {
                     power(list, at(a), at(b), exponent)
                 }
                 Op::Binary(op, a, b) => binary(list, op, at(a), at(b)),
-                Op::Select(c, a, b) => {
+                Op::Select(c, a, b) | Op::Joined(c, a, b) => {
                     let (c, a, b) = (at(c), at(a), at(b));
                     if list.words == Words::Many {
                         done.push(list.line("select", &[c, a, b]));

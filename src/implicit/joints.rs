@@ -1,0 +1,59 @@
+//! Formulas in pieces that go over into each other smoothly, as camber lines and splines do.
+//!
+//! A piece to itself would be a leaf of its own. Two leaves that touch all along the border between them have their zeros apart by rounding
+//! there, and a wall of no width between.
+
+use glam::DVec3;
+
+use super::expr::Expr;
+use super::formula::Formula;
+use super::solid::Placement;
+
+/// Points from which the border is looked for, near and far.
+const LOOKS: usize = 96;
+/// Steps of Newton's method to it.
+const STEPS: usize = 30;
+/// So many points on the border show what both pieces do there.
+const ENOUGH: usize = 8;
+/// Values and gradients on the border agree up to this share of their size: rounding of factors, and of the point.
+const ALIKE: f64 = 1e-9;
+
+/// Whether `a` and `b` have the same values and gradients where the condition passes zero, as seen at points there.
+pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
+    let [c, a, b] = [condition, a, b].map(|e| Formula::in_pieces(e, &Placement::IDENTITY));
+    let mut state = 1u64;
+    let mut unit = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut seen = 0;
+    for _ in 0..LOOKS {
+        let size = 10f64.powf(5.0 * unit() - 2.0);
+        let mut p = DVec3::from_array([0; 3].map(|_| size * (2.0 * unit() - 1.0)));
+        let mut moved = f64::INFINITY;
+        for _ in 0..STEPS {
+            let d = c.gradient(p);
+            let step = d.g * (d.v / d.g.length_squared());
+            moved = step.length();
+            p -= step;
+            if !(moved > 1e-15 * size) {
+                break;
+            }
+        }
+        if !(p.is_finite() && moved <= 1e-12 * size && p.length() < 100.0 * size) {
+            continue;
+        }
+        let (u, v) = (a.gradient(p), b.gradient(p));
+        if !(u.v.is_finite() && v.v.is_finite() && u.g.is_finite() && v.g.is_finite()) {
+            continue;
+        }
+        let slope = u.g.length().max(v.g.length());
+        let alike = (u.v - v.v).abs() <= ALIKE * (u.v.abs().max(v.v.abs()) + slope * size)
+            && (u.g - v.g).length() <= ALIKE.sqrt() * slope;
+        if !alike {
+            return false;
+        }
+        seen += 1;
+    }
+    seen >= ENOUGH
+}
