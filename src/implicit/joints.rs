@@ -47,9 +47,10 @@ pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
         if !(u.v.is_finite() && v.v.is_finite() && u.g.is_finite() && v.g.is_finite()) {
             continue;
         }
-        let slope = u.g.length().max(v.g.length());
-        let alike = (u.v - v.v).abs() <= ALIKE * (u.v.abs().max(v.v.abs()) + slope * size)
-            && (u.g - v.g).length() <= ALIKE.sqrt() * slope;
+        // A gradient that vanishes there is rounding.
+        let value = u.v.abs().max(v.v.abs());
+        let slope = u.g.length().max(v.g.length()) + value / size;
+        let alike = (u.v - v.v).abs() <= ALIKE * (value + slope * size) && (u.g - v.g).length() <= ALIKE.sqrt() * slope;
         if !alike {
             return false;
         }
