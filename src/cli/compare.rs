@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rvachev::mesh::TriMesh;
-use rvachev::pipeline::{self, Comparison, MeshOptions, Method, SampleComparison};
+use rvachev::pipeline::{self, Comparison, MeshOptions, Method, Sample, SampleComparison};
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Result, Run};
 
@@ -90,7 +90,9 @@ fn samples(c: &SampleComparison, color: StageColor, run: &Run) -> Result<Picture
             format!(", recall {:.3}, {}/{} corners", f.recall, f.corners_found, f.corners_true)
         });
         let caption = format!("{}: {}{found}", row.sample, row.method);
-        Ok((caption, drawn(&row.mesh, SAMPLE_CELL, View::default(), color, run)?))
+        let sample = Sample::ALL.into_iter().find(|s| s.name == row.sample);
+        let view = sample.map_or_else(View::default, |s| View::from_angles(s.view[0], s.view[1]));
+        Ok((caption, drawn(&row.mesh, SAMPLE_CELL, view, color, run)?))
     };
     Ok(draw::sheet(&c.rows.iter().map(cell).collect::<Result<Vec<_>>>()?, Method::ALL.len()))
 }

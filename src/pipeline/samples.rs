@@ -18,7 +18,7 @@ use crate::quality::Check;
 use crate::run::Run;
 
 /// A part that comes with the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// What rows and pictures call it.
     pub name: &'static str,
@@ -26,6 +26,8 @@ pub struct Sample {
     pub file: &'static str,
     /// What is in the file.
     pub text: &'static str,
+    /// From where both of its holes are seen: azimuth and elevation, degrees.
+    pub view: [f64; 2],
 }
 
 impl Sample {
@@ -36,16 +38,19 @@ impl Sample {
             name: "centered",
             file: "data/cube_with_holes.py",
             text: include_str!("../../data/cube_with_holes.py"),
+            view: [38.0, 26.0],
         },
         Sample {
             name: "edge",
             file: "data/cube_with_holes_edge.py",
             text: include_str!("../../data/cube_with_holes_edge.py"),
+            view: [-60.0, 32.0],
         },
         Sample {
             name: "rotated",
             file: "data/cube_with_holes_rotated.py",
             text: include_str!("../../data/cube_with_holes_rotated.py"),
+            view: [38.0, 26.0],
         },
     ];
 
@@ -160,7 +165,7 @@ impl fmt::Display for SampleComparison {
                 c.quality.p05_angle,
                 c.deviation.map_or("-".into(), |d| format!("{:.2e}", d.normal)),
                 r.classes.map_or("-".into(), |[_, crease, corner]| format!("{crease}, {corner:>4}")),
-                r.seconds.map_or("-".into(), |s| format!("{s:.1}")),
+                r.seconds.map_or("-".into(), |s| format!("{s:.2}")),
             )?;
         }
         write!(
