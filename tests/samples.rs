@@ -98,7 +98,14 @@ fn samples_are_the_files_of_the_same_names_and_stand_alone() {
         assert_eq!(fs::read_to_string(path).unwrap(), sample.text);
         assert!(sample.part().unwrap().solid.is_some(), "{}", sample.name);
     }
-    for args in [&["a.py", "--samples"][..], &["--samples", "-D", "side=3"], &["--samples", "--rsystems"], &[]] {
+    for args in [
+        &["a.py", "--samples"][..],
+        &["--samples", "-D", "side=3"],
+        &["--samples", "--rsystems"],
+        &["--samples", "--color", "class"],
+        &["--samples", "--close"],
+        &[],
+    ] {
         let out = Command::new(env!("CARGO_BIN_EXE_rvachev")).arg("compare").args(args).output().unwrap();
         assert_eq!(out.status.code(), Some(2), "{args:?}");
     }

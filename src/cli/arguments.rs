@@ -24,7 +24,7 @@ pub enum Command {
     Mesh(Mesh),
     /// Mesh a part and write a page that shows it, for a browser, or serve the page and follow the part
     View(ViewPage),
-    /// Measure every stage of every method on one part
+    /// Measure every stage of every method on one part, or all methods on three samples
     Compare(Compare),
     /// Measure a mesh, however it was made
     Check(Check),
