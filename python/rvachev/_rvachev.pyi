@@ -46,6 +46,9 @@ class HealOptions(Run, total=False):
     max_hole: int
     force: bool
 
+class FaceOptions(Run, total=False):
+    force: bool
+
 class CheckOptions(Run, total=False):
     define: dict[str, float]
 
@@ -219,6 +222,8 @@ class Mesh:
     def to_meshio(self) -> Any: ...
     def to_trimesh(self) -> Any: ...
     def to_pyvista(self) -> Any: ...
+    def remesh_face(self, name: str, size: Number, **options: Unpack[FaceOptions]) -> Mesh:
+        """One face made anew with edges of length size, in the part's unit; all others stay bit by bit."""
     def fill(self, by: Literal["gmsh", "tetgen", "netgen", "pytetwild"] = "gmsh", size: float | None = None) -> Filled: ...
 
 def made(kind: str, function: str, *args: Any, **kwargs: Any) -> Any: ...

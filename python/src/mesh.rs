@@ -15,8 +15,8 @@ use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::pipeline::{Healed, Meshed};
 use rvachev::{DVec3, Error, Run};
 
-use crate::errors::{raise, warn};
-use crate::options::Options;
+use crate::errors::{input, raise, warn};
+use crate::options::{Options, positive};
 use crate::pickle::About;
 use crate::work::Listeners;
 
@@ -396,6 +396,34 @@ impl PyMesh {
         let how = py.import("rvachev._rvachev")?.getattr("mesh_again")?;
         let state = (Self::points(slf)?, Self::triangles(slf)?, Self::labels(slf)?, about);
         (how, state).into_pyobject(py)
+    }
+
+    /// The mesh with one face made anew with edges of length `size`, in the part's unit: another `Mesh`, this one stays.
+    /// Curvature and the face's border may ask for shorter edges. Points float64 (n, 3) and triangles int64 (m, 3) of other faces
+    /// keep their values bit by bit and their order, and so does the face's border; new points and triangles come last. Names and groups
+    /// stay, and the report is made anew. Options: progress, cancel, threads, force.
+    /// Errors: `InputError` for a name no face has (patterns and groups are none), a size that is not positive or far too small, a mesh
+    /// that is not of one solid of functions or was healed or pickled, and a face that does not lie on one surface between its
+    /// borders, as by methods other than `leaf`; `Failed` where the border cannot be kept, or the mesh is not sound without force.
+    #[pyo3(signature = (name, size, **options))]
+    fn remesh_face(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        size: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let o = Options::new(options, &["progress", "cancel", "threads", "force"])?;
+        let size = positive(size, "size")?;
+        let Source::Made(made) = &self.source else {
+            let what =
+                "a face is meshed anew on the surface of its solid, which a mesh that was healed or pickled has not";
+            return Err(raise(py, &input(what, "mesh the part again")));
+        };
+        let mut made = made.clone();
+        let mesh = o.listeners.work(py, |run| made.remesh_face(name, size, run).map(|()| Self::made(*made)))?;
+        mesh.tell(py, o.force)?;
+        Ok(mesh)
     }
 
     /// The solid inside in tetrahedra, a `rvachev.Filled`, by one of the packages gmsh, tetgen, netgen and pytetwild,

@@ -7,10 +7,10 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use rvachev::Place;
 use rvachev::implicit::part::{Part, PartGroup};
 use rvachev::implicit::{Sampling, evaluate as evaluate_at};
 use rvachev::pipeline::{self, Meshed};
-use rvachev::{Error, Place};
 
 use crate::arrays::{surface, table};
 use crate::edges::Built;

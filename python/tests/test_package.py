@@ -460,6 +460,48 @@ def test_check_heal_remesh(mesh):
     assert {(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)} <= {tuple(p) for p in coarse.points}
 
 
+def test_one_face_is_made_anew_and_the_others_stay(mesh):
+    before = mesh.points.copy(), mesh.triangles.copy()
+    fine = mesh.remesh_face("body.xmin", 0.03)
+    name = mesh.face_names.index("body.xmin")
+    assert fine.face_names == mesh.face_names and set(fine.groups) == set(mesh.groups)
+    assert len(fine.faces["body.xmin"]) > 2 * len(mesh.faces["body.xmin"])
+    assert np.isin(fine.triangles[fine.faces["body.xmin"]], fine.nodes("clamped")).all()
+    # The others are the same triangles in the same places, in their order.
+    others = [m.points[m.triangles[m.labels != name]].tobytes() for m in (mesh, fine)]
+    assert others[0] == others[1]
+    assert fine.points[fine.nodes("body.xmin"), 0] == pytest.approx(-1, abs=1e-12)
+    assert volume(*fine) == pytest.approx(volume(*mesh), rel=1e-9)
+    assert fine.certificate["faults"] == [] and fine.report["check"]["triangles"] == len(fine.triangles)
+    assert mesh.points.tobytes() == before[0].tobytes() and mesh.triangles.tobytes() == before[1].tobytes()
+    again = fine.remesh_face("body.xmin", 0.3, threads=1)
+    assert len(again.faces["body.xmin"]) < len(fine.faces["body.xmin"])
+
+
+def test_what_remesh_face_refuses(mesh):
+    with pytest.raises(rv.InputError, match="body.xmin"):
+        mesh.remesh_face("nothing", 0.1)
+    with pytest.raises(rv.InputError, match="area"):
+        mesh.remesh_face("body.xmin", 1e-9)
+    for size in (0, -1, math.nan, math.inf):
+        with pytest.raises(rv.InputError, match="positive"):
+            mesh.remesh_face("body.xmin", size)
+    with pytest.raises(TypeError, match="max_hole"):
+        mesh.remesh_face("body.xmin", 0.1, max_hole=3)
+    with pytest.raises(TypeError):
+        mesh.remesh_face("body.xmin")
+    for other in (pickle.loads(pickle.dumps(mesh)), rv.heal(*mesh)):
+        with pytest.raises(rv.InputError, match="healed or pickled"):
+            other.remesh_face("body.xmin", 0.1)
+    with pytest.raises(rv.InputError, match="something else"):
+        soup = rv.remesh(*mesh, size=0.2)
+        soup.remesh_face(soup.face_names[0], 0.1)
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(rv.Cancelled):
+        mesh.remesh_face("body.xmin", 0.01, cancel=stop)
+
+
 def test_files_and_built_solids(mesh, tmp_path):
     mesh.write(tmp_path / "a.msh", tmp_path / "a.inp")
     assert (tmp_path / "a.names.json").exists() and (tmp_path / "a.inp").stat().st_size > 1000

@@ -24,7 +24,7 @@ pub enum Command {
     Mesh(Mesh),
     /// Mesh a part and write a page that shows it, for a browser, or serve the page and follow the part
     View(ViewPage),
-    /// Measure every stage of every method on one part
+    /// Measure every stage of every method on one part, or all methods on three samples
     Compare(Compare),
     /// Measure a mesh, however it was made
     Check(Check),
@@ -66,7 +66,7 @@ pub struct Common {
 /// A part file and its overrides.
 #[derive(Debug, Args)]
 pub struct PartFile {
-    /// Part file (.py), formula (.vm), level sets (.3mf), OpenSCAD's tree (.csg), STEP file (.step, .stp) or, for `mesh`, `info` and `compare`, mesh file such as STL
+    /// Part file (.py), formula (.vm), level sets (.3mf), OpenSCAD's tree (.csg), STEP file (.step, .stp) or, for `mesh` and `info`, mesh file such as STL
     #[arg(value_name = "PART")]
     pub part: PathBuf,
     /// Override a top-level number of the part file
@@ -310,8 +310,15 @@ pub struct GridFile {
 
 #[derive(Debug, Args)]
 pub struct Compare {
-    #[command(flatten)]
-    pub part: PartFile,
+    /// Part file (.py), formula (.vm), level sets (.3mf), OpenSCAD's tree (.csg), or mesh file such as STL
+    #[arg(value_name = "PART", required_unless_present = "samples")]
+    pub part: Option<PathBuf>,
+    /// Override a top-level number of the part file
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
+    pub define: Vec<(String, f64)>,
+    /// Instead of a PART, three cubes with two holes that come with the program: what each method makes of each, in one table
+    #[arg(long, conflicts_with_all = ["part", "define", "rsystems"])]
+    pub samples: bool,
     /// Compare R-systems instead of methods: how near the function is to a distance on the boundary and beside it. Values are
     /// used by eval, grid and programs that compute with the function. Signs alone are used by the leaf method and the operators,
     /// and by marching cubes but for cells whose signs allow more than one topology
@@ -326,9 +333,12 @@ pub struct Compare {
     /// Write the rows here (JSON)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write one picture of all stages here (PNG)
+    /// Write one picture of all stages here (PNG); of samples a row for each, with a column for each method
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
+    /// What colors in the picture tell. angle: the smallest angle; class: whether nodes are regular, on creases or corners
+    #[arg(long, value_enum, value_name = "BY", default_value = "angle", requires = "png")]
+    pub color: StageColor,
     #[command(flatten)]
     pub common: Common,
 }
@@ -445,6 +455,13 @@ pub enum Coloring {
     Angle,
     Edge,
     Distance,
+    Class,
+}
+
+/// What the colors of a picture of stages tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StageColor {
+    Angle,
     Class,
 }
 

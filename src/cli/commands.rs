@@ -8,24 +8,15 @@ use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
 use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SoupOptions};
 use rvachev::quality;
-use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
+use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
 use super::arguments::{
-    Check, Coloring, Compare, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Operators, Render, Triangles,
+    Check, Coloring, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Operators, Render, Triangles,
 };
 use super::console::{distinct, note, picture, run, say, unwatched, watched, writable};
 use super::sample::function_part;
-
-/// Pictures of a comparison stand in rows of this many.
-const SHEET_COLUMNS: usize = 6;
-
-/// Width and height of one picture of a comparison.
-const SHEET_CELL: (usize, usize) = (420, 360);
-
-/// The radius of what a picture of a comparison shows, in cells: near enough to see single triangles.
-const SHEET_FOCUS: f64 = 9.0;
 
 pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
     MeshOptions {
@@ -47,7 +38,7 @@ pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
 }
 
 /// The operators that are asked for. Errors: mistakes in them, by line and column; a file that cannot be read.
-fn sequence(asked: &Operators) -> Result<Option<Sequence>> {
+pub(super) fn sequence(asked: &Operators) -> Result<Option<Sequence>> {
     let Some(text) = &asked.sequence else { return Ok(None) };
     let Some(path) = text.strip_prefix('@') else {
         // No file is at fault: it is the option.
@@ -64,7 +55,7 @@ fn sequence(asked: &Operators) -> Result<Option<Sequence>> {
     text.parse().map(Some).map_err(|e: Error| e.in_file(path))
 }
 
-fn soup_options(t: &Triangles) -> SoupOptions {
+pub(super) fn soup_options(t: &Triangles) -> SoupOptions {
     SoupOptions {
         feature_angle: t.feature_angle,
         min_area: t.min_area,
@@ -86,7 +77,7 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     io::write_atomic(path, |out| out.write_all(bytes).map_err(|e| Error::io("write", path, e)))
 }
 
-fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
+pub(super) fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     write_bytes(path, &picture.png_bytes()?)
 }
 
@@ -305,51 +296,6 @@ pub(super) fn ended(made: &Meshed, told: &Told, quiet: bool) -> bool {
     note("falls short", &made.report.shortfalls);
     note("falls short", &told.shortfalls);
     made.report.shortfalls.is_empty() && told.shortfalls.is_empty()
-}
-
-pub fn compare(a: &Compare) -> Result<bool> {
-    a.json.iter().try_for_each(|p| writable(p))?;
-    a.png.iter().try_for_each(|p| picture(p))?;
-    let run = run(&a.common, "compare")?;
-    let how = MeshOptions { sequence: sequence(&a.operators)?, ..options(&a.how, Method::default(), true) };
-    if a.rsystems {
-        let part = function_part(&a.part.part, &a.part.define)?;
-        let c = pipeline::compare_rsystems(&part, &how, &run).map_err(|e| e.in_file(&a.part.part))?;
-        if let Some(path) = &a.json {
-            write_json(path, &c)?;
-        }
-        drop(run);
-        if !a.common.quiet {
-            say(&c.to_string());
-        }
-        return Ok(true);
-    }
-    let c = if pipeline::is_mesh(&a.part.part) {
-        let mesh = pipeline::load_mesh(&a.part.part, &run)?;
-        pipeline::compare_soup(&mesh, &how, &soup_options(&a.triangles), &run)
-    } else {
-        pipeline::compare(&pipeline::load_part(&a.part.part, &a.part.define)?, &how, &run)
-    };
-    let c = c.map_err(|e| e.in_file(&a.part.part))?;
-    if let Some(path) = &a.png {
-        let mut cells = Vec::new();
-        let (width, height) = SHEET_CELL;
-        let view = View { focus: c.focus.map(|p| (p, SHEET_FOCUS * c.size)), margin: 0.0, ..View::default() };
-        for row in &c.rows {
-            let color_by = ColorBy::Angle;
-            let o = RenderOptions { width, height, view, color_by, legend: false, ..RenderOptions::default() };
-            cells.push((format!("{}: {}", row.method, row.stage), draw::render(&row.mesh, &o, &run)?));
-        }
-        write_picture(path, &draw::sheet(&cells, SHEET_COLUMNS))?;
-    }
-    if let Some(path) = &a.json {
-        write_json(path, &c)?;
-    }
-    drop(run);
-    if !a.common.quiet {
-        say(&c.to_string());
-    }
-    Ok(true)
 }
 
 pub fn check(a: &Check) -> Result<bool> {

@@ -47,8 +47,11 @@ const KNOWN: [(&str, &str, &[Gate]); 13] = [
 /// Refuses options of a command that its input does not know: [`Error::Usage`] names the kinds of input that do.
 pub fn check(matches: &ArgMatches) -> Result<()> {
     let Some((_, given)) = matches.subcommand() else { return Ok(()) };
+    let samples = matches!(given.try_get_one::<bool>("samples"), Ok(Some(true)));
     let path: &Path = match given.try_get_one::<std::path::PathBuf>("part") {
         Ok(Some(path)) => path,
+        // They are part files, which are not given.
+        _ if samples => Path::new("--samples"),
         _ => return Ok(()),
     };
     let gate = if pipeline::is_step(path) {
@@ -94,6 +97,10 @@ mod tests {
                 let matches = Cli::command().try_get_matches_from(&words).unwrap();
                 assert_eq!(check(&matches).is_ok(), gates.contains(&gate), "{words:?}");
             }
+        }
+        for (words, good) in [(&["--sequence", "N"][..], true), (&["--nodes", "500"], false), (&["--close"], false)] {
+            let all = ["rvachev", "compare", "--samples"].iter().chain(words);
+            assert_eq!(check(&Cli::command().try_get_matches_from(all).unwrap()).is_ok(), good, "{words:?}");
         }
         // What is not given is not refused, nor what a command does not have.
         for words in [&["rvachev", "mesh", "a.stl", "-o", "a.off"][..], &["rvachev", "render", "a.stl", "-o", "a.png"]]

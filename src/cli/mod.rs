@@ -3,6 +3,7 @@
 mod arguments;
 mod bricks;
 mod commands;
+mod compare;
 mod console;
 mod gates;
 mod http;
@@ -35,7 +36,7 @@ pub fn main() -> ExitCode {
         Command::Mesh(a) => commands::mesh(&a),
         Command::View(a) if a.serve => serve::serve(a),
         Command::View(a) => commands::mesh(&a.into_mesh()),
-        Command::Compare(a) => commands::compare(&a),
+        Command::Compare(a) => compare::compare(&a),
         Command::Check(a) => commands::check(&a),
         Command::Heal(a) => commands::heal(&a),
         Command::Info(a) => commands::info(&a),
