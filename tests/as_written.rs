@@ -79,6 +79,52 @@ fn a_wave_by_mod_around_an_axis_is_two_leaves() {
     near(c.volume, PI * square * 40.0, 2e-3, text);
 }
 
+/// Profiles with a root whose argument changes its sign, with and without a clamp: a wall where it is zero would be a cliff.
+#[test]
+fn noses_by_a_square_root_are_smooth() {
+    for root in ["sqrt(x)", "sqrt(max(x, 0))"] {
+        let text = format!(
+            "part(solid(hypot(y, z) <= 0.6 * {root}).name('nose') & solid(x <= 2).name('base'), \
+             domain=((-1, -2, -2), (3, 2, 2)))\nmesh(size=0.1)\n"
+        );
+        let c = at_once(&text);
+        assert_eq!(c.euler, 2, "{text}");
+        near(c.volume, 0.36 * PI * 2.0, 2e-3, &text);
+    }
+    // A floor with a bowl around it, at a right angle to it.
+    let text = "part(solid(z >= sqrt(max(x*x + y*y - 1, 0))).name('bowl') & box(lo=(-2, -2, -1), hi=(2, 2, 1)).name('box'))\n\
+                mesh(size=0.2)\n";
+    let c = at_once(text);
+    // At a height z the bowl is a circle of the square radius z² + 1.
+    near(c.volume, PI * (1.0 / 3.0 + 1.0), 2e-3, text);
+}
+
+/// An airfoil of four digits as every textbook has it, with a clamp at both ends and a camber line in two pieces.
+#[test]
+fn an_airfoil_has_a_nose_and_one_sharp_edge() {
+    let text = "X = min(max(x, 0), 1)\n\
+                yt = 0.6 * (0.2969 * sqrt(X) - 0.126 * X - 0.3516 * X**2 + 0.2843 * X**3 - 0.1036 * X**4)\n\
+                yc = 0.125 * (0.8 * X - X**2) if x < 0.4 else 0.02 / 0.36 * (0.2 + 0.8 * X - X**2)\n\
+                wing = solid(abs(z - yc) <= yt).name('skin') & solid(x >= 0) & solid(x <= 1)\n\
+                part(wing & solid(y >= 0).name('root') & solid(y <= 0.5).name('tip'), domain=((-0.5, -0.2, -0.5), (1, 2, 0.5)))\n\
+                mesh(size=0.05)\n";
+    let c = at_once(text);
+    assert_eq!(c.euler, 2);
+    let section = 1.2 * (0.2969 * 2.0 / 3.0 - 0.126 / 2.0 - 0.3516 / 3.0 + 0.2843 / 4.0 - 0.1036 / 5.0);
+    near(c.volume, 0.5 * section, 3e-3, text);
+}
+
+/// A formula by cases that have one value and one slope where they meet.
+#[test]
+fn cases_that_meet_smoothly_have_no_border() {
+    let text = "c = 0.125 * (0.8 * x - x**2) if x < 0.4 else 0.02 / 0.36 * (0.2 + 0.8 * x - x**2)\n\
+                part(solid(abs(z - c) <= 0.1).name('sheet') & box(lo=(0, 0, -1), hi=(0.9, 0.5, 1)).name('ends'))\n\
+                mesh(size=0.05)\n";
+    let c = at_once(text);
+    near(c.volume, 0.2 * 0.9 * 0.5, 1e-4, text);
+    assert!(c.triangles < 2000, "{}", c.triangles);
+}
+
 /// A square beside a number is a sheet with two sides: a plate written so is planes.
 #[test]
 fn a_sheet_by_a_square_has_two_sides() {

@@ -4,11 +4,13 @@
 //! Where `w >= 0` the sign of `k sqrt(w) + r`, with a positive `k`, is that of `k² w + r |r|`. This goes on smoothly to where `w` is
 //! negative. So the nose of an airfoil, `|z| <= sqrt(x) - x`, is a surface like any other.
 
+use rustc_hash::FxHashSet;
+
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::formula::Formula;
 use super::roperation::never_negative;
 use super::solid::{Placement, Solid};
-use super::steps::rewritten;
+use super::steps::{flat, operands, rewritten};
 
 /// Roots of clamped arguments are looked for this deep.
 const DEPTH: usize = 64;
@@ -28,40 +30,99 @@ pub(super) fn under_root(e: &Expr) -> Option<&Expr> {
 
 /// The formula by cases of a clamp, as `max(w, 0)`, below a root: `w` and the bound take its place everywhere.
 pub(super) fn by_cases(e: &Expr) -> Expr {
-    cases(e, MOST_CASES)
+    let found = clamped_root(e, 0).filter(|root| !is_hidden(e, root));
+    found.and_then(|under| beside_clamp(e, under)).unwrap_or_else(|| cases(e, MOST_CASES))
+}
+
+/// `k sqrt(max(w, 0)) + r` as what has the same sign and no root, where `r` is smooth: either of `k² w + r |r|` and `r` is enough for a
+/// positive `k`; both of `r |r| - k² w` and `r` are needed for a negative one.
+fn beside_clamp(e: &Expr, under: &Expr) -> Option<Expr> {
+    let ([w, bound], true) = clamp(under)? else { return None };
+    let k = factor_of_root(e, under)?;
+    let rest = rewritten(e, |x| (under_root(x) == Some(under)).then(|| Expr::constant(0.0)));
+    if bound.as_constant() != Some(0.0) || k == 0.0 || flat(&rest) {
+        return None;
+    }
+    let (steep, square) = (w * (k * k), signed_square(&rest));
+    Some(match k > 0.0 {
+        true if never_negative(&negated(&rest)) => steep + square,
+        true => Expr::binary(Binary::Max, steep + square, rest),
+        false => Expr::binary(Binary::Min, square - steep, rest),
+    })
+}
+
+/// The number that the root is multiplied by in a sum.
+fn factor_of_root(e: &Expr, under: &Expr) -> Option<f64> {
+    let of = |x: &Expr| factor_of_root(x, under);
+    if under_root(e) == Some(under) {
+        return Some(1.0);
+    }
+    match e.node() {
+        _ if clamped_root(e, 0).is_none() => Some(0.0),
+        ExprNode::Unary(Unary::Neg, a) => Some(-of(a)?),
+        ExprNode::Binary(Binary::Add, a, b) => Some(of(a)? + of(b)?),
+        ExprNode::Binary(Binary::Sub, a, b) => Some(of(a)? - of(b)?),
+        ExprNode::Binary(Binary::Mul, a, b) => match (a.as_constant(), b.as_constant()) {
+            (Some(c), _) => Some(c * of(b)?),
+            (_, Some(c)) => Some(c * of(a)?),
+            _ => None,
+        },
+        ExprNode::Binary(Binary::Div, a, b) => Some(of(a)? / b.as_constant()?),
+        _ => None,
+    }
 }
 
 fn cases(e: &Expr, left: usize) -> Expr {
-    let Some((clamp, [free, bound], above)) = (left > 0).then(|| clamp_below_root(e, 0)).flatten() else {
-        return e.clone();
-    };
+    let found = if left > 0 { clamped_root(e, 0).filter(|root| !is_hidden(e, root)) } else { None };
+    let Some((clamp, [free, bound], is_lower)) = found.and_then(innermost_clamp) else { return e.clone() };
     let with = |other: &Expr| {
         let e = rewritten(e, |x| (*x == clamp).then(|| other.clone()));
         cases(&e, left - 1)
     };
     let beyond = free.clone() - bound.clone();
-    Expr::select(if above { beyond } else { -beyond }, with(&free), with(&bound))
+    Expr::select(if is_lower { beyond } else { -beyond }, with(&free), with(&bound))
 }
 
-/// A clamp below a root that is added, and so may be what ends the surface; with its operands, and whether it is a lower bound.
-fn clamp_below_root(e: &Expr, depth: usize) -> Option<(Expr, [Expr; 2], bool)> {
-    if depth > DEPTH {
-        return None;
-    }
-    let deeper = |e: &Expr| clamp_below_root(e, depth + 1);
-    if let Some(under) = under_root(e) {
-        return if may_vanish(under) { innermost_clamp(under) } else { None };
-    }
+/// The operands whose zeros may be those of the whole.
+fn shown(e: &Expr) -> Vec<&Expr> {
     match e.node() {
-        ExprNode::Unary(Unary::Neg | Unary::Abs, a) => deeper(a),
-        ExprNode::Binary(Binary::Add | Binary::Sub | Binary::Min | Binary::Max, a, b) => {
-            deeper(a).or_else(|| deeper(b))
-        }
-        ExprNode::Binary(Binary::Mul, a, b) if a.as_constant().is_some() => deeper(b),
-        ExprNode::Binary(Binary::Mul | Binary::Div, a, b) if b.as_constant().is_some() => deeper(a),
-        ExprNode::Select(_, a, b) => deeper(a).or_else(|| deeper(b)),
-        _ => None,
+        ExprNode::Unary(Unary::Neg | Unary::Abs, a) => vec![a],
+        ExprNode::Binary(Binary::Add | Binary::Sub | Binary::Min | Binary::Max, a, b) => vec![a, b],
+        ExprNode::Binary(Binary::Mul, a, b) if a.as_constant().is_some() => vec![b],
+        ExprNode::Binary(Binary::Mul | Binary::Div, a, b) if b.as_constant().is_some() => vec![a],
+        ExprNode::Select(_, a, b) => vec![a, b],
+        _ => Vec::new(),
     }
+}
+
+/// What is below a root that is added, and so may be what ends the surface, if there is a clamp.
+fn clamped_root(e: &Expr, depth: usize) -> Option<&Expr> {
+    match under_root(e) {
+        Some(under) => (clamp(under).is_some() && may_vanish(under)).then_some(under),
+        None if depth > DEPTH => None,
+        None => shown(e).into_iter().find_map(|x| clamped_root(x, depth + 1)),
+    }
+}
+
+/// Whether the root is also where it cannot be taken away: what is below it must have a root everywhere then.
+fn is_hidden(e: &Expr, under: &Expr) -> bool {
+    let mut seen = FxHashSet::default();
+    let mut stack = vec![(e, false)];
+    while let Some((e, hidden)) = stack.pop() {
+        if !seen.insert((std::ptr::from_ref(e.node()), hidden)) {
+            continue;
+        }
+        if under_root(e) == Some(under) {
+            if hidden {
+                return true;
+            }
+            continue;
+        }
+        let open = if hidden { Vec::new() } else { shown(e) };
+        let is_open = |x: &Expr| open.iter().any(|y| std::ptr::eq(x.node(), y.node()));
+        stack.extend(operands(e).into_iter().map(|x| (x, !is_open(x))));
+    }
+    false
 }
 
 /// A minimum or maximum of a formula and a number: these, and whether it is a maximum.
@@ -75,6 +136,7 @@ fn clamp(e: &Expr) -> Option<([Expr; 2], bool)> {
     }
 }
 
+/// The innermost clamp of clamps within each other.
 fn innermost_clamp(e: &Expr) -> Option<(Expr, [Expr; 2], bool)> {
     let ([free, bound], is_lower) = clamp(e)?;
     innermost_clamp(&free).or_else(|| Some((e.clone(), [free, bound], is_lower)))
@@ -114,7 +176,8 @@ pub(super) fn is_bare(root: &Expr) -> bool {
 pub(super) fn without_root(w: &Expr, k: f64, rest: &Expr) -> Solid {
     let (w, k2) = (w.clone(), k * k);
     if k < 0.0 {
-        return Solid::formula(w.clone()) & Solid::formula(signed_square(rest) - w * k2);
+        let steep = Expr::unary(Unary::Steepened, w.clone()) * k2;
+        return Solid::formula(w) & Solid::formula(signed_square(rest) - steep);
     }
     // Where the rest is nowhere positive, `k² w` is more than its square.
     if never_negative(&negated(rest)) {
@@ -128,6 +191,7 @@ pub(super) fn without_root(w: &Expr, k: f64, rest: &Expr) -> Solid {
 
 fn negated(e: &Expr) -> Expr {
     match e.node() {
+        ExprNode::Binary(Binary::Sub, a, b) if a.as_constant() == Some(0.0) => b.clone(),
         ExprNode::Unary(Unary::Neg, a) => a.clone(),
         ExprNode::Binary(op @ (Binary::Mul | Binary::Div), a, b) => match b.as_constant() {
             Some(c) => Expr::binary(*op, a.clone(), Expr::constant(-c)),
@@ -152,6 +216,8 @@ fn signed_square(e: &Expr) -> Expr {
 fn square(e: &Expr) -> Expr {
     let whole = || e.clone() * e.clone();
     match e.node() {
+        ExprNode::Binary(Binary::Sub, a, b) if a.as_constant() == Some(0.0) => square(b),
+        ExprNode::Unary(Unary::Neg, a) => square(a),
         ExprNode::Unary(Unary::Abs, a) => a.clone() * a.clone(),
         ExprNode::Unary(Unary::Sqrt, a) => a.clone(),
         ExprNode::Binary(Binary::Hypot, a, b) => a.clone() * a.clone() + b.clone() * b.clone(),
@@ -164,5 +230,57 @@ fn square(e: &Expr) -> Expr {
             None => whole(),
         },
         _ => whole(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::model::Implicit;
+    use super::super::rfunction::RSystem;
+    use super::*;
+    use crate::spatial::Aabb;
+
+    fn truth(e: &Expr, p: DVec3) -> f64 {
+        Formula::in_pieces(e, &Placement::IDENTITY).gradient(p).v
+    }
+
+    #[test]
+    fn signs_are_those_of_the_roots() {
+        let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
+        let sqrt = |e: Expr| Expr::unary(Unary::Sqrt, e);
+        let clamped = |e: Expr| Expr::binary(Binary::Max, e, Expr::constant(0.0));
+        let below_one = |e: Expr| Expr::binary(Binary::Min, e, Expr::constant(1.0));
+        let size = |e: Expr| Expr::unary(Unary::Abs, e);
+        let hypot = Expr::binary(Binary::Hypot, y.clone(), z.clone());
+        let chord = below_one(clamped(x.clone()));
+        let formulas = [
+            sqrt(x.clone()) * 0.7 - hypot.clone(),
+            sqrt(clamped(x.clone())) * 0.7 - hypot,
+            sqrt(clamped(x.clone())) * 0.7 - size(z.clone() - x.clone() * y.clone()) - x.clone() * 0.3,
+            sqrt(x.clone() * y.clone() + 1.0) * 0.7 + z.clone() * 2.0 - y.clone(),
+            z.clone() - sqrt(clamped(x.clone() * x.clone() - y.clone())) * 0.5,
+            y.clone() - sqrt(x.clone() - z.clone()) / 3.0,
+            sqrt(chord.clone()) * 0.5 - chord.clone() * chord * 0.3 - size(z.clone()),
+            size(y.clone()) - sqrt(clamped(z.clone())),
+            // The root is in an angle, too.
+            sqrt(clamped(x.clone())) - Expr::binary(Binary::Atan2, sqrt(clamped(x)), Expr::constant(1.0)) - z * 0.3,
+        ];
+        let bounds = Aabb::new(DVec3::splat(-2.0), DVec3::splat(2.0));
+        let mut state = 5u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for (n, e) in formulas.iter().enumerate() {
+            let model = Implicit::new(&Solid::formula(e.clone()), RSystem::default(), Some(bounds)).unwrap();
+            for _ in 0..2000 {
+                let p = DVec3::new(unit(), unit(), unit()) * 4.0 - 2.0;
+                let truth = truth(e, p);
+                // A root that has no value is outside.
+                assert_eq!(model.inside(p), truth > 0.0, "formula {n} at {p}: {truth}");
+            }
+        }
     }
 }

@@ -40,7 +40,7 @@ pub(super) struct Within {
 }
 
 /// The operands of a node.
-fn operands(e: &Expr) -> Vec<&Expr> {
+pub(super) fn operands(e: &Expr) -> Vec<&Expr> {
     match e.node() {
         ExprNode::Const(_) | ExprNode::Coordinate(_) => Vec::new(),
         ExprNode::Unary(_, a) => vec![a],
@@ -124,7 +124,7 @@ fn without_signs(e: &Expr) -> Expr {
 }
 
 /// Whether a formula may be constant somewhere though it is not everywhere.
-fn flat(e: &Expr) -> bool {
+pub(super) fn flat(e: &Expr) -> bool {
     let mut seen = rustc_hash::FxHashSet::default();
     let mut stack = vec![e];
     while let Some(e) = stack.pop() {
@@ -144,7 +144,8 @@ fn flat(e: &Expr) -> bool {
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
 pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
     let e = with_waves(&without_signs(e));
-    let e = by_cases(&sheet(&e).unwrap_or(e));
+    let given = sheet(&e).unwrap_or(e);
+    let e = by_cases(&given);
     if let Some(within) = within
         && has_steps(&e)
     {
@@ -153,7 +154,7 @@ pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) 
             return Some(solid);
         }
     }
-    split(&e)
+    split(&e).or_else(|| (e != given).then(|| Solid::formula(e)))
 }
 
 struct Apart<'a> {
