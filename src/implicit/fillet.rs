@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::contact::contact;
 use super::expr::Binary;
 use super::leaf::Leaf;
 use super::slopes::Slopes;
@@ -347,8 +348,36 @@ fn apart<'a>(a: Signed<'a>, b: Signed<'a>) -> Option<Apart<'a>> {
     })
 }
 
-/// What tells the sides of leaf `j` on the surface of leaf `on`, if one ends in the other or both end in a third.
-pub(crate) fn touching(leaves: &[Leaf], on: u32, j: u32) -> Option<Apart<'_>> {
+/// What vanishes on one of two leaves that touch where the other does, and crosses it there.
+pub(crate) enum Between<'a> {
+    /// One ends in the other, or both in a third.
+    Ends(Apart<'a>),
+    /// They touch along a curve.
+    Contact(Leaf),
+}
+
+impl Between<'_> {
+    /// Bounds of value and gradient in a box.
+    pub(crate) fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
+        match self {
+            Between::Ends(apart) => apart.slopes(cell),
+            Between::Contact(leaf) => leaf.slopes(cell),
+        }
+    }
+
+    /// Value and gradient, with fillets as they are evaluated.
+    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
+        match self {
+            Between::Ends(apart) => apart.gradient(p),
+            Between::Contact(leaf) => leaf.gradient(p),
+        }
+    }
+}
+
+/// What tells the sides of leaf `j` on the surface of leaf `on`, if they touch.
+pub(crate) fn touching(leaves: &[Leaf], on: u32, j: u32) -> Option<Between<'_>> {
     let leaf = |number: u32, negate: bool| Signed { leaf: &leaves[number as usize], number, negate };
-    [false, true].into_iter().find_map(|negate| apart(leaf(j, false), leaf(on, negate)))
+    let ends = [false, true].into_iter().find_map(|negate| apart(leaf(j, false), leaf(on, negate)));
+    let touch = || contact(&leaves[on as usize], &leaves[j as usize]).map(Between::Contact);
+    ends.map(Between::Ends).or_else(touch)
 }

@@ -8,7 +8,10 @@ use glam::DVec3;
 use super::expr::Expr;
 use super::formula::Formula;
 use super::solid::Placement;
+use super::steps::is_small;
 
+/// Larger formulas are not looked at.
+const LARGEST: usize = 1024;
 /// Points from which the border is looked for, near and far.
 const LOOKS: usize = 96;
 /// Steps of Newton's method to it.
@@ -20,6 +23,9 @@ const ALIKE: f64 = 1e-9;
 
 /// Whether `a` and `b` have the same values and gradients where the condition passes zero, as seen at points there.
 pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
+    if ![condition, a, b].into_iter().all(|e| is_small(e, LARGEST)) {
+        return false;
+    }
     let [c, a, b] = [condition, a, b].map(|e| Formula::in_pieces(e, &Placement::IDENTITY));
     let mut state = 1u64;
     let mut unit = || {

@@ -9,6 +9,7 @@ mod batch;
 mod blend;
 mod branches;
 mod complex;
+mod contact;
 mod creased;
 pub mod expr;
 mod extract;

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::contact::contact;
 use super::leaf::Leaf;
 use super::octree::Bricks;
 use super::tape::{Op, Tape};
@@ -77,7 +78,10 @@ fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, s
 pub(super) fn condition(leaves: &[Leaf], which: &[u32], k: usize, q: DVec3) -> Dual {
     match &leaves[which[k] as usize] {
         Leaf::Fillet(f) => f.beside(leaves, &which[..k], &which[k + 1..], q),
-        leaf => leaf.gradient(q),
+        leaf => {
+            let touched = which[..k].iter().find_map(|i| contact(&leaves[*i as usize], leaf));
+            touched.as_ref().unwrap_or(leaf).gradient(q)
+        }
     }
 }
 

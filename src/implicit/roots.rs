@@ -4,18 +4,20 @@
 //! Where `w >= 0` the sign of `k sqrt(w) + r`, with a positive `k`, is that of `k² w + r |r|`. This goes on smoothly to where `w` is
 //! negative. So the nose of an airfoil, `|z| <= sqrt(x) - x`, is a surface like any other.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::formula::Formula;
 use super::roperation::never_negative;
 use super::solid::{Placement, Solid};
-use super::steps::{flat, operands, rewritten};
+use super::steps::{flat, is_small, operands, rewritten};
 
 /// Roots of clamped arguments are looked for this deep.
 const DEPTH: usize = 64;
 /// A formula with more clamps than this below its roots keeps the rest: each is one more case of all of it.
 const MOST_CASES: usize = 8;
+/// Larger formulas below a root are not looked at.
+const LARGEST: usize = 1024;
 /// Points at which a root's argument is looked at for a negative value.
 const LOOKS: usize = 256;
 
@@ -30,7 +32,7 @@ pub(super) fn under_root(e: &Expr) -> Option<&Expr> {
 
 /// The formula by cases of a clamp, as `max(w, 0)`, below a root: `w` and the bound take its place everywhere.
 pub(super) fn by_cases(e: &Expr) -> Expr {
-    let found = clamped_root(e, 0).filter(|root| !is_hidden(e, root));
+    let found = clamped_root(e).filter(|root| !is_hidden(e, root));
     found.and_then(|under| beside_clamp(e, under)).unwrap_or_else(|| cases(e, MOST_CASES))
 }
 
@@ -53,27 +55,38 @@ fn beside_clamp(e: &Expr, under: &Expr) -> Option<Expr> {
 
 /// The number that the root is multiplied by in a sum.
 fn factor_of_root(e: &Expr, under: &Expr) -> Option<f64> {
-    let of = |x: &Expr| factor_of_root(x, under);
+    let mut known = FxHashMap::default();
+    factor(e, under, &mut known)
+}
+
+fn factor(e: &Expr, under: &Expr, known: &mut FxHashMap<*const ExprNode, Option<f64>>) -> Option<f64> {
     if under_root(e) == Some(under) {
         return Some(1.0);
     }
-    match e.node() {
-        _ if clamped_root(e, 0).is_none() => Some(0.0),
-        ExprNode::Unary(Unary::Neg, a) => Some(-of(a)?),
-        ExprNode::Binary(Binary::Add, a, b) => Some(of(a)? + of(b)?),
-        ExprNode::Binary(Binary::Sub, a, b) => Some(of(a)? - of(b)?),
+    let key = std::ptr::from_ref(e.node());
+    if let Some(k) = known.get(&key) {
+        return *k;
+    }
+    let mut of = |x: &Expr| factor(x, under, known);
+    let found = match e.node() {
+        _ if clamped_root(e).is_none() => Some(0.0),
+        ExprNode::Unary(Unary::Neg, a) => of(a).map(|k| -k),
+        ExprNode::Binary(Binary::Add, a, b) => of(a).zip(of(b)).map(|(j, k)| j + k),
+        ExprNode::Binary(Binary::Sub, a, b) => of(a).zip(of(b)).map(|(j, k)| j - k),
         ExprNode::Binary(Binary::Mul, a, b) => match (a.as_constant(), b.as_constant()) {
-            (Some(c), _) => Some(c * of(b)?),
-            (_, Some(c)) => Some(c * of(a)?),
+            (Some(c), _) => of(b).map(|k| c * k),
+            (_, Some(c)) => of(a).map(|k| c * k),
             _ => None,
         },
-        ExprNode::Binary(Binary::Div, a, b) => Some(of(a)? / b.as_constant()?),
+        ExprNode::Binary(Binary::Div, a, b) => of(a).zip(b.as_constant()).map(|(k, c)| k / c),
         _ => None,
-    }
+    };
+    known.insert(key, found);
+    found
 }
 
 fn cases(e: &Expr, left: usize) -> Expr {
-    let found = if left > 0 { clamped_root(e, 0).filter(|root| !is_hidden(e, root)) } else { None };
+    let found = if left > 0 { clamped_root(e).filter(|root| !is_hidden(e, root)) } else { None };
     let Some((clamp, [free, bound], is_lower)) = found.and_then(innermost_clamp) else { return e.clone() };
     let with = |other: &Expr| {
         let e = rewritten(e, |x| (*x == clamp).then(|| other.clone()));
@@ -96,12 +109,20 @@ fn shown(e: &Expr) -> Vec<&Expr> {
 }
 
 /// What is below a root that is added, and so may be what ends the surface, if there is a clamp.
-fn clamped_root(e: &Expr, depth: usize) -> Option<&Expr> {
-    match under_root(e) {
-        Some(under) => (clamp(under).is_some() && may_vanish(under)).then_some(under),
-        None if depth > DEPTH => None,
-        None => shown(e).into_iter().find_map(|x| clamped_root(x, depth + 1)),
+fn clamped_root(e: &Expr) -> Option<&Expr> {
+    let mut seen = FxHashSet::default();
+    let mut stack = vec![(e, 0)];
+    while let Some((e, depth)) = stack.pop() {
+        if depth > DEPTH || !seen.insert(std::ptr::from_ref(e.node())) {
+            continue;
+        }
+        match under_root(e) {
+            Some(under) if clamp(under).is_some() && may_vanish(under) => return Some(under),
+            Some(_) => {}
+            None => stack.extend(shown(e).into_iter().rev().map(|x| (x, depth + 1))),
+        }
     }
+    None
 }
 
 /// Whether the root is also where it cannot be taken away: what is below it must have a root everywhere then.
@@ -138,24 +159,30 @@ fn clamp(e: &Expr) -> Option<([Expr; 2], bool)> {
 
 /// The innermost clamp of clamps within each other.
 fn innermost_clamp(e: &Expr) -> Option<(Expr, [Expr; 2], bool)> {
-    let ([free, bound], is_lower) = clamp(e)?;
-    innermost_clamp(&free).or_else(|| Some((e.clone(), [free, bound], is_lower)))
+    let mut found = None;
+    let mut e = e.clone();
+    while let Some(([free, bound], is_lower)) = clamp(&e) {
+        found = Some((e, [free.clone(), bound], is_lower));
+        e = free;
+    }
+    found
 }
 
 /// Whether no clamp keeps it away from zero.
 fn may_vanish(e: &Expr) -> bool {
-    match clamp(e) {
-        Some(([free, bound], is_lower)) => {
-            let kept = is_lower && bound.as_constant().is_some_and(|c| c > 0.0);
-            !kept && may_vanish(&free)
+    let mut e = e.clone();
+    while let Some(([free, bound], is_lower)) = clamp(&e) {
+        if is_lower && bound.as_constant().is_some_and(|c| c > 0.0) {
+            return false;
         }
-        None => true,
+        e = free;
     }
+    true
 }
 
 /// Whether a root has no value somewhere, as seen at points near and far.
 pub(super) fn is_bare(root: &Expr) -> bool {
-    let Some(under) = under_root(root).filter(|w| !never_negative(w)) else { return false };
+    let Some(under) = under_root(root).filter(|w| !never_negative(w) && is_small(w, LARGEST)) else { return false };
     let mut state = 1u64;
     let mut unit = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -214,22 +241,20 @@ fn signed_square(e: &Expr) -> Expr {
 }
 
 fn square(e: &Expr) -> Expr {
-    let whole = || e.clone() * e.clone();
+    let constant = |x: &Expr| x.as_constant().map(|c| c * c);
     match e.node() {
-        ExprNode::Binary(Binary::Sub, a, b) if a.as_constant() == Some(0.0) => square(b),
-        ExprNode::Unary(Unary::Neg, a) => square(a),
+        ExprNode::Binary(Binary::Mul, a, b) if let Some(c) = constant(b) => plain_square(a) * c,
+        ExprNode::Binary(Binary::Div, a, b) if let Some(c) = constant(b) => plain_square(a) / c,
+        _ => plain_square(e),
+    }
+}
+
+fn plain_square(e: &Expr) -> Expr {
+    match e.node() {
         ExprNode::Unary(Unary::Abs, a) => a.clone() * a.clone(),
         ExprNode::Unary(Unary::Sqrt, a) => a.clone(),
         ExprNode::Binary(Binary::Hypot, a, b) => a.clone() * a.clone() + b.clone() * b.clone(),
-        ExprNode::Binary(Binary::Mul, a, b) => match b.as_constant() {
-            Some(c) => square(a) * (c * c),
-            None => whole(),
-        },
-        ExprNode::Binary(Binary::Div, a, b) => match b.as_constant() {
-            Some(c) => square(a) / (c * c),
-            None => whole(),
-        },
-        _ => whole(),
+        _ => e.clone() * e.clone(),
     }
 }
 

@@ -123,6 +123,21 @@ fn without_signs(e: &Expr) -> Expr {
     })
 }
 
+/// Whether a formula has no more nodes than `most`.
+pub(super) fn is_small(e: &Expr, most: usize) -> bool {
+    let mut seen = rustc_hash::FxHashSet::default();
+    let mut stack = vec![e];
+    while let Some(e) = stack.pop() {
+        if seen.insert(std::ptr::from_ref(e.node())) {
+            if seen.len() > most {
+                return false;
+            }
+            stack.extend(operands(e));
+        }
+    }
+    true
+}
+
 /// Whether a formula may be constant somewhere though it is not everywhere.
 pub(super) fn flat(e: &Expr) -> bool {
     let mut seen = rustc_hash::FxHashSet::default();
@@ -154,7 +169,8 @@ pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) 
             return Some(solid);
         }
     }
-    split(&e).or_else(|| (e != given).then(|| Solid::formula(e)))
+    let is_other = !std::ptr::eq(e.node(), given.node());
+    split(&e).or_else(|| is_other.then(|| Solid::formula(e)))
 }
 
 struct Apart<'a> {

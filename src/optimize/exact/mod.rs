@@ -8,6 +8,7 @@ mod concurrent;
 mod curves;
 mod fans;
 mod field;
+mod flat;
 mod flips;
 mod gaps;
 mod grid;

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::apexes::put_apexes;
 use super::concurrent::straighten_borders;
+use super::flat::{Triangles, give_strips_away};
 use super::joints::Pieced;
 use super::patchwork::{Patch, Patchwork, PieceSet};
 use crate::error::Result;
@@ -24,11 +25,14 @@ pub fn patch_pieces(
     let mut edit = EditMesh::new(mesh)?;
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
     let mut of_triangle = mesh.labels.clone();
+    let mut faces = faces.to_vec();
+    let mut of = Triangles { piece: &mut of_triangle, face: &mut faces };
+    give_strips_away(&edit, &mut sets, &mut of, surface, cell);
     let mut pieced = Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell };
     pieced.join_corners();
     pieced.pinch(surface);
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
-    let patches = patches(&mut edit, &of_triangle, faces, surface);
+    let patches = patches(&mut edit, &of_triangle, &faces, surface);
     straighten_borders(&mut edit, &sets);
     Ok(Patchwork::new(edit, sets, patches.into()))
 }

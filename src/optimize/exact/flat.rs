@@ -1,0 +1,93 @@
+//! Strips of no width. Where two pieces touch along a curve and a third one passes there, as the plane does in which a cylinder ends in a
+//! ball of its radius, linear interpolants part the two by a strip of the third. All of its nodes come to lie on the curve: it is no part
+//! of the surface.
+
+use super::patchwork::PieceSet;
+use crate::geometry::Pieces;
+use crate::mesh::EditMesh;
+use crate::mesh::edit::NONE;
+
+/// A node lies on a piece when it is nearer to it than this share of a cell.
+const ON: f64 = 1e-7;
+
+/// What is known of the triangles.
+pub(super) struct Triangles<'a> {
+    pub(super) piece: &'a mut [u32],
+    /// The face of each, or nothing.
+    pub(super) face: &'a mut [u32],
+}
+
+/// Gives triangles of strips without width to one of the pieces beside them, and their nodes the pieces that are around them then.
+pub(super) fn give_strips_away(
+    mesh: &EditMesh,
+    sets: &mut [PieceSet],
+    of: &mut Triangles<'_>,
+    surface: &dyn Pieces,
+    cell: f64,
+) {
+    let lies = |v: u32, piece: u32| {
+        let x = mesh.point(v);
+        sets[v as usize].has(piece) || surface.meet(&[piece], x, cell).is_some_and(|q| q.distance(x) <= ON * cell)
+    };
+    let mut others: Vec<PieceSet> = vec![PieceSet::default(); mesh.triangle_capacity()];
+    let mut flat: Vec<u32> = Vec::new();
+    for t in mesh.triangles() {
+        let corners = mesh.corners(t);
+        // Most triangles have a node inside a piece.
+        if corners.iter().any(|v| sets[*v as usize].len() < 2) {
+            continue;
+        }
+        let all = corners.iter().fold(PieceSet::default(), |s, v| s.union(&sets[*v as usize]));
+        let own = of.piece[t as usize];
+        let on = |p: &u32| *p != own && corners.iter().all(|v| lies(*v, *p));
+        let others_here: Vec<u32> = all.as_slice().iter().copied().filter(on).collect();
+        if others_here.len() >= 2 {
+            others[t as usize] = PieceSet::of(&others_here);
+            flat.push(t);
+        }
+    }
+    let mut touched: Vec<u32> = Vec::new();
+    let mut done = vec![false; mesh.triangle_capacity()];
+    for first in flat {
+        if done[first as usize] {
+            continue;
+        }
+        let own = of.piece[first as usize];
+        let mut strip = vec![first];
+        let mut beside: Vec<[u32; 2]> = Vec::new();
+        done[first as usize] = true;
+        let mut k = 0;
+        while let Some(&t) = strip.get(k) {
+            k += 1;
+            for h in 3 * t..3 * t + 3 {
+                let o = mesh.opposite(h);
+                if o == NONE {
+                    continue;
+                }
+                let u = o / 3;
+                let piece = of.piece[u as usize];
+                if piece == own && others[u as usize] == others[first as usize] {
+                    if !std::mem::replace(&mut done[u as usize], true) {
+                        strip.push(u);
+                    }
+                } else if others[first as usize].has(piece) {
+                    beside.push([piece, u]);
+                }
+            }
+        }
+        let Some([piece, neighbor]) = beside.into_iter().min() else { continue };
+        for t in strip {
+            of.piece[t as usize] = piece;
+            if !of.face.is_empty() {
+                of.face[t as usize] = of.face[neighbor as usize];
+            }
+            touched.extend(mesh.corners(t));
+        }
+    }
+    touched.sort_unstable();
+    touched.dedup();
+    for v in touched {
+        let around: Vec<u32> = mesh.outgoing(v).map(|h| of.piece[h as usize / 3]).collect();
+        sets[v as usize] = PieceSet::of(&around);
+    }
+}
