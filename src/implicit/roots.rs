@@ -1,8 +1,9 @@
 //! Leaves with a root whose argument changes its sign, as `k sqrt(w) + r`: the surface is as steep as a wall where `w` is zero,
 //! and there is nothing beyond.
 //!
-//! Where `w >= 0` the sign of `k sqrt(w) + r`, with a positive `k`, is that of `k² w + r |r|`. This goes on smoothly to where `w` is
-//! negative. So the nose of an airfoil, `|z| <= sqrt(x) - x`, is a surface like any other.
+//! Where `w >= 0` the solid `k sqrt(w) + r >= 0`, with a positive `k`, is where `r >= 0` or `k² w >= r²`. The sign is that of
+//! `k² w + r |r|`, too, which goes on smoothly to where `w` is negative. So the nose of an airfoil, `|z| <= sqrt(x) - x`, is a surface
+//! like any other.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -199,21 +200,27 @@ pub(super) fn is_bare(root: &Expr) -> bool {
     values.iter().any(|v| *v < 0.0)
 }
 
-/// `k sqrt(w) + rest >= 0`, without the root.
+/// `k sqrt(w) + rest >= 0`, without the root: where `w` is zero the solid may have a wall, which `k² w = rest²` touches.
 pub(super) fn without_root(w: &Expr, k: f64, rest: &Expr) -> Solid {
-    let (w, k2) = (w.clone(), k * k);
-    if k < 0.0 {
-        let steep = Expr::unary(Unary::Steepened, w.clone()) * k2;
-        return Solid::formula(w) & Solid::formula(signed_square(rest) - steep);
-    }
+    let steep = Solid::formula(w.clone() * (k * k) - square(rest));
     // Where the rest is nowhere positive, `k² w` is more than its square.
-    if never_negative(&negated(rest)) {
-        return Solid::formula(w * k2 + signed_square(rest));
+    if k > 0.0 && never_negative(&negated(rest)) {
+        return steep;
     }
-    // Two of these with a nose between them, `k sqrt(w) + c ± u`, meet where `w` is zero, too. They hide it from what is linear between
-    // points, whatever `c` does, if they fall the faster beyond.
-    let beyond = Expr::unary(Unary::Steepened, w.clone()) * k2 + signed_square(rest);
-    Solid::formula(w) & Solid::formula(beyond)
+    let both = Solid::formula(w.clone()) & Solid::formula(rest.clone());
+    if k > 0.0 { both | steep } else { both & !steep }
+}
+
+/// The same of one side of an absolute value, whose other side begins where `w` is zero, too: `k sqrt(w) + c + u` and
+/// `k sqrt(w) + c - u` have a nose between them.
+pub(super) fn without_root_at_nose(w: &Expr, k: f64, rest: &Expr) -> Solid {
+    if k > 0.0 && never_negative(&negated(rest)) {
+        return without_root(w, k, rest);
+    }
+    // The two hide where `w` is zero from what is linear between points, whatever `c` does, if they fall the faster beyond.
+    let steep = Expr::unary(Unary::Steepened, w.clone()) * (k * k);
+    let beyond = if k > 0.0 { steep + signed_square(rest) } else { signed_square(rest) - steep };
+    Solid::formula(w.clone()) & Solid::formula(beyond)
 }
 
 fn negated(e: &Expr) -> Expr {

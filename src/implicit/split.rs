@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::joints::is_smooth;
-use super::roots::{is_bare, under_root, without_root};
+use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::Solid;
 
@@ -118,6 +118,8 @@ struct Rest<'a> {
     ahead: Option<&'a Ahead<'a>>,
     /// A root that has no value somewhere, which comes last.
     root: Option<Root<'a>>,
+    /// Whether this is one side of an absolute value: the other side has its like with the opposite of one term.
+    mirrored: bool,
 }
 
 /// `factor * sqrt(under)`
@@ -162,8 +164,7 @@ impl Splitter {
             }
             if let Some(a) = root_of_square(e) {
                 self.taken_apart = true;
-                let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(a, -factor, rest, deeper)?);
-                return Some(if factor > 0.0 { p | q } else { p & q });
+                return self.both_signs(a, factor, rest, deeper);
             }
             if rest.root.is_none()
                 && !rest.is_nothing()
@@ -180,8 +181,7 @@ impl Splitter {
                 }
                 ExprNode::Unary(Unary::Abs, a) => {
                     self.taken_apart = true;
-                    let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(a, -factor, rest, deeper)?);
-                    return Some(if factor > 0.0 { p | q } else { p & q });
+                    return self.both_signs(a, factor, rest, deeper);
                 }
                 ExprNode::Binary(op @ (Binary::Min | Binary::Max), a, b) => {
                     self.taken_apart = true;
@@ -231,6 +231,13 @@ impl Splitter {
         if alone { Some(Solid::formula(whole)) } else { self.ended(&Rest { done: Some(&whole), ..*rest }, deeper) }
     }
 
+    /// `factor * |e| + rest >= 0`
+    fn both_signs(&mut self, e: &Expr, factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
+        let rest = Rest { mirrored: true, ..*rest };
+        let (p, q) = (self.condition(e, factor, &rest, depth)?, self.condition(e, -factor, &rest, depth)?);
+        Some(if factor > 0.0 { p | q } else { p & q })
+    }
+
     fn is_smooth(&mut self, select: &Expr, [c, a, b]: [&Expr; 3]) -> bool {
         let Self { smooth, switches, .. } = self;
         *smooth.entry(std::ptr::from_ref(select.node())).or_insert_with(|| {
@@ -259,7 +266,8 @@ impl Splitter {
             return (self.pieces <= MOST_PIECES).then(|| Solid::formula(done.clone()));
         };
         self.taken_apart = true;
-        (self.pieces <= MOST_PIECES).then(|| without_root(under, factor, done))
+        let without = if rest.mirrored { without_root_at_nose } else { without_root };
+        (self.pieces <= MOST_PIECES).then(|| without(under, factor, done))
     }
 }
 

@@ -260,7 +260,7 @@ fn bounds_are_found_or_asked_for() {
 
 #[test]
 fn bad_numbers_are_named_with_their_place() {
-    let root = Expr::unary(Unary::Sqrt, Expr::x()) - 0.5;
+    let root = Expr::unary(Unary::Sqrt, Expr::x()) * Expr::x() - 0.5;
     let err = try_mesh(&(Solid::formula(root) & cube(1.0)), 0.1).unwrap_err();
     assert!(matches!(&err, Error::Input { place: Place::Point(p), .. } if p.x < 0.0), "{err}");
     let pole = Expr::constant(1.0) / (Expr::x() - 0.123);
