@@ -58,7 +58,7 @@ const PARTS: &[(&str, &[&str])] = &[
     ("part(cylinder(1))\n", &["may be infinite", "domain=((x0, y0, z0), (x1, y1, z1))"]),
     ("part(~sphere(1))\n", &["may be infinite", "domain="]),
     // what is known only of a point has that
-    ("part(solid(sqrt(x) - 0.5 >= 0) & box((2, 2, 2)))\n", &["at (", "finite"]),
+    ("part(solid(log(x) + 0.5 >= 0) & box((2, 2, 2)))\n", &["at (", "finite"]),
     ("part(solid(1 / (x - 0.123) >= 0) & box((2, 2, 2)))\n", &["at (", "pole"]),
     ("part(sphere(1) - sphere(0.9999999))\n", &["at (", "thinner than the cells of size 0.1", "--size"]),
 ];

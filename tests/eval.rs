@@ -236,7 +236,7 @@ fn bad_tables_end_with_3_and_name_the_line() {
 #[test]
 fn what_is_not_a_number_falls_short() {
     let dir = TempDir::new().unwrap();
-    fs::write(dir.path().join("part.py"), "part(solid(sqrt(x) - 0.1) & box(lo=(0.5, 0, 0), hi=(1, 1, 1)))").unwrap();
+    fs::write(dir.path().join("part.py"), "part(solid(log(x) + 3) & box(lo=(0.5, 0, 0), hi=(1, 1, 1)))").unwrap();
     let run =
         |arguments: &[&str]| rvachev().current_dir(&dir).args(arguments).write_stdin("0.7,0.5,0.5\n-1,0,0\n").assert();
     let out =

@@ -17,24 +17,53 @@ pub(super) struct Triangles<'a> {
     pub(super) face: &'a mut [u32],
 }
 
+/// Whether a node lies on a piece.
+fn lies(mesh: &EditMesh, sets: &[PieceSet], surface: &dyn Pieces, [v, piece]: [u32; 2], reach: f64) -> bool {
+    let x = mesh.point(v);
+    sets[v as usize].has(piece) || surface.meet(&[piece], x, reach).is_some_and(|q| q.distance(x) <= ON * reach)
+}
+
+/// Draws nodes of a strip that lie on one piece alone into the curve around them.
+fn draw_in(mesh: &mut EditMesh, sets: &[PieceSet], surface: &dyn Pieces, cell: f64) {
+    let single: Vec<u32> = mesh.nodes().filter(|v| sets[*v as usize].len() == 1 && !mesh.is_boundary(*v)).collect();
+    for v in single {
+        let around: Vec<u32> = mesh.neighbors(v).collect();
+        if around.iter().any(|w| sets[*w as usize].len() < 2) {
+            continue;
+        }
+        let all = around.iter().fold(PieceSet::default(), |s, w| s.union(&sets[*w as usize]));
+        let own = sets[v as usize].as_slice()[0];
+        let on = |p: &&u32| **p != own && around.iter().all(|w| lies(mesh, sets, surface, [*w, **p], cell));
+        if all.as_slice().iter().filter(on).count() < 2 {
+            continue;
+        }
+        let away = |w: &u32| mesh.point(*w).distance_squared(mesh.point(v));
+        let near = around.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
+        let to = |near: u32| mesh.outgoing(v).find(|h| mesh.target(*h) == near);
+        if let Some(near) = near
+            && let Some(h) = to(near)
+        {
+            mesh.merge(h, mesh.point(near));
+        }
+    }
+}
+
 /// Gives triangles of strips without width to one of the pieces beside them, and their nodes the pieces that are around them then.
 pub(super) fn give_strips_away(
-    mesh: &EditMesh,
+    mesh: &mut EditMesh,
     sets: &mut [PieceSet],
     of: &mut Triangles<'_>,
     surface: &dyn Pieces,
     cell: f64,
 ) {
-    let lies = |v: u32, piece: u32| {
-        let x = mesh.point(v);
-        sets[v as usize].has(piece) || surface.meet(&[piece], x, cell).is_some_and(|q| q.distance(x) <= ON * cell)
-    };
+    draw_in(mesh, sets, surface, cell);
+    let lies = |v: u32, piece: u32| lies(mesh, sets, surface, [v, piece], cell);
     let mut others: Vec<PieceSet> = vec![PieceSet::default(); mesh.triangle_capacity()];
     let mut flat: Vec<u32> = Vec::new();
     for t in mesh.triangles() {
         let corners = mesh.corners(t);
-        // Most triangles have a node inside a piece.
-        if corners.iter().any(|v| sets[*v as usize].len() < 2) {
+        // Most triangles have a node inside a piece. Others know the nodes where the mesh ends.
+        if corners.iter().any(|v| sets[*v as usize].len() < 2 || mesh.is_boundary(*v)) {
             continue;
         }
         let all = corners.iter().fold(PieceSet::default(), |s, v| s.union(&sets[*v as usize]));
@@ -75,7 +104,8 @@ pub(super) fn give_strips_away(
                 }
             }
         }
-        let Some([piece, neighbor]) = beside.into_iter().min() else { continue };
+        // A strip between two curves has two triangles or more; one alone lies at a corner.
+        let Some([piece, neighbor]) = beside.into_iter().min().filter(|_| strip.len() > 1) else { continue };
         for t in strip {
             of.piece[t as usize] = piece;
             if !of.face.is_empty() {

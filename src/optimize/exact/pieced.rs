@@ -26,11 +26,10 @@ pub fn patch_pieces(
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
     let mut of_triangle = mesh.labels.clone();
     let mut faces = faces.to_vec();
+    Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.join_corners();
     let mut of = Triangles { piece: &mut of_triangle, face: &mut faces };
-    give_strips_away(&edit, &mut sets, &mut of, surface, cell);
-    let mut pieced = Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell };
-    pieced.join_corners();
-    pieced.pinch(surface);
+    give_strips_away(&mut edit, &mut sets, &mut of, surface, cell);
+    Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.pinch(surface);
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
     let patches = patches(&mut edit, &of_triangle, &faces, surface);
     straighten_borders(&mut edit, &sets);
