@@ -122,7 +122,8 @@ impl Implicit {
         let mut found = self.bounds;
         for k in 0..3 {
             for high in [false, true] {
-                if if high { self.bounds.hi[k] } else { self.bounds.lo[k] }.is_finite() {
+                let known = if high { self.bounds.hi[k] } else { self.bounds.lo[k] };
+                if known.is_finite() {
                     continue;
                 }
                 let is_empty_beyond = |r: &f64| {
