@@ -2,6 +2,8 @@
 //! ball of its radius, linear interpolants part the two by a strip of the third. All of its nodes come to lie on the curve: it is no part
 //! of the surface.
 
+use glam::DVec3;
+
 use super::patchwork::PieceSet;
 use crate::geometry::Pieces;
 use crate::mesh::EditMesh;
@@ -9,6 +11,14 @@ use crate::mesh::edit::NONE;
 
 /// A node lies on a piece when it is nearer to it than this share of a cell.
 const ON: f64 = 1e-7;
+
+/// A triangle whose nodes follow each other on a curve is lower than this share of its length.
+const THIN: f64 = 1e-3;
+
+fn is_thin([a, b, c]: [DVec3; 3]) -> bool {
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    (b - a).cross(c - a).length() <= THIN * longest
+}
 
 /// What is known of the triangles.
 pub(super) struct Triangles<'a> {
@@ -70,7 +80,7 @@ pub(super) fn give_strips_away(
         let own = of.piece[t as usize];
         let on = |p: &u32| *p != own && corners.iter().all(|v| lies(*v, *p));
         let others_here: Vec<u32> = all.as_slice().iter().copied().filter(on).collect();
-        if others_here.len() >= 2 {
+        if others_here.len() >= 2 || others_here.len() == 1 && is_thin(mesh.corner_points(t)) {
             others[t as usize] = PieceSet::of(&others_here);
             flat.push(t);
         }
@@ -104,8 +114,9 @@ pub(super) fn give_strips_away(
                 }
             }
         }
-        // A strip between two curves has two triangles or more; one alone lies at a corner.
-        let Some([piece, neighbor]) = beside.into_iter().min().filter(|_| strip.len() > 1) else { continue };
+        // A strip between two curves has two triangles or more; one alone that is not thin lies at a corner.
+        let is_strip = strip.len() > 1 || is_thin(mesh.corner_points(first));
+        let Some([piece, neighbor]) = beside.into_iter().min().filter(|_| is_strip) else { continue };
         for t in strip {
             of.piece[t as usize] = piece;
             if !of.face.is_empty() {
