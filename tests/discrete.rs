@@ -7,7 +7,7 @@ use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, compare_s
 use rvachev::{DVec3, Run};
 
 mod shapes;
-use shapes::{l_block, prism};
+use shapes::{l_block, prism, revolved};
 
 fn cylinder(sides: u32) -> TriMesh {
     let corner = |i: u32| {
@@ -158,6 +158,23 @@ fn long_facets_of_a_bore_are_not_flipped_through_the_block() {
         input.volume()
     );
     assert!(check.quality.min_angle > 20.0 && check.deviation.as_ref().unwrap().max < 0.24 * size, "{check:?}");
+}
+
+#[test]
+fn walls_and_disks_of_needles_are_meshed_as_well_as_others() {
+    // A stepped shaft, exact to 1e-6: needles a thousand times as long as wide on every wall, disk and ring.
+    let profile = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.6, 2.0], [0.6, 4.0], [0.8, 4.0], [0.8, 5.0], [0.0, 5.0]];
+    let input = revolved(&profile, 2222, false);
+    let size = 0.1;
+    let made = meshed(&input, size, &SoupOptions::default(), 0);
+    let check = made.report.check.as_ref().unwrap();
+    assert!(check.certificate.is_sound() && made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    assert_eq!((made.mesh.faces.len(), check.genus, made.report.attempts.len()), (7, Some(0), 1));
+    let wanted = input.area() / (3f64.sqrt() / 4.0 * size * size);
+    assert!((made.mesh.triangles.len() as f64 / wanted - 1.0).abs() < 0.15, "{}", made.mesh.triangles.len());
+    assert!(check.quality.min_angle > 30.0 && check.quality.angle_p5 > 45.0, "{:?}", check.quality);
+    assert!(check.deviation.as_ref().unwrap().max < 0.08 * size, "{:?}", check.deviation);
+    assert!((check.volume.unwrap() / input.volume() - 1.0).abs() < 2e-3);
 }
 
 #[test]

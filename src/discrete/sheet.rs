@@ -9,8 +9,8 @@ use crate::spatial::{Aabb, Bvh, Cells, segment_foot, triangle_foot};
 const OFF: f64 = 0.2;
 /// A walk is believed where it ends at most this share of a cell away.
 const TRUSTED: f64 = 0.75;
-/// Triangles a walk may cross, and triangles around a corner.
-const STEPS: usize = 24;
+/// Triangles that are looked at around a corner, each way.
+const FAN: usize = 24;
 
 /// A triangle of a face, with what is known at its corners.
 #[derive(Clone)]
@@ -65,11 +65,12 @@ impl Sheet {
             (p.distance_squared(f.at(w)), t, w)
         };
         let mut best = at(start);
-        for _ in 0..STEPS {
+        // However many: where triangles are slender a cell is many of them wide.
+        loop {
             let (_, t, w) = best;
             let beside = self.facets[t as usize].beside;
             let next = match w.map(|x| x == 0.0) {
-                [false, false, false] => break,
+                [false, false, false] => None,
                 [true, false, false] => (beside[1] != NONE).then(|| at(beside[1])),
                 [false, true, false] => (beside[2] != NONE).then(|| at(beside[2])),
                 [false, false, true] => (beside[0] != NONE).then(|| at(beside[0])),
@@ -92,7 +93,7 @@ impl Sheet {
         // One way round, and the other from the border on.
         for back in [false, true] {
             let (mut x, mut corner) = (t, k);
-            for _ in 0..STEPS {
+            for _ in 0..FAN {
                 let beside = self.facets[x as usize].beside[if back { corner } else { (corner + 2) % 3 }];
                 if beside == t {
                     return best;

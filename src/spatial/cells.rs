@@ -7,7 +7,7 @@ use super::{Aabb, Bvh, triangle_distance_squared};
 
 /// Items a cell of even triangles shall hold, about: smaller cells do not get cheaper, they only get more.
 const ITEMS: f64 = 1.5;
-/// Entries per item at most, on average; slender triangles that lie across the axes get larger cells instead.
+/// Entries per item at most, on average; slender triangles, of which many cross a cell, get larger cells instead.
 const ENTRIES: f64 = 16.0;
 /// A cell with more items is searched with the tree: there the triangles are much smaller than elsewhere.
 const CROWDED: u32 = 24;
@@ -23,7 +23,9 @@ pub struct Cells {
     of_cell: FxHashMap<u64, (u32, u32)>,
     runs: Vec<Run>,
     items: Vec<u32>,
+    /// Boxes of slices of triangles, ascending, and the triangle each is of.
     tree: Bvh,
+    of_slice: Vec<u32>,
 }
 
 /// What is known of a cell.
@@ -41,17 +43,48 @@ fn key(c: IVec3) -> u64 {
     (c.x as u64) | (c.y as u64) << 21 | (c.z as u64) << 42
 }
 
+/// Calls `f` with boxes around the slices of a triangle, cut across its longest side into parts no longer than `length`: the box of a
+/// slender triangle that lies across the axes holds much more than the triangle.
+fn slices(t: &[DVec3; 3], length: f64, mut f: impl FnMut(Aabb)) {
+    let side = |k: usize| t[(k + 1) % 3].distance_squared(t[k]);
+    let k = (0..3).max_by(|a, b| side(*a).total_cmp(&side(*b))).unwrap_or(0);
+    let [a, b, c] = [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+    let count = (side(k).sqrt() / length).ceil();
+    if !(count > 1.0) {
+        return f(Aabb::around(*t));
+    }
+    let foot = ((c - a).dot(b - a) / side(k)).clamp(0.0, 1.0);
+    // The other two sides, by the share of the longest below.
+    let over = |s: f64| {
+        if s < foot { a.lerp(c, s / foot) } else { c.lerp(b, if foot < 1.0 { (s - foot) / (1.0 - foot) } else { 0.0 }) }
+    };
+    for i in 0..count as usize {
+        let [s, e] = [i as f64 / count, (i as f64 + 1.0) / count];
+        let mut slice = Aabb::around([a.lerp(b, s), a.lerp(b, e), over(s), over(e)]);
+        if s <= foot && foot <= e {
+            slice = slice.union(&Aabb::around([c]));
+        }
+        f(slice);
+    }
+}
+
 impl Cells {
     /// Cells over triangles, which are numbered as given. `least` is how large cells must be: about the distance from the
     /// surface up to which points are asked for.
     pub fn new(triangles: &[[DVec3; 3]], least: f64) -> Self {
-        let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::around(*t)).collect();
+        let mut boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::around(*t)).collect();
         let all = boxes.iter().fold(Aabb::EMPTY, |b, x| b.union(x));
         let area: f64 = triangles.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum();
         let count = triangles.len().max(1) as f64;
         let mut cell = (ITEMS * area / count).sqrt().max(all.diagonal() / MOST).max(least);
-        let entries = |cell: f64| boxes.iter().map(|b| (b.size() / cell + 1.0).element_product()).sum::<f64>();
-        while cell > 0.0 && entries(cell) > ENTRIES * count {
+        let are_few = |cell: f64| {
+            let mut entries = 0.0;
+            triangles.iter().all(|t| {
+                slices(t, cell, |b| entries += (b.size() / cell + 1.0).element_product());
+                entries <= ENTRIES * count
+            })
+        };
+        while cell > 0.0 && all.is_finite() && !are_few(cell) {
             cell *= 1.5;
         }
         let mut this = Self {
@@ -61,8 +94,17 @@ impl Cells {
             runs: Vec::new(),
             items: Vec::new(),
             tree: Bvh::new(Vec::new()),
+            of_slice: (0..triangles.len() as u32).collect(),
         };
         if cell > 0.0 && all.is_finite() {
+            let (mut cut, mut of_slice) = (Vec::with_capacity(boxes.len()), Vec::with_capacity(boxes.len()));
+            for (i, t) in triangles.iter().enumerate() {
+                slices(t, cell, |slice| {
+                    cut.push(slice);
+                    of_slice.push(i as u32);
+                });
+            }
+            (boxes, this.of_slice) = (cut, of_slice);
             this.fill(triangles, &boxes);
         }
         this.tree = Bvh::new(boxes);
@@ -72,11 +114,13 @@ impl Cells {
     fn fill(&mut self, triangles: &[[DVec3; 3]], boxes: &[Aabb]) {
         let mut entries: Vec<(u32, u32)> = Vec::with_capacity(6 * triangles.len());
         let mut centers = Vec::new();
-        for (i, t) in triangles.iter().enumerate() {
+        let mut last = FxHashMap::default();
+        for (slice, &i) in self.of_slice.iter().enumerate() {
+            let t = &triangles[i as usize];
             let normal = (t[1] - t[0]).cross(t[2] - t[0]);
             // How far the corners of a cell are from its center, along the normal; and what rounding adds to that.
             let half = 0.5 * self.cell * normal.abs().element_sum() * 1.001;
-            let (lo, hi) = (self.cell_at(boxes[i].lo), self.cell_at(boxes[i].hi));
+            let (lo, hi) = (self.cell_at(boxes[slice].lo), self.cell_at(boxes[slice].hi));
             for x in lo.x..=hi.x {
                 for y in lo.y..=hi.y {
                     for z in lo.z..=hi.z {
@@ -91,8 +135,11 @@ impl Cells {
                             self.runs.push(Run::default());
                             centers.push((key(c), center));
                         }
-                        self.runs[run as usize].count += 1;
-                        entries.push((run, i as u32));
+                        // Slices of one triangle may cross the same cell.
+                        if last.insert(run, i) != Some(i) {
+                            self.runs[run as usize].count += 1;
+                            entries.push((run, i));
+                        }
                     }
                 }
             }
@@ -182,7 +229,8 @@ impl Cells {
                 return best;
             }
         }
-        self.tree.nearest(p, bound.sqrt().min(limit), distance_squared).or(best)
+        let by_slice = |slice: u32| distance_squared(self.of_slice[slice as usize]);
+        self.tree.nearest(p, bound.sqrt().min(limit), by_slice).map(|n| (self.of_slice[n.0 as usize], n.1)).or(best)
     }
 }
 

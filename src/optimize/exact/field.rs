@@ -3,14 +3,16 @@
 use glam::DVec3;
 
 use super::gaps::fitting;
-use super::remesh::{Rank, Remesher};
+use super::remesh::{FAIR, Rank, Remesher};
 use crate::error::Result;
-use crate::mesh::edit::NONE;
+use crate::mesh::edit::{NONE, next, prev};
 use crate::optimize::guard::ask_all;
 use crate::optimize::size::Sizing;
 
 /// Edges longer than this many wanted lengths are halved at first.
 pub(super) const COARSE: f64 = 3.0;
+/// Shorter sides of needles than this many wanted lengths are collapsed: what is left is wide enough to be halved.
+const NARROW: f64 = 0.3;
 /// How often.
 const HALVINGS: usize = 20;
 /// Short borders are followed down to this share of what gaps are: few edges fit around them.
@@ -225,6 +227,7 @@ impl Remesher<'_> {
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
+        self.widen_needles()?;
         for _ in 0..HALVINGS {
             if self.flip()? == 0 {
                 break;
@@ -247,6 +250,43 @@ impl Remesher<'_> {
             }
             self.flip()?;
             self.grade()?;
+        }
+        Ok(())
+    }
+
+    /// Collapses the short sides of triangles that would be halved: CAD programs cover cylinders and disks with needles, of which
+    /// halving makes a multitude that is no better.
+    fn widen_needles(&mut self) -> Result<()> {
+        let is_short = |r: &Self, h: u32| {
+            let m = &r.work.mesh;
+            let (sides, length) = ([h, m.opposite(h)], m.edge_length(h));
+            let others = |h: u32| [next(h), prev(h)].map(|e| (m.edge_length(e), COARSE * r.wanted(e)));
+            let is_slender = |h: u32| h == NONE || others(h).iter().all(|e| e.0 > COARSE * length);
+            let is_halved = |h: u32| h != NONE && others(h).iter().all(|e| e.0 > e.1);
+            length < NARROW * r.wanted(h) && sides.into_iter().all(is_slender) && sides.into_iter().any(is_halved)
+        };
+        for _ in 0..HALVINGS {
+            self.run.check()?;
+            let m = &self.work.mesh;
+            let mut short: Vec<(f64, [u32; 2])> = m
+                .edges()
+                .filter(|&h| is_short(self, h))
+                .map(|h| (m.edge_length(h), [m.origin(h), m.target(h)]))
+                .collect();
+            short.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+            let mut count = 0;
+            for (_, [a, b]) in short {
+                let m = &self.work.mesh;
+                let edge = if m.is_node(a) && m.is_node(b) { m.edge_between(a, b) } else { None };
+                if let Some(h) = edge
+                    && is_short(self, h)
+                {
+                    count += usize::from(self.collapse(h, f64::INFINITY, FAIR));
+                }
+            }
+            if count == 0 {
+                break;
+            }
         }
         Ok(())
     }
