@@ -68,6 +68,7 @@ pub fn over_chains(wires: &[Wire], across: &Across, run: &Run) -> Result<Brep> {
     }
     let mut patches = Vec::new();
     for i in 0..first.pieces().len() {
+        run.check()?;
         let curves: Result<Vec<NurbsCurve>> = wires.iter().map(|w| w.pieces()[i].to_nurbs()).collect();
         let curves = compatible(&curves?)?;
         patches.push(match across {
@@ -102,6 +103,7 @@ pub fn shift_edges(profile: &Wire, path: &Wire, offset: DVec3, run: &Run) -> Res
     let mut patches = Vec::new();
     for c in profile.pieces() {
         for g in path.pieces() {
+            run.check()?;
             let way = Curve::Nurbs(g.to_nurbs()?);
             let back = path.start() - g.at(0.0) + offset;
             let profile = (Curve::Nurbs(c.to_nurbs()?), [0.0, 1.0]);

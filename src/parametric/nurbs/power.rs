@@ -96,7 +96,8 @@ impl NurbsCurve {
 impl Knots {
     /// How often a knot comes.
     fn times(&self, t: f64) -> usize {
-        self.values().iter().filter(|k| **k == t).count()
+        let k = self.values();
+        k.partition_point(|x| *x <= t) - k.partition_point(|x| *x < t)
     }
 
     /// Knots inside the domain at which derivatives may jump: those that come as often as the degree says, or more often.
