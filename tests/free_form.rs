@@ -267,6 +267,8 @@ fn what_cannot_be_built_is_told_with_its_place() {
             format!("fillet_surface({line}, polyline([(0, 1), (1, 1)]), polyline([(0, 3), (1, 3)]))"),
             "must be of one length",
         ),
+        (format!("sectorial({line}, (2, 0))"), "along one line"),
+        ("bilinear((0, 0), (1, 0), (2, 0), (3, 0))".into(), "along one line"),
         (format!("sectorial({line}, 3)"), "\"point\" of sectorial()"),
     ] {
         refused(&format!("part({text})\n"), says);

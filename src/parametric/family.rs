@@ -231,6 +231,7 @@ impl Family {
     }
 
     /// The line u = 0 (`end` 0) or u = 1 (`end` 1), along v: exact, as every curve gives one point to it.
+    /// Errors: weights of control points that are not positive.
     pub fn rim(&self, end: usize) -> Result<NurbsCurve> {
         let u = if end == 0 { 0.0 } else { 1.0 };
         let (knots, rows) = self.net(self.arc_weight(u))?;

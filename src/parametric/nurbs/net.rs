@@ -11,7 +11,8 @@ const CREASE: f64 = 1e-6;
 const SAMPLES: u32 = 9;
 
 impl NurbsSurface {
-    /// The same surface with u and v exchanged; its normal looks the other way.
+    /// The same surface with u and v exchanged; its normal looks the other way. Errors: none for a
+    /// surface that was made.
     pub fn transposed(&self) -> Result<Self> {
         let (nu, nv) = (self.u.points(), self.v.points());
         let points: Vec<DVec4> = (0..nu * nv).map(|k| self.weighted()[(k % nu) * nv + k / nu]).collect();
@@ -47,7 +48,7 @@ impl NurbsSurface {
     }
 
     /// The smooth parts of the surface, with borders that are rows of control points: cut along the lines where its normal
-    /// jumps. One where there are none.
+    /// jumps. One where there are none. Errors: see [`NurbsSurface::new`].
     pub fn smooth_parts(&self) -> Result<Vec<Self>> {
         let mut parts = vec![self.clone()];
         for _ in 0..2 {
@@ -65,7 +66,7 @@ impl NurbsSurface {
     }
 
     /// The borders v = start, u = end, v = end and u = start, each along its rising parameter. Only for knots that end in
-    /// control points.
+    /// control points. Errors: see [`NurbsCurve::new`].
     pub fn rims(&self) -> Result<[NurbsCurve; 4]> {
         let t = self.transposed()?;
         Ok([t.rim(0)?, self.rim(1)?, t.rim(1)?, self.rim(0)?])
