@@ -32,6 +32,8 @@ pub struct Family {
     across: Across,
 }
 
+/// Control points across, each a sum of curves by number with a factor.
+type Rows = Vec<Vec<(usize, f64)>>;
 /// A number and its first two derivatives.
 type Jet = [f64; 3];
 
@@ -198,15 +200,10 @@ impl Family {
         Self { curves: self.curves.iter().map(|(c, r)| (c.moved(m), *r)).collect(), across: self.across.clone() }
     }
 
-    fn to_nurbs(&self) -> Result<NurbsSurface> {
-        let curves = side_by_side(&self.curves)?;
-        let n = curves.len();
-        let first = curves[0].weighted();
-        let alike = |c: &NurbsCurve| c.weighted().iter().zip(first).all(|(p, q)| (p.w - q.w).abs() <= 1e-12 * q.w);
-        if !curves.iter().all(alike) {
-            return wrong("no exact NURBS: the curves of the surface have different weights");
-        }
-        let (knots, rows): (Knots, Vec<Vec<(usize, f64)>>) = match &self.across {
+    /// Knots across, and control points across as sums of curves. `arc` is the weight of the middle of arcs.
+    fn net(&self, arc: f64) -> Result<(Knots, Rows)> {
+        let n = self.curves.len();
+        Ok(match &self.across {
             Across::Spline { knots, weights } => (knots.clone(), (0..n).map(|i| vec![(i, weights[i])]).collect()),
             Across::Hermite { closed } => {
                 let spans = if *closed { n } else { n - 1 };
@@ -223,8 +220,47 @@ impl Family {
                 knots.push(spans as f64);
                 (Knots::new(3, knots, rows.len())?, rows)
             }
-            Across::Arc => return wrong("no exact NURBS: the weight of a fillet is no polynomial"),
-        };
+            Across::Arc => (Knots::uniform(2, 3)?, vec![vec![(0, 1.0)], vec![(1, arc)], vec![(2, 1.0)]]),
+        })
+    }
+
+    /// The weight of the middle of an arc at u.
+    fn arc_weight(&self, u: f64) -> f64 {
+        let p: Vec<DVec3> = self.curves.iter().map(|(c, [a, b])| c.at(a + u * (b - a))).collect();
+        if p.len() == 3 { p[0].distance(p[2]) / (p[0].distance(p[1]) + p[1].distance(p[2])) } else { 1.0 }
+    }
+
+    /// The line u = 0 (`end` 0) or u = 1 (`end` 1), along v: exact, as every curve gives one point to it.
+    /// Errors: weights of control points that are not positive.
+    pub fn rim(&self, end: usize) -> Result<NurbsCurve> {
+        let u = if end == 0 { 0.0 } else { 1.0 };
+        let (knots, rows) = self.net(self.arc_weight(u))?;
+        let at = |j: usize| self.curves[j].0.at(self.curves[j].1[end.min(1)]).extend(1.0);
+        let points: Vec<DVec4> = rows.iter().map(|r| r.iter().map(|(j, c)| at(*j) * *c).sum()).collect();
+        NurbsCurve::from_weighted(knots.degree(), knots.values().to_vec(), &points)
+    }
+
+    fn to_nurbs(&self) -> Result<NurbsSurface> {
+        let curves = side_by_side(&self.curves)?;
+        let first = curves[0].weighted();
+        let alike = |c: &NurbsCurve| c.weighted().iter().zip(first).all(|(p, q)| (p.w - q.w).abs() <= 1e-12 * q.w);
+        if !curves.iter().all(alike) {
+            return wrong("no exact NURBS: the curves of the surface have different weights");
+        }
+        let arc = self.arc_weight(0.5);
+        // Of polynomials the weight is constant where it is at twice as many places as their degree says.
+        let breaks = curves[0].knots.breaks();
+        let parts = 2 * curves[0].knots.degree() + 2;
+        let same = breaks.windows(2).all(|w| {
+            (0..=parts).all(|k| {
+                let u = w[0] + (w[1] - w[0]) * k as f64 / parts as f64;
+                (self.arc_weight(u) - arc).abs() <= 1e-12
+            })
+        });
+        if matches!(self.across, Across::Arc) && !same {
+            return wrong("no exact NURBS: the weight of a fillet is no polynomial");
+        }
+        let (knots, rows) = self.net(arc)?;
         let mut points = Vec::new();
         for i in 0..first.len() {
             for row in &rows {

@@ -7,6 +7,8 @@ use super::basis::{ANY, Knots};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
+mod net;
+mod power;
 mod refine;
 pub use refine::{EndSlopes, compatible};
 
@@ -166,6 +168,8 @@ pub enum SplineEnds {
     Natural,
     /// These derivatives by chord length at the ends.
     Clamped(DVec3, DVec3),
+    /// The second derivative is the same all over the first piece, and all over the last: they are parabolas.
+    Parabolic,
     /// The end goes on as the start.
     Closed,
 }
@@ -195,7 +199,12 @@ fn slopes(t: &[f64], p: &[DVec3], ends: SplineEnds) -> Result<Vec<DVec3>> {
             fill(0, n - 2, 0);
             return Ok(cyclic(&below[..n - 1], &mid[..n - 1], &above[..n - 1], &right[..n - 1]));
         }
-        SplineEnds::Natural => {
+        // Between two points that is a straight line, as natural ends make it.
+        SplineEnds::Parabolic if n > 2 => {
+            (above[0], right[0]) = (1.0, 2.0 * chord(0));
+            (below[n - 1], right[n - 1]) = (1.0, 2.0 * chord(n - 2));
+        }
+        SplineEnds::Natural | SplineEnds::Parabolic => {
             (mid[0], above[0], right[0]) = (2.0, 1.0, 3.0 * chord(0));
             (below[n - 1], mid[n - 1], right[n - 1]) = (1.0, 2.0, 3.0 * chord(n - 2));
         }
@@ -383,7 +392,9 @@ mod tests {
     #[test]
     fn cubic_splines_reproduce_cubics_and_are_smooth() {
         let raw = [[0.0, 0.0, 0.0], [2.0, 2.0, 0.0], [4.0, -1.0, 0.0], [6.0, 1.0, 0.0], [7.0, 0.0, 0.0]];
-        for ends in [SplineEnds::Natural, SplineEnds::Clamped(DVec3::X, DVec3::Y), SplineEnds::Closed] {
+        for ends in
+            [SplineEnds::Natural, SplineEnds::Clamped(DVec3::X, DVec3::Y), SplineEnds::Closed, SplineEnds::Parabolic]
+        {
             let c = NurbsCurve::cubic(&points(&raw), ends).unwrap();
             let breaks = c.knots.breaks();
             for (t, p) in breaks.iter().zip(points(&raw)) {
@@ -398,6 +409,10 @@ mod tests {
             match ends {
                 SplineEnds::Natural => assert!(a[2].length() + b[2].length() < 1e-12),
                 SplineEnds::Clamped(x, y) => assert!(a[1].distance(x) + b[1].distance(y) < 1e-12),
+                SplineEnds::Parabolic => {
+                    let [p, q] = [breaks[0] + e, breaks[1] - e].map(|t| c.jet(t)[2]);
+                    assert!(p.distance(q) < 1e-6);
+                }
                 SplineEnds::Closed => assert!(a[1].distance(b[1]) + a[2].distance(b[2]) < 1e-11),
             }
         }

@@ -7,15 +7,17 @@ use super::brep::{expected, mesh_step};
 use super::mesh::{MeshOptions, Meshed, Ready, check_groups, finish_names};
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
-use crate::implicit::part::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe};
+use crate::implicit::part::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe, Sheet};
 use crate::implicit::part::{Part, glob};
 use crate::io::write_atomic;
 use crate::mesh::{Group, TriMesh};
+use crate::parametric::basis::Knots;
 use crate::parametric::brep::Brep;
 use crate::parametric::build::{
-    Axis, Extrusion, Loft, Section, Wire, extrude_edges, flat_face, loft, revolve_edges, sew, sweep_edges,
+    Across, Axis, Extrusion, Loft, Section, Wire, extrude_edges, flat_face, loft, over_chains, patch, revolve_edges,
+    sew, shift_edges, sweep_edges,
 };
-use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
+use crate::parametric::nurbs::{NurbsCurve, NurbsSurface, SplineEnds};
 use crate::parametric::step::write_step;
 use crate::parametric::{Curve, Frame, Similarity};
 use crate::quality::{Expectation, Fault, check};
@@ -37,12 +39,26 @@ fn wire(edges: &Edges) -> Result<Wire> {
             EdgeKind::Polyline(points) => Wire::polyline(points)?,
             EdgeKind::Spline { points, closed: true, .. } => Wire::spline(points, SplineEnds::Closed)?,
             EdgeKind::Spline { points, ends: Some([a, b]), .. } => Wire::spline(points, SplineEnds::Clamped(*a, *b))?,
+            EdgeKind::Spline { points, parabolic: true, .. } => Wire::spline(points, SplineEnds::Parabolic)?,
             EdgeKind::Spline { points, .. } => Wire::spline(points, SplineEnds::Natural)?,
             EdgeKind::Bezier { points, weights } => {
                 Wire::curve(Curve::Nurbs(NurbsCurve::bezier(points, weights.as_deref())?), [0.0, 1.0])?
             }
             EdgeKind::Arc([a, b, c]) => Wire::arc(*a, *b, *c)?,
             EdgeKind::Ellipse { at, axis, x, radii } => Wire::ellipse(Frame::new(*at, *axis, *x), radii[0], radii[1])?,
+            EdgeKind::Parabola { at, axis, x, focal, across } => {
+                Wire::parabola(Frame::new(*at, *axis, *x), *focal, *across)?
+            }
+            EdgeKind::Hyperbola { at, axis, x, radii, across } => {
+                Wire::hyperbola(Frame::new(*at, *axis, *x), *radii, *across)?
+            }
+            EdgeKind::Conic { coefficients, ends } => Wire::conic(*coefficients, *ends)?,
+            EdgeKind::Polynomial { coefficients, range } => Wire::nurbs(NurbsCurve::polynomial(coefficients, *range)?)?,
+            EdgeKind::Lagrange { points, parameters } => Wire::nurbs(NurbsCurve::lagrange(parameters, points)?)?,
+            EdgeKind::Nurbs { points, degree, knots, weights } => {
+                let knots = knots_of(knots.as_ref(), *degree, points.len())?.values().to_vec();
+                Wire::nurbs(NurbsCurve::new(*degree, knots, points, weights.as_deref())?)?
+            }
         };
         wires.push(made.moved(&similarity(placement)));
     }
@@ -51,6 +67,30 @@ fn wire(edges: &Edges) -> Result<Wire> {
 
 fn wires(all: &[Edges]) -> Result<Vec<Wire>> {
     all.iter().map(wire).collect()
+}
+
+/// Knots as they are given, or at equal distances.
+fn knots_of(given: Option<&Vec<f64>>, degree: usize, points: usize) -> Result<Knots> {
+    match given {
+        Some(k) => Knots::new(degree, k.clone(), points),
+        None => Knots::uniform(degree, points),
+    }
+}
+
+fn sheet(s: &Sheet, run: &Run) -> Result<Brep> {
+    match s {
+        Sheet::Shift { profile, path, offset } => shift_edges(&wire(profile)?, &wire(path)?, *offset, run),
+        Sheet::Hermite { curves, closed } => over_chains(&wires(curves)?, &Across::Hermite { closed: *closed }, run),
+        Sheet::Spline { curves, degree, knots, weights } => {
+            let how = Across::Spline { degree: *degree, knots: knots.clone(), weights: weights.clone() };
+            over_chains(&wires(curves)?, &how, run)
+        }
+        Sheet::Fillet(three) => over_chains(&wires(&three[..])?, &Across::Fillet, run),
+        Sheet::Nurbs(net) => {
+            let [u, v] = [0, 1].map(|k| knots_of(net.knots[k].as_ref(), net.degrees[k], net.size[k]));
+            patch(NurbsSurface::new(u?, v?, &net.points, net.weights.as_deref())?, run)
+        }
+    }
 }
 
 /// Builds one. Errors: without a place in the file, but for those of recipes inside it.
@@ -80,6 +120,7 @@ pub(super) fn build_one(r: &Recipe, run: &Run) -> Result<Brep> {
             loft(&sections?, &Loft { ruled: *ruled, caps: *solid, round: *round, square: *square })?
         }
         Build::Sweep { edges, path, solid } => sweep_edges(&wires(edges)?, &wire(path)?, *solid)?,
+        Build::Sheet(s) => sheet(s, run)?,
         Build::Flat(edges) => flat_face(&wires(edges)?)?,
         Build::Sew { parts, tolerance, solid } => sew(build_all(parts, run)?, *tolerance, *solid, run)?,
     };

@@ -10,6 +10,7 @@ use super::super::polygon::polygon_tree;
 use super::super::rfunction::RSystem;
 use super::super::solid::{Primitive, Solid, Tpms};
 use super::arguments::{Argument, Bound};
+use super::curves;
 use super::edges;
 use super::figures;
 use super::foreign;
@@ -17,6 +18,7 @@ use super::functions::function;
 use super::interpreter::{Declared, Interpreter};
 use super::operators;
 use super::recipe::Recipe;
+use super::sheets;
 use super::value::{Value, condition_solid};
 use super::{PartGroup, SizeRequest};
 use crate::error::Result;
@@ -106,7 +108,7 @@ pub(super) fn constant<'a>(name: &str) -> Option<Value<'a>> {
 
 /// The names of all that is built in.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
-    NAMES.iter().chain(&edges::NAMES).chain(&figures::NAMES).copied()
+    NAMES.iter().chain(&edges::NAMES).chain(&curves::NAMES).chain(&sheets::NAMES).chain(&figures::NAMES).copied()
 }
 
 /// Steps a tuple in a list counts for: as many as it takes to write one.
@@ -132,6 +134,8 @@ pub(super) fn call<'a>(
         "range" | "len" | "sum" | "enumerate" | "zip" | "int" | "float" | "round" | "str" | "list" | "tuple"
         | "degrees" | "radians" | "floor" | "ceil" | "trunc" => plain(it, range, name, arguments),
         _ if edges::NAMES.contains(&name) => edges::call(it, range, name, arguments),
+        _ if curves::NAMES.contains(&name) => curves::call(it, range, name, arguments),
+        _ if sheets::NAMES.contains(&name) => sheets::call(it, range, name, arguments),
         _ if figures::NAMES.contains(&name) => figures::call(it, range, name, arguments),
         _ => shape(it, range, name, arguments),
     }

@@ -1,7 +1,6 @@
 //! Functions of the part file that make edges, and say how solids are built from them.
 
 use std::rc::Rc;
-use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use ruff_text_size::TextRange;
@@ -34,7 +33,7 @@ pub(super) const NAMES: [&str; 14] = [
 
 type It<'a> = Interpreter<'a>;
 
-fn point(v: &Value<'_>) -> Option<DVec3> {
+pub(super) fn point(v: &Value<'_>) -> Option<DVec3> {
     let items = v.items()?;
     let n: Vec<f64> = items.iter().filter_map(Value::number).filter(|x| x.is_finite()).collect();
     match n[..] {
@@ -44,7 +43,7 @@ fn point(v: &Value<'_>) -> Option<DVec3> {
     }
 }
 
-fn points<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Vec<DVec3>> {
+pub(super) fn points<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Vec<DVec3>> {
     let a = b.need(it, name)?;
     let Some(items) = a.value.items() else {
         return Err(it.error(a.range, format!("{name:?} must be a list of points (x, y, z), not {}", a.value.kind())));
@@ -56,7 +55,7 @@ fn points<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Vec<DVec3>> {
     items.iter().enumerate().map(one).collect()
 }
 
-fn truth(it: &It<'_>, b: &Bound<'_>, name: &str, default: bool) -> Result<bool> {
+pub(super) fn truth(it: &It<'_>, b: &Bound<'_>, name: &str, default: bool) -> Result<bool> {
     match b.get(name) {
         None => Ok(default),
         Some(Argument { value: Value::Bool(t), .. }) => Ok(*t),
@@ -64,7 +63,7 @@ fn truth(it: &It<'_>, b: &Bound<'_>, name: &str, default: bool) -> Result<bool> 
     }
 }
 
-fn optional<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Option<DVec3>> {
+pub(super) fn optional<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Option<DVec3>> {
     b.get(name).is_some().then(|| b.vector(it, name)).transpose()
 }
 
@@ -73,18 +72,18 @@ fn number<'a>(it: &It<'a>, b: &Bound<'a>, name: &str, default: f64) -> Result<f6
 }
 
 /// One chain of edges.
-fn chain<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Edges> {
+pub(super) fn chain<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Edges> {
     let a = b.need(it, name)?;
     match &a.value {
         Value::Edges(e) => Ok((**e).clone()),
         other => Err(it
             .error(a.range, format!("{name:?} must be edges, not {}", other.kind()))
-            .with_help("edges are made by polyline, spline, bezier, arc, circle, ellipse; chain([...]) joins them")),
+            .with_help("edges are made by polyline, spline, bezier, nurbs, arc, circle, ellipse and others; chain([...]) joins them")),
     }
 }
 
 /// One chain of edges, or a list of them: the first is the outer border, the others are holes.
-fn chains<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Vec<Edges>> {
+pub(super) fn chains<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Vec<Edges>> {
     let a = b.need(it, name)?;
     let Some(items) = a.value.items() else { return Ok(vec![chain(it, b, name)?]) };
     it.grow(a.range, items.len())?;
@@ -113,7 +112,7 @@ pub(super) fn call<'a>(
             return edge(EdgeKind::Polyline(list));
         }
         "spline" => {
-            let b = bind(&["points", "closed", "start", "end"])?;
+            let b = bind(&["points", "closed", "start", "end", "ends"])?;
             let (list, closed) = (points(it, &b, "points")?, truth(it, &b, "closed", false)?);
             let ends = match (optional(it, &b, "start")?, optional(it, &b, "end")?) {
                 (Some(s), Some(e)) if !closed => Some([s, e]),
@@ -124,7 +123,20 @@ pub(super) fn call<'a>(
                     );
                 }
             };
-            return edge(EdgeKind::Spline { points: list, closed, ends });
+            let parabolic = match b.get("ends") {
+                None => false,
+                Some(a) => match &a.value {
+                    Value::Str(s) if &**s == "natural" => false,
+                    Value::Str(s) if &**s == "parabolic" && ends.is_none() && !closed => true,
+                    _ => {
+                        return Err(it.error(
+                            a.range,
+                            "\"ends\" is \"natural\", or \"parabolic\" for an open spline without derivatives at its ends",
+                        ));
+                    }
+                },
+            };
+            return edge(EdgeKind::Spline { points: list, closed, ends, parabolic });
         }
         "bezier" => {
             let b = bind(&["points", "weights"])?;
@@ -220,13 +232,17 @@ pub(super) fn call<'a>(
     if depth > DEEPEST {
         return Err(it.error(range, format!("sheets are sewn to sheets that are sewn: the limit is {DEEPEST} times")));
     }
-    let (placement, place) = (Placement::IDENTITY, it.place(range));
-    let recipe = Recipe { build, placement, name: None, without: Vec::new(), depth, place };
-    Ok(Value::Built(Rc::new(recipe)))
+    Ok(recipe(it, range, build, depth))
 }
 
-fn edge<'a>(kind: EdgeKind) -> Result<Value<'a>> {
-    Ok(Value::Edges(Rc::new(Edges { parts: vec![(Arc::new(kind), Placement::IDENTITY)] })))
+/// What is to be built, as a value.
+pub(super) fn recipe<'a>(it: &It<'a>, range: TextRange, build: Build, depth: usize) -> Value<'a> {
+    let (placement, place) = (Placement::IDENTITY, it.place(range));
+    Value::Built(Rc::new(Recipe { build, placement, name: None, without: Vec::new(), depth, place }))
+}
+
+pub(super) fn edge<'a>(kind: EdgeKind) -> Result<Value<'a>> {
+    Ok(Value::Edges(Rc::new(Edges::one(kind))))
 }
 
 /// A truth value, or one for the start and one for the end.

@@ -7,6 +7,7 @@
 mod arguments;
 mod builtins;
 mod csg;
+mod curves;
 mod edges;
 mod figures;
 mod foreign;
@@ -17,6 +18,7 @@ mod methods;
 mod operators;
 pub mod recipe;
 mod refused;
+mod sheets;
 #[cfg(test)]
 mod tests;
 mod threemf;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::error::Place;
 use crate::implicit::solid::Placement;
@@ -20,6 +20,8 @@ pub enum EdgeKind {
         closed: bool,
         /// Derivatives at the ends; neither or both.
         ends: Option<[DVec3; 2]>,
+        /// Whether the second derivative stays the same over the first and over the last piece.
+        parabolic: bool,
     },
     /// A Bézier curve, rational with weights.
     Bezier {
@@ -41,6 +43,64 @@ pub enum EdgeKind {
         /// The half axes.
         radii: [f64; 2],
     },
+    /// An arc of a parabola.
+    Parabola {
+        /// Its vertex.
+        at: DVec3,
+        /// The normal of its plane.
+        axis: DVec3,
+        /// The direction it opens to.
+        x: Option<DVec3>,
+        /// The distance of the focus from the vertex.
+        focal: f64,
+        /// Where it starts and ends, across the direction it opens to.
+        across: [f64; 2],
+    },
+    /// An arc of a branch of a hyperbola.
+    Hyperbola {
+        /// Its center.
+        at: DVec3,
+        /// The normal of its plane.
+        axis: DVec3,
+        /// The direction from the center to the branch.
+        x: Option<DVec3>,
+        /// The half axes, along and across that direction.
+        radii: [f64; 2],
+        /// Where it starts and ends, across that direction.
+        across: [f64; 2],
+    },
+    /// An arc of the curve `A x^2 + B x y + C y^2 + D x + E y + F = 0`.
+    Conic {
+        /// A, B, C, D, E and F.
+        coefficients: [f64; 6],
+        /// Where it starts and ends; all of an ellipse where left out.
+        ends: Option<[DVec2; 2]>,
+    },
+    /// A polynomial by powers of its parameter.
+    Polynomial {
+        /// Factors of the powers, from 0 on.
+        coefficients: Vec<DVec3>,
+        /// The parameter's range.
+        range: [f64; 2],
+    },
+    /// The polynomial through points.
+    Lagrange {
+        /// The points.
+        points: Vec<DVec3>,
+        /// The parameters at which it passes through them.
+        parameters: Vec<f64>,
+    },
+    /// A NURBS curve.
+    Nurbs {
+        /// Control points.
+        points: Vec<DVec3>,
+        /// Its degree.
+        degree: usize,
+        /// Knots; at equal distances where left out.
+        knots: Option<Vec<f64>>,
+        /// Weights, one for each point, where they differ.
+        weights: Option<Vec<f64>>,
+    },
 }
 
 /// A chain of edges: kinds of edges, each with its place, in any order.
@@ -48,6 +108,64 @@ pub enum EdgeKind {
 pub struct Edges {
     /// Its parts.
     pub parts: Vec<(Arc<EdgeKind>, Placement)>,
+}
+
+impl Edges {
+    /// Edges of one kind, where they are.
+    pub fn one(kind: EdgeKind) -> Self {
+        Self { parts: vec![(Arc::new(kind), Placement::IDENTITY)] }
+    }
+}
+
+/// A net of control points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Net {
+    /// The points, row after row.
+    pub points: Vec<DVec3>,
+    /// Weights, one for each point, where they differ.
+    pub weights: Option<Vec<f64>>,
+    /// How many rows, and how many points in each.
+    pub size: [usize; 2],
+    /// Degrees along the rows' numbers and within a row.
+    pub degrees: [usize; 2],
+    /// Knots likewise; at equal distances where left out.
+    pub knots: [Option<Vec<f64>>; 2],
+}
+
+/// A sheet of free form.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Sheet {
+    /// A profile shifted along a path without turning.
+    Shift {
+        /// The profile.
+        profile: Edges,
+        /// The path.
+        path: Edges,
+        /// How far the profile is taken back from where it is.
+        offset: DVec3,
+    },
+    /// Smooth through chains, with slopes from their neighbors.
+    Hermite {
+        /// The chains.
+        curves: Vec<Edges>,
+        /// Whether it goes on from the last to the first.
+        closed: bool,
+    },
+    /// A NURBS surface with chains for control points.
+    Spline {
+        /// The chains.
+        curves: Vec<Edges>,
+        /// The degree across.
+        degree: usize,
+        /// Knots across; at equal distances where left out.
+        knots: Option<Vec<f64>>,
+        /// Weights, one for each chain, where they differ.
+        weights: Option<Vec<f64>>,
+    },
+    /// Arcs from the first chain to the last, whose tangents meet on the second.
+    Fillet(Box<[Edges; 3]>),
+    /// A NURBS surface by its net.
+    Nurbs(Net),
 }
 
 /// A section of a loft.
@@ -114,6 +232,8 @@ pub enum Build {
         /// Whether it is a solid.
         solid: bool,
     },
+    /// A sheet of free form.
+    Sheet(Sheet),
     /// A flat sheet.
     Flat(Vec<Edges>),
     /// Others sewn together.

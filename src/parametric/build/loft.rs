@@ -255,6 +255,9 @@ fn straight(a: &mut Assembly, pair: &[Section], [from, to]: [&Border; 2], name: 
     for i in 0..from.edges.len() {
         let pieces: Vec<&Piece> = pair.iter().filter_map(Section::wire).map(|w| &w.pieces()[i]).collect();
         let lines = pieces.iter().all(|p| matches!(p.curve, Curve::Line { .. }));
+        if lines && along_one_line(pair, i) {
+            return refuse(format!("edge {} of both sections lies along one line: no face is between", i + 1));
+        }
         if let (true, Some(plane)) = (lines, plane(pair, i)) {
             sides.push(plane);
             continue;
@@ -271,13 +274,25 @@ fn straight(a: &mut Assembly, pair: &[Section], [from, to]: [&Border; 2], name: 
     Ok(())
 }
 
-/// The plane through two straight edges, or one and a point, where there is one.
-fn plane(pair: &[Section], i: usize) -> Option<Side> {
-    let ends = |s: &Section| match s {
+/// The ends of edge `i` of a section.
+fn ends(s: &Section, i: usize) -> [DVec3; 2] {
+    match s {
         Section::Wire(w) => [w.pieces()[i].at(0.0), w.pieces()[i].at(1.0)],
         Section::Point(p) => [*p, *p],
-    };
-    let ([a, b], [c, d]) = (ends(&pair[0]), ends(&pair[1]));
+    }
+}
+
+/// Whether two straight edges, or one and a point, lie on one line.
+fn along_one_line(pair: &[Section], i: usize) -> bool {
+    let ([a, b], [c, d]) = (ends(&pair[0], i), ends(&pair[1], i));
+    let long = [b - a, c - a, d - a].into_iter().max_by(|x, y| x.length().total_cmp(&y.length())).unwrap_or_default();
+    let way = long.normalize_or_zero();
+    [b, c, d].iter().all(|p| (*p - a).cross(way).length() <= 1e-12 * long.length())
+}
+
+/// The plane through two straight edges, or one and a point, where there is one.
+fn plane(pair: &[Section], i: usize) -> Option<Side> {
+    let ([a, b], [c, d]) = (ends(&pair[0], i), ends(&pair[1], i));
     let out = (b - a + d - c).cross(c - a + d - b).try_normalize()?;
     let size = crate::spatial::Aabb::around([a, b, c, d]).diagonal();
     let m = 0.25 * (a + b + c + d);

@@ -11,8 +11,10 @@
 //! *Errors*: [`Error::Input`](crate::Error::Input) that names the place in space.
 
 mod assembly;
+mod conic;
 mod extrude;
 mod loft;
+mod patch;
 mod revolve;
 mod sew;
 mod sweep;
@@ -22,6 +24,7 @@ mod wire;
 
 pub use extrude::{Extrusion, extrude_edges};
 pub use loft::{Loft, Section, loft, ruled};
+pub use patch::{Across, over_chains, patch, shift_edges};
 pub use revolve::{Axis, revolve_edges};
 pub use sew::{flat_face, sew};
 pub use sweep::sweep_edges;

@@ -232,6 +232,16 @@ impl Wire {
         Self::new(vec![Piece { curve, range, forward: true }])
     }
 
+    /// A NURBS curve, as several edges where its direction jumps. Errors: knots at which the curve falls apart.
+    pub fn nurbs(curve: NurbsCurve) -> Result<Self> {
+        curve.knots.clone().whole()?;
+        let [a, b] = curve.knots.domain();
+        let ends: Vec<f64> = [a].into_iter().chain(curve.bends()).chain([b]).collect();
+        let curve = Curve::Nurbs(curve);
+        let piece = |w: &[f64]| Piece { curve: curve.clone(), range: [w[0], w[1]], forward: true };
+        Self::new(ends.windows(2).map(piece).collect())
+    }
+
     /// Several chains as one. Errors: see [`Wire::new`].
     pub fn joined(wires: &[Wire]) -> Result<Self> {
         Self::new(wires.iter().flat_map(|w| w.pieces.iter().cloned()).collect())
