@@ -1,6 +1,7 @@
 //! What edge lengths a soup's own shape asks for: curvature at a scale, and the distance between features.
 
 use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 use super::features::{Chain, chains};
 use super::pieces::{Discrete, each_sector};
@@ -22,7 +23,12 @@ const BOW_PLACES: usize = 8;
 const SHORTER: f64 = 0.9;
 /// Beyond edges shorter than this share of what curvature is measured over, it is looked for among so many triangles at most.
 const FINE: f64 = 0.5;
-const MOST_FINE: usize = 64;
+const MOST_FINE: usize = 512;
+/// Of noise, normals are known to this share of what they differ by around a node.
+const KNOWN: f64 = 0.5;
+/// Facets that turn by less than this, where they turn, tell how a surface bends: 5 degrees, a quarter of what edges turn by unless told
+/// otherwise. Coarser ones, as of scans, may be noise, and tell little about bends within the length of an edge.
+const SMOOTH: f64 = std::f64::consts::PI / 36.0;
 /// Rounds of averaging normals: enough for noise of the input's own triangles.
 const MOST_ROUNDS: usize = 30;
 
@@ -37,7 +43,8 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
     }
     let mean = if count > 0 { sum / count as f64 } else { 0.0 };
     // Each round averages over about an edge length; the spread grows with the root of their number.
-    let rounds = if mean > 0.0 { ((scale / mean).powi(2).round() as usize).min(MOST_ROUNDS) } else { 0 };
+    let smooth = facet_turn(m) <= SMOOTH;
+    let rounds = if mean > 0.0 && !smooth { ((scale / mean).powi(2).round() as usize).min(MOST_ROUNDS) } else { 0 };
     for _ in 0..rounds {
         let old = normals.clone();
         for h in m.triangles().flat_map(|t| 3 * t..3 * t + 3) {
@@ -62,13 +69,20 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
             }
         }
     }
-    let mut list = Vec::new();
+    let mut around = FxHashSet::default();
     for v in m.nodes() {
         each_sector(m, v, |sector| {
             let mut most = sector.iter().map(|&h| out[h as usize]).fold(0.0, f64::max);
             // Where there are no rounds facets may be far shorter than others are on average; noise is not told from them otherwise.
-            if rounds == 0 && sector.iter().any(|&h| m.edge_length(h) < FINE * shortest) {
-                most = most.max(bend_beyond(m, &normals, sector, shortest, &mut list));
+            let fine = if smooth { 1.0 } else { FINE };
+            if rounds == 0 && sector.iter().any(|&h| m.edge_length(h) < fine * shortest) {
+                most = most.max(bend_beyond(
+                    m,
+                    &normals,
+                    sector,
+                    [shortest, if smooth { 0.0 } else { KNOWN }],
+                    &mut around,
+                ));
             }
             sector.iter().for_each(|&h| out[h as usize] = most);
         });
@@ -76,14 +90,34 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
     out
 }
 
+/// By how much facets turn from one to the next within faces, radians: the mean over the turns themselves, so that planes do not
+/// count.
+fn facet_turn(m: &EditMesh) -> f64 {
+    let mut sums = [0.0; 2];
+    for h in m.edges().filter(|&h| !m.is_sharp(h) && m.opposite(h) != NONE) {
+        let [a, b] = [h, m.opposite(h)].map(|x| m.area_vector(x / 3));
+        let turn = a.cross(b).length().atan2(a.dot(b));
+        let weight = m.edge_length(h) * turn;
+        sums = [sums[0] + weight, sums[1] + weight * turn];
+    }
+    if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
+}
+
 /// How much normals differ between a sector and what lies `shortest` and more from its node: facets far shorter than that, as
-/// of a finely divided wall, differ by little from one to the next. Normals are known to about half of that.
-fn bend_beyond(m: &EditMesh, normals: &[DVec3], sector: &[u32], shortest: f64, list: &mut Vec<u32>) -> f64 {
+/// of a finely divided wall, differ by little from one to the next. Normals are known to a share of that.
+fn bend_beyond(
+    m: &EditMesh,
+    normals: &[DVec3],
+    sector: &[u32],
+    [shortest, share]: [f64; 2],
+    seen: &mut FxHashSet<u32>,
+) -> f64 {
     let (p, normal) = (m.point(m.origin(sector[0])), normals[sector[0] as usize]);
-    list.clear();
-    list.extend(sector.iter().map(|&h| h / 3));
+    let mut list: Vec<u32> = sector.iter().map(|&h| h / 3).collect();
+    seen.clear();
+    seen.extend(&list);
     let turn = |h: u32| normals[next(h) as usize].distance(normal).max(normals[prev(h) as usize].distance(normal));
-    let known = 0.5 * sector.iter().map(|&h| turn(h)).fold(0.0, f64::max);
+    let known = share * sector.iter().map(|&h| turn(h)).fold(0.0, f64::max);
     let (mut most, mut at) = (0.0f64, 0);
     while at < list.len().min(MOST_FINE) {
         let t = list[at];
@@ -94,7 +128,7 @@ fn bend_beyond(m: &EditMesh, normals: &[DVec3], sector: &[u32], shortest: f64, l
             most = most.max((normals[h as usize].distance(normal) - known) / away[k].max(shortest));
             let o = m.opposite(h);
             let near = away[k].min(away[(k + 1) % 3]) < shortest;
-            if near && o != NONE && !m.is_sharp(h) && !list.contains(&(o / 3)) {
+            if near && o != NONE && !m.is_sharp(h) && seen.insert(o / 3) {
                 list.push(o / 3);
             }
         }
@@ -103,6 +137,11 @@ fn bend_beyond(m: &EditMesh, normals: &[DVec3], sector: &[u32], shortest: f64, l
 }
 
 impl Discrete {
+    /// Whether the triangles are fine enough to tell how the surface bends within the length of an edge.
+    pub fn is_smooth(&self) -> bool {
+        facet_turn(&self.mesh) <= SMOOTH
+    }
+
     /// How many times as many triangles the lengths `wanted` at curvatures make as those wanted on planes would.
     pub fn crowding(&self, wanted: impl Fn(f64) -> f64) -> f64 {
         let plain = wanted(0.0).powi(2);

@@ -9,9 +9,10 @@ use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::heal::{Action, Healed, heal_made, told as told_of};
 use super::history::{Attempt, Clock, Tried, add_attempt};
-use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
+use super::mesh::{MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
+use super::wish::{CHORD, DEFAULT_SIZE, GRADING, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
 use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
@@ -26,11 +27,6 @@ use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, Expectation, Fault, check, check_tested};
 use crate::run::Run;
 use crate::spatial::Graded;
-
-/// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
-const ANGLE: f64 = 20.0;
-/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
-const LEAST_SHARE: f64 = 4.0;
 
 /// Without a wish for more, bends and narrow places make at most this many times the nodes the size alone asks for.
 const MOST_DETAIL: f64 = 3.0;
@@ -48,8 +44,6 @@ const DEEP: f64 = 0.5;
 /// length: it would be too far away, not only rough.
 const SAGITTA: f64 = 1.6;
 const SAGGING: f64 = 0.125;
-/// Without a wish for it, lengths grow by this share of a length: where they grow triangles are the better the slower.
-const GENTLE: f64 = 0.2;
 /// With more than so many times the triangles the size alone asks for they grow faster, as most triangles are then where lengths
 /// grow,
 const CROWDED: f64 = 20.0;
@@ -66,11 +60,6 @@ const SLIVER: f64 = 1.0 / 40.0;
 /// them but needles, as edges twice their width would be shorter than [`NARROWEST`].
 const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 
-/// Without a wish for it, no triangle is to be farther from the surface than this share of the diagonal.
-const DISTANCE: f64 = 1.4e-3;
-/// Edges are made so long that they stay within this share of the distance: the middle of a triangle is farther away, and some
-/// edges come out a third longer than wanted.
-const CHORD: f64 = 0.45;
 /// Where that does not do it is tried with this share of it.
 const STRICTER: f64 = 0.85;
 /// With a distance asked for curvature makes edges at most this many times shorter than the size.
@@ -123,7 +112,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     let lost = notes.iter().filter(|n| n.lost);
     report.shortfalls.extend(lost.map(|n| Fault::NotRead { record: n.id, line: n.line, reason: n.message.clone() }));
     let asked = options.trim.map(length);
-    let within = 0.5 * options.tolerance.unwrap_or(DISTANCE * diagonal);
+    let within = 0.5 * Wish::new(size, options).tolerance;
     let steps = match asked {
         Some(width) => vec![(width, Walls::Cut)],
         None => vec![((SLIVER * size).min(within), Walls::Keep), ((NEEDLES * size).min(within), Walls::Necks)],
@@ -166,12 +155,13 @@ pub(super) fn first_triangles(
     report: &mut Report,
     run: &Run,
 ) -> Result<FaceMeshes> {
-    let chord = CHORD * options.tolerance.unwrap_or(DISTANCE * solid.bounds().diagonal());
+    let wish = Wish::new(size, options);
+    let chord = wish.chord();
     let (wishes, mut looked) = (Wishes::default(), Looked::default());
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
     let mut held = None;
     for round in 0..=HALVINGS {
-        let field = Graded::new(crossed.clone(), options.grading.unwrap_or(GENTLE));
+        let field = Graded::new(crossed.clone(), wish.grading);
         let by_place = |p: DVec3| field.at(p, f64::INFINITY);
         let mut told = report.clone();
         let how = ([size, chord], held);
@@ -215,7 +205,8 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
     let size = report.size;
     let diagonal = solid.bounds().diagonal();
     let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()))?;
-    let limit = options.tolerance.unwrap_or(DISTANCE * diagonal);
+    let wish = Wish::new(size, options);
+    let limit = wish.tolerance;
     let measured = options.measure || options.tolerance.is_some();
     // Places that came out too far from the surface, and the lengths that will do there.
     let mut finer: Vec<(DVec3, f64)> = Vec::new();
@@ -227,7 +218,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
         (Vec::new(), Clock::new(options.timed), Clock::new(options.timed));
     let mut kept = 0;
     for round in 0..if options.tolerance.is_some() { ROUNDS } else { 1 } {
-        let grading = options.grading.unwrap_or(GENTLE);
+        let grading = wish.grading;
         let chord = CHORD * STRICTER.powi(round as i32) * limit;
         let mut first = |crossed: &[(DVec3, f64)], held: Option<Followed>, told: &mut Report| {
             let field = Graded::new([&finer[..], crossed].concat(), grading);
@@ -380,15 +371,11 @@ fn first_mesh(
     (report, looked): (&mut Report, &mut Looked),
     run: &Run,
 ) -> Result<(FaceMeshes, Followed)> {
+    let wish = Wish::new(size, options);
     let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
     let mut followed = held.unwrap_or(Followed {
-        sizing: Sizing {
-            size,
-            nodes_per_radius: Some(1.0 / options.angle.unwrap_or(ANGLE).to_radians()),
-            chord: Some(chord),
-            least: options.least.unwrap_or(size / small),
-        },
-        grading: options.grading.unwrap_or(GENTLE),
+        sizing: Sizing { chord: Some(chord), ..wish.sizing(options.least.unwrap_or(size / small)) },
+        grading: wish.grading,
         sagitta: SAGITTA * chord,
     });
     let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
@@ -418,7 +405,7 @@ fn first_mesh(
     if bounded && !made.too_many && options.grading.is_none() {
         let times = detail(&made, size);
         if times > CROWDED {
-            followed.grading = (GENTLE * (times / CROWDED).sqrt()).min(STEEP);
+            followed.grading = (GRADING * (times / CROWDED).sqrt()).min(STEEP);
             followed.sagitta *= (times / BUSY).max(1.0).powi(2);
             // There is room then for narrow places, unless they are all there is.
             let most = made.mesh.triangles.len();

@@ -6,11 +6,11 @@ use super::discrete::{SoupOptions, discrete_options, length, mesh_soup, patchwor
 use super::mesh::MeshOptions;
 use super::report::Report;
 use super::soup_sizes::{feature_sizes, relaxed, sizing};
+use super::wish::Wish;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactOptions, Filling, Patchwork, remesh_patchwork};
-use crate::optimize::size::GRADATION;
 use crate::quality::{Against, Expectation, check};
 use crate::render::View;
 use crate::run::Run;
@@ -26,8 +26,9 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let size = length(options.size, &prepared.mesh);
     let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
     let (named, sizing) = (solid.named(), relaxed(sizing(size, options), options, soup, &solid));
-    let sizes = feature_sizes(&solid, &sizing, options.tolerance, &mut Report::of("triangles", size, None));
-    let exact = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+    let wish = Wish::new(size, options);
+    let sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut Report::of("triangles", size, None));
+    let exact = ExactOptions::new(sizing, wish.grading);
     let mut rows = Vec::new();
     let expected = Expectation { open: !named.defects().is_closed(), touching: false };
     let mut row = |method, stage: &str, mesh: TriMesh| -> Result<()> {

@@ -10,10 +10,11 @@ use super::faults::{Places, Touching, keep_shells};
 use super::heal::told;
 use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::load::is_3mf;
-use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed};
+use super::mesh::{MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
 use super::soup_sizes::{feature_sizes, relaxed, sizing};
+use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
 use crate::heal::{HealOptions, absorb_fillings, heal};
@@ -23,7 +24,6 @@ use crate::io::{self, Format};
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
-use crate::optimize::size::GRADATION;
 use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::run::Run;
 
@@ -288,9 +288,10 @@ fn mesh_counted(
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
-    let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+    let wish = Wish::new(size, options);
+    let plain = ExactOptions::new(sizing, wish.grading);
     let exact = ExactOptions { face_sizes, regions, ..plain };
-    let mut sizes = feature_sizes(&solid, &sizing, options.tolerance, &mut report);
+    let mut sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut report);
     let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
     sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
     let mut kept = walls.tight;
@@ -338,7 +339,7 @@ fn mesh_counted(
         let plain = self::sizing(size, options);
         let near = sizing.chord == plain.chord;
         if !near && !bad.is_empty() {
-            let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+            let options = MeshOptions { tolerance: Some(wish.tolerance), ..options.clone() };
             let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
             strict.0.report.attempts.splice(0..0, attempts);
             return Ok(strict);
@@ -348,7 +349,7 @@ fn mesh_counted(
                 whole = Some(made);
             }
             if poor && attempt >= FOLDED && !near {
-                let options = MeshOptions { tolerance: plain.chord, ..options.clone() };
+                let options = MeshOptions { tolerance: Some(wish.tolerance), ..options.clone() };
                 let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
                 if whole.as_ref().is_none_or(|w| strict.1 < flaws(w)) {
                     strict.0.report.attempts.splice(0..0, attempts);

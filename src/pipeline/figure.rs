@@ -9,9 +9,10 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed, check_groups, mesh_part};
+use super::mesh::{MeshOptions, Meshed, check_groups, mesh_part};
 use super::method::Method;
 use super::report::{Info, LeafInfo, Report};
+use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result};
 use crate::geometry::SurfaceOracle;
 use crate::implicit::part::{Part, SizeRequest, glob};

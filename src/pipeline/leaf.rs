@@ -4,26 +4,16 @@ use super::attempts::{Scout, Searched, Trial, search};
 use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{MeshOptions, Ready};
 use super::method::Method;
+use super::wish::{LEAST_SHARE, TOLERANCE, Wish};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Observer};
-use crate::optimize::{Sizing, improve};
+use crate::optimize::improve;
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::Graded;
 
-/// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
-const ANGLE: f64 = 20.0;
-/// Without a wish for it, edges are at most this share of the size from the surface,
-const CHORD: f64 = 1.0 / 120.0;
-/// or this share of the diagonal: what is small beside the part need not be finer than that.
-const FINE: f64 = 1.0 / 12_000.0;
-/// Without a wish for it, edge lengths grow by this much per length.
-const GRADING: f64 = 0.2;
-/// Without a wish for it, curvature makes edges at most this many times shorter than the cells: as wide as the size unless
-/// something smaller was found.
-const LEAST_SHARE: f64 = 4.0;
 /// Nor do narrow gaps and short borders make them more than this many times shorter than the size, as slivers of faces narrower
 /// than that are cut off boundary representations.
 const NARROWEST: f64 = 40.0;
@@ -74,31 +64,25 @@ impl ByLeaf {
     }
 }
 
-/// How far edges may be from the surface without a wish for it.
-fn own_chord(ready: &Ready) -> f64 {
-    (CHORD * ready.size).max(FINE * ready.model.bounds().diagonal())
-}
-
 /// Options for a part whose curved walls are thinner than chords are high: `times` as many chords to a length.
 pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOptions {
-    let tolerance = Some(own_chord(ready) / (times * times));
+    let tolerance = Some(TOLERANCE * ready.size / (times * times));
     let least = options.least.or(Some(ready.size / (LEAST_SHARE * times)));
     MeshOptions { tolerance, least, ..options.clone() }
 }
 
 /// What the remesher aims at.
 pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> Result<ExactOptions> {
-    let angle = options.angle.unwrap_or(ANGLE).to_radians();
-    let least = options.least.unwrap_or(cell / LEAST_SHARE);
-    // Who asks for an angle and no tolerance gets what was asked for.
-    let chord = options.tolerance.or(options.angle.is_none().then_some(own_chord(ready)));
-    let grading = options.grading.unwrap_or(GRADING);
+    let wish = Wish::new(ready.size, options);
+    // Cells are as wide as the size unless something smaller was found.
+    let sizing = wish.sizing(options.least.unwrap_or(cell / LEAST_SHARE));
+    let grading = wish.grading;
     let wishes = ready.wishes(options)?;
-    let wish = |i: usize| wishes.faces.get(i).copied().flatten();
+    let by_face = |i: usize| wishes.faces.get(i).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
     Ok(ExactOptions {
-        sizing: Sizing { size: ready.size, nodes_per_radius: Some(1.0 / angle), chord, least },
-        face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, wish(i))).collect(),
+        sizing,
+        face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, by_face(i))).collect(),
         regions: wishes.regions,
         finer: Graded::new(ready.finer.clone(), grading),
         grading,

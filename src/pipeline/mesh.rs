@@ -17,6 +17,7 @@ use super::leaf::{ByLeaf, by_leaf};
 use super::method::Method;
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
+use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result, nearest};
 use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{
@@ -31,9 +32,6 @@ use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
 use crate::quality::{self, Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
-
-/// The size used when neither the caller nor the part asks for one: about 29 cells along the side of a cube.
-pub(super) const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
 
 /// What [`mesh_part`] is asked for.
 #[derive(Debug, Clone, PartialEq)]

@@ -32,6 +32,7 @@ mod samples;
 mod shown;
 mod soup_sizes;
 mod touching;
+mod wish;
 
 pub use crate::implicit::RSystem;
 pub use crate::implicit::part::{Part, SizeRequest};

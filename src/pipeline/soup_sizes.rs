@@ -3,18 +3,14 @@
 use super::discrete::SoupOptions;
 use super::mesh::MeshOptions;
 use super::report::Report;
+use super::wish::{LEAST_SHARE, Wish};
 use crate::discrete::Discrete;
 use crate::optimize::Sizing;
 
-/// Without a wish for it, curvature makes edges at most this many times shorter than the size.
-const LEAST_SHARE: f64 = 4.0;
-/// Without a tolerance edges stay within this share of the size of the surface.
-const CHORD: f64 = 0.08;
-/// Where that makes more than this many times the triangles that the size alone would, up to so many times that share.
+/// Where bends of others make more than this many times the triangles that the size alone would, edges may be up to so many times as far
+/// from the surface as else.
 const CROWDED: f64 = 1.12;
-const RELAXED: [f64; 6] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0];
-/// Edges stay within this share of the size of the features they are on, however crowded: a circle of radius 1 gets edges of 0.75.
-const LINE: f64 = 0.043;
+const RELAXED: [f64; 9] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.5, 7.5];
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
@@ -23,17 +19,16 @@ const MOST_FEATURES: f64 = 2.0;
 const MOST_NODES: f64 = 5e3;
 
 pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
-    Sizing {
-        size,
-        nodes_per_radius: options.angle.map(|a| 1.0 / a.to_radians()),
-        chord: Some(options.tolerance.unwrap_or(CHORD * size)),
-        least: options.least.unwrap_or(size / LEAST_SHARE),
-    }
+    Wish::new(size, options).sizing(options.least.unwrap_or(size / LEAST_SHARE))
 }
 
-/// Where the surface bends nearly everywhere so much that the size would mean little, edges may get farther from it, unless a
-/// tolerance was asked for.
+/// Where facets are too coarse to tell noise from bends these ask for no number of edges; and where they bend nearly everywhere so much
+/// that the size would mean little, edges may get farther from the surface, unless a tolerance was asked for.
 pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions, solid: &Discrete) -> Sizing {
+    if options.angle.is_some() || solid.is_smooth() {
+        return sizing;
+    }
+    let sizing = Sizing { nodes_per_radius: None, ..sizing };
     let simplified = soup.min_area > 0.0 || soup.min_length.is_some();
     if options.tolerance.is_some() || simplified {
         return sizing;
@@ -43,17 +38,11 @@ pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions,
     RELAXED.into_iter().map(at).find(few).unwrap_or(at(RELAXED[RELAXED.len() - 1]))
 }
 
-/// What features close to each other ask for; less where they are so many that a mesh would be made of little else.
-pub(super) fn feature_sizes(
-    solid: &Discrete,
-    sizing: &Sizing,
-    tolerance: Option<f64>,
-    report: &mut Report,
-) -> Vec<f64> {
+/// What features close to each other ask for, and bends that leave edges by more than `line`; less where they are so many that a mesh would be made of little else.
+pub(super) fn feature_sizes(solid: &Discrete, sizing: &Sizing, line: f64, report: &mut Report) -> Vec<f64> {
     let (m, size) = (&solid.mesh, sizing.size);
     // Not where features had to be dropped: what is left of them is blurred, too.
     let designed = solid.removed.is_empty();
-    let line = tolerance.unwrap_or(LINE * size);
     let bows = designed.then(|| solid.bow_sizes(size, sizing.least.min(size), line));
     let all = |least: f64| {
         let mut sizes = solid.feature_sizes(size, least);

@@ -11,7 +11,7 @@ use crate::optimize::size::Sizing;
 
 /// Edges longer than this many wanted lengths are halved at first.
 pub(super) const COARSE: f64 = 3.0;
-/// Shorter sides of needles than this many wanted lengths are collapsed: what is left is wide enough to be halved.
+/// Edges shorter than this many wanted lengths are collapsed at first.
 const NARROW: f64 = 0.3;
 /// How often.
 const HALVINGS: usize = 20;
@@ -227,7 +227,7 @@ impl Remesher<'_> {
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
-        self.widen_needles()?;
+        self.coarsen()?;
         for _ in 0..HALVINGS {
             if self.flip()? == 0 {
                 break;
@@ -254,17 +254,10 @@ impl Remesher<'_> {
         Ok(())
     }
 
-    /// Collapses the short sides of triangles that would be halved: CAD programs cover cylinders and disks with needles, of which
-    /// halving makes a multitude that is no better.
-    fn widen_needles(&mut self) -> Result<()> {
-        let is_short = |r: &Self, h: u32| {
-            let m = &r.work.mesh;
-            let (sides, length) = ([h, m.opposite(h)], m.edge_length(h));
-            let others = |h: u32| [next(h), prev(h)].map(|e| (m.edge_length(e), COARSE * r.wanted(e)));
-            let is_slender = |h: u32| h == NONE || others(h).iter().all(|e| e.0 > COARSE * length);
-            let is_halved = |h: u32| h != NONE && others(h).iter().all(|e| e.0 > e.1);
-            length < NARROW * r.wanted(h) && sides.into_iter().all(is_slender) && sides.into_iter().any(is_halved)
-        };
+    /// Collapses edges much shorter than wanted. CAD programs cover cylinders and disks with needles, of which halving makes a multitude
+    /// that is no better; and in a mesh of many triangles to a length packing would find its way slowly.
+    fn coarsen(&mut self) -> Result<()> {
+        let is_short = |r: &Self, h: u32| r.work.mesh.edge_length(h) < NARROW * r.wanted(h);
         for _ in 0..HALVINGS {
             self.run.check()?;
             let m = &self.work.mesh;

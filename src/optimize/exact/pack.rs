@@ -30,7 +30,7 @@ const CLAIM: f64 = 0.8;
 /// While nodes are placed shapes may become as bad as this: flips follow.
 const POOR: f64 = 0.08;
 /// Triangles a walk to a place may cross.
-const STEPS: usize = 24;
+const STEPS: usize = 512;
 /// A place this near to an edge of its triangle, in barycentric coordinates, is put on the edge.
 const ON_EDGE: f64 = 0.08;
 /// A walk has arrived where the place is at most this far outside the triangle, in barycentric coordinates.

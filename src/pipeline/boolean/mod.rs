@@ -10,11 +10,12 @@ mod tree;
 mod work;
 
 use super::history::{Attempt, Clock, Tried, add_attempt};
-use super::mesh::{DEFAULT_SIZE, MeshOptions, Meshed, check_groups, finish_names};
+use super::mesh::{MeshOptions, Meshed, check_groups, finish_names};
 use super::method::Method;
 use super::refine::Wishes;
 use super::report::Report;
 use super::touching::draw_apart;
+use super::wish::{DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Place, Result};
 use crate::heal::{MOST_BODIES, boolean};
 use crate::implicit::Solid;
@@ -22,7 +23,6 @@ use crate::implicit::part::{Part, SizeRequest};
 use crate::mesh::{Group, TriMesh};
 use crate::optimize::Sizing;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patchwork};
-use crate::optimize::size::GRADATION;
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -36,8 +36,6 @@ use work::{Numbers, Work, align, coinciding, misfit, prepare};
 /// side, and by a little more for every operand, so that no two boxes coincide.
 const BEYOND: f64 = 0.11;
 const MORE: f64 = 0.007;
-/// Curvature makes edges at most this many times shorter than the size.
-const LEAST_SHARE: f64 = 4.0;
 /// A node of the cut is at most this many sizes from its place on the true surfaces.
 const REACH: f64 = 2.0;
 /// How often edges are halved around triangles that cross others or are turned over.
@@ -177,10 +175,12 @@ fn refuse(options: &MeshOptions) -> Result<()> {
 
 fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
     let wishes = Wishes::new(&options.refinements, diagonal, numbers.names.iter().map(String::as_str))?;
+    let wanted = Wish::new(size, options);
     let least = options.least.unwrap_or(size / LEAST_SHARE);
     // What the surfaces' curvature asks for is known at the nodes of the operands.
-    let sizing = Sizing { size, nodes_per_radius: None, chord: options.tolerance, least };
-    let plain = ExactOptions::new(sizing, options.grading.unwrap_or(GRADATION));
+    let chord = options.tolerance.map(|_| wanted.chord());
+    let sizing = Sizing { size, nodes_per_radius: None, chord, least };
+    let plain = ExactOptions::new(sizing, wanted.grading);
     let own = |k: usize| numbers.face_sizes.get(k).copied().flatten();
     let wish = |k: usize| wishes.faces.get(k).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));

@@ -12,6 +12,7 @@ use super::super::leaf::exact_options;
 use super::super::mesh::{MeshOptions, Ready};
 use super::super::report::Report;
 use super::super::soup_sizes::{feature_sizes, relaxed, sizing};
+use super::super::wish::Wish;
 use super::tree::Placed;
 use crate::discrete::Discrete;
 use crate::error::{Error, Place, Result};
@@ -232,7 +233,7 @@ fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Res
     let soup = SoupOptions::default();
     let solid = Discrete::new(mesh, &discrete_options(&soup, size), run)?;
     let sizing = relaxed(sizing(size, options), options, &soup, &solid);
-    let sizes = feature_sizes(&solid, &sizing, options.tolerance, report);
+    let sizes = feature_sizes(&solid, &sizing, Wish::new(size, options).chord(), report);
     let named = solid.named();
     let m = &solid.mesh;
     let ends = m.edges().filter(|&h| m.is_sharp(h) && m.label(h / 3) == m.label(m.opposite(h) / 3)).count();
