@@ -5,12 +5,12 @@ use super::compare::{Comparison, Row};
 use super::discrete::{SoupOptions, discrete_options, length, mesh_soup, patchwork, prepare};
 use super::mesh::MeshOptions;
 use super::report::Report;
-use super::soup_sizes::{feature_sizes, relaxed, sizing};
+use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::wish::Wish;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactOptions, Filling, Patchwork, remesh_patchwork};
+use crate::optimize::exact::{Filling, Patchwork, remesh_patchwork};
 use crate::quality::{Against, Expectation, check};
 use crate::render::View;
 use crate::run::Run;
@@ -28,7 +28,7 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let (named, sizing) = (solid.named(), relaxed(sizing(size, options), options, soup, &solid));
     let wish = Wish::new(size, options);
     let sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut Report::of("triangles", size, None));
-    let exact = ExactOptions::new(sizing, wish.grading);
+    let exact = soup_sizes::exact(sizing, options, &solid);
     let mut rows = Vec::new();
     let expected = Expectation { open: !named.defects().is_closed(), touching: false };
     let mut row = |method, stage: &str, mesh: TriMesh| -> Result<()> {

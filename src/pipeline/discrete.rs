@@ -13,7 +13,7 @@ use super::load::is_3mf;
 use super::mesh::{MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::Report;
-use super::soup_sizes::{feature_sizes, relaxed, sizing};
+use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
@@ -289,7 +289,7 @@ fn mesh_counted(
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
     let wish = Wish::new(size, options);
-    let plain = ExactOptions::new(sizing, wish.grading);
+    let plain = soup_sizes::exact(sizing, options, &solid);
     let exact = ExactOptions { face_sizes, regions, ..plain };
     let mut sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut report);
     let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;

@@ -6,11 +6,15 @@ use super::report::Report;
 use super::wish::{LEAST_SHARE, Wish};
 use crate::discrete::Discrete;
 use crate::optimize::Sizing;
+use crate::optimize::exact::ExactOptions;
 
 /// Where bends of others make more than this many times the triangles that the size alone would, edges may be up to so many times as far
 /// from the surface as else.
 const CROWDED: f64 = 1.12;
 const RELAXED: [f64; 9] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.5, 7.5];
+/// Lengths grow by this much per length where bends may be noise: an armadillo gets half as many triangles again by a fifth, most of
+/// them between bends that say little.
+const ROUGH_GRADING: f64 = 0.3;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
 /// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
@@ -36,6 +40,12 @@ pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions,
     let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };
     let few = |s: &Sizing| solid.crowding(|k| s.at(k)) <= CROWDED;
     RELAXED.into_iter().map(at).find(few).unwrap_or(at(RELAXED[RELAXED.len() - 1]))
+}
+
+/// What the remesher aims at. Where facets are too coarse to tell noise from bends lengths grow faster, unless asked otherwise.
+pub(super) fn exact(sizing: Sizing, options: &MeshOptions, solid: &Discrete) -> ExactOptions {
+    let rough = options.grading.is_none() && !solid.is_smooth();
+    ExactOptions::new(sizing, if rough { ROUGH_GRADING } else { Wish::new(sizing.size, options).grading })
 }
 
 /// What features close to each other ask for, and bends that leave edges by more than `line`; less where they are so many that a mesh would be made of little else.

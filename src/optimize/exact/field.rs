@@ -5,14 +5,15 @@ use glam::DVec3;
 use super::gaps::fitting;
 use super::remesh::{FAIR, Rank, Remesher};
 use crate::error::Result;
-use crate::mesh::edit::{NONE, next, prev};
+use crate::mesh::edit::NONE;
 use crate::optimize::guard::ask_all;
 use crate::optimize::size::Sizing;
 
 /// Edges longer than this many wanted lengths are halved at first.
 pub(super) const COARSE: f64 = 3.0;
-/// Edges shorter than this many wanted lengths are collapsed at first.
-const NARROW: f64 = 0.3;
+/// Edges shorter than this many wanted lengths are collapsed at first: half way from what packing leaves, about one, to what it would
+/// take for another. A lens of needles gets 15 % too many triangles with 0.3.
+const NARROW: f64 = 0.6;
 /// How often.
 const HALVINGS: usize = 20;
 /// Short borders are followed down to this share of what gaps are: few edges fit around them.
