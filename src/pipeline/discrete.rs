@@ -47,6 +47,9 @@ const LEAST_BESIDE: f64 = 0.125;
 /// Where more than one triangle in this many intersects others it is no matter of sizes. Thin parts of coarse meshes may well be a
 /// tenth of all.
 const FEW: usize = 3;
+/// Where a mesh whose edges may be farther from the surface than else is at fault, they may still be so many times as far: what would
+/// have to be nearer is noise. An armadillo gets three times the triangles with 1.
+const STRICT: f64 = 2.5;
 /// How often a mesh is made to come to a number of nodes, and how near to it is near enough.
 const TRIALS: usize = 5;
 const NEAR: f64 = 0.03;
@@ -337,9 +340,9 @@ fn mesh_counted(
         let poor = made.report.inverted > 0 || SLIM * made.report.slim.len() > made.mesh.triangles.len();
         // Nearer to the surface there may be no need for more.
         let plain = self::sizing(size, options);
-        let near = sizing.chord == plain.chord;
+        let near = sizing.chord <= plain.chord.map(|c| STRICT * c);
         if !near && !bad.is_empty() {
-            let options = MeshOptions { tolerance: Some(wish.tolerance), ..options.clone() };
+            let options = MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
             let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
             strict.0.report.attempts.splice(0..0, attempts);
             return Ok(strict);
@@ -349,7 +352,7 @@ fn mesh_counted(
                 whole = Some(made);
             }
             if poor && attempt >= FOLDED && !near {
-                let options = MeshOptions { tolerance: Some(wish.tolerance), ..options.clone() };
+                let options = MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
                 let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
                 if whole.as_ref().is_none_or(|w| strict.1 < flaws(w)) {
                     strict.0.report.attempts.splice(0..0, attempts);
@@ -452,7 +455,14 @@ pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], le
         .collect();
     borders.into_iter().for_each(|h| mesh.set_sharp(h, true));
     let frozen = (faces..patches.len() as u32).collect();
-    Patchwork { lines_from: faces, sizes, frozen, raw: true, ..Patchwork::new(mesh, sets, patches.into()) }
+    Patchwork {
+        lines_from: faces,
+        sizes,
+        frozen,
+        raw: true,
+        fine: solid.is_smooth(),
+        ..Patchwork::new(mesh, sets, patches.into())
+    }
 }
 
 /// Finds the model in a soup, as [`mesh_soup`] does, and tells what it is made of.

@@ -228,7 +228,9 @@ impl Remesher<'_> {
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
-        self.coarsen()?;
+        if self.work.fine {
+            self.coarsen()?;
+        }
         for _ in 0..HALVINGS {
             if self.flip()? == 0 {
                 break;

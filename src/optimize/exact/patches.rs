@@ -223,6 +223,7 @@ impl Remesher<'_> {
                 frozen: Vec::new(),
                 filling: self.work.filling,
                 raw: false,
+                fine: false,
                 goes_on: false,
             },
         };

@@ -120,6 +120,8 @@ pub struct Patchwork {
     pub filling: Filling,
     /// Whether triangles may have any size and shape. Long edges are then halved before anything else.
     pub raw: bool,
+    /// Whether raw triangles tell how the surface bends within the lengths wanted: they may be collapsed to about these at first.
+    pub fine: bool,
     /// Whether the surface goes on beyond open edges, in other meshes that know the nodes there: these stay, and are no border.
     pub goes_on: bool,
 }
@@ -138,6 +140,7 @@ impl Patchwork {
             by_angles: false,
             filling: Filling::default(),
             raw: false,
+            fine: false,
             goes_on: false,
         }
     }
