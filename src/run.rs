@@ -10,7 +10,11 @@ use crate::error::{Error, Result};
 
 /// A flag that many holders may raise and every stage looks at.
 #[derive(Debug, Clone, Default)]
-pub struct CancelToken(Arc<AtomicBool>);
+pub struct CancelToken {
+    raised: Arc<AtomicBool>,
+    /// Raised with this one, too.
+    of: Option<Arc<CancelToken>>,
+}
 
 impl CancelToken {
     /// A token that has not been cancelled.
@@ -20,12 +24,17 @@ impl CancelToken {
 
     /// Asks every run that holds this token to stop. Safe to call from a signal handler thread.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.raised.store(true, Ordering::Relaxed);
+    }
+
+    /// A token that is cancelled with this one, and can be cancelled alone.
+    pub fn child(&self) -> Self {
+        Self { raised: Arc::default(), of: Some(Arc::new(self.clone())) }
     }
 
     /// Whether [`cancel`](Self::cancel) was called.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.raised.load(Ordering::Relaxed) || self.of.as_ref().is_some_and(|t| t.is_cancelled())
     }
 }
 
@@ -36,6 +45,10 @@ pub trait Progress: Send + Sync {
 
     /// So many triangles there are at this point of the stage that was reported last. Not every stage knows.
     fn triangles(&self, _count: usize) {}
+
+    /// About so many triangles the mesh will have, told once lengths of edges are known and again where they change: within a tenth as
+    /// a rule, more where borders turn out to be closer than seemed.
+    fn expected(&self, _triangles: usize) {}
 
     /// A line about something that has just ended, such as an attempt at a mesh, without an end of line. `kind` is a word: `attempt`,
     /// `stage`. What is told this way is also in the result's report, which a run that is cancelled never gives.
@@ -116,6 +129,18 @@ impl Run {
         if let Some(p) = &self.progress {
             p.triangles(count);
         }
+    }
+
+    /// Tells the listener, if any, about how many triangles the mesh will have.
+    pub fn expected(&self, triangles: usize) {
+        if let Some(p) = &self.progress {
+            p.expected(triangles);
+        }
+    }
+
+    /// The listener, if any.
+    pub(crate) fn listener(&self) -> Option<Arc<dyn Progress>> {
+        self.progress.clone()
     }
 
     /// Tells the listener, if any, a line: see [`Progress::note`].

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use rvachev::implicit::part::parse;
 use rvachev::mesh::TriMesh;
-use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, mesh_part, mesh_soup};
+use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, expected_triangles, mesh_part, mesh_soup};
 use rvachev::{DVec3, Run};
 
 mod shapes;
@@ -177,6 +177,15 @@ fn the_same_wish_makes_the_same_mesh_by_every_gate() {
                 by(solid.edges),
                 mesh_soup(&solid.triangles, &options, &SoupOptions::default(), &run).unwrap(),
             ];
+            let told = [
+                expected_triangles(&run, |run| mesh_part(&parse(solid.functions, &[]).unwrap(), &options, run)),
+                expected_triangles(&run, |run| mesh_part(&parse(solid.edges, &[]).unwrap(), &options, run)),
+                expected_triangles(&run, |run| mesh_soup(&solid.triangles, &options, &SoupOptions::default(), run)),
+            ];
+            for (made, told) in made.iter().zip(told) {
+                let share = told.unwrap() as f64 / made.mesh.triangles.len() as f64;
+                assert!((share - 1.0).abs() < 0.15, "{}: told {share} of its triangles", solid.name);
+            }
             let [a, b, c] = made.each_ref().map(|m| measured(m, &solid, share));
             table += &format!("{} {share}: {a:?} {b:?} {c:?}\n", solid.name);
             let counts = [a[0], b[0], c[0]];

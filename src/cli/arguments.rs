@@ -86,7 +86,7 @@ pub struct How {
     /// On curved parts neighboring edges turn by at most this many degrees
     #[arg(long, value_name = "DEGREES", value_parser = positive)]
     pub angle: Option<f64>,
-    /// No edge farther than this from the surface [default for functions: size / 120, at least diagonal / 12000]
+    /// No triangle farther than this from the surface [default: 0.07 of the size; none with --angle alone]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub tol: Option<f64>,
     /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, for triangles 0.3]
@@ -145,8 +145,11 @@ pub struct Mesh {
     #[command(flatten)]
     pub part: PartFile,
     /// Mesh file to write; the ending tells the format; may be given more than once
-    #[arg(short, long, required = true, value_name = "MESH")]
+    #[arg(short, long, required_unless_present = "dry_run", value_name = "MESH")]
     pub output: Vec<PathBuf>,
+    /// Make and write nothing: tell about how many triangles the mesh would have
+    #[arg(long, conflicts_with_all = ["output", "watch", "bricks", "png", "html", "report"])]
+    pub dry_run: bool,
     #[command(flatten)]
     pub how: How,
     #[command(flatten)]
@@ -220,6 +223,7 @@ impl ViewPage {
         Mesh {
             part: self.part,
             output: Vec::new(),
+            dry_run: false,
             how: self.how,
             triangles: self.triangles,
             method: self.method,

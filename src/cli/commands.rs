@@ -169,6 +169,13 @@ pub fn mesh(a: &Mesh) -> Result<bool> {
     if a.watch {
         return super::watch::watch(a);
     }
+    if a.dry_run {
+        let run = run(&a.common, "mesh")?;
+        let about = pipeline::expected_triangles(&run, |run| made(a, run))?;
+        drop(run);
+        say(&format!("about {about} triangles"));
+        return Ok(true);
+    }
     if let Some(n) = a.bricks {
         return super::bricks::mesh(a, n);
     }

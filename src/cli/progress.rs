@@ -26,6 +26,8 @@ struct Whereabouts {
     stage: String,
     done: f64,
     triangles: Option<usize>,
+    /// About how many there will be.
+    expected: Option<usize>,
     /// How often the share has grown.
     grown: usize,
     since: Instant,
@@ -36,12 +38,12 @@ struct Whereabouts {
 impl Whereabouts {
     fn new() -> Self {
         let now = Instant::now();
-        Self { stage: String::new(), done: 0.0, triangles: None, grown: 0, since: now, last: now }
+        Self { stage: String::new(), done: 0.0, triangles: None, expected: None, grown: 0, since: now, last: now }
     }
 
     fn reported(&mut self, stage: &str, done: f64) {
         if self.stage != stage {
-            *self = Self { stage: stage.to_string(), ..Self::new() };
+            *self = Self { stage: stage.to_string(), expected: self.expected, ..Self::new() };
         }
         if done > self.done {
             (self.done, self.grown, self.last) = (done, self.grown + 1, Instant::now());
@@ -65,6 +67,9 @@ impl Whereabouts {
         let mut out = String::new();
         if let Some(n) = self.triangles {
             out.push_str(&format!("{n} triangles, "));
+        }
+        if let Some(n) = self.expected {
+            out.push_str(&format!("about {n} in the end, "));
         }
         out.push_str(&time(elapsed));
         if let Some(left) = self.left(now) {
@@ -121,6 +126,10 @@ impl Progress for Teller {
 
     fn triangles(&self, count: usize) {
         self.now.lock().unwrap_or_else(PoisonError::into_inner).triangles = Some(count);
+    }
+
+    fn expected(&self, triangles: usize) {
+        self.now.lock().unwrap_or_else(PoisonError::into_inner).expected = Some(triangles);
     }
 
     fn note(&self, kind: &str, line: &str) {

@@ -536,6 +536,7 @@ impl fmt::Display for SoupInfo {
 mod tests {
     use super::*;
     use crate::DVec3;
+    use crate::pipeline::wish::GRADING;
 
     /// A bumpy square of n x n nodes, open.
     fn square(n: u32) -> TriMesh {
@@ -558,7 +559,7 @@ mod tests {
         let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
         let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
         let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
-        let exact = ExactOptions::new(sizing(size, &MeshOptions::default()), GRADATION);
+        let exact = ExactOptions::new(sizing(size, &MeshOptions::default()), GRADING);
         let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
         let now: std::collections::BTreeSet<[u64; 3]> =

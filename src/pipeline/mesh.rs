@@ -47,13 +47,14 @@ pub struct MeshOptions {
     pub root_tolerance: f64,
     /// See [`ExtractOptions::memory`].
     pub memory: u64,
-    /// On curved parts neighboring edges turn by at most this many degrees. With neither this nor `tolerance`, the method's
-    /// own default holds.
+    /// On curved parts neighboring edges turn by at most this many degrees; 20 without a wish. The methods without exact edges have
+    /// nine nodes to a radius where neither this nor `tolerance` is asked for.
     pub angle: Option<f64>,
-    /// No edge is farther than this from the surface, in the part's unit.
+    /// No triangle is to be farther than this from the surface, in the part's unit: edges are made to stay within 0.45 of it. Without it
+    /// 0.07 of the size; nothing where only an angle is asked for.
     pub tolerance: Option<f64>,
-    /// How fast edge lengths may grow per length. Without it a fifth, for boundary representations up to 0.45 where
-    /// details make most of the triangles, 0.3 for soups.
+    /// How fast edge lengths may grow per length. Without it a fifth; for boundary representations up to 0.45 where details make most
+    /// of the triangles, 0.3 for soups of coarse facets.
     pub grading: Option<f64>,
     /// Curvature, narrow gaps and thin walls make no edges shorter than this, in the part's unit.
     pub least: Option<f64>,

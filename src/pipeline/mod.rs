@@ -7,6 +7,7 @@ mod brep;
 mod brep_info;
 mod brep_oracle;
 mod bricks;
+mod budget;
 mod built;
 mod compare;
 mod compare_soup;
@@ -43,6 +44,7 @@ pub use bricks::{
     BrickPlan, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece, merge_bricks, merge_pieces,
     mesh_in_bricks,
 };
+pub use budget::expected_triangles;
 pub use built::{build, save_step};
 pub use compare::{Comparison, Row, compare, node_classes};
 pub use compare_soup::compare_soup;

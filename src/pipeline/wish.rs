@@ -54,3 +54,33 @@ impl Wish {
         Sizing { size: self.size, nodes_per_radius: Some(1.0 / self.angle), chord, least }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_of_the_manual_is_this_one() {
+        let SizeRequest::Share(size) = DEFAULT_SIZE else { panic!("the default is a share of the diagonal") };
+        let rows = [
+            format!("| size | {} % of the diagonal |", 100.0 * size),
+            format!("| angle | {ANGLE}° |"),
+            format!("| distance from the surface | {TOLERANCE} of the size; none with `--angle` alone |"),
+            format!("| distance of edges | {CHORD} of that of triangles |"),
+            format!("| growth per length | {GRADING} |"),
+            format!("| shortest for bends | size / {LEAST_SHARE} |"),
+        ];
+        assert!(include_str!("../../docs/sizes.md").contains(&rows.join("\n")), "{rows:#?}");
+    }
+
+    #[test]
+    fn an_angle_alone_is_all_that_counts() {
+        let plain = MeshOptions::default();
+        let by_angle = MeshOptions { angle: Some(45.0), ..plain.clone() };
+        let [a, b] = [Wish::new(1.0, &plain).sizing(0.01), Wish::new(1.0, &by_angle).sizing(0.01)];
+        // Four radii to the size: edges as long as that are as far away as they may be.
+        assert!((a.at(0.25) - 1.0).abs() < 0.01 && a.at(0.5) < 0.75, "{} {}", a.at(0.25), a.at(0.5));
+        assert_eq!(b.chord, None);
+        assert!((b.at(2.0) - 0.5 * 45f64.to_radians()).abs() < 1e-12);
+    }
+}

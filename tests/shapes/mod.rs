@@ -1,5 +1,7 @@
 //! Soups that tests of the discrete gate share, inside the crate and outside.
 
+#![allow(dead_code, reason = "each who shares them uses some")]
+
 use super::{DVec3, TriMesh};
 
 /// A prism over a polygon whose triangulation is a fan around its corner 0.

@@ -248,6 +248,9 @@ fn remesh<'a>(
         r.even_sizes()?;
         show("even", &r);
     }
+    if !spaced && !r.work.goes_on {
+        run.expected(r.expected_triangles());
+    }
     if !spaced {
         prepare_borders(&mut r, narrow, &mut show)?;
     }
