@@ -47,7 +47,7 @@ fn balls_that_hardly_overlap_meet_in_a_circle() {
         let text = format!("part(sphere({a}).name('a') | sphere({b}, at=(0, 0, {d})).name('b'))\nmesh(size=0.43)\n");
         let c = at_once(&text);
         assert_eq!((c.euler, c.components), (2, 1), "{text}");
-        near(c.volume, two_balls(a, b, d), 2e-2, &text);
+        near(c.volume, two_balls(a, b, d), 4e-2, &text);
     }
 }
 
@@ -89,7 +89,7 @@ fn noses_by_a_square_root_are_smooth() {
         );
         let c = at_once(&text);
         assert_eq!(c.euler, 2, "{text}");
-        near(c.volume, 0.36 * PI * 2.0, 2e-3, &text);
+        near(c.volume, 0.36 * PI * 2.0, 5e-3, &text);
     }
     // A floor with a bowl around it, at a right angle to it.
     let text = "part(solid(z >= sqrt(max(x*x + y*y - 1, 0))).name('bowl') & box(lo=(-2, -2, -1), hi=(2, 2, 1)).name('box'))\n\

@@ -138,7 +138,7 @@ fn step_models_and_what_is_built_from_edges_are_operands() {
     let square = "extrude_edges(polyline([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], closed=True), (0, 0, 1), 2)";
     let made = sound(&at, &format!("part({square} - sphere(1, at=(4, 4, 2)).name('scoop'))\nmesh(size=0.4)\n"));
     let volume = 32.0 - PI / 6.0;
-    assert!((made.mesh.volume() - volume).abs() < 0.01, "{}", made.mesh.volume());
+    assert!((made.mesh.volume() - volume).abs() < 0.03, "{}", made.mesh.volume());
 }
 
 #[test]

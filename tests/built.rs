@@ -393,7 +393,7 @@ fn profiles_may_meet_their_axis_between_their_ends() {
         let made = meshed(&format!("part(revolve_edges({profile}, \"z\").name(\"body\"))\nmesh(size=0.3)\n"));
         let check = made.report.check.as_ref().unwrap();
         assert!(made.report.shortfalls.is_empty() && check.certificate.is_sound(), "{c}: {:?}", made.report.shortfalls);
-        assert!((check.volume.unwrap() / exact - 1.0).abs() < 0.01, "{c}: {} {exact}", check.volume.unwrap());
+        assert!((check.volume.unwrap() / exact - 1.0).abs() < 0.02, "{c}: {} {exact}", check.volume.unwrap());
         assert!(check.quality.min_angle > 20.0, "{c}: {:?}", check.quality);
     }
 }
@@ -449,7 +449,7 @@ fn bends_too_sharp_for_triangles_are_meshed_as_edges() {
         let points: Vec<String> = (0..2 * lobes as usize).map(point).collect();
         let outline = format!("extrude_edges(spline([{}], closed=True), \"z\", 12).name(\"it\")", points.join(", "));
         let mut volume = 0.0;
-        for share in ["1%", "3%", "8%"] {
+        for (share, size) in [("1%", 0.01), ("3%", 0.03), ("8%", 0.08)] {
             let made = meshed(&format!("part({outline})\nmesh(size=\"{share}\")\n"));
             let report = &made.report;
             assert!(report.shortfalls.is_empty() && report.ladder.is_empty(), "{share}: {:?}", report.ladder);
@@ -457,7 +457,7 @@ fn bends_too_sharp_for_triangles_are_meshed_as_edges() {
             assert!(check.certificate.is_sound() && check.euler == 2);
             assert!(check.quality.min_angle > 12.0 && check.quality.p05_angle > 40.0, "{share}: {:?}", check.quality);
             let distance = report.distance.unwrap();
-            assert!(distance.to_surface < 2e-3 * distance.diagonal, "{share}: {distance}");
+            assert!(distance.to_surface < 0.08 * size * distance.diagonal, "{share}: {distance}");
             if volume > 0.0 {
                 assert!(
                     (check.volume.unwrap() / volume - 1.0).abs() < 0.02,

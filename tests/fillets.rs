@@ -89,7 +89,7 @@ fn a_boss_on_a_plate_keeps_its_rims_and_their_names() {
     }
     let mesh = made(solid, 0.1).mesh;
     let area = |name: &str| area(&mesh, name);
-    assert!((area("boss.top") - PI * radius * radius).abs() < 2e-3, "{}", area("boss.top"));
+    assert!((area("boss.top") - PI * radius * radius).abs() < 4e-3, "{}", area("boss.top"));
     // The fillet begins where the function of the cylinder is -r: at the square of this radius.
     let foot = radius * radius + 2.0 * radius * r;
     assert!((area("plate.zmax") - (4.0 - PI * foot)).abs() < 2e-3, "{}", area("plate.zmax"));

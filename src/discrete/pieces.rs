@@ -10,7 +10,7 @@ use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark
 use super::needles::mend_needles;
 use super::sheet::{Facet, Line, Sheet};
 use super::simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
-use super::sizes::{curvatures, divide_features};
+use super::sizes::{curvatures, divide_features, is_smooth};
 use crate::error::Result;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
 use crate::mesh::edit::NONE;
@@ -149,7 +149,7 @@ impl Discrete {
         }
         let mut this = Self {
             bends,
-            sheets: run.install(|| sheets(&mesh, &normals, &curvatures, count, precision, options.scale)),
+            sheets: run.install(|| sheets(&mesh, &normals, &curvatures, count, [precision, options.scale])),
             everything: OnceLock::new(),
             order: mesh.triangles().collect(),
             mesh,
@@ -308,7 +308,8 @@ fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
 }
 
 /// The triangles of every face, with normals and curvatures at their corners.
-fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, precision: f64, scale: f64) -> Vec<Sheet> {
+fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, [precision, scale]: [f64; 2]) -> Vec<Sheet> {
+    let smooth = is_smooth(mesh);
     let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
     let mut number = vec![NONE; mesh.triangle_capacity()];
     let mut counts = vec![0; count];
@@ -330,7 +331,7 @@ fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, preci
             beside: around.map(|h| beside(h as u32)),
         });
     }
-    parts.into_par_iter().map(|facets| Sheet::new(facets, precision, scale)).collect()
+    parts.into_par_iter().map(|facets| Sheet::new(facets, precision, scale, smooth)).collect()
 }
 
 impl Discrete {

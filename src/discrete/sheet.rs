@@ -37,6 +37,14 @@ impl Facet {
     fn normal(&self, w: [f64; 3]) -> Option<DVec3> {
         mix(&self.normals, w).try_normalize()
     }
+
+    /// The curvature in between. On a facet that tells how the surface bends it is the radius that grows evenly, as along a cone;
+    /// else the curvature itself, which may be noise at any corner.
+    fn bend(&self, w: [f64; 3], smooth: bool) -> f64 {
+        let mean =
+            |of: &dyn Fn(f64) -> f64| (0..3).filter(|k| w[*k] > 0.0).map(|k| w[k] * of(self.bends[k])).sum::<f64>();
+        if smooth { 1.0 / mean(&|b| 1.0 / b) } else { mean(&|b| b) }
+    }
 }
 
 /// The triangles of a face.
@@ -45,14 +53,16 @@ pub(super) struct Sheet {
     cells: Cells,
     /// Unit normal and offset, where the face is a plane to the precision of its nodes.
     pub(super) plane: Option<(DVec3, f64)>,
+    /// Whether the triangles tell how the surface bends.
+    smooth: bool,
 }
 
 impl Sheet {
     /// `scale` is the edge length of meshes whose points are asked for.
-    pub(super) fn new(facets: Vec<Facet>, precision: f64, scale: f64) -> Self {
+    pub(super) fn new(facets: Vec<Facet>, precision: f64, scale: f64, smooth: bool) -> Self {
         let plane = plane(&facets, precision);
         let cells = Cells::new(&facets.iter().map(|f| f.corners).collect::<Vec<_>>(), OFF * scale);
-        Self { facets, cells, plane }
+        Self { facets, cells, plane, smooth }
     }
 
     /// A triangle none of whose neighbors is nearer to `p`, found by walking there, and the barycentric coordinates of its
@@ -172,7 +182,7 @@ impl Sheet {
         if self.plane.is_some() {
             return Some(0.0);
         }
-        self.nearest(p).map(|(f, w)| (0..3).map(|k| w[k] * f.bends[k]).sum())
+        self.nearest(p).map(|(f, w)| f.bend(w, self.smooth))
     }
 }
 

@@ -43,7 +43,7 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
     }
     let mean = if count > 0 { sum / count as f64 } else { 0.0 };
     // Each round averages over about an edge length; the spread grows with the root of their number.
-    let smooth = facet_turn(m) <= SMOOTH;
+    let smooth = is_smooth(m);
     let rounds = if mean > 0.0 && !smooth { ((scale / mean).powi(2).round() as usize).min(MOST_ROUNDS) } else { 0 };
     for _ in 0..rounds {
         let old = normals.clone();
@@ -103,6 +103,11 @@ fn facet_turn(m: &EditMesh) -> f64 {
     if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
 }
 
+/// Whether facets are fine enough to tell how the surface bends within the length of an edge.
+pub(super) fn is_smooth(m: &EditMesh) -> bool {
+    facet_turn(m) <= SMOOTH
+}
+
 /// How much normals differ between a sector and what lies `shortest` and more from its node: facets far shorter than that, as
 /// of a finely divided wall, differ by little from one to the next. Normals are known to a share of that.
 fn bend_beyond(
@@ -139,7 +144,7 @@ fn bend_beyond(
 impl Discrete {
     /// Whether the triangles are fine enough to tell how the surface bends within the length of an edge.
     pub fn is_smooth(&self) -> bool {
-        facet_turn(&self.mesh) <= SMOOTH
+        is_smooth(&self.mesh)
     }
 
     /// How many times as many triangles the lengths `wanted` at curvatures make as those wanted on planes would.

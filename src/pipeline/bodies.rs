@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::numeric::Sets;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, asked_triangles, remesh_patchwork};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::quality::Fault;
@@ -42,6 +42,8 @@ pub(super) fn remeshed(
     let FaceMeshes { mut mesh, pieces, mut places, mut sizes, fans, .. } = made;
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
+    let of = |t: usize| asked_triangles(mesh.area_vector(t).length(), mesh.triangles[t].map(|v| sizes[v as usize]));
+    run.expected((0..mesh.triangles.len()).map(of).sum::<f64>() as usize);
     let marks = Marks::new(solid, fans, crowded(solid, &mesh, options.sizing.size));
     let crowded = &marks.still;
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.

@@ -256,7 +256,6 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
             ((made, followed), told, hits) = (again, again_told, left);
             first_kept = attempts.len() - 1;
         }
-        run.expected(made.mesh.triangles.len());
         let exact = ExactOptions { distance: Some(limit), ..ExactOptions::new(followed.sizing, followed.grading) };
         let (mesh, crossing) = remeshed(solid, made, &exact, &mut told, run)?;
         let flawed = crossing.unwrap_or(0);

@@ -31,6 +31,12 @@ const ALONG: f64 = 0.02;
 /// Sizes that were halved around a fault may grow at least this fast from there: what is far from it stays as it was.
 const STEEP: f64 = 0.5;
 
+/// How many triangles the lengths wanted at the corners of one ask for on its area, of which the double is given.
+pub fn asked_triangles(area: f64, wanted: [f64; 3]) -> f64 {
+    let density: f64 = wanted.iter().map(|w| w.powi(-2)).sum();
+    DENSER * 2.0 / 3.0 / 3f64.sqrt() * density * area
+}
+
 impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for; where
     /// `narrow`, what gaps between borders do, too.
@@ -204,12 +210,9 @@ impl Remesher<'_> {
     /// About how many triangles there will be: those the area of each asks for by what its nodes want.
     pub(super) fn expected_triangles(&self) -> usize {
         let m = &self.work.mesh;
-        let of = |t: u32| {
-            let density: f64 = m.corners(t).iter().map(|v| self.want[*v as usize].powi(-2)).sum();
-            2.0 / 3.0 / 3f64.sqrt() * density * m.area_vector(t).length()
-        };
+        let of = |t: u32| asked_triangles(m.area_vector(t).length(), m.corners(t).map(|v| self.want[v as usize]));
         let kept = m.triangles().filter(|&t| self.work.is_kept(t)).count();
-        (DENSER * m.triangles().filter(|&t| !self.work.is_kept(t)).map(of).sum::<f64>()) as usize + kept
+        m.triangles().filter(|&t| !self.work.is_kept(t)).map(of).sum::<f64>() as usize + kept
     }
 
     /// Lowers sizes until none grows faster than by `slope` from some nodes on.

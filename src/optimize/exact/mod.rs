@@ -26,6 +26,7 @@ mod scatter;
 mod strips;
 mod tips;
 
+pub use field::asked_triangles;
 pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 pub use pieced::{patch_open_pieces, patch_pieces};
