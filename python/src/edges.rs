@@ -5,7 +5,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::text::{call, read};
 
-/// A chain of edges in space, made by `polyline`, `spline`, `bezier`, `arc`, `circle`, `ellipse` and `chain`.
+/// A chain of edges in space, made by `polyline`, `spline`, `arc`, `conic`, `nurbs` and their like, joined by `chain`.
 #[pyclass(frozen, module = "rvachev", skip_from_py_object)]
 #[derive(Clone)]
 pub struct Edges {
