@@ -172,7 +172,7 @@ fn walls_and_disks_of_needles_are_meshed_as_well_as_others() {
     assert_eq!((made.mesh.faces.len(), check.genus, made.report.attempts.len()), (7, Some(0), 1));
     let wanted = input.area() / (3f64.sqrt() / 4.0 * size * size);
     assert!((made.mesh.triangles.len() as f64 / wanted - 1.0).abs() < 0.15, "{}", made.mesh.triangles.len());
-    assert!(check.quality.min_angle > 30.0 && check.quality.angle_p5 > 45.0, "{:?}", check.quality);
+    assert!(check.quality.min_angle > 30.0 && check.quality.p05_angle > 45.0, "{:?}", check.quality);
     assert!(check.deviation.as_ref().unwrap().max < 0.08 * size, "{:?}", check.deviation);
     assert!((check.volume.unwrap() / input.volume() - 1.0).abs() < 2e-3);
 }
