@@ -5,6 +5,7 @@
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
+use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -16,6 +17,11 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 
 /// A way that is shorter by less than this share is not shorter: lengths in the plane have rounding in them.
 const SHORTER: f64 = 1e-12;
+/// The sine of an angle between string and edge below which they are one line.
+const ALONG: f64 = 1e-9;
+/// Nodes whose angles lack more than this of a full turn are tips, and so many are tried.
+const TIP: f64 = 0.2;
+const MOST_TIPS: usize = 64;
 /// So many times as often as there are triangles in the strip it may be led past a node, and this many times more.
 const ROUNDS: usize = 20;
 const MORE_ROUNDS: usize = 1000;
@@ -34,7 +40,8 @@ pub struct MeshPath {
 /// *Guarantees*: a way that no change nearby makes shorter, that is a geodesic of the mesh, but for rounding; the same result each
 /// time. Where the mesh can be laid flat around the way, as across the edges of a box or around a cylinder, it is exact.
 /// *Does not guarantee*: the shortest of all ways. Where several ways pass an obstacle on different sides, and none can be changed
-/// into another without growing first, the one that is found may be a little longer than the best. It starts from the shortest way
+/// into another without growing first, the one that is found may be longer than the best. Around up to 64 tips near it, such as
+/// corners of boxes, both sides are tried. It starts from the shortest way
 /// along nodes and middles of edges, so it is never longer than that.
 /// *Errors*: [`Error::Input`] for points that are not finite, a mesh without triangles or with wrong indices, and two points on
 /// pieces that do not hang together; cancellation.
@@ -269,7 +276,36 @@ impl<'a> Net<'a> {
     }
 
     /// Points of a leg after its start, once nothing makes it shorter.
-    fn straightened(&self, mut leg: Leg, run: &Run) -> Result<Vec<DVec3>> {
+    fn straightened(&self, leg: Leg, run: &Run) -> Result<Vec<DVec3>> {
+        let (mut leg, mut tight) = self.tightened(leg, run)?;
+        // A tip can be passed on both sides without a bend: where there is one, both ways are tried.
+        let mut tried: FxHashSet<u32> = FxHashSet::default();
+        for _ in 0..MOST_TIPS {
+            let nodes = leg.strip.iter().flat_map(|t| self.mesh.triangles[*t as usize]);
+            let Some(v) = nodes.into_iter().find(|v| !tried.contains(v) && self.is_tip(*v)) else { break };
+            tried.insert(v);
+            let Some(strip) = self.past_the_other_side(&leg, v).filter(|s| *s != leg.strip) else { continue };
+            let (l, t) = self.tightened(Leg { strip, ..leg }, run)?;
+            if t.length < tight.length * (1.0 - SHORTER) {
+                (leg, tight) = (l, t);
+            }
+        }
+        Ok(self.points(&leg, &tight))
+    }
+
+    /// Whether angles around a node add up to much less than a full turn.
+    fn is_tip(&self, v: u32) -> bool {
+        let angle = |t: &u32| {
+            let corners = self.mesh.triangles[*t as usize];
+            let k = corners.iter().position(|w| *w == v).unwrap_or(0);
+            let [p, q, r] = [0, 1, 2].map(|i| self.node(corners[(k + i) % 3]));
+            (q - p).cross(r - p).length().atan2((q - p).dot(r - p))
+        };
+        TAU - self.at_node[v as usize].iter().map(angle).sum::<f64>() > TIP
+    }
+
+    /// A leg that no bend can be taken out of, and the string in it.
+    fn tightened(&self, mut leg: Leg, run: &Run) -> Result<(Leg, Tight)> {
         leg.strip = without_rounds(&leg.strip);
         let mut tight = self.pulled(&leg);
         // Flips that did not help need not be tried again until another did.
@@ -292,7 +328,7 @@ impl<'a> Net<'a> {
                 }
             }
         }
-        Ok(self.points(&leg, &tight))
+        Ok((leg, tight))
     }
 
     /// The strip led around a node the other way, where there are triangles on that side.
@@ -348,7 +384,7 @@ impl<'a> Net<'a> {
     /// Where the string crosses the edges of the strip, in space, and its end.
     fn points(&self, leg: &Leg, tight: &Tight) -> Vec<DVec3> {
         let mut out = Vec::with_capacity(tight.portals.len() + 1);
-        let mut k = 0;
+        let (mut k, mut last) = (0, tight.corners[0].0);
         for (i, portal) in tight.portals.iter().enumerate() {
             // The piece of the string that crosses this edge.
             while k + 2 < tight.corners.len() && tight.corners[k + 1].1 < i {
@@ -357,8 +393,14 @@ impl<'a> Net<'a> {
             let (p, q) = (tight.corners[k].0, tight.corners[k + 1].0);
             let (d, e) = (q - p, portal.left - portal.right);
             let det = d.perp_dot(e);
-            let share = if det != 0.0 { d.perp_dot(p - portal.right) / det } else { 0.0 };
+            // Where the string runs along an edge it is on it from where it was before.
+            let share = if det.abs() > ALONG * d.length() * e.length() {
+                d.perp_dot(p - portal.right) / det
+            } else {
+                (last - portal.right).dot(e) / e.length_squared()
+            };
             let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+            last = portal.right.lerp(portal.left, share);
             let [left, right] = portal.nodes.map(|v| self.node(v));
             out.push(right.lerp(left, share));
         }
@@ -435,7 +477,7 @@ fn funnel(start: DVec2, portals: &[Portal], end: DVec2) -> Vec<(DVec2, usize, u3
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
     use super::*;
 
