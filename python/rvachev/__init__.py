@@ -54,9 +54,11 @@ from ._rvachev import made as _made
 
 __all__ = [
     "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Shortfall", "Solid", "Task", "Told",
-    "arc", "bezier", "blend", "box", "chain", "check", "circle", "cone", "cylinder", "diamond", "ellipse", "ellipsoid", "evaluate",
-    "extrude", "extrude_edges", "field", "flat_face", "grid", "gyroid", "half_space", "heal", "intersection", "loft", "merge", "mesh", "mesh_brick", "plan", "polygon",
-    "polyline", "read_triangles", "remesh", "revolve", "revolve_edges", "ruled", "schwarz_p", "sew", "solid", "sphere", "spline",
+    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "chain", "check", "circle", "cone", "conic", "cylinder",
+    "diamond", "ellipse", "ellipsoid", "evaluate", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
+    "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "lagrange", "loft", "merge", "mesh", "mesh_brick",
+    "nurbs", "nurbs_surface", "parabola", "plan", "polygon", "polyline", "polynomial", "read_triangles", "remesh", "revolve",
+    "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "solid", "sphere", "spline", "spline_surface",
     "sweep_edges", "torus", "union", "x", "y", "z",
 ]
 
@@ -157,9 +159,12 @@ def polyline(points, closed=None) -> Edges:
     return _made("edges", "polyline", points=points, closed=closed)
 
 
-def spline(points, closed=None, start=None, end=None) -> Edges:
-    """One cubic spline through points; start and end are derivatives there, both or neither."""
-    return _made("edges", "spline", points=points, closed=closed, start=start, end=end)
+def spline(points, closed=None, start=None, end=None, ends=None) -> Edges:
+    """One cubic spline through points; start and end are derivatives there, both or neither.
+
+    With ends="parabolic" the first and the last piece are parabolas.
+    """
+    return _made("edges", "spline", points=points, closed=closed, start=start, end=end, ends=ends)
 
 
 def bezier(points, weights=None) -> Edges:
@@ -193,6 +198,12 @@ def _built(name, doc):
 arc = _edges("arc", "A part of a circle; arguments as in part files.")
 circle = _edges("circle", "A whole circle; arguments as in part files.")
 ellipse = _edges("ellipse", "A whole ellipse; arguments as in part files.")
+parabola = _edges("parabola", "An arc of a parabola by its focal length; arguments as in part files.")
+hyperbola = _edges("hyperbola", "An arc of a hyperbola by its half axes; arguments as in part files.")
+conic = _edges("conic", "An arc of a conic by its equation; arguments as in part files.")
+polynomial = _edges("polynomial", "A curve by vectors times powers of a parameter; arguments as in part files.")
+lagrange = _edges("lagrange", "One polynomial through points; arguments as in part files.")
+nurbs = _edges("nurbs", "A NURBS curve by its control points; arguments as in part files.")
 extrude_edges = _built("extrude_edges", "Edges extruded along a direction; arguments as in part files.")
 revolve_edges = _built("revolve_edges", "Edges turned about an axis; arguments as in part files.")
 loft = _built("loft", "A surface through sections; arguments as in part files.")
@@ -200,3 +211,11 @@ ruled = _built("ruled", "Straight surfaces from section to section; arguments as
 sweep_edges = _built("sweep_edges", "Edges moved along a path; arguments as in part files.")
 flat_face = _built("flat_face", "A flat sheet within edges; arguments as in part files.")
 sew = _built("sew", "Sheets joined where they meet; arguments as in part files.")
+bilinear = _built("bilinear", "A sheet of straight lines between four corners; arguments as in part files.")
+sectorial = _built("sectorial", "A sheet of straight lines from a curve to a point; arguments as in part files.")
+shift = _built("shift", "A sheet: a profile shifted along a path; arguments as in part files.")
+hermite = _built("hermite", "A sheet through chains by cubics; arguments as in part files.")
+spline_surface = _built("spline_surface", "A NURBS sheet over chains; arguments as in part files.")
+fillet_surface = _built("fillet_surface", "A sheet of circular arcs from chain to chain; arguments as in part files.")
+bezier_surface = _built("bezier_surface", "A Bezier sheet by its net; arguments as in part files.")
+nurbs_surface = _built("nurbs_surface", "A NURBS sheet by its net; arguments as in part files.")

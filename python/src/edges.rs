@@ -5,7 +5,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::text::{call, read};
 
-/// A chain of edges in space, made by `polyline`, `spline`, `bezier`, `arc`, `circle`, `ellipse` and `chain`.
+/// A chain of edges in space, made by `polyline`, `spline`, `arc`, `conic`, `nurbs` and their like, joined by `chain`.
 #[pyclass(frozen, module = "rvachev", skip_from_py_object)]
 #[derive(Clone)]
 pub struct Edges {
@@ -75,8 +75,8 @@ macro_rules! placed {
             fn rotate(&self, py: Python<'_>, args: Args<'_, '_>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 self.then(py, "rotate", args, kwargs)
             }
-            /// Scaled about the origin.
-            #[pyo3(signature = (*args, **kwargs), text_signature = "($self, k)")]
+            /// Scaled about the origin, about a point, or solids about="mass": about their centers of mass.
+            #[pyo3(signature = (*args, **kwargs), text_signature = "($self, k, about=None)")]
             fn scale(&self, py: Python<'_>, args: Args<'_, '_>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 self.then(py, "scale", args, kwargs)
             }

@@ -520,6 +520,51 @@ def test_files_and_built_solids(mesh, tmp_path):
     assert volume(*rv.mesh(tmp_path / "p.py", size="3%", define={"r": 2})) == pytest.approx(32 / 3 * math.pi, rel=1e-2)
 
 
+def test_free_form_edges_and_sheets_have_their_closed_forms():
+    def under(curve, start, end):
+        """The volume between a curve and its chord, one high."""
+        chord = rv.polyline([end, start])
+        return volume(*rv.Part(rv.extrude_edges(rv.chain([curve, chord]), direction="z", distance=1)).mesh(size=0.1))
+
+    root = math.sqrt(2)
+    assert under(rv.parabola(0.25, -1, 1), (1, -1), (1, 1)) == pytest.approx(4 / 3, rel=5e-3)
+    cap = root - math.asinh(1)
+    assert under(rv.hyperbola(1, 1, -1, 1), (root, -1), (root, 1)) == pytest.approx(cap, rel=5e-3)
+    three = [(-1, 1), (0, 0), (1, 1)]
+    for curve in (
+        rv.polynomial([(0, 0), (1, 0), (0, 1)], -1, 1),
+        rv.lagrange(three),
+        rv.nurbs([(-1, 1), (0, -1), (1, 1)], degree=2),
+        rv.spline(three, ends="parabolic"),
+    ):
+        assert under(curve, three[0], three[2]) == pytest.approx(4 / 3, rel=5e-3)
+    ellipse = rv.extrude_edges(rv.conic((1, 0, 4, 0, 0, -4)), direction="z", distance=1)
+    assert volume(*rv.Part(ellipse).mesh(size=0.1)) == pytest.approx(2 * math.pi, rel=5e-3)
+
+    def line(*at):
+        return rv.polyline([(*at, 0), (*at, 1)])
+
+    net = [[(0, 0, 0), (0, 0, 1)], [(1, 0, 0), (1, 0, 1)]]
+    two = [line(0, 0), line(1, 0)]
+    for sheet, area in (
+        (rv.bilinear((0, 0), (1, 0), (0, 1), (1, 1)), 1),
+        (rv.sectorial(line(0, 0), (1, 0)), 0.5),
+        (rv.shift(line(0, 0), rv.polyline([(0, 0), (1, 0)])), 1),
+        (rv.hermite(two), 1),
+        (rv.spline_surface(two), 1),
+        (rv.fillet_surface(line(1, 0), line(1, 1), line(0, 1)), math.pi / 2),
+        (rv.bezier_surface(net), 1),
+        (rv.nurbs_surface(net), 1),
+    ):
+        points, triangles = rv.Part(sheet).mesh(size=0.1)
+        a, b, c = (points[triangles[:, k]] for k in range(3))
+        assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(area, rel=5e-3)
+    with pytest.raises(rv.Error):
+        rv.conic((1, 2, 3))
+    with pytest.raises(rv.Error):
+        rv.bezier_surface([[(0, 0, 0)]])
+
+
 def test_meshes_and_parts_from_files_can_be_pickled(mesh, tmp_path):
     again = pickle.loads(pickle.dumps(mesh))
     assert again.points.tobytes() == mesh.points.tobytes() and again.triangles.tobytes() == mesh.triangles.tobytes()

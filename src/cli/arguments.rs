@@ -26,7 +26,7 @@ pub enum Command {
     View(ViewPage),
     /// Measure every stage of every method on one part, or all methods on three samples
     Compare(Compare),
-    /// Measure a mesh, however it was made
+    /// Measure a mesh, however it was made, or tell what is wrong with a STEP model
     Check(Check),
     /// Repair a mesh: close holes, join borders, part what intersects
     Heal(Heal),
@@ -349,7 +349,7 @@ pub struct Compare {
 
 #[derive(Debug, Args)]
 pub struct Check {
-    /// Mesh file
+    /// Mesh file, or a STEP model: told where it is open, apart, crossing or too small
     pub mesh: PathBuf,
     /// Part file or STEP file the mesh should be of
     #[arg(long, value_name = "PART")]

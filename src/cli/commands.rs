@@ -306,6 +306,9 @@ pub(super) fn ended(made: &Meshed, told: &Told, quiet: bool) -> bool {
 }
 
 pub fn check(a: &Check) -> Result<bool> {
+    if pipeline::is_step(&a.mesh) {
+        return check_model(a);
+    }
     let run = run(&a.common, "check")?;
     let mesh = io::read(&a.mesh, &run)?;
     let check = match &a.against {
@@ -321,6 +324,19 @@ pub fn check(a: &Check) -> Result<bool> {
     drop(run);
     say(&if a.json { to_json(&check)? } else { check.to_string() });
     Ok(check.closed && check.manifold && check.oriented && check.self_intersections == 0)
+}
+
+/// What is wrong with a CAD model.
+fn check_model(a: &Check) -> Result<bool> {
+    if a.against.is_some() || !a.define.is_empty() {
+        return Err(Error::Usage("--against and -D are for meshes; a STEP model is checked by itself".into()));
+    }
+    let run = run(&a.common, "check")?;
+    let model = pipeline::load_step(&a.mesh, &run)?;
+    let found = pipeline::diagnose_step(&model, &run).map_err(|e| e.in_file(&a.mesh))?;
+    drop(run);
+    say(&if a.json { to_json(&found)? } else { found.to_string() });
+    Ok(found.sound)
 }
 
 pub fn heal(a: &Heal) -> Result<bool> {

@@ -64,6 +64,10 @@ pub struct Measures {
     pub faces: Vec<FaceMeasure>,
     /// Volume by body, signed: positive where faces look outwards. Of a body that is not closed it means nothing.
     pub volumes: Vec<f64>,
+    /// Center of mass by body, of bodies whose volume is not zero. Of a body that is not closed it means nothing.
+    pub centers: Vec<Option<DVec3>>,
+    /// Nodes and triangles of the mesh all this was measured on first.
+    pub counts: [usize; 2],
     /// A box around everything.
     pub bounds: Aabb,
 }
@@ -104,29 +108,37 @@ impl Parametric {
                 self.brep.faces.len()
             ],
             volumes: vec![0.0; self.brep.bodies.len()],
+            centers: Vec::new(),
+            counts: [made.mesh.nodes.len(), made.mesh.triangles.len()],
             bounds: Aabb::EMPTY,
         };
-        let bent = Bent { solid: self, made: &made, borders: borders(&made), least: LEAST * size * size };
+        let middle = self.bounds().center();
+        let middle = if middle.is_finite() { middle } else { DVec3::ZERO };
+        let bent = Bent { solid: self, made: &made, borders: borders(&made), least: LEAST * size * size, middle };
+        let mut moments = vec![DVec3::ZERO; self.brep.bodies.len()];
         let mut points: Vec<Vec<DVec3>> = vec![Vec::new(); self.brep.faces.len()];
         let integral = |t: usize| {
             let mut seen = Vec::new();
-            let (area, volume) = bent.integral(t, &mut seen);
+            let found = bent.integral(t, &mut seen);
             let bounds = Aabb::around(seen.iter().copied());
             seen.truncate(6);
-            run.check().map(|()| (area, volume, bounds, seen))
+            run.check().map(|()| (found, bounds, seen))
         };
         let list = 0..made.mesh.triangles.len();
         let integrals: Vec<_> = run.install(|| list.into_par_iter().map(integral).collect::<Result<_>>())?;
-        for (t, (area, volume, bounds, seen)) in integrals.into_iter().enumerate() {
+        for (t, (found, bounds, seen)) in integrals.into_iter().enumerate() {
             let label = made.mesh.labels[t] as usize;
             let face = &mut out.faces[label];
-            face.area = face.area.map(|a| a + area);
+            face.area = face.area.map(|a| a + found.area);
             face.bounds = face.bounds.union(&bounds);
-            if let Some(v) = out.volumes.get_mut(body[label]) {
-                *v += volume;
+            if let (Some(v), Some(m)) = (out.volumes.get_mut(body[label]), moments.get_mut(body[label])) {
+                *v += found.volume;
+                *m += found.moment;
             }
             points[label].extend(seen);
         }
+        let center = |(v, m): (&f64, &DVec3)| Some(middle + *m / *v).filter(|c| c.is_finite());
+        out.centers = out.volumes.iter().zip(&moments).map(center).collect();
         for f in &made.failures {
             out.faces[f.face as usize].area = None;
             let edges =
@@ -187,12 +199,35 @@ struct Bent<'a> {
     borders: FxHashMap<(u32, [u32; 2]), u32>,
     /// Differences of areas that matter to nothing.
     least: f64,
+    /// Moments are about this point: far from the model they would cancel.
+    middle: DVec3,
+}
+
+/// Integrals over a part of the surface.
+#[derive(Debug, Clone, Copy, Default)]
+struct Integral {
+    area: f64,
+    /// Between the surface and the origin.
+    volume: f64,
+    /// Of the volume's coordinates, by half their squares times the normal.
+    moment: DVec3,
+}
+
+impl Integral {
+    /// This, and `share` times another.
+    fn plus(self, share: f64, other: Self) -> Self {
+        Self {
+            area: self.area + share * other.area,
+            volume: self.volume + share * other.volume,
+            moment: self.moment + share * other.moment,
+        }
+    }
 }
 
 impl Bent<'_> {
-    /// Area and volume of a triangle and of its four quarters, taken to the limit; quarters are halved on where both differ.
+    /// Integrals over a triangle and over its four quarters, taken to the limit; quarters are halved on where both differ.
     /// Every node on the way goes to `seen`.
-    fn integral(&self, t: usize, seen: &mut Vec<DVec3>) -> (f64, f64) {
+    fn integral(&self, t: usize, seen: &mut Vec<DVec3>) -> Integral {
         let (nodes, label) = (self.made.mesh.triangles[t], self.made.mesh.labels[t]);
         let side = |k: usize| {
             let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
@@ -211,17 +246,10 @@ impl Bent<'_> {
         [p[0], p[1], p[2], middle(0), middle(1), middle(2)]
     }
 
-    fn halved(
-        &self,
-        x: &[DVec3; 6],
-        sides: [&[u32]; 3],
-        label: u32,
-        depth: usize,
-        seen: &mut Vec<DVec3>,
-    ) -> (f64, f64) {
+    fn halved(&self, x: &[DVec3; 6], sides: [&[u32]; 3], label: u32, depth: usize, seen: &mut Vec<DVec3>) -> Integral {
         const INSIDE: &[u32] = &[];
         let [a, b, c] = sides;
-        let whole = integrals(x);
+        let whole = integrals(x, self.middle);
         let parts = [
             ([x[0], x[3], x[5]], [a, INSIDE, c]),
             ([x[3], x[1], x[4]], [a, b, INSIDE]),
@@ -230,13 +258,14 @@ impl Bent<'_> {
         ]
         .map(|(p, s)| (self.six(p, s, label), s));
         seen.extend(x);
-        let sum = parts.iter().map(|p| integrals(&p.0)).fold((0.0, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
-        let off = (sum.0 - whole.0).abs();
-        if off > SETTLED * sum.0 && off > self.least && depth < DEEPEST {
+        let added = |s: Integral, v: Integral| s.plus(1.0, v);
+        let sum = parts.iter().map(|p| integrals(&p.0, self.middle)).fold(Integral::default(), added);
+        let off = (sum.area - whole.area).abs();
+        if off > SETTLED * sum.area && off > self.least && depth < DEEPEST {
             let deeper = parts.iter().map(|(y, s)| self.halved(y, *s, label, depth + 1, seen));
-            return deeper.fold((0.0, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
+            return deeper.fold(Integral::default(), added);
         }
-        (sum.0 + (sum.0 - whole.0) / 15.0, sum.1 + (sum.1 - whole.1) / 15.0)
+        sum.plus(1.0 / 15.0, sum).plus(-1.0 / 15.0, whole)
     }
 
     /// The middle between two points, on the nearest of some edges, or else on the face.
@@ -267,9 +296,9 @@ impl Bent<'_> {
     }
 }
 
-/// Area, and the volume between a quadratic triangle and the origin.
-fn integrals(x: &[DVec3; 6]) -> (f64, f64) {
-    let (mut area, mut volume) = (0.0, 0.0);
+/// Integrals over a quadratic triangle; moments are about a point.
+fn integrals(x: &[DVec3; 6], middle: DVec3) -> Integral {
+    let mut out = Integral::default();
     for (r, s, w) in RULE {
         let q = 1.0 - r - s;
         let at = q * (2.0 * q - 1.0) * x[0]
@@ -279,8 +308,10 @@ fn integrals(x: &[DVec3; 6]) -> (f64, f64) {
         let dr = (4.0 * r - 1.0) * x[1] - (4.0 * q - 1.0) * x[0] + 4.0 * ((q - r) * x[3] + s * x[4] - s * x[5]);
         let ds = (4.0 * s - 1.0) * x[2] - (4.0 * q - 1.0) * x[0] + 4.0 * (r * x[4] - r * x[3] + (q - s) * x[5]);
         let n = dr.cross(ds);
-        area += 0.5 * w * n.length();
-        volume += 0.5 * w * at.dot(n) / 3.0;
+        let off = at - middle;
+        out.area += 0.5 * w * n.length();
+        out.volume += 0.5 * w * at.dot(n) / 3.0;
+        out.moment += 0.25 * w * off * off * n;
     }
-    (area, volume)
+    out
 }

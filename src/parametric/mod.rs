@@ -1,5 +1,6 @@
 //! Boundary representations: curves, surfaces, faces between edges, read from STEP files and meshed face by face.
 
+pub mod audit;
 pub mod basis;
 pub mod brep;
 pub mod build;

@@ -10,6 +10,7 @@ use crate::spatial::Aabb;
 mod net;
 mod power;
 mod refine;
+mod round;
 pub use refine::{EndSlopes, compatible};
 
 /// A rational B-spline curve.

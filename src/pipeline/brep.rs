@@ -94,7 +94,7 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 ///
 /// Errors: [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
-    let StepModel { brep, notes } = model;
+    let StepModel { brep, notes, .. } = model;
     let solid = Parametric::new(brep, run)?;
     let diagonal = solid.bounds().diagonal();
     let length = |s: SizeRequest| match s {

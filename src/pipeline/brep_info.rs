@@ -20,11 +20,13 @@ pub struct BoxInfo {
     pub lo: [f64; 3],
     /// Largest coordinates.
     pub hi: [f64; 3],
+    /// Lengths along x, y and z.
+    pub size: [f64; 3],
 }
 
 impl From<Aabb> for BoxInfo {
     fn from(b: Aabb) -> Self {
-        Self { lo: b.lo.to_array(), hi: b.hi.to_array() }
+        Self { lo: b.lo.to_array(), hi: b.hi.to_array(), size: b.size().to_array() }
     }
 }
 
@@ -33,6 +35,8 @@ impl From<Aabb> for BoxInfo {
 pub struct FaceReport {
     /// Its name.
     pub name: String,
+    /// The name of its body; none where it is part of no body.
+    pub body: Option<String>,
     /// The record or the number it comes from.
     pub source: u64,
     /// The kind of its surface.
@@ -60,6 +64,8 @@ pub struct BodyReport {
     pub sewn: bool,
     /// Its volume, where it is sewn and could be meshed.
     pub volume: Option<f64>,
+    /// Its center of mass, where its volume is known.
+    pub center: Option<[f64; 3]>,
 }
 
 /// What is known of a boundary representation.
@@ -67,6 +73,8 @@ pub struct BodyReport {
 pub struct BrepInfo {
     /// The unit of length.
     pub units: Option<String>,
+    /// Points nearer to each other than this are one, where the file says so.
+    pub tolerance: Option<f64>,
     /// How many vertices.
     pub vertices: usize,
     /// How many edges.
@@ -75,6 +83,10 @@ pub struct BrepInfo {
     pub open_edges: usize,
     /// Whether there is none.
     pub sewn: bool,
+    /// Nodes of the first mesh areas and volumes are measured on.
+    pub mesh_nodes: usize,
+    /// Its triangles.
+    pub mesh_triangles: usize,
     /// A box around everything.
     pub bounds: BoxInfo,
     /// The area of all faces that could be meshed.
@@ -89,12 +101,13 @@ pub struct BrepInfo {
 
 /// Looks at a boundary representation; areas and volumes to five or six digits. Errors: cancellation.
 pub fn brep_info(model: StepModel, units: Option<&str>, run: &Run) -> Result<BrepInfo> {
-    let StepModel { brep, notes } = model;
+    let StepModel { brep, notes, tolerance } = model;
     let solid = Parametric::new(brep, run)?;
     let m = solid.measure(run)?;
     let brep = &solid.brep;
     let uses = brep.uses();
-    let bodies = brep.bodies.iter().zip(&m.volumes).map(|(b, v)| {
+    let measured = m.volumes.iter().zip(&m.centers);
+    let bodies = brep.bodies.iter().zip(measured).map(|(b, (v, center))| {
         let faces = b.faces.iter().map(|f| &brep.faces[*f as usize]);
         let sewn = faces.flat_map(|f| &f.loops).flatten().all(|c| uses[c.edge as usize] > 1);
         let whole = b.faces.iter().all(|f| m.faces[*f as usize].area.is_some());
@@ -104,10 +117,16 @@ pub fn brep_info(model: StepModel, units: Option<&str>, run: &Run) -> Result<Bre
             solid: b.solid,
             sewn,
             volume: (sewn && whole).then_some(*v),
+            center: center.filter(|_| sewn && whole).map(|c| c.to_array()),
         }
     });
-    let faces = brep.faces.iter().zip(&m.faces).map(|(f, m)| FaceReport {
+    let mut body_of: Vec<Option<&str>> = vec![None; brep.faces.len()];
+    for (b, f) in brep.bodies.iter().flat_map(|b| b.faces.iter().map(move |f| (b, f))) {
+        body_of[*f as usize] = Some(&b.name);
+    }
+    let faces = brep.faces.iter().zip(&m.faces).zip(body_of).map(|((f, m), body)| FaceReport {
         name: f.name.clone(),
+        body: body.map(str::to_string),
         source: f.source,
         surface: f.surface.kind(),
         area: m.area,
@@ -118,10 +137,13 @@ pub fn brep_info(model: StepModel, units: Option<&str>, run: &Run) -> Result<Bre
     let open = uses.iter().filter(|n| **n == 1).count();
     Ok(BrepInfo {
         units: units.map(str::to_string),
+        tolerance,
         vertices: brep.vertices.len(),
         edges: brep.edges.len(),
         open_edges: open,
         sewn: open == 0,
+        mesh_nodes: m.counts[0],
+        mesh_triangles: m.counts[1],
         bounds: m.bounds.into(),
         area: m.area(),
         bodies: bodies.collect(),
@@ -131,7 +153,7 @@ pub fn brep_info(model: StepModel, units: Option<&str>, run: &Run) -> Result<Bre
 }
 
 /// A number to six digits.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) {
         let digits = (5 - x.abs().max(1e-5).log10().floor() as i32).clamp(0, 9) as usize;
         let s = format!("{x:.digits$}");
@@ -169,19 +191,32 @@ impl fmt::Display for BrepInfo {
             0 => writeln!(f, "sewn: every edge has a face on both sides")?,
             n => writeln!(f, "not sewn: {n} edges have a face on one side only")?,
         }
+        if let Some(t) = self.tolerance {
+            writeln!(f, "tolerance {} {unit}", short(t))?;
+        }
         writeln!(f, "box {} {unit}", self.bounds)?;
+        writeln!(f, "size {} {unit}", self.bounds.size.map(short).join(" x "))?;
+        writeln!(f, "measured on {} nodes, {} triangles", self.mesh_nodes, self.mesh_triangles)?;
         writeln!(f, "area {} {unit}^2", short(self.area))?;
         for b in &self.bodies {
             let kind = if b.solid { "solid" } else { "sheet" };
             write!(f, "body {}: {kind} of {} faces", b.name, b.faces)?;
             match b.volume {
-                Some(v) => writeln!(f, ", volume {} {unit}^3", short(v))?,
-                None if b.sewn => writeln!(f, ", volume not known")?,
-                None => writeln!(f, ", open")?,
+                Some(v) => write!(f, ", volume {} {unit}^3", short(v))?,
+                None if b.sewn => write!(f, ", volume not known")?,
+                None => write!(f, ", open")?,
+            }
+            match b.center {
+                Some(c) => writeln!(f, ", center of mass ({})", c.map(short).join(", "))?,
+                None => writeln!(f)?,
             }
         }
         for face in &self.faces {
-            writeln!(f, "face {} (#{}): {}", face.name, face.source, face.surface)?;
+            write!(f, "face {} (#{}): {}", face.name, face.source, face.surface)?;
+            match &face.body {
+                Some(b) => writeln!(f, ", of body {b}")?,
+                None => writeln!(f)?,
+            }
             match face.area {
                 Some(a) => writeln!(f, "  area {} {unit}^2", short(a))?,
                 None => writeln!(f, "  area not known: the face could not be meshed")?,

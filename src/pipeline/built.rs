@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use glam::{DMat3, DVec3};
+
 use super::brep::{expected, mesh_step};
 use super::mesh::{MeshOptions, Meshed, Ready, check_groups, finish_names};
 use crate::error::{Error, Place, Result};
@@ -19,7 +21,7 @@ use crate::parametric::build::{
 };
 use crate::parametric::nurbs::{NurbsCurve, NurbsSurface, SplineEnds};
 use crate::parametric::step::write_step;
-use crate::parametric::{Curve, Frame, Similarity};
+use crate::parametric::{Curve, Frame, Parametric, Similarity};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 
@@ -93,6 +95,24 @@ fn sheet(s: &Sheet, run: &Run) -> Result<Brep> {
     }
 }
 
+/// A solid scaled about its center of mass, which is known to five or six digits.
+fn about_mass(brep: Brep, scale: f64, run: &Run) -> Result<Brep> {
+    let wrong = |what: &str| Err(Error::input(Place::Unknown, what));
+    if brep.bodies.iter().any(|b| !b.solid) || brep.uses().contains(&1) {
+        return wrong("a sheet has no mass: give \"about\" a point");
+    }
+    let solid = Parametric::new(brep, run)?;
+    let m = solid.measure(run)?;
+    let volume: f64 = m.volumes.iter().sum();
+    let moment: DVec3 = m.centers.iter().zip(&m.volumes).map(|(c, v)| c.unwrap_or_default() * *v).sum();
+    let center = moment / volume;
+    if m.faces.iter().any(|f| f.area.is_none()) || !(volume > 0.0) || !center.is_finite() {
+        return wrong("the center of mass is not known, as a face could not be measured: give \"about\" a point");
+    }
+    let translation = center - scale * center;
+    Ok(solid.brep.moved(&Similarity { scale, rotation: DMat3::IDENTITY, translation }))
+}
+
 /// Builds one. Errors: without a place in the file, but for those of recipes inside it.
 pub(super) fn build_one(r: &Recipe, run: &Run) -> Result<Brep> {
     let made = match &r.build {
@@ -120,6 +140,10 @@ pub(super) fn build_one(r: &Recipe, run: &Run) -> Result<Brep> {
             loft(&sections?, &Loft { ruled: *ruled, caps: *solid, round: *round, square: *square })?
         }
         Build::Sweep { edges, path, solid } => sweep_edges(&wires(edges)?, &wire(path)?, *solid)?,
+        Build::AboutMass { part, scale } => {
+            let made = build_all(std::slice::from_ref(&**part), run)?;
+            about_mass(Brep::together(made), *scale, run)?
+        }
         Build::Sheet(s) => sheet(s, run)?,
         Build::Flat(edges) => flat_face(&wires(edges)?)?,
         Build::Sew { parts, tolerance, solid } => sew(build_all(parts, run)?, *tolerance, *solid, run)?,

@@ -4,6 +4,7 @@ mod attempts;
 mod bodies;
 mod boolean;
 mod brep;
+mod brep_check;
 mod brep_info;
 mod brep_oracle;
 mod bricks;
@@ -39,6 +40,7 @@ pub use crate::implicit::RSystem;
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use crate::optimize::Sequence;
 pub use brep::{is_step, load_step, mesh_step};
+pub use brep_check::{BodyDiagnosis, BrepDiagnosis, ModelFault, diagnose_brep, diagnose_step};
 pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info, distances_to_step};
 pub use bricks::{
     BrickPlan, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece, merge_bricks, merge_pieces,

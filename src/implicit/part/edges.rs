@@ -334,8 +334,33 @@ pub(super) fn method<'a>(
             Placement { rotation, scale: 1.0, shift: at - rotation * at }
         }
         _ => {
-            let b = Bound::new(it, "scale", &["k"], arguments, range)?;
-            Placement { scale: b.positive(it, "k")?, ..Placement::IDENTITY }
+            let b = Bound::new(it, "scale", &["k", "about"], arguments, range)?;
+            let k = b.positive(it, "k")?;
+            match b.get("about").map(|a| (&a.value, a.range)) {
+                Some((Value::Str(s), at)) => {
+                    if **s != *"mass" {
+                        return Err(it.error(at, "\"about\" is a point, or \"mass\" for the center of mass"));
+                    }
+                    let Value::Built(r) = object else {
+                        return Err(it.error(at, "edges have no center of mass; give a point"));
+                    };
+                    let mut inner = (**r).clone();
+                    let name = inner.name.take();
+                    let depth = inner.depth + 1;
+                    if depth > DEEPEST {
+                        let what = format!("solids are scaled inside each other: the limit is {DEEPEST} times");
+                        return Err(it.error(range, what));
+                    }
+                    let made = recipe(it, range, Build::AboutMass { part: Box::new(inner), scale: k }, depth);
+                    let Value::Built(r) = made else { return Ok(made) };
+                    return Ok(Value::Built(Rc::new(Recipe { name, ..(*r).clone() })));
+                }
+                Some(_) => {
+                    let at = b.flat_point(it, "about")?;
+                    Placement { scale: k, shift: at - k * at, ..Placement::IDENTITY }
+                }
+                None => Placement { scale: k, ..Placement::IDENTITY },
+            }
         }
     };
     match object {

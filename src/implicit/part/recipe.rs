@@ -232,6 +232,13 @@ pub enum Build {
         /// Whether it is a solid.
         solid: bool,
     },
+    /// A solid made so many times as large about its own center of mass.
+    AboutMass {
+        /// The solid.
+        part: Box<Recipe>,
+        /// The factor.
+        scale: f64,
+    },
     /// A sheet of free form.
     Sheet(Sheet),
     /// A flat sheet.

@@ -30,6 +30,12 @@ impl NurbsSurface {
         Self::from_weighted(self.u.clone(), knots, &points)
     }
 
+    /// The part over ranges of u and v inside the domain, with borders that are rows of control points; the parameters stay.
+    /// Errors: empty ranges.
+    pub fn part(&self, u: [f64; 2], v: [f64; 2]) -> Result<Self> {
+        self.part_across(v)?.transposed()?.part_across(u)?.transposed()
+    }
+
     /// Parameters v inside the domain at which the normal jumps.
     fn creases_across(&self) -> Vec<f64> {
         let ([a, b], [c, d]) = (self.u.domain(), self.v.domain());

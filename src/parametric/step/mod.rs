@@ -35,11 +35,13 @@ pub struct StepModel {
     pub brep: Brep,
     /// What was not understood, or had to be put right.
     pub notes: Vec<Note>,
+    /// Points nearer to each other than this are one, in millimeters, where the file says so.
+    pub tolerance: Option<f64>,
 }
 
 impl From<Brep> for StepModel {
     fn from(brep: Brep) -> Self {
-        Self { brep, notes: Vec::new() }
+        Self { brep, ..Self::default() }
     }
 }
 
@@ -78,13 +80,14 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
             b.body(r.id, Similarity::scaled(units.length), units, None, "body");
         }
     }
+    let tolerance = tree.tolerance();
     let Builder { mut brep, notes, .. } = b;
     if brep.faces.is_empty() {
         let why = notes.iter().take(3).map(|n| format!("; {n}")).collect::<String>();
         return Err(Error::input(Place::Unknown, format!("the file has no face that is understood{why}")));
     }
     name_faces(&mut brep);
-    Ok(StepModel { brep, notes })
+    Ok(StepModel { brep, notes, tolerance })
 }
 
 /// Gives every face a name of its own: its own where it has one, else that of its body and a number.
@@ -417,6 +420,17 @@ impl<'a> Tree<'a> {
             }
         }
         Ok(out)
+    }
+
+    /// The largest length the file gives as its accuracy, in millimeters.
+    fn tolerance(&self) -> Option<f64> {
+        let given = |record: &Record| {
+            let a = Args { record, values: record.part("UNCERTAINTY_MEASURE_WITH_UNIT")? };
+            let unit = self.look.file.get(a.optional(1)?)?;
+            unit.part("LENGTH_UNIT")?;
+            Some(a.positive(0).ok()? * self.unit(unit, 0).ok()? * METER)
+        };
+        self.look.file.of("UNCERTAINTY_MEASURE_WITH_UNIT").filter_map(given).max_by(f64::total_cmp)
     }
 
     /// A unit in meters or radians.
