@@ -71,10 +71,10 @@ fn inner_edges(mesh: &TriMesh, face: &str) -> Vec<f64> {
     lengths
 }
 
-/// The edges a size asks for on a circle: their middles are off it by a 120th of the size.
+/// The edges a size asks for on a circle: their middles are off it by 0.45 of the tolerance, which is 0.035 of the size.
 fn chord(size: f64, radius: f64) -> f64 {
-    let off = size / 120.0;
-    size.min(2.0 * (off * (2.0 * radius - off)).sqrt())
+    let off = 0.45 * 0.035 * size;
+    size.min(2.0 * (off * (2.0 * radius - off)).sqrt()).min(20f64.to_radians() * radius)
 }
 
 /// The area of a triangle of three equal sides.
