@@ -11,8 +11,6 @@ use crate::geometry::{Pieces, SurfaceOracle};
 use crate::mesh::{EditMesh, Group, TriMesh};
 use crate::run::Run;
 
-// Some shapes are for tests outside the crate alone.
-#[allow(dead_code)]
 #[path = "../../tests/shapes/mod.rs"]
 mod shapes;
 use shapes::{l_block, prism};
