@@ -86,7 +86,7 @@ pub struct How {
     /// On curved parts neighboring edges turn by at most this many degrees
     #[arg(long, value_name = "DEGREES", value_parser = positive)]
     pub angle: Option<f64>,
-    /// No triangle farther than this from the surface [default: 0.035 of the size; none with --angle alone]
+    /// No triangle farther than this from the surface [default: 0.035 of the size, at least diagonal / 5400; none with --angle alone]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub tol: Option<f64>,
     /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, for triangles 0.3]

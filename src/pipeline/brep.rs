@@ -112,7 +112,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     let lost = notes.iter().filter(|n| n.lost);
     report.shortfalls.extend(lost.map(|n| Fault::NotRead { record: n.id, line: n.line, reason: n.message.clone() }));
     let asked = options.trim.map(length);
-    let within = 0.5 * Wish::new(size, options).tolerance;
+    let within = 0.5 * Wish::new(size, solid.bounds().diagonal(), options).tolerance;
     let steps = match asked {
         Some(width) => vec![(width, Walls::Cut)],
         None => vec![((SLIVER * size).min(within), Walls::Keep), ((NEEDLES * size).min(within), Walls::Necks)],
@@ -155,7 +155,7 @@ pub(super) fn first_triangles(
     report: &mut Report,
     run: &Run,
 ) -> Result<FaceMeshes> {
-    let wish = Wish::new(size, options);
+    let wish = Wish::new(size, solid.bounds().diagonal(), options);
     let chord = wish.chord();
     let (wishes, mut looked) = (Wishes::default(), Looked::default());
     let mut crossed: Vec<(DVec3, f64)> = Vec::new();
@@ -205,7 +205,7 @@ fn meshed(solid: &Parametric, report: Report, options: &MeshOptions, run: &Run) 
     let size = report.size;
     let diagonal = solid.bounds().diagonal();
     let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()))?;
-    let wish = Wish::new(size, options);
+    let wish = Wish::new(size, solid.bounds().diagonal(), options);
     let limit = wish.tolerance;
     let measured = options.measure || options.tolerance.is_some();
     // Places that came out too far from the surface, and the lengths that will do there.
@@ -371,7 +371,7 @@ fn first_mesh(
     (report, looked): (&mut Report, &mut Looked),
     run: &Run,
 ) -> Result<(FaceMeshes, Followed)> {
-    let wish = Wish::new(size, options);
+    let wish = Wish::new(size, solid.bounds().diagonal(), options);
     let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
     let mut followed = held.unwrap_or(Followed {
         sizing: Sizing { chord: Some(chord), ..wish.sizing(options.least.unwrap_or(size / small)) },

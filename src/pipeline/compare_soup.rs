@@ -25,8 +25,9 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let prepared = prepare(input, soup.close, run)?;
     let size = length(options.size, &prepared.mesh);
     let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
-    let (named, sizing) = (solid.named(), relaxed(sizing(size, options), options, soup, &solid));
-    let wish = Wish::new(size, options);
+    let (named, sizing) =
+        (solid.named(), relaxed(sizing(size, solid.bounds().diagonal(), options), options, soup, &solid));
+    let wish = Wish::new(size, solid.bounds().diagonal(), options);
     let sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut Report::of("triangles", size, None));
     let exact = soup_sizes::exact(sizing, options, &solid);
     let mut rows = Vec::new();

@@ -281,7 +281,7 @@ fn mesh_counted(
         touching = Touching::of(&solid.named(), run)?;
     }
     tell_removed(&solid, &mut report);
-    let sizing = relaxed(sizing(size, options), options, soup, &solid);
+    let sizing = relaxed(sizing(size, solid.bounds().diagonal(), options), options, soup, &solid);
     // What is left as it was is not divided.
     let named = solid.named();
     // What touches is known by its triangles.
@@ -291,7 +291,7 @@ fn mesh_counted(
     let open = !named.defects().is_closed();
     let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
     let (face_sizes, regions) = (wishes.faces, wishes.regions);
-    let wish = Wish::new(size, options);
+    let wish = Wish::new(size, solid.bounds().diagonal(), options);
     let plain = soup_sizes::exact(sizing, options, &solid);
     let exact = ExactOptions { face_sizes, regions, ..plain };
     let mut sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut report);
@@ -339,7 +339,7 @@ fn mesh_counted(
         let places = Places::new(&bad, &folds, &made.mesh, reach);
         let poor = made.report.inverted > 0 || SLIM * made.report.slim.len() > made.mesh.triangles.len();
         // Nearer to the surface there may be no need for more.
-        let plain = self::sizing(size, options);
+        let plain = self::sizing(size, solid.bounds().diagonal(), options);
         let near = sizing.chord <= plain.chord.map(|c| STRICT * c);
         if !near && !bad.is_empty() {
             let options = MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
@@ -559,7 +559,7 @@ mod tests {
         let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
         let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
         let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
-        let exact = ExactOptions::new(sizing(size, &MeshOptions::default()), GRADING);
+        let exact = ExactOptions::new(sizing(size, 1.0, &MeshOptions::default()), GRADING);
         let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
         let now: std::collections::BTreeSet<[u64; 3]> =

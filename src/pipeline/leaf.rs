@@ -4,7 +4,7 @@ use super::attempts::{Scout, Searched, Trial, search};
 use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{MeshOptions, Ready};
 use super::method::Method;
-use super::wish::{LEAST_SHARE, TOLERANCE, Wish};
+use super::wish::{LEAST_SHARE, Wish, own_tolerance};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
@@ -66,14 +66,14 @@ impl ByLeaf {
 
 /// Options for a part whose curved walls are thinner than chords are high: `times` as many chords to a length.
 pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOptions {
-    let tolerance = Some(TOLERANCE * ready.size / (times * times));
+    let tolerance = Some(own_tolerance(ready.size, ready.model.bounds().diagonal()) / (times * times));
     let least = options.least.or(Some(ready.size / (LEAST_SHARE * times)));
     MeshOptions { tolerance, least, ..options.clone() }
 }
 
 /// What the remesher aims at.
 pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> Result<ExactOptions> {
-    let wish = Wish::new(ready.size, options);
+    let wish = Wish::new(ready.size, ready.model.bounds().diagonal(), options);
     // Cells are as wide as the size unless something smaller was found.
     let sizing = wish.sizing(options.least.unwrap_or(cell / LEAST_SHARE));
     let grading = wish.grading;

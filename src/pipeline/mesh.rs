@@ -51,7 +51,7 @@ pub struct MeshOptions {
     /// nine nodes to a radius where neither this nor `tolerance` is asked for.
     pub angle: Option<f64>,
     /// No triangle is to be farther than this from the surface, in the part's unit: edges are made to stay within 0.45 of it. Without it
-    /// 0.035 of the size; nothing where only an angle is asked for.
+    /// 0.035 of the size, at least a 5400th of the diagonal; nothing where only an angle is asked for.
     pub tolerance: Option<f64>,
     /// How fast edge lengths may grow per length. Without it a fifth; for boundary representations up to 0.45 where details make most
     /// of the triangles, 0.3 for soups of coarse facets.

@@ -3,7 +3,7 @@
 use super::discrete::SoupOptions;
 use super::mesh::MeshOptions;
 use super::report::Report;
-use super::wish::{LEAST_SHARE, Wish};
+use super::wish::{GRADING, LEAST_SHARE, Wish};
 use crate::discrete::Discrete;
 use crate::optimize::Sizing;
 use crate::optimize::exact::ExactOptions;
@@ -22,8 +22,8 @@ const LEAST_FEATURE: f64 = 20.0;
 const MOST_FEATURES: f64 = 2.0;
 const MOST_NODES: f64 = 5e3;
 
-pub(super) fn sizing(size: f64, options: &MeshOptions) -> Sizing {
-    Wish::new(size, options).sizing(options.least.unwrap_or(size / LEAST_SHARE))
+pub(super) fn sizing(size: f64, diagonal: f64, options: &MeshOptions) -> Sizing {
+    Wish::new(size, diagonal, options).sizing(options.least.unwrap_or(size / LEAST_SHARE))
 }
 
 /// Where facets are too coarse to tell noise from bends these ask for no number of edges; and where they bend nearly everywhere so much
@@ -45,7 +45,7 @@ pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions,
 /// What the remesher aims at. Where facets are too coarse to tell noise from bends lengths grow faster, unless asked otherwise.
 pub(super) fn exact(sizing: Sizing, options: &MeshOptions, solid: &Discrete) -> ExactOptions {
     let rough = options.grading.is_none() && !solid.is_smooth();
-    ExactOptions::new(sizing, if rough { ROUGH_GRADING } else { Wish::new(sizing.size, options).grading })
+    ExactOptions::new(sizing, if rough { ROUGH_GRADING } else { options.grading.unwrap_or(GRADING) })
 }
 
 /// What features close to each other ask for, and bends that leave edges by more than `line`; less where they are so many that a mesh would be made of little else.

@@ -175,7 +175,7 @@ fn refuse(options: &MeshOptions) -> Result<()> {
 
 fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
     let wishes = Wishes::new(&options.refinements, diagonal, numbers.names.iter().map(String::as_str))?;
-    let wanted = Wish::new(size, options);
+    let wanted = Wish::new(size, diagonal, options);
     let least = options.least.unwrap_or(size / LEAST_SHARE);
     // What the surfaces' curvature asks for is known at the nodes of the operands.
     let chord = options.tolerance.map(|_| wanted.chord());

@@ -232,8 +232,8 @@ fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Res
     let Wanted { options, size, run, .. } = *wanted;
     let soup = SoupOptions::default();
     let solid = Discrete::new(mesh, &discrete_options(&soup, size), run)?;
-    let sizing = relaxed(sizing(size, options), options, &soup, &solid);
-    let sizes = feature_sizes(&solid, &sizing, Wish::new(size, options).chord(), report);
+    let sizing = relaxed(sizing(size, solid.bounds().diagonal(), options), options, &soup, &solid);
+    let sizes = feature_sizes(&solid, &sizing, Wish::new(size, solid.bounds().diagonal(), options).chord(), report);
     let named = solid.named();
     let m = &solid.mesh;
     let ends = m.edges().filter(|&h| m.is_sharp(h) && m.label(h / 3) == m.label(m.opposite(h) / 3)).count();
