@@ -61,6 +61,8 @@ pub struct Run {
     cancel: CancelToken,
     progress: Option<Arc<dyn Progress>>,
     pool: Option<Arc<rayon::ThreadPool>>,
+    /// Whether what is made is a part of the mesh, of which nothing is expected.
+    partial: bool,
 }
 
 impl std::fmt::Debug for Run {
@@ -133,7 +135,7 @@ impl Run {
 
     /// Tells the listener, if any, about how many triangles the mesh will have.
     pub fn expected(&self, triangles: usize) {
-        if let Some(p) = &self.progress {
+        if let Some(p) = self.progress.as_ref().filter(|_| !self.partial) {
             p.expected(triangles);
         }
     }
@@ -148,6 +150,11 @@ impl Run {
         if let Some(p) = &self.progress {
             p.note(kind, &line());
         }
+    }
+
+    /// The same run for something that the mesh is made of, how many triangles of which tell nothing of the mesh.
+    pub(crate) fn for_a_part(&self) -> Self {
+        Self { partial: true, ..self.clone() }
     }
 
     /// The same run with nobody listening, for parts of a stage whose shares are not those of the stage.

@@ -28,6 +28,32 @@ fn nothing_left(dir: &Path) {
     assert!(left.is_empty(), "left behind: {left:?}");
 }
 
+/// Of solids of every kind, of a plane figure, which is meshed as a slab, and of one joined of two gates, whose operands are meshed
+/// before it is.
+#[test]
+fn a_dry_run_tells_how_many_triangles_there_will_be_and_writes_nothing() {
+    let dir = TempDir::new().unwrap();
+    for name in ["bracket.py", "aircraft.py", "plate.py", "bored_ball.py", "soups/bored_block.off"] {
+        let told = rvachev().current_dir(&dir).args(["mesh", &data(name), "--dry-run", "-q"]).assert().success();
+        let told = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+        let about: f64 =
+            told.trim().strip_prefix("about ").unwrap().strip_suffix(" triangles").unwrap().parse().unwrap();
+        nothing_left(dir.path());
+        let report = dir.path().join("r.json");
+        let made = ["mesh", &data(name), "-o", "a.stl", "-q", "--report", "r.json"].map(String::from);
+        rvachev().current_dir(&dir).args(made).assert().success();
+        let known: Value = serde_json::from_slice(&fs::read(&report).unwrap()).unwrap();
+        let count = known["check"]["triangles"].as_f64().unwrap();
+        assert!((about / count - 1.0).abs() < 0.15, "{name}: {about} {count}");
+        [report, dir.path().join("a.stl")].iter().for_each(|f| fs::remove_file(f).unwrap());
+    }
+    for option in [["-o", "a.stl"], ["--png", "a.png"], ["--report", "a.json"]] {
+        let both = ["mesh", &data("bracket.py"), "--dry-run"];
+        rvachev().current_dir(&dir).args(both).args(option).assert().code(2);
+    }
+    rvachev().current_dir(&dir).args(["mesh", "none.py", "--dry-run"]).assert().code(3).stderr(contains("none.py"));
+}
+
 #[test]
 fn the_main_job_writes_mesh_picture_and_report() {
     let dir = TempDir::new().unwrap();

@@ -89,7 +89,7 @@ pub struct How {
     /// No triangle farther than this from the surface [default: 0.035 of the size, at least diagonal / 5400; none with --angle alone]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub tol: Option<f64>,
-    /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, for triangles 0.3]
+    /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, 0.3 for triangles that turn by more than 5 degrees from one to the next]
     #[arg(long, value_name = "SLOPE", value_parser = positive)]
     pub grading: Option<f64>,
     /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size, less where an R-function part has smaller features; a 40th for gaps and short edges]

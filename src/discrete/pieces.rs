@@ -65,6 +65,8 @@ impl Default for DiscreteOptions {
 pub struct Discrete {
     /// The input's triangles: labels are faces, geometric edges are sharp, vertices pinned.
     pub mesh: EditMesh,
+    /// Whether the triangles are fine enough to tell how the surface bends within the length of an edge.
+    pub smooth: bool,
     /// Features that were simplified away.
     pub removed: Vec<Removed>,
     names: Vec<String>,
@@ -141,15 +143,19 @@ impl Discrete {
             divide_features(&mut mesh, options.scale);
         }
         let normals = corner_normals(&mesh);
-        let curvatures = curvatures(&mesh, &normals, NOISE * options.scale);
+        let smooth = is_smooth(&mesh);
+        let curvatures = curvatures(&mesh, &normals, NOISE * options.scale, smooth);
         let mut bends = vec![0.0f64; mesh.node_capacity()];
         for h in mesh.triangles().flat_map(|t| 3 * t..3 * t + 3) {
             let most = &mut bends[mesh.origin(h) as usize];
             *most = most.max(curvatures[h as usize]);
         }
         let mut this = Self {
+            smooth,
             bends,
-            sheets: run.install(|| sheets(&mesh, &normals, &curvatures, count, [precision, options.scale])),
+            sheets: run.install(|| {
+                sheets(&mesh, &normals, &curvatures, count, |f| Sheet::new(f, precision, options.scale, smooth))
+            }),
             everything: OnceLock::new(),
             order: mesh.triangles().collect(),
             mesh,
@@ -308,8 +314,13 @@ fn corner_normals(mesh: &EditMesh) -> Vec<DVec3> {
 }
 
 /// The triangles of every face, with normals and curvatures at their corners.
-fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, [precision, scale]: [f64; 2]) -> Vec<Sheet> {
-    let smooth = is_smooth(mesh);
+fn sheets(
+    mesh: &EditMesh,
+    normals: &[DVec3],
+    bends: &[f64],
+    count: usize,
+    sheet: impl Fn(Vec<Facet>) -> Sheet + Sync,
+) -> Vec<Sheet> {
     let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
     let mut number = vec![NONE; mesh.triangle_capacity()];
     let mut counts = vec![0; count];
@@ -331,7 +342,7 @@ fn sheets(mesh: &EditMesh, normals: &[DVec3], bends: &[f64], count: usize, [prec
             beside: around.map(|h| beside(h as u32)),
         });
     }
-    parts.into_par_iter().map(|facets| Sheet::new(facets, precision, scale, smooth)).collect()
+    parts.into_par_iter().map(|facets| sheet(facets)).collect()
 }
 
 impl Discrete {

@@ -33,8 +33,8 @@ const SMOOTH: f64 = std::f64::consts::PI / 36.0;
 const MOST_ROUNDS: usize = 30;
 
 /// The larger magnitude of the principal curvatures at the origin of each half-edge, from corner normals averaged over
-/// about `scale`: what is finer than that is noise. Geometric edges part the averages.
-pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> Vec<f64> {
+/// about `scale`: what is finer than that is noise, unless the triangles are [smooth](is_smooth). Geometric edges part the averages.
+pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64, smooth: bool) -> Vec<f64> {
     let mut normals = corner_normals.to_vec();
     let (mut sum, mut count) = (0.0, 0usize);
     for h in m.edges() {
@@ -43,7 +43,6 @@ pub(super) fn curvatures(m: &EditMesh, corner_normals: &[DVec3], scale: f64) -> 
     }
     let mean = if count > 0 { sum / count as f64 } else { 0.0 };
     // Each round averages over about an edge length; the spread grows with the root of their number.
-    let smooth = is_smooth(m);
     let rounds = if mean > 0.0 && !smooth { ((scale / mean).powi(2).round() as usize).min(MOST_ROUNDS) } else { 0 };
     for _ in 0..rounds {
         let old = normals.clone();
@@ -142,11 +141,6 @@ fn bend_beyond(
 }
 
 impl Discrete {
-    /// Whether the triangles are fine enough to tell how the surface bends within the length of an edge.
-    pub fn is_smooth(&self) -> bool {
-        is_smooth(&self.mesh)
-    }
-
     /// How many times as many triangles the lengths `wanted` at curvatures make as those wanted on planes would.
     pub fn crowding(&self, wanted: impl Fn(f64) -> f64) -> f64 {
         let plain = wanted(0.0).powi(2);

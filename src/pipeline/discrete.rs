@@ -460,7 +460,7 @@ pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], le
         sizes,
         frozen,
         raw: true,
-        fine: solid.is_smooth(),
+        fine: solid.smooth,
         ..Patchwork::new(mesh, sets, patches.into())
     }
 }

@@ -180,7 +180,7 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
     };
     let slab = Slab::new(part, THICKNESS * size)?;
     let how = MeshOptions { size: Some(SizeRequest::Length(size)), ..options.clone() };
-    let solid = mesh_part(&slab.part, &how, run)?;
+    let solid = mesh_part(&slab.part, &how, &run.for_a_part())?;
     let top = Top::new(&solid, &slab, bounds.diagonal())?;
     let outline = top.outline(part, &solid.mesh)?;
     let report = Report { shortfalls: Vec::new(), ..solid.report.clone() };

@@ -4,7 +4,7 @@ use super::mesh::MeshOptions;
 use crate::implicit::part::SizeRequest;
 use crate::optimize::Sizing;
 
-/// Without a wish for it, edges are this long: some fifty to a diagonal show a part's shape, in a second or so.
+/// Without a wish for it, edges are this long: about 29 along the side of a cube.
 pub(super) const DEFAULT_SIZE: SizeRequest = SizeRequest::Share(0.02);
 /// Without a wish for it, neighboring edges on curved parts turn by this many degrees at most: 18 nodes to a circle.
 pub(super) const ANGLE: f64 = 20.0;
@@ -16,7 +16,8 @@ const TOLERANCE: f64 = 0.035;
 /// Edges are made so long that they stay within this share of the tolerance: the middle of a triangle is a third farther away than its
 /// sides, and some edges come out a third longer than wanted, which makes 16/9 of the distance.
 pub(super) const CHORD: f64 = 0.45;
-/// Without a wish for it, lengths grow by this share of a length: at a third the 5th percentile of angles is a degree lower.
+/// Without a wish for it, lengths grow by this share of a length: with a third, the eight solids of `tests/gates.rs` have 1 % fewer
+/// triangles and 5th percentiles of angles 0.2 degrees lower.
 pub(super) const GRADING: f64 = 0.2;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 pub(super) const LEAST_SHARE: f64 = 4.0;

@@ -29,7 +29,8 @@ const MOST: f64 = 4.0;
 const CLAIM: f64 = 0.8;
 /// While nodes are placed shapes may become as bad as this: flips follow.
 const POOR: f64 = 0.08;
-/// Triangles a walk to a place may cross.
+/// Triangles a walk to a place may cross: as many as there may be to a length in triangles not thinned out before. It ends a walk that
+/// goes in circles where the surface is folded.
 const STEPS: usize = 512;
 /// A place this near to an edge of its triangle, in barycentric coordinates, is put on the edge.
 const ON_EDGE: f64 = 0.08;

@@ -84,7 +84,8 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let mut report = Report::of("joined", size, part.units.clone());
     let mut clock = Clock::new(options.timed);
     let own = with_size(options, size);
-    let wanted = Wanted { part, options: &own, size, run };
+    let for_operands = run.for_a_part();
+    let wanted = Wanted { part, options: &own, size, run: &for_operands };
     // Boundaries first: what has no end is kept in a box around them.
     let mut around = bounds;
     let mut boundaries: Vec<Option<Made>> = Vec::with_capacity(operands.len());
