@@ -319,7 +319,7 @@ fn sheets(
     normals: &[DVec3],
     bends: &[f64],
     count: usize,
-    sheet: impl Fn(Vec<Facet>) -> Sheet + Sync,
+    sheet: impl Fn(Vec<Facet>) -> Sheet + Sync + Send,
 ) -> Vec<Sheet> {
     let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
     let mut number = vec![NONE; mesh.triangle_capacity()];
@@ -342,7 +342,7 @@ fn sheets(
             beside: around.map(|h| beside(h as u32)),
         });
     }
-    parts.into_par_iter().map(|facets| sheet(facets)).collect()
+    parts.into_par_iter().map(sheet).collect()
 }
 
 impl Discrete {
