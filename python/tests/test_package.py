@@ -520,6 +520,18 @@ def test_files_and_built_solids(mesh, tmp_path):
     assert volume(*rv.mesh(tmp_path / "p.py", size="3%", define={"r": 2})) == pytest.approx(32 / 3 * math.pi, rel=1e-2)
 
 
+def test_built_solids_are_scaled_about_points_and_their_center_of_mass():
+    cube = rv.extrude_edges(rv.polyline([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True), direction="z", distance=1)
+    for about, low in (("mass", -0.5), ((1, 1, 1), -1), (None, 0)):
+        grown = cube.scale(2) if about is None else cube.scale(2, about=about)
+        points, _ = rv.Part(grown).mesh(size=0.5)
+        # The center of mass of a built solid is good to five digits.
+        assert points.min(axis=0) == pytest.approx([low] * 3, abs=1e-5)
+        assert points.max(axis=0) == pytest.approx([low + 2] * 3, abs=1e-5)
+    with pytest.raises(rv.InputError):
+        cube.scale(2, about="middle")
+
+
 def test_free_form_edges_and_sheets_have_their_closed_forms():
     def under(curve, start, end):
         """The volume between a curve and its chord, one high."""
