@@ -129,3 +129,16 @@ fn what_lies_between_two_parts_of_a_face_may_vanish() {
     let (_, c) = made(lattice & Solid::cylinder(0.7, DVec3::Z, DVec3::ZERO, Some(1.4)), 0.075);
     assert!(c.quality.min_angle > 20.0, "{:?}", c.quality);
 }
+
+#[test]
+fn a_row_of_fins_thinner_than_the_size_is_as_good_as_a_block() {
+    // Twelve fins on a plate, flush with it: corners of all of them lie in two lines, a third of the size apart.
+    let fins = (0..12).map(|i| 3.0 * f64::from(i)).map(|x| cuboid([x, 0.0, 6.0], [x + 1.0, 80.0, 36.0]));
+    let plate = cuboid([0.0; 3], [120.0, 80.0, 6.0]);
+    let (_, c) = made(fins.fold(plate, |s, fin| s | fin), 3.0);
+    assert!((c.volume.unwrap() - (120.0 * 80.0 * 6.0 + 12.0 * 80.0 * 30.0)).abs() < 1e-9, "{:?}", c.volume);
+    assert!(c.quality.min_angle > 30.0 && c.quality.p05_angle > 45.0, "{:?}", c.quality);
+    let f = c.features.unwrap();
+    // Eight of the plate and of each fin, without the two that the first fin and the plate make flush.
+    assert_eq!((f.corners_found, f.corners_true), (100, 100));
+}

@@ -32,6 +32,10 @@ impl Key {
     }
 }
 
+/// Nodes nearer to a side of a triangle than this share of its longest side lie on it: nodes are known to a few units in the last
+/// place of the part's own coordinates.
+const ROUNDING: f64 = 1e-9;
+
 /// Nothing there.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -173,7 +177,7 @@ fn bridged(mut rings: Vec<Vec<(u32, DVec3)>>) -> Vec<(u32, DVec3)> {
 }
 
 /// Cuts ears off a ring in a plane.
-fn triangulate(mut ring: Vec<(u32, DVec3)>, out: &mut dyn FnMut([u32; 3])) {
+pub(super) fn triangulate(mut ring: Vec<(u32, DVec3)>, out: &mut dyn FnMut([u32; 3])) {
     let normal: DVec3 =
         (1..ring.len().max(2) - 1).map(|k| (ring[k].1 - ring[0].1).cross(ring[k + 1].1 - ring[0].1)).sum();
     while ring.len() > 3 {
@@ -184,8 +188,10 @@ fn triangulate(mut ring: Vec<(u32, DVec3)>, out: &mut dyn FnMut([u32; 3])) {
             let (a, b, c) = (at(k + n - 1), at(k), at(k + 1));
             let area = (b - a).cross(c - b).dot(normal);
             let long = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+            // Nodes on its sides are in the way, too: an ear cut off there would leave nodes in one line.
+            let least = -ROUNDING * long * normal.length();
             let inside = |p: DVec3| {
-                let s = |u: DVec3, v: DVec3| (v - u).cross(p - u).dot(normal) >= 0.0;
+                let s = |u: DVec3, v: DVec3| (v - u).cross(p - u).dot(normal) >= least;
                 s(a, b) && s(b, c) && s(c, a)
             };
             let ids = [ring[(k + n - 1) % n].0, ring[k].0, ring[(k + 1) % n].0];

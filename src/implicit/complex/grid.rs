@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 use super::super::leaf::Leaf;
 use super::super::tape::{Pruned, Scratch, Tape};
+use super::points::Points;
+use super::proof::Unproved;
 use crate::error::{Error, Result};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -21,6 +23,9 @@ const BITS: u32 = 21;
 const SHIFT: DVec3 = DVec3::new(1.371, 1.433, 1.292);
 /// Cells beside the box along an axis, on both sides together: more than the shift, and a layer beyond.
 const MARGIN: f64 = 4.0;
+
+/// How often cells are halved further where surfaces end in points: see [`Points`].
+const FINER: u8 = 6;
 
 /// No cell.
 pub(super) const NONE: u32 = u32::MAX;
@@ -126,6 +131,8 @@ pub(super) struct Octree {
     pub(super) origin: DVec3,
     /// Side of the smallest cube.
     pub(super) unit: f64,
+    /// How often the largest cells may be halved, to the smallest cubes.
+    pub(super) deeper: u8,
     pub(super) cubes: Vec<Cube>,
     /// The corners of what is made at all, in smallest cubes.
     near: Option<[[i64; 3]; 2]>,
@@ -147,11 +154,13 @@ impl Octree {
     /// Errors: cells too small for the numbers of nodes, or more of them than `most`; cancellation.
     pub(super) fn build(
         wanted: &Wanted<'_>,
-        simple: &(dyn Fn(&Tape, &Aabb) -> bool + Sync),
+        unproved: &(dyn Fn(&Tape, &Aabb) -> Option<Unproved> + Sync),
         run: &Run,
     ) -> Result<Self> {
         let Wanted { leaves, tape, bounds, size, more, places, most, block, .. } = *wanted;
-        let deeper = wanted.deeper + more;
+        // Cells of this level are the smallest that all of the part may have.
+        let floor = more.max(FINER);
+        let deeper = wanted.deeper + floor;
         let at_places = Bvh::new(places.to_vec());
         let longest = bounds.size().max_element() + MARGIN * size;
         let levels = (longest / size).log2().ceil().max(0.0);
@@ -163,29 +172,44 @@ impl Octree {
         let root = Cube { at: [0; 3], level, children: NONE, tape, wide };
         let unit = size / f64::from(1u32 << deeper);
         let near = block.map(|b| b.cubes(deeper, HALO));
-        let mut tree = Octree { origin: origin(&bounds, size), unit, cubes: vec![root], near };
+        let mut tree = Octree { origin: origin(&bounds, size), unit, deeper, cubes: vec![root], near };
         let mut layer = vec![0u32];
+        let mut points = Points::default();
         while !layer.is_empty() {
             run.check()?;
             if tree.cubes.len() > most {
                 return Err(Error::Usage(format!("size {size} needs more than {most} cells")));
             }
             let tree_now = &tree;
-            let wants = |i: &u32| {
+            let judge = |i: &u32| {
                 let c = &tree_now.cubes[*i as usize];
+                let tape = c.tape.as_ref()?;
+                if c.level > deeper {
+                    return Some((*i, true, None));
+                }
                 let own = tree_now.bounds(c.at, c.level);
-                let may = || {
-                    let mut any = c.level > more;
-                    if c.level > 0 && !any {
-                        at_places.overlapping(&own, |_| any = true);
-                    }
-                    any
-                };
-                let complex = |t: &Arc<Tape>| c.level > deeper || (may() && !simple(t, &own));
-                c.tape.as_ref().is_some_and(complex)
+                let mut may = c.level > floor;
+                if c.level > floor - more && !may {
+                    at_places.overlapping(&own, |_| may = true);
+                }
+                (may || c.level == floor || points.holds(*i))
+                    .then(|| unproved(tape, &own))
+                    .flatten()
+                    .map(|u| (*i, may, Some(u)))
             };
-            let split: Vec<u32> = layer.par_iter().copied().filter(wants).collect();
+            let judged: Vec<(u32, bool, Option<Unproved>)> =
+                layer.par_iter().copied().filter_map(|i| judge(&i)).collect();
+            let bent = || judged.iter().filter(|j| j.2 == Some(Unproved::Bent)).map(|j| j.0);
+            let level = tree.cubes[layer[0] as usize].level;
+            if level == floor {
+                points = Points::new(&tree, bent(), wanted.deeper);
+            } else if level < floor {
+                points.keep(bent());
+            }
+            let split: Vec<u32> =
+                judged.iter().filter(|j| j.1 || (level > 0 && points.holds(j.0))).map(|j| j.0).collect();
             layer = tree.split(leaves, &split);
+            points.go_on(&split, &layer);
         }
         tree.balance(leaves, run)?;
         Ok(tree)

@@ -19,6 +19,7 @@ mod assemble;
 mod cell;
 mod exact;
 mod grid;
+mod points;
 mod proof;
 mod settle;
 mod shared;
@@ -121,13 +122,13 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let most = (memory / BYTES_PER_CELL) as usize;
         let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + coarser);
         let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block };
-        let deeper = deeper + more;
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,
-            &|t, b| judged(t, &Asked { leaves, cell: *b, scale, seen, briefly: true }).unproved.is_none(),
+            &|t, b| judged(t, &Asked { leaves, cell: *b, scale, seen, briefly: true }).unproved,
             run,
         )?;
+        let deeper = tree.deeper;
         let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, deeper, BESIDE + 1));
         let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);

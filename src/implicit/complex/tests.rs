@@ -333,3 +333,38 @@ fn blocks_of_a_grid_give_what_the_whole_grid_gives() {
     let common = all.iter().filter(|t| expected.binary_search(t).is_ok()).count();
     assert!(100 * common >= 97 * all.len(), "{common} of {}", all.len());
 }
+
+#[test]
+fn nodes_in_one_line_to_rounding_give_no_triangle_without_area() {
+    // A polygon with nodes along its sides, each off by some units in the last place, turned and far from the origin.
+    let corners = [[0.0, 0.0], [6.0, 0.0], [8.0, 1.0], [7.0, 4.0], [0.0, 3.0]];
+    let (u, v) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 1.0, 0.0));
+    let mut seed = 1u64;
+    let mut noise = || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5) * 4e-14
+    };
+    for parts in [2, 3, 5, 9] {
+        for _ in 0..50 {
+            let mut ring = Vec::new();
+            for (k, a) in corners.iter().enumerate() {
+                let b = corners[(k + 1) % corners.len()];
+                for i in 0..parts {
+                    let s = f64::from(i) / f64::from(parts);
+                    let p = u * (a[0] + s * (b[0] - a[0])) + v * (a[1] + s * (b[1] - a[1]));
+                    ring.push((ring.len() as u32, p + 100.0 + DVec3::new(noise(), noise(), noise())));
+                }
+            }
+            let places: Vec<DVec3> = ring.iter().map(|n| n.1).collect();
+            let (mut area, mut count) = (0.0, 0);
+            assemble::triangulate(ring, &mut |t| {
+                let [a, b, c] = t.map(|n| places[n as usize]);
+                let doubled = (b - a).cross(c - a).dot(u.cross(v));
+                assert!(doubled > 1e-3, "{parts}: {t:?} {doubled}");
+                (area, count) = (area + 0.5 * doubled, count + 1);
+            });
+            assert_eq!(count, places.len() - 2);
+            assert!((area - 26.0).abs() < 1e-9, "{area}");
+        }
+    }
+}

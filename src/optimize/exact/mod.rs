@@ -21,6 +21,7 @@ mod pack;
 mod patches;
 mod patchwork;
 mod pieced;
+mod pointed;
 mod remesh;
 mod scatter;
 mod strips;
@@ -64,6 +65,8 @@ const POOR: f64 = 0.2;
 const FLAT: f64 = 0.05;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
+/// Edges around folds up to which they are.
+const FOLDED: usize = 4;
 /// Shapes below this are mended one by one: 45 degrees.
 const MEND: f64 = 0.95;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
@@ -432,6 +435,9 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
         r.flip_and_move(POOR)?;
     }
     if r.folded().len() > folded {
+        mend_folds(r)?;
+    }
+    if r.folded().len() > folded {
         *r = before;
         for _ in 0..PLAIN {
             r.collapse_short(SHORT)?;
@@ -439,6 +445,23 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
             even_out(r)?;
         }
     }
+    Ok(())
+}
+
+/// Evens out the nodes around what a packing folded; the rest of it stays.
+fn mend_folds(r: &mut Remesher<'_>) -> Result<()> {
+    let m = &r.work.mesh;
+    let mut focus = vec![false; m.node_capacity()];
+    r.folded().iter().flat_map(|t| m.corners(*t)).for_each(|v| focus[v as usize] = true);
+    r.look_around(focus, FOLDED);
+    for _ in 0..PLAIN {
+        r.collapse_short(SHORT)?;
+        r.split_long()?;
+        r.flip()?;
+        r.relax()?;
+        r.mend_worst(POOR, POLISH)?;
+    }
+    r.look_everywhere();
     Ok(())
 }
 

@@ -7,6 +7,7 @@ use super::concurrent::straighten_borders;
 use super::flat::{Triangles, give_strips_away};
 use super::joints::Pieced;
 use super::patchwork::{Patch, Patchwork, PieceSet};
+use super::pointed::fan_tips;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, edit::NONE};
@@ -22,6 +23,8 @@ pub fn patch_pieces(
     surface: &dyn Pieces,
     cell: f64,
 ) -> Result<Patchwork> {
+    let fanned = fan_tips(mesh, on, faces, surface, cell);
+    let (mesh, on, faces) = fanned.as_ref().map_or((mesh, on, faces), |f| (&f.mesh, &f.on[..], &f.faces[..]));
     let mut edit = EditMesh::new(mesh)?;
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
     let mut of_triangle = mesh.labels.clone();

@@ -1,0 +1,83 @@
+//! Where surfaces end in points: tips of cones, spikes, cusps.
+//!
+//! Around a point in which a surface has no normal cells of every size are not proved, but a number of them that does not depend
+//! on the size. They are halved further than others: it costs next to nothing, and what is too thin for the smallest cells of the
+//! others is no longer than a share of them in the end. Where surfaces touch along curves, or run side by side, the cells that are
+//! not proved become twice or four times as many with each halving; more of that would show nothing.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::grid::Octree;
+
+/// Cells that are not proved, by the group of touching ones they come from.
+#[derive(Debug, Default)]
+pub(super) struct Points {
+    group: FxHashMap<u32, u32>,
+    /// How many cells groups began with.
+    first: Vec<usize>,
+}
+
+impl Points {
+    /// Groups of cells of one level that touch each other, but for those longer than the largest cells are, `deeper` levels above:
+    /// beside a block of the grid they would not be seen as they are.
+    pub(super) fn new(tree: &Octree, cells: impl Iterator<Item = u32>, deeper: u8) -> Self {
+        let at = |i: u32| {
+            let c = &tree.cubes[i as usize];
+            c.at.map(|x| i64::from(x >> c.level))
+        };
+        let cells: Vec<u32> = cells.collect();
+        let by_place: FxHashMap<[i64; 3], u32> = cells.iter().map(|i| (at(*i), *i)).collect();
+        let mut seen: FxHashSet<u32> = FxHashSet::default();
+        let mut points = Self::default();
+        for start in &cells {
+            if !seen.insert(*start) {
+                continue;
+            }
+            let mut group = vec![*start];
+            let mut next = 0;
+            while let Some(i) = group.get(next) {
+                let p = at(*i);
+                next += 1;
+                for k in 0..27 {
+                    let q = [p[0] + k % 3 - 1, p[1] + k / 3 % 3 - 1, p[2] + k / 9 - 1];
+                    if let Some(j) = by_place.get(&q).filter(|j| seen.insert(**j)) {
+                        group.push(*j);
+                    }
+                }
+            }
+            let is_short = (0..3).all(|k| {
+                let along = || group.iter().map(|i| at(*i)[k]);
+                along().max().zip(along().min()).is_some_and(|(hi, lo)| hi - lo < 1 << deeper)
+            });
+            if is_short {
+                let number = points.first.len() as u32;
+                points.first.push(group.len());
+                points.group.extend(group.into_iter().map(|i| (i, number)));
+            }
+        }
+        points
+    }
+
+    pub(super) fn holds(&self, cell: u32) -> bool {
+        self.group.contains_key(&cell)
+    }
+
+    /// Of cells a level deeper those are kept that are not proved, in groups that did not grow.
+    pub(super) fn keep(&mut self, cells: impl Iterator<Item = u32>) {
+        let kept: FxHashMap<u32, u32> = cells.filter_map(|i| Some((i, *self.group.get(&i)?))).collect();
+        let mut count = vec![0; self.first.len()];
+        kept.values().for_each(|g| count[*g as usize] += 1);
+        self.group = kept;
+        self.group.retain(|_, g| 2 * count[*g as usize] <= 3 * self.first[*g as usize]);
+    }
+
+    /// Children, eight to a cell, take the places of their parents.
+    pub(super) fn go_on(&mut self, parents: &[u32], children: &[u32]) {
+        let group = std::mem::take(&mut self.group);
+        for (parent, eight) in parents.iter().zip(children.chunks(8)) {
+            if let Some(g) = group.get(parent) {
+                self.group.extend(eight.iter().map(|c| (*c, *g)));
+            }
+        }
+    }
+}
