@@ -2,6 +2,7 @@
 
 mod blends;
 mod formulas;
+mod pairs;
 
 use std::sync::Arc;
 

@@ -11,6 +11,7 @@ mod branches;
 mod complex;
 mod contact;
 mod creased;
+mod deciding;
 pub mod expr;
 mod extract;
 mod features;

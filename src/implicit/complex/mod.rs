@@ -30,10 +30,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::deciding::Deciding;
 use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::leaves_of;
-use super::tape::Tape;
+use super::tape::{Op, Tape};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
@@ -271,6 +272,7 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<
         leaves[*l as usize].eval(&xs, &ys, &zs, values);
     }
     let (mut cutting, mut cut_values, mut fixed) = (Vec::new(), Vec::new(), vec![false; mine.len()]);
+    let (mut deciding, mut open) = (Deciding::default(), Vec::new());
     for t in group {
         let corners = t.corners.map(|p| points.binary_search(&p).unwrap_or(0));
         cutting.clear();
@@ -288,6 +290,23 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<
         if cutting.is_empty() {
             continue;
         }
+        let near = curves.near(t, &mine);
+        // Leaves whose sides make no difference beside those that do not pass here would cut the others into pieces for nothing.
+        if cutting.len() > 1 {
+            let is_open = |l: u32| cutting.binary_search(&l).is_ok() || near.iter().any(|s| s.leaves.contains(&l));
+            deciding.ask(tape, |l, negate| (!is_open(l)).then(|| fixed[mine.binary_search(&l).unwrap_or(0)] != negate));
+            open.clear();
+            open.extend(tape.ops.iter().enumerate().filter_map(|(i, op)| match op {
+                Op::Leaf { leaf, .. } if deciding.decides(i) => Some(*leaf),
+                _ => None,
+            }));
+            let mut kept = cutting.iter().map(|l| open.contains(l));
+            cut_values.retain(|_| kept.next().unwrap_or(true));
+            cutting.retain(|l| open.contains(l));
+            if cutting.is_empty() {
+                continue;
+            }
+        }
         if cutting.len() > MOST_CUTTING {
             let at = tree.point(t.corners[0]);
             return Err(Error::Failed(format!("more than {MOST_CUTTING} surfaces pass a cell near {at}")));
@@ -297,7 +316,6 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<
             Ok(k) => sides[k],
             Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
         };
-        let near = curves.near(t, &mine);
         let of = |sides: shared::Sides<'_>| tape.inside_by(sides);
         let facets = cut.boundary(&Boolean {
             inside: &|sides| {

@@ -38,7 +38,7 @@ pub(super) fn common(asked: &Asked<'_>, [a, b, c]: [u32; 3]) -> Option<DVec3> {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Shared {
     /// Ascending.
-    leaves: Vec<u32>,
+    pub(super) leaves: Vec<u32>,
     /// The sectors in turn, by their sides on each leaf; the leaf between one and the next.
     sectors: Vec<(Vec<bool>, usize)>,
 }

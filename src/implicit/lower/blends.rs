@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use rustc_hash::FxHashSet;
+
 use super::super::blend::Blend;
 use super::super::fillet::{Fillet, Side};
 use super::super::leaf::Leaf;
 use super::super::solid::Solid;
 use super::super::tape::{Op, Tape};
+use super::pairs::Pairs;
 use super::{Context, Lowerer, Part, extract_tape, positive};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
@@ -14,8 +17,8 @@ use crate::spatial::Aabb;
 /// Blends inside blends deeper than this are refused: each level evaluates the one below twice.
 const BLEND_DEPTH: usize = 32;
 
-/// A blend of operands with more pairs of leaves than this stays one function, and so do those within it: edges are rounded off
-/// then. Where more fillets come near a place, too many of their curves and corners are tried.
+/// A blend of operands with more pairs of leaves near each other than this stays one function, and so do those within it: edges are
+/// rounded off then. Where more fillets come near a place, too many of their curves and corners are tried.
 const MOST_FILLETS: usize = 1 << 11;
 
 /// A leaf where a tape has it.
@@ -33,6 +36,41 @@ struct Operands {
     bounds: Aabb,
 }
 
+impl Operands {
+    /// The pairs of their leaves that fillets of a radius are between.
+    fn pairs(&self, radius: f64) -> Pairs {
+        Pairs::new(&self.leaves, &self.tapes, radius, &self.bounds.grown(radius))
+    }
+}
+
+/// What a blend asks for: the radius, the box that its fillets lie in, and the face they are of.
+struct Rounding {
+    radius: f64,
+    bounds: Aabb,
+    face: u32,
+}
+
+/// A leaf of one tree, the operation that stands for it, and the places in the other tree of leaves with which it has fillets.
+struct Rows<'a> {
+    own: Occurrence,
+    op: u32,
+    with: &'a FxHashSet<u32>,
+}
+
+/// The operations that a root is made of, ascending: those that [`extract_tape`] keeps.
+fn reachable(ops: &[Op], root: u32) -> Vec<u32> {
+    let mut found = vec![false; root as usize + 1];
+    found[root as usize] = true;
+    for i in (0..=root as usize).rev().filter(|i| matches!(ops[*i], Op::Min(..) | Op::Max(..))) {
+        if found[i]
+            && let Op::Min(a, b) | Op::Max(a, b) = ops[i]
+        {
+            (found[a as usize], found[b as usize]) = (true, true);
+        }
+    }
+    (0..=root).filter(|i| found[*i as usize]).collect()
+}
+
 /// What stands for a leaf in another tape.
 type Substitute<'a> = dyn FnMut(&mut Lowerer, Occurrence) -> u32 + 'a;
 
@@ -43,15 +81,18 @@ impl Lowerer {
             return Err(Error::input(Place::Unknown, format!("blends are nested more than {BLEND_DEPTH} deep")));
         }
         let mut inner = self.operands([a, b], c, self.one_function)?;
-        let pairs = inner.tapes[0].leaf_count().saturating_mul(inner.tapes[1].leaf_count());
-        if pairs > MOST_FILLETS && !self.one_function {
+        let one_pair = inner.tapes.iter().all(|t| t.leaf_count() == 1);
+        let scaled = radius * c.place.scale;
+        let many = !one_pair && !self.one_function && inner.pairs(scaled).count() > MOST_FILLETS;
+        if many {
             inner = self.operands([a, b], c, true)?;
         }
         let Operands { leaves, tapes: [ta, tb], bounds } = inner;
-        let radius = radius * c.place.scale;
+        let radius = scaled;
         // the fillet lies within r of both solids, and the box around both holds it when they meet at any angle
-        let bounds = if c.negate { Aabb::ALL } else { bounds.grown(radius) };
-        let op = if pairs == 1 || pairs > MOST_FILLETS || self.one_function {
+        let reach = bounds.grown(radius);
+        let bounds = if c.negate { Aabb::ALL } else { reach };
+        let op = if one_pair || many || self.one_function {
             let leaf = Leaf::Blend(Arc::new(Blend { leaves, a: ta, b: tb, radius }));
             let face = self.face(solid, "blend", "", c);
             self.leaf(leaf, face, c.negate)
@@ -60,7 +101,8 @@ impl Lowerer {
             let inside = Context { negate: false, ..c.clone() };
             let [a, b] = [self.tree_from(a, inside.clone())?.op, self.tree_from(b, inside)?.op];
             self.blend_depth -= 1;
-            self.fillets(solid, [a, b], radius, c)
+            let face = self.face(solid, "blend", "", c);
+            self.fillets([a, b], &Rounding { radius, bounds: reach, face }, c.negate)
         };
         Ok(Part { op, bounds })
     }
@@ -75,34 +117,85 @@ impl Lowerer {
         Ok(Operands { leaves: inner.leaves, tapes, bounds: a.bounds.union(&b.bounds) })
     }
 
-    /// The blend of two trees as one tree, with leaves where the two surfaces show and between each two of them.
-    fn fillets(&mut self, solid: &Solid, [a, b]: [u32; 2], radius: f64, c: &Context) -> u32 {
-        let [ta, tb] = [a, b].map(|op| extract_tape(&self.ops, op));
+    /// The blend of two trees as one tree, with leaves where the two surfaces show and between each two of them that come near each
+    /// other.
+    fn fillets(&mut self, [a, b]: [u32; 2], rounding: &Rounding, negate: bool) -> u32 {
+        let tapes = [a, b].map(|op| extract_tape(&self.ops, op));
         let mut all = self.max(a, b);
-        if ta.leaf_count() > 0 && tb.leaf_count() > 0 {
-            let face = self.face(solid, "blend", "", c);
-            let between = self.over(&ta, false, &mut |l, i| {
-                l.over(&tb, false, &mut |l, j| {
-                    let sides = [i, j].map(|o| Side {
-                        leaf: l.leaves[o.leaf as usize].clone(),
-                        number: o.leaf,
-                        negate: o.negate,
-                    });
-                    let fillet = Fillet { sides, radius, band: 0.0 };
-                    if let Some(k) = fillet.replaced() {
-                        let Occurrence { leaf, face, negate } = [i, j][k];
-                        return l.op(Op::Leaf { leaf, face, negate });
-                    }
-                    l.leaf(Leaf::Fillet(Arc::new(fillet)), face, false)
-                })
-            });
-            all = self.max(all, between);
+        if tapes.iter().all(|t| t.leaf_count() > 0) {
+            let pairs = Pairs::new(&self.leaves, &tapes, rounding.radius, &rounding.bounds);
+            if let Some(between) = self.between([a, b], &pairs, rounding) {
+                all = self.max(all, between);
+            }
         }
-        if c.negate {
+        if negate {
             let tape = extract_tape(&self.ops, all);
             all = self.over(&tape, true, &mut |l, o| l.op(Op::Leaf { leaf: o.leaf, face: o.face, negate: !o.negate }));
         }
         all
+    }
+
+    /// The first tree with, in place of each of its leaves, the second one with fillets in place of its leaves. Nothing where
+    /// that is no more than the two solids themselves.
+    fn between(&mut self, [a, b]: [u32; 2], pairs: &Pairs, rounding: &Rounding) -> Option<u32> {
+        let [first, second] = [a, b].map(|root| reachable(&self.ops, root));
+        let mut made: Vec<Option<u32>> = Vec::with_capacity(first.len());
+        for (i, op) in first.iter().enumerate() {
+            let place = |x: u32| first.binary_search(&x).unwrap_or(0);
+            let new = match self.ops[*op as usize] {
+                Op::All(_) => None,
+                Op::Leaf { leaf, face, negate } => {
+                    let rows = Rows { own: Occurrence { leaf, face, negate }, op: *op, with: pairs.of(i) };
+                    self.along(&second, &rows, rounding)
+                }
+                Op::Min(x, y) | Op::Max(x, y) => {
+                    let and = matches!(self.ops[*op as usize], Op::Min(..));
+                    let parts = [x, y].map(|x| (x, made[place(x)]));
+                    self.joined(and, parts, b)
+                }
+            };
+            made.push(new);
+        }
+        made.pop().flatten()
+    }
+
+    /// A tree with fillets between one leaf and its own in place of these. Nothing where that is no more than the leaf or the tree.
+    fn along(&mut self, tree: &[u32], rows: &Rows<'_>, rounding: &Rounding) -> Option<u32> {
+        let mut made: Vec<Option<u32>> = Vec::with_capacity(tree.len());
+        for (k, op) in tree.iter().enumerate() {
+            let place = |x: u32| tree.binary_search(&x).unwrap_or(0);
+            let new = match self.ops[*op as usize] {
+                Op::Leaf { leaf, face, negate } if rows.with.contains(&(k as u32)) => {
+                    self.fillet([rows.own, Occurrence { leaf, face, negate }], rounding)
+                }
+                Op::All(_) | Op::Leaf { .. } => None,
+                Op::Min(x, y) | Op::Max(x, y) => {
+                    let and = matches!(self.ops[*op as usize], Op::Min(..));
+                    let parts = [x, y].map(|x| (x, made[place(x)]));
+                    self.joined(and, parts, rows.op)
+                }
+            };
+            made.push(new);
+        }
+        made.pop().flatten()
+    }
+
+    /// Two parts of a tree joined; what is nothing new is the part itself or `other`.
+    fn joined(&mut self, and: bool, parts: [(u32, Option<u32>); 2], other: u32) -> Option<u32> {
+        if parts.iter().all(|p| p.1.is_none()) {
+            return None;
+        }
+        let [x, y] = parts.map(|(own, new)| new.unwrap_or_else(|| self.max(own, other)));
+        Some(if and { self.min(x, y) } else { self.max(x, y) })
+    }
+
+    fn fillet(&mut self, pair: [Occurrence; 2], rounding: &Rounding) -> Option<u32> {
+        let sides = pair.map(|o| Side { leaf: self.leaves[o.leaf as usize].clone(), number: o.leaf, negate: o.negate });
+        let fillet = Fillet { sides, radius: rounding.radius, band: 0.0 };
+        if fillet.replaced().is_some() {
+            return None;
+        }
+        Some(self.leaf(Leaf::Fillet(Arc::new(fillet)), rounding.face, false))
     }
 
     /// A tape with something else for each of its leaves, and, on demand, with minima for maxima.
