@@ -7,6 +7,8 @@ mod defects_tests;
 pub mod edit;
 mod intersect;
 mod path;
+#[cfg(test)]
+mod path_tests;
 mod prisms;
 pub(crate) mod sides;
 mod trimesh;

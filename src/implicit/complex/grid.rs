@@ -126,6 +126,14 @@ pub(super) struct Wanted<'a> {
     pub(super) block: Option<GridBlock>,
 }
 
+/// A cube that is larger than wanted, or in which something is not proved.
+struct Seen {
+    cell: u32,
+    /// Whether it may be halved, wherever it is.
+    may: bool,
+    unproved: Option<Unproved>,
+}
+
 /// Cubes within cubes.
 pub(super) struct Octree {
     pub(super) origin: DVec3,
@@ -149,7 +157,8 @@ impl Octree {
         Aabb::new(corner(0), corner(1 << level))
     }
 
-    /// Cubes of about `size` around the surface, halved up to `deeper` times where `simple` does not hold.
+    /// Cubes of about `size` around the surface, halved up to `deeper` times where something is not proved, and further where that is
+    /// around points.
     ///
     /// Errors: cells too small for the numbers of nodes, or more of them than `most`; cancellation.
     pub(super) fn build(
@@ -158,12 +167,13 @@ impl Octree {
         run: &Run,
     ) -> Result<Self> {
         let Wanted { leaves, tape, bounds, size, more, places, most, block, .. } = *wanted;
-        // Cells of this level are the smallest that all of the part may have.
-        let floor = more.max(FINER);
-        let deeper = wanted.deeper + floor;
         let at_places = Bvh::new(places.to_vec());
         let longest = bounds.size().max_element() + MARGIN * size;
         let levels = (longest / size).log2().ceil().max(0.0);
+        // Cells of this level are the smallest that all of the part may have. Below it there is as much room as numbers have.
+        let room = f64::from(BITS - 2) - levels - f64::from(wanted.deeper);
+        let floor = more.max(room.clamp(0.0, f64::from(FINER)) as u8);
+        let deeper = wanted.deeper + floor;
         if !(levels + f64::from(deeper) < f64::from(BITS - 1)) {
             return Err(Error::Usage(format!("size {size} is too small for a part {longest} long")));
         }
@@ -185,29 +195,29 @@ impl Octree {
                 let c = &tree_now.cubes[*i as usize];
                 let tape = c.tape.as_ref()?;
                 if c.level > deeper {
-                    return Some((*i, true, None));
+                    return Some(Seen { cell: *i, may: true, unproved: None });
                 }
                 let own = tree_now.bounds(c.at, c.level);
                 let mut may = c.level > floor;
                 if c.level > floor - more && !may {
                     at_places.overlapping(&own, |_| may = true);
                 }
-                (may || c.level == floor || points.holds(*i))
-                    .then(|| unproved(tape, &own))
-                    .flatten()
-                    .map(|u| (*i, may, Some(u)))
+                (may || c.level == floor || points.holds(*i)).then(|| unproved(tape, &own)).flatten().map(|u| Seen {
+                    cell: *i,
+                    may,
+                    unproved: Some(u),
+                })
             };
-            let judged: Vec<(u32, bool, Option<Unproved>)> =
-                layer.par_iter().copied().filter_map(|i| judge(&i)).collect();
-            let bent = || judged.iter().filter(|j| j.2 == Some(Unproved::Bent)).map(|j| j.0);
+            let seen: Vec<Seen> = layer.par_iter().filter_map(judge).collect();
+            let bent = || seen.iter().filter(|s| s.unproved == Some(Unproved::Bent)).map(|s| s.cell);
             let level = tree.cubes[layer[0] as usize].level;
             if level == floor {
                 points = Points::new(&tree, bent(), wanted.deeper);
             } else if level < floor {
                 points.keep(bent());
             }
-            let split: Vec<u32> =
-                judged.iter().filter(|j| j.1 || (level > 0 && points.holds(j.0))).map(|j| j.0).collect();
+            let halved = |s: &&Seen| s.may || (level > 0 && points.holds(s.cell));
+            let split: Vec<u32> = seen.iter().filter(halved).map(|s| s.cell).collect();
             layer = tree.split(leaves, &split);
             points.go_on(&split, &layer);
         }
