@@ -129,6 +129,21 @@ fn fillets_of_pockets_and_of_blends_are_exact() {
 }
 
 #[test]
+fn bosses_blended_one_after_the_other_keep_all_their_edges() {
+    // Each blend is one of all before it: pairs of leaves are many, those near each other few.
+    let cube = cuboid([-1.0; 3], [1.0; 3]);
+    let bosses = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]].map(DVec3::from);
+    let cube = bosses.iter().fold(cube, |s, at| s.blend(Solid::cuboid(at - 0.5, at + 0.5), 0.1));
+    // Chords of four rings of fillets.
+    let volume = 8.0 + 4.0 * on_square(0.5, 0.1, 0.5);
+    for size in [0.2, 0.1] {
+        let c = exact(cube.clone(), size);
+        assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8 + 4 * 12));
+        assert!((c.volume.unwrap() - volume).abs() < 0.8 * size * size, "{} {volume} at {size}", c.volume.unwrap());
+    }
+}
+
+#[test]
 fn two_smooth_solids_blend_into_one_smooth_face() {
     let ball = |z: f64| Solid::from(Primitive::Sphere { r: 1.0, at: DVec3::Z * z });
     let smooth = made(ball(0.0).blend(ball(1.2), 0.3), 0.08);

@@ -136,7 +136,8 @@ fn a_row_of_fins_thinner_than_the_size_is_as_good_as_a_block() {
     let fins = (0..12).map(|i| 3.0 * f64::from(i)).map(|x| cuboid([x, 0.0, 6.0], [x + 1.0, 80.0, 36.0]));
     let plate = cuboid([0.0; 3], [120.0, 80.0, 6.0]);
     let (_, c) = made(fins.fold(plate, |s, fin| s | fin), 3.0);
-    assert!((c.volume.unwrap() - (120.0 * 80.0 * 6.0 + 12.0 * 80.0 * 30.0)).abs() < 1e-9, "{:?}", c.volume);
+    let volume = 120.0 * 80.0 * 6.0 + 12.0 * 80.0 * 30.0;
+    assert!((c.volume.unwrap() / volume - 1.0).abs() < 1e-13, "{:?}", c.volume);
     assert!(c.quality.min_angle > 30.0 && c.quality.p05_angle > 45.0, "{:?}", c.quality);
     let f = c.features.unwrap();
     // Eight of the plate and of each fin, without the two that the first fin and the plate make flush.

@@ -299,10 +299,16 @@ fn arrange_at(
     let mut best: Option<Trial> = None;
     let mut places: Vec<Aabb> = Vec::new();
     let mut fewest = usize::MAX;
+    let mut before: Option<TriMesh> = None;
     for times in SMALLER {
         let Some((made, work)) = scout.arranged(ready, options, &Smaller { places: &places, times }, run)? else {
             break;
         };
+        // Where all is proved at those places cells are as they were, and the rest would be, too.
+        if before.as_ref() == Some(&made.extracted.mesh) {
+            break;
+        }
+        before = Some(made.extracted.mesh.clone());
         let this = made.remesh(work, ready, options, run, observer)?;
         let this = this.told(telling.attempts, telling.clock, run);
         // Where that made no difference, cells are not what is missing.
