@@ -13,9 +13,9 @@ use crate::run::Run;
 /// The operators' mesh is taken if it cuts off creases with at most this share of the triangles that cut them off in the leaf
 /// method's: of what they recover nothing is left, of bends tighter than the cells about as much as before.
 const RECOVERED: f64 = 0.5;
-/// Where fewer than this share of the triangles cut creases off the exact edges of all other leaves are worth more than they are. A
-/// cube with holes as one closure has several in a hundred; a union of some sixty leaves with blends has some in ten thousand, where
-/// fillets end, and its operators take ten times as long as its exact mesh.
+/// Where fewer than this share of the triangles cut creases off, the exact edges of all other leaves are worth more than the creases
+/// are. A cube with holes as one closure has 894 of 16 640; a union of some sixty leaves with blends has 2 of 56 632, where fillets
+/// end, and operators took ten times as long on it as its exact mesh.
 const FEW: f64 = 0.005;
 
 /// The attempts at a mesh that is given up for the creases it cuts off.
