@@ -16,7 +16,7 @@ use crate::spatial::Aabb;
 const LEVELS: u32 = 6;
 /// Boxes smaller than this many radii are not halved: leaves so near to each other have a fillet between them or might.
 const SMALL: f64 = 1.0;
-/// Boxes looked at, at most; in what is left all pairs count.
+/// Boxes looked at, at most; in what is left all pairs count. It bounds the time where both solids run side by side for long.
 const MOST_BOXES: usize = 6_000;
 
 /// Pairs of leaves by the places of their operations in the two tapes.
