@@ -12,7 +12,7 @@ use crate::mesh::TriMesh;
 
 /// A ring around an apex is no shorter than this share of a cell. The shortest edges on bends are a 32nd of a cell: four of them.
 const SHORTEST: f64 = 0.125;
-/// Rings are looked for up to this many cells from the apex: a cone of half a degree is as wide as the shortest ring there.
+/// Rings are looked for up to this many cells from the apex: a cone of a half angle of 0.3 degrees is as wide as the shortest ring there.
 const FAR: f64 = 4.0;
 /// Each ring tried is this many times farther away than the one before.
 const STEP: f64 = 1.25;
