@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rvachev::io::Grouping;
-use rvachev::pipeline::{Method, RSystem, Refinement, SizeRequest};
+use rvachev::pipeline::{Method, RSystem, Refinement, Remedy, SizeRequest};
 use rvachev::render::{ClipPlane, MAX_SIDE, View};
+use rvachev::DVec3;
 
 const EXIT_CODES: &str =
     "Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.";
@@ -32,6 +33,8 @@ pub enum Command {
     Heal(Heal),
     /// Tell what is in a part
     Info(Info),
+    /// Walk over a mesh from one point to another by the shortest way
+    Path(Way),
     /// Evaluate a part's function at points: value, gradient, inside or not, the face that decides
     Eval(Eval),
     /// Sample a part's function on a regular grid, for ParaView or NumPy
@@ -99,6 +102,11 @@ pub struct How {
     /// the edges of thin walls size / 160, at most half of --tol]
     #[arg(long, value_name = "WIDTH", value_parser = width)]
     pub trim: Option<SizeRequest>,
+    /// CAD models: leave out a remedy for troubles of faces, for study: halving (of edges whose contours cross), least-length (in
+    /// narrow places), plane (through the border of a face that cannot be filled otherwise), inset (of curvature at poles), trim;
+    /// may be given more than once
+    #[arg(long, value_name = "REMEDY", value_parser = remedy)]
+    pub without: Vec<Remedy>,
     /// No edge longer than this many times the thickness of the wall beneath it (functions, leaf)
     #[arg(long, value_name = "RATIO", value_parser = positive)]
     pub thickness: Option<f64>,
@@ -399,6 +407,27 @@ pub struct Info {
     pub common: Common,
 }
 
+/// Two points of a mesh.
+#[derive(Debug, Args)]
+pub struct Way {
+    /// Mesh file
+    pub mesh: PathBuf,
+    /// Where the way starts: the point of the mesh that is nearest to this one
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub from: DVec3,
+    /// Where it ends, in the same way
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub to: DVec3,
+    /// File to write the way to: a polyline for ParaView (.vtp), or its points as rows x,y,z (.csv)
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// The way as one JSON object instead of its length: length, start, end, points
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
 #[derive(Debug, Args)]
 pub struct Convert {
     #[command(flatten)]
@@ -500,6 +529,14 @@ fn number(s: &str) -> Result<f64, String> {
     s.parse::<f64>().map_err(|_| format!("{s:?} is not a number"))
 }
 
+fn point(s: &str) -> Result<DVec3, String> {
+    let all: Vec<f64> = s.split(',').map(|x| number(x.trim())).collect::<Result<_, _>>()?;
+    match all[..] {
+        [x, y, z] if all.iter().all(|x| x.is_finite()) => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("a point is three finite numbers X,Y,Z, not {s:?}")),
+    }
+}
+
 fn positive(s: &str) -> Result<f64, String> {
     number(s).and_then(|v| if v > 0.0 && v.is_finite() { Ok(v) } else { Err(format!("must be positive, not {s}")) })
 }
@@ -518,6 +555,10 @@ fn size(s: &str) -> Result<SizeRequest, String> {
 
 fn width(s: &str) -> Result<SizeRequest, String> {
     if s.trim() == "0" { Ok(SizeRequest::Length(0.0)) } else { size(s) }
+}
+
+fn remedy(s: &str) -> Result<Remedy, String> {
+    s.parse().map_err(|e: rvachev::Error| e.to_string())
 }
 
 fn refinement(s: &str) -> Result<Refinement, String> {

@@ -30,6 +30,7 @@ pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         grading: how.grading,
         least: how.size_min,
         trim: how.trim,
+        without: how.without.clone(),
         thickness: how.thickness,
         refinements: how.refine.clone(),
         measure,

@@ -8,6 +8,7 @@ mod console;
 mod gates;
 mod http;
 mod manual;
+mod path;
 mod progress;
 mod sample;
 mod serve;
@@ -40,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Check(a) => commands::check(&a),
         Command::Heal(a) => commands::heal(&a),
         Command::Info(a) => commands::info(&a),
+        Command::Path(a) => path::path(&a),
         Command::Eval(a) => sample::eval(&a),
         Command::Grid(a) => sample::grid(&a),
         Command::Convert(a) => commands::convert(&a),

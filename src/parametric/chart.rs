@@ -39,6 +39,8 @@ pub(super) struct Chart {
     pub(super) bounds: [[f64; 2]; 2],
     pub(super) periods: [Option<f64>; 2],
     pub(super) poles: Vec<Pole>,
+    /// Whether the curvature of a pole is that of a point a little inside.
+    pub(super) inset: bool,
     net: Option<Net>,
 }
 
@@ -86,7 +88,7 @@ impl Chart {
         }
         let periods = surface.periods();
         let poles = surface.poles();
-        let mut this = Self { surface, bounds, periods, poles, net: None };
+        let mut this = Self { surface, bounds, periods, poles, inset: true, net: None };
         if this.surface.foot(this.surface.at(this.middle())).is_none() || matches!(this.surface, Surface::Offset { .. })
         {
             this.net = Some(this.sampled());
@@ -194,6 +196,7 @@ impl Chart {
             (Surface::Extrusion { .. }, _) => (vec![a, b], 1),
             (Surface::Offset { base, .. }, _) => {
                 let inner = Chart {
+                    inset: self.inset,
                     surface: (**base).clone(),
                     bounds: self.bounds,
                     periods: self.periods,
@@ -415,7 +418,7 @@ impl Chart {
             let [a, b] = self.bounds[p.axis];
             let range = if (b - a).is_finite() { b - a } else { p.value.abs().max(1.0) };
             let off = uv[p.axis] - p.value;
-            if off.abs() < INSIDE * range {
+            if self.inset && off.abs() < INSIDE * range {
                 let inward = if off != 0.0 {
                     off.signum()
                 } else if p.value >= b {

@@ -22,7 +22,7 @@ use crate::optimize::exact::ExactOptions;
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
 use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
-use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes};
+use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy};
 use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, Expectation, Fault, check, check_tested};
 use crate::run::Run;
@@ -76,6 +76,9 @@ const HEALED: f64 = 0.05;
 /// At most by this factor each time.
 const FINER: f64 = 0.25;
 
+/// Without a least length narrow places are followed down to this share of the size.
+const UNHELD: f64 = 1.0 / 400.0;
+
 /// Whether a path is that of a STEP file.
 pub fn is_step(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("step") || e.eq_ignore_ascii_case("stp"))
@@ -95,7 +98,7 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 /// Errors: [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let StepModel { brep, notes, .. } = model;
-    let solid = Parametric::new(brep, run)?;
+    let solid = Parametric::new(brep, run)?.without(&options.without);
     let diagonal = solid.bounds().diagonal();
     let length = |s: SizeRequest| match s {
         SizeRequest::Length(h) => h,
@@ -111,7 +114,11 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     }
     let lost = notes.iter().filter(|n| n.lost);
     report.shortfalls.extend(lost.map(|n| Fault::NotRead { record: n.id, line: n.line, reason: n.message.clone() }));
-    let asked = options.trim.map(length);
+    let untrimmed = options.without.contains(&Remedy::Trim);
+    if untrimmed && options.trim.is_some() {
+        return Err(Error::Usage("a width to trim, and no trimming, cannot both be had".into()));
+    }
+    let asked = if untrimmed { Some(0.0) } else { options.trim.map(length) };
     let within = 0.5 * Wish::new(size, solid.bounds().diagonal(), options).tolerance;
     let steps = match asked {
         Some(width) => vec![(width, Walls::Cut)],
@@ -129,7 +136,7 @@ pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<M
     let mut told = report.clone();
     tell(&mut told, &trimmed);
     refused(&mut told, &trimmed, options);
-    let made = meshed(&Parametric::new(trimmed.brep, run)?, told, options, run)?;
+    let made = meshed(&Parametric::new(trimmed.brep, run)?.without(&options.without), told, options, run)?;
     if made.report.shortfalls.len() <= report.shortfalls.len() {
         return Ok(made);
     }
@@ -388,10 +395,17 @@ fn first_mesh(
         let by_curvature = |k: f64| followed.at(k, &|s| of_least(sizing, s));
         // A distance asked for is no wish for narrow places.
         let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
+        // For study narrow places may be followed however deep, up to what memory holds.
+        let held = !options.without.contains(&Remedy::LeastLength);
+        let (least, deepest) = if held {
+            (share(sizing, NARROW) * narrow, share(sizing, narrowest) * narrow)
+        } else {
+            (UNHELD * size, UNHELD * size)
+        };
         let sizes = MeshSizes {
             size,
-            least: share(sizing, NARROW) * narrow,
-            deepest: share(sizing, narrowest) * narrow,
+            least,
+            deepest,
             size_at: &by_curvature,
             place_size: by_place,
             face_size: &by_face,

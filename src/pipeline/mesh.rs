@@ -30,6 +30,7 @@ use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
+use crate::parametric::mesh::Remedy;
 use crate::quality::{self, Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
 
@@ -61,6 +62,8 @@ pub struct MeshOptions {
     /// Regions of a CAD model's faces narrower than this are cut off; none for 0. Without it those narrower than a fortieth of
     /// the size are, at the edges of thin walls and grooves those too narrow for anything but needles.
     pub trim: Option<SizeRequest>,
+    /// Remedies for troubles of faces that are left out, for study (CAD models and solids built from edges).
+    pub without: Vec<Remedy>,
     /// No edge is longer than this many times the solid's thickness beneath it (solids of R-functions, leaf method).
     pub thickness: Option<f64>,
     /// Where edges shall be shorter; the methods without exact edges do not heed this.
@@ -86,6 +89,7 @@ impl Default for MeshOptions {
             grading: None,
             least: None,
             trim: None,
+            without: Vec::new(),
             thickness: None,
             refinements: Vec::new(),
             measure: true,
@@ -245,6 +249,9 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     }
     if let Some(solid) = part.solid.as_ref().filter(|s| holds_foreign(s)) {
         return mesh_boolean(part, solid, options, run);
+    }
+    if !options.without.is_empty() {
+        return Err(Error::Usage("remedies are for CAD models and solids built from edges: the part has none".into()));
     }
     if options.trim.is_some() {
         return Err(Error::Usage("trimming is for CAD models and solids built from edges: the part has none".into()));

@@ -39,6 +39,7 @@ mod wish;
 pub use crate::implicit::RSystem;
 pub use crate::implicit::part::{Part, SizeRequest};
 pub use crate::optimize::Sequence;
+pub use crate::parametric::mesh::Remedy;
 pub use brep::{is_step, load_step, mesh_step};
 pub use brep_check::{BodyDiagnosis, BrepDiagnosis, ModelFault, diagnose_brep, diagnose_step};
 pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info, distances_to_step};

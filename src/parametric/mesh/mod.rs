@@ -13,6 +13,7 @@ mod ladder;
 mod looked;
 mod loops;
 pub mod narrow;
+mod remedy;
 mod rings;
 mod sheets;
 mod sizes;
@@ -35,6 +36,7 @@ use edges::{Chain, Lead, Sampled, divide, leads, least_parts};
 use fill::{Filled, Unfilled, fill};
 pub use looked::Looked;
 use loops::{Contour, Unroller};
+pub use remedy::Remedy;
 use rings::Ring;
 use sheets::Sheets;
 use sizes::Field;
@@ -174,6 +176,8 @@ pub struct Parametric {
     pub(super) samples: Vec<Vec<(f64, DVec3)>>,
     /// The edges two faces share.
     pub(super) between: FxHashMap<[u32; 2], Vec<u32>>,
+    /// What is not done about troubles.
+    without: Vec<Remedy>,
 }
 
 impl Parametric {
@@ -233,9 +237,18 @@ impl Parametric {
             }
         }
         let extent = Aabb::EMPTY;
-        let mut this = Self { brep, charts, sheets, divided, faces_of, boxes, extent, edge_boxes, samples, between };
+        let mut this = Self { brep, charts, sheets, divided, faces_of, boxes, extent, edge_boxes, samples, between, without: Vec::new() };
         this.extent = this.extent(run)?;
         Ok(this)
+    }
+
+    /// The same without some remedies, for study. [`Remedy::LeastLength`] and [`Remedy::Trim`] are no affair of this: they are in
+    /// the sizes asked for, and in the model.
+    pub fn without(mut self, remedies: &[Remedy]) -> Self {
+        self.without = remedies.to_vec();
+        let inset = !remedies.contains(&Remedy::Inset);
+        self.charts.iter_mut().chain(self.sheets.iter_mut().map(|s| &mut s.1)).for_each(|c| c.inset = inset);
+        self
     }
 
     /// The box around the model, to about a hundredth of its size where faces bulge beyond their edges.
@@ -263,6 +276,7 @@ impl Parametric {
         let rings = self.rings(sampled, &field, sizes, run);
         self.reach_rings(&rings, sampled, &mut leads);
         let mut factor = vec![1usize; self.brep.edges.len()];
+        let halvings = if self.without.contains(&Remedy::Halving) { 0 } else { HALVINGS };
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
@@ -299,7 +313,7 @@ impl Parametric {
             if !crossing.iter().all(straight) {
                 crossing.retain(|e| !straight(e));
             }
-            if !crossing.is_empty() && round < HALVINGS {
+            if !crossing.is_empty() && round < halvings {
                 crossing.iter().for_each(|e| factor[*e as usize] *= 2);
                 round += 1;
                 continue;
@@ -313,7 +327,9 @@ impl Parametric {
             }
             let mut filled = self.undoubled(filled, &points, &chains, &plan, run)?;
             let mut steps = self.finer(&factor);
-            self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
+            if !self.without.contains(&Remedy::Plane) {
+                self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
+            }
             let fans = rings.iter().enumerate().flat_map(|(f, l)| l.iter().map(move |r| (f as u32, r.pole.point)));
             let fans = fans.collect();
             let halved = factor.iter().filter(|f| **f > 1).count();
