@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use rvachev::DVec3;
 use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, Remedy, SizeRequest};
 use rvachev::render::{ClipPlane, MAX_SIDE, View};
-use rvachev::DVec3;
 
 const EXIT_CODES: &str =
     "Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.";

@@ -237,7 +237,19 @@ impl Parametric {
             }
         }
         let extent = Aabb::EMPTY;
-        let mut this = Self { brep, charts, sheets, divided, faces_of, boxes, extent, edge_boxes, samples, between, without: Vec::new() };
+        let mut this = Self {
+            brep,
+            charts,
+            sheets,
+            divided,
+            faces_of,
+            boxes,
+            extent,
+            edge_boxes,
+            samples,
+            between,
+            without: Vec::new(),
+        };
         this.extent = this.extent(run)?;
         Ok(this)
     }
