@@ -7,8 +7,9 @@ use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 use rvachev::Run;
+use rvachev::implicit::part::parse;
 use rvachev::io::{self, Format, WriteOptions};
-use rvachev::pipeline::{MeshOptions, mesh_part, parse_part};
+use rvachev::pipeline::{MeshOptions, mesh_part};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -18,7 +19,7 @@ const BOX: &str = "part(box((2, 2, 2)))\nmesh(size=0.5)\n";
 fn boxed(name: &str) -> TempDir {
     let dir = TempDir::new().unwrap();
     let run = Run::new();
-    let made = mesh_part(&parse_part(BOX, &[]).unwrap(), &MeshOptions::default(), &run).unwrap();
+    let made = mesh_part(&parse(BOX, &[]).unwrap(), &MeshOptions::default(), &run).unwrap();
     io::write(&dir.path().join(name), &made.mesh, &WriteOptions::default(), &run).unwrap();
     dir
 }
@@ -38,7 +39,7 @@ fn ways_over_a_box_have_their_lengths_in_every_format_that_is_read() {
     for (ending, _) in Format::EXTENSIONS {
         let name = format!("box.{ending}");
         let dir = TempDir::new().unwrap();
-        let made = mesh_part(&parse_part(BOX, &[]).unwrap(), &MeshOptions::default(), &run).unwrap();
+        let made = mesh_part(&parse(BOX, &[]).unwrap(), &MeshOptions::default(), &run).unwrap();
         let written = io::write(&dir.path().join(&name), &made.mesh, &WriteOptions::default(), &run);
         if written.is_err() || io::read(&dir.path().join(&name), &run).is_err() {
             continue;

@@ -89,9 +89,12 @@ pub struct How {
     /// On curved parts neighboring edges turn by at most this many degrees
     #[arg(long, value_name = "DEGREES", value_parser = positive)]
     pub angle: Option<f64>,
-    /// No triangle farther than this from the surface [default: 0.035 of the size, at least diagonal / 5400; none with --angle alone]
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
-    pub tol: Option<f64>,
+    /// No triangle farther than this from the surface: a length, or a share of the diagonal such as 0.1% [default: 0.035 of the size, at least diagonal / 5400; none with --angle alone]
+    #[arg(long, value_name = "LENGTH", value_parser = size)]
+    pub tol: Option<SizeRequest>,
+    /// CAD models: mesh until at most this share of the volume lies between triangles and surface, such as 0.001
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub volume: Option<f64>,
     /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, 0.3 for triangles that turn by more than 5 degrees from one to the next]
     #[arg(long, value_name = "SLOPE", value_parser = positive)]
     pub grading: Option<f64>,

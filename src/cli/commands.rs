@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
-use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SoupOptions};
+use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SizeRequest, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions};
 use rvachev::{Error, Place, Result, Run};
@@ -26,7 +26,9 @@ pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         root_tolerance: how.eps,
         memory: (how.memory * (1u64 << 30) as f64) as u64,
         angle: how.angle,
-        tolerance: how.tol,
+        tolerance: how.tol.and_then(|t| if let SizeRequest::Length(l) = t { Some(l) } else { None }),
+        tolerance_share: how.tol.and_then(|t| if let SizeRequest::Share(s) = t { Some(s) } else { None }),
+        volume: how.volume,
         grading: how.grading,
         least: how.size_min,
         trim: how.trim,
@@ -297,6 +299,9 @@ pub(super) fn ended(made: &Meshed, told: &Told, quiet: bool) -> bool {
         }
         if let Some(distance) = &made.report.distance {
             say(&distance.to_string());
+        }
+        if let Some(volume) = &made.report.volume {
+            say(&volume.to_string());
         }
         note("warning", &made.report.warnings);
         note("warning", &told.warnings);

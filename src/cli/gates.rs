@@ -28,7 +28,7 @@ impl fmt::Display for Gate {
 }
 
 /// Options that not all kinds of input know, as they are called in the code and on the command line, and the kinds that do.
-const KNOWN: [(&str, &str, &[Gate]); 14] = [
+const KNOWN: [(&str, &str, &[Gate]); 15] = [
     ("define", "-D", &[Gate::Part]),
     ("eps", "--eps", &[Gate::Part]),
     ("memory", "--memory", &[Gate::Part]),
@@ -37,6 +37,7 @@ const KNOWN: [(&str, &str, &[Gate]); 14] = [
     ("sequence", "--sequence", &[Gate::Part]),
     ("bricks", "--bricks", &[Gate::Part]),
     ("trim", "--trim", &[Gate::Part, Gate::Cad]),
+    ("volume", "--volume", &[Gate::Part, Gate::Cad]),
     ("without", "--without", &[Gate::Part, Gate::Cad]),
     ("feature_angle", "--feature-angle", &[Gate::Triangles]),
     ("min_area", "--min-area", &[Gate::Triangles]),

@@ -12,6 +12,7 @@ use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::mesh::{MeshOptions, Meshed};
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
+use super::volume::mesh_within_volume;
 use super::wish::{CHORD, DEFAULT_SIZE, GRADING, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
 use crate::implicit::part::SizeRequest;
@@ -97,9 +98,18 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 ///
 /// Errors: [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    match options.volume {
+        Some(share) => mesh_within_volume(model, share, options, run),
+        None => mesh_tolerant(model, options, run),
+    }
+}
+
+/// The same, whatever volume is lost.
+pub(super) fn mesh_tolerant(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     let StepModel { brep, notes, .. } = model;
     let solid = Parametric::new(brep, run)?.without(&options.without);
     let diagonal = solid.bounds().diagonal();
+    let options = &options.resolved(diagonal);
     let length = |s: SizeRequest| match s {
         SizeRequest::Length(h) => h,
         SizeRequest::Share(s) => s * diagonal,

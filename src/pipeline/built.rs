@@ -198,6 +198,11 @@ pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &R
         names.extend(Ready::new(part, options.size)?.model.faces().iter().map(|f| f.name.clone()));
     }
     check_groups(part, names.iter().map(String::as_str))?;
+    if part.solid.is_some() && options.volume.is_some() {
+        let what =
+            "the part has a solid of R-functions beside those built from edges, whose volume is not known exactly";
+        return Err(Error::Usage(what.into()));
+    }
     let sized = MeshOptions { size: options.size.or(part.mesh.size), ..options.clone() };
     let open = expected(&brep, &[]).open;
     let mut made = mesh_step(brep.into(), &sized, run)?;
@@ -210,6 +215,7 @@ pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &R
     let bodies = named(&made.mesh);
     made.mesh.groups.clear();
     if part.solid.is_some() {
+        let options = &MeshOptions { without: Vec::new(), ..options.clone() };
         let rest = Part { built: Vec::new(), groups: Vec::new(), ..part.clone() };
         let other = super::mesh::mesh_part(&rest, options, run)?;
         append(&mut made.mesh, &other.mesh);

@@ -214,6 +214,8 @@ pub(super) fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
 ///
 /// Errors: what [`heal`] refuses; [`Error::Usage`] for fewer than four nodes; cancellation.
 pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Meshed> {
+    options.for_any_solid()?;
+    let options = &options.resolved(input.bounds().diagonal());
     let prepared = prepare(input, soup.close, run)?;
     let Some(nodes) = soup.nodes else {
         return mesh_prepared(&prepared, length(options.size, &prepared.mesh), options, soup, run);

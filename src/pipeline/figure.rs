@@ -173,6 +173,7 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
         return Err(Error::Usage("a plane figure has no thickness that edges could follow".into()));
     }
     let (bounds, faces, _) = looked_at(part)?;
+    let options = &options.resolved(bounds.diagonal());
     check_groups(part, faces.iter().map(|f| &f.name[..]))?;
     let size = match options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
         SizeRequest::Length(h) => h,

@@ -54,6 +54,10 @@ pub struct MeshOptions {
     /// No triangle is to be farther than this from the surface, in the part's unit: edges are made to stay within 0.45 of it. Without it
     /// 0.035 of the size, at least a 5400th of the diagonal; nothing where only an angle is asked for.
     pub tolerance: Option<f64>,
+    /// The same as a share of the part's diagonal, where `tolerance` is not given. Parts with a mesh or a CAD model in them refuse it.
+    pub tolerance_share: Option<f64>,
+    /// At most this share of the solid's volume is to lie between triangles and surface (CAD models and solids built from edges).
+    pub volume: Option<f64>,
     /// How fast edge lengths may grow per length. Without it a fifth; for boundary representations up to 0.45 where details make most
     /// of the triangles, 0.3 for soups of coarse facets.
     pub grading: Option<f64>,
@@ -86,6 +90,8 @@ impl Default for MeshOptions {
             memory: extract.memory,
             angle: None,
             tolerance: None,
+            tolerance_share: None,
+            volume: None,
             grading: None,
             least: None,
             trim: None,
@@ -94,6 +100,26 @@ impl Default for MeshOptions {
             refinements: Vec::new(),
             measure: true,
             timed: false,
+        }
+    }
+}
+
+impl MeshOptions {
+    /// With the tolerance as a length, for a part whose box has a diagonal.
+    pub(super) fn resolved(&self, diagonal: f64) -> Self {
+        let tolerance = self.tolerance.or(self.tolerance_share.map(|s| s * diagonal));
+        Self { tolerance, tolerance_share: None, ..self.clone() }
+    }
+
+    /// Refuses what only boundary representations know.
+    pub(super) fn for_any_solid(&self) -> Result<()> {
+        let refused =
+            [(!self.without.is_empty(), "remedies to leave out"), (self.volume.is_some(), "a volume to lose")];
+        match refused.iter().find(|r| r.0) {
+            Some((_, what)) => {
+                Err(Error::Usage(format!("{what}: that is for CAD models and solids built from edges alone")))
+            }
+            None => Ok(()),
         }
     }
 }
@@ -236,6 +262,7 @@ const THIN: f64 = 1e-3;
 /// Errors: see [`extract`]; a part that is empty or thinner than the cells everywhere; see [`build`].
 pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     if part.plane {
+        options.for_any_solid()?;
         return mesh_figure(part, options, run);
     }
     let mut options = MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
@@ -247,16 +274,15 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
     }
+    options.for_any_solid()?;
     if let Some(solid) = part.solid.as_ref().filter(|s| holds_foreign(s)) {
         return mesh_boolean(part, solid, options, run);
-    }
-    if !options.without.is_empty() {
-        return Err(Error::Usage("remedies are for CAD models and solids built from edges: the part has none".into()));
     }
     if options.trim.is_some() {
         return Err(Error::Usage("trimming is for CAD models and solids built from edges: the part has none".into()));
     }
     let mut ready = Ready::new(part, options.size)?;
+    let options = &options.resolved(ready.model.bounds().diagonal());
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
     let (made, crowded) = mesh_ready(part, &ready, options, run)?;
     match crowded {

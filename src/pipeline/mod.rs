@@ -34,6 +34,7 @@ mod samples;
 mod shown;
 mod soup_sizes;
 mod touching;
+mod volume;
 mod wish;
 
 pub use crate::implicit::RSystem;
@@ -66,3 +67,4 @@ pub use rsystems::{Depth, Spread, SystemComparison, SystemRow, compare_rsystems}
 pub use sampled::{EvalSummary, GridOptions, GridSpacing, eval_points, function, sample_grid};
 pub use samples::{Sample, SampleComparison, SampleRow, compare_samples};
 pub use shown::{shown, shown_healed};
+pub use volume::VolumeLoss;

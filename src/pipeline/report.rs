@@ -8,6 +8,7 @@ use super::distance::Distance;
 use super::figure::{FigureReport, figure_info};
 use super::history::{Attempt, Stage};
 use super::method::Method;
+use super::volume::VolumeLoss;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Implicit;
 use crate::implicit::part::Part;
@@ -46,6 +47,9 @@ pub struct Report {
     /// Distances between the mesh and the faces of a boundary representation, where they were measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<Distance>,
+    /// The volume between the mesh and the solid, where a share of it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeLoss>,
     /// The borders of a plane figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figure: Option<FigureReport>,
@@ -117,6 +121,7 @@ impl Report {
             stages: Vec::new(),
             ladder: Vec::new(),
             distance: None,
+            volume: None,
             figure: None,
             check: None,
         }

@@ -67,6 +67,13 @@ pub enum Fault {
         #[serde(skip_serializing_if = "Option::is_none")]
         triangles: Option<usize>,
     },
+    /// More volume lies between mesh and surface than may be lost.
+    VolumeLost {
+        /// The share of the mesh's volume, at most.
+        share: f64,
+        /// The share that is allowed.
+        limit: f64,
+    },
     /// Part of the surface is not in the mesh.
     SurfaceMissing {
         /// Its face.
@@ -229,6 +236,7 @@ impl Fault {
             | Fault::CreasesCutOff { .. }
             | Fault::FacingAway { .. }
             | Fault::Far { .. }
+            | Fault::VolumeLost { .. }
             | Fault::OtherMethod { .. }
             | Fault::NotRead { .. }
             | Fault::NoMesh { .. }
@@ -294,6 +302,9 @@ impl fmt::Display for Fault {
             }
             Fault::Far { distance, limit, triangles: None } => {
                 write!(f, "mesh and surface are {distance:.4e} apart somewhere, more than the size of {limit:.4e}")
+            }
+            Fault::VolumeLost { share, limit } => {
+                write!(f, "up to {share:.4e} of the volume lies between mesh and surface, more than {limit:.4e}")
             }
             Fault::SurfaceMissing { face, at, more } => {
                 write!(

@@ -211,6 +211,11 @@ fn faults_tell_what_they_hold() {
             "7 triangles are farther from the surface than asked for: the farthest by 2.5000e-1",
         ),
         (
+            Fault::VolumeLost { share: 0.25, limit: 0.125 },
+            "volume_lost",
+            "up to 2.5000e-1 of the volume lies between mesh and surface, more than 1.2500e-1",
+        ),
+        (
             edges(1),
             "edges_missing",
             "no exact edge found near (1.000000, 0.500000, -2.000000): two faces come too close there",

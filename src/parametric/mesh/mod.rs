@@ -32,7 +32,7 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Lead, Sampled, divide, leads, least_parts};
+use edges::{Chain, Lead, Sampled, divide, leads, least_parts, samples_of};
 use fill::{Filled, Unfilled, fill};
 pub use looked::Looked;
 use loops::{Contour, Unroller};
@@ -252,15 +252,6 @@ impl Parametric {
         };
         this.extent = this.extent(run)?;
         Ok(this)
-    }
-
-    /// The same without some remedies, for study. [`Remedy::LeastLength`] and [`Remedy::Trim`] are no affair of this: they are in
-    /// the sizes asked for, and in the model.
-    pub fn without(mut self, remedies: &[Remedy]) -> Self {
-        self.without = remedies.to_vec();
-        let inset = !remedies.contains(&Remedy::Inset);
-        self.charts.iter_mut().chain(self.sheets.iter_mut().map(|s| &mut s.1)).for_each(|c| c.inset = inset);
-        self
     }
 
     /// The box around the model, to about a hundredth of its size where faces bulge beyond their edges.
@@ -594,17 +585,6 @@ fn first(leader: &[u32], mut v: u32) -> u32 {
         v = leader[v as usize];
     }
     v
-}
-
-/// Points along an edge, several on each of its smooth pieces; none where the curve knows its feet in closed form.
-fn samples_of(e: &super::brep::Edge) -> Vec<(f64, DVec3)> {
-    const PARTS: usize = 4;
-    if e.curve.has_closed_foot() {
-        return Vec::new();
-    }
-    let pieces = e.curve.pieces(e.range);
-    let inner = pieces.windows(2).flat_map(|w| (0..PARTS).map(|k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
-    inner.chain([e.range[1]]).map(|t| (t, e.curve.at(t))).collect()
 }
 
 #[cfg(test)]

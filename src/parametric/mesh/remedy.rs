@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::Parametric;
 use crate::error::{Error, Place};
 
 /// What is done about a trouble of a boundary representation (\[BOR20\]), and can be left undone for study.
@@ -52,5 +53,16 @@ impl FromStr for Remedy {
             let all = Self::ALL.map(Self::name).join(", ");
             Error::input(Place::Unknown, format!("there is no remedy {name:?}; there are {all}"))
         })
+    }
+}
+
+impl Parametric {
+    /// The same without some remedies, for study. [`Remedy::LeastLength`] and [`Remedy::Trim`] are no affair of this: they are in
+    /// the sizes asked for, and in the model.
+    pub fn without(mut self, remedies: &[Remedy]) -> Self {
+        self.without = remedies.to_vec();
+        let inset = !remedies.contains(&Remedy::Inset);
+        self.charts.iter_mut().chain(self.sheets.iter_mut().map(|s| &mut s.1)).for_each(|c| c.inset = inset);
+        self
     }
 }

@@ -167,6 +167,7 @@ fn refuse(options: &MeshOptions) -> Result<()> {
         (options.sequence.is_some(), "is not made by a sequence of operators"),
         (options.thickness.is_some(), "has no thickness that edges could follow"),
         (options.trim.is_some(), "is not trimmed"),
+        (options.tolerance_share.is_some(), "takes a tolerance as a length"),
     ];
     match refused.iter().find(|r| r.0) {
         Some((_, what)) => Err(Error::Usage(format!("a part with a mesh or a CAD model in it {what}"))),

@@ -94,7 +94,8 @@ impl BrickPlan {
         let regions = undecided_in(&ready.model, cell, options.memory, run)?;
         let mut costs = vec![0; blocks.count(0) as usize];
         regions.into_iter().for_each(|p| costs[blocks.holding(0, p) as usize] += 1);
-        let MeshOptions { angle, tolerance, grading, memory, .. } = *options;
+        options.for_any_solid()?;
+        let MeshOptions { angle, tolerance, grading, memory, .. } = options.resolved(bounds.diagonal());
         let least = options.least.or(part.mesh.least);
         Ok(Self {
             layout: LAYOUT,
