@@ -5,6 +5,7 @@ use std::f64::consts::{LN_2, PI};
 
 use rvachev::implicit::part::parse;
 use rvachev::parametric::Surface;
+use rvachev::parametric::basis::Knots;
 use rvachev::parametric::brep::Brep;
 use rvachev::pipeline::{BrepInfo, MeshOptions, Meshed, brep_info, build, load_step, mesh_part, save_step};
 use rvachev::{Error, Run};
@@ -280,4 +281,32 @@ fn refused(text: &str, says: &str) {
     let Err(e) = parse(text, &[]).and_then(|p| build(&p, &Run::new())) else { panic!("{text} is built") };
     let told = e.to_string();
     assert!(matches!(e, Error::Input { .. }) && told.contains(says) && told.contains("line 1"), "{text}{told}");
+}
+
+/// Against Simpson's rule on many parts of every span, which is exact for cubics and near enough for the others.
+#[test]
+fn integrals_of_splines_are_sums_of_control_points() {
+    const PARTS: usize = 200;
+    for (degree, inner) in [(1, vec![0.3, 0.7]), (2, vec![0.5, 0.5]), (3, vec![0.1, 0.4, 0.9]), (5, vec![0.25])] {
+        let ends = |v: f64| std::iter::repeat_n(v, degree + 1);
+        let points = degree + 1 + inner.len();
+        let knots = Knots::new(degree, ends(0.0).chain(inner).chain(ends(1.0)).collect(), points).unwrap();
+        let mut sums = vec![0.0; points];
+        for w in knots.breaks().windows(2) {
+            let h = (w[1] - w[0]) / PARTS as f64;
+            let nodes = (0..PARTS).flat_map(|i| [(0.0, 1.0), (0.5, 4.0), (1.0, 1.0)].map(|(s, k)| (i as f64 + s, k)));
+            for (at, weight) in nodes {
+                // Just inside, as functions of degree 1 have kinks at knots, and spans are open at their ends.
+                let t = (w[0] + at * h).clamp(w[0], w[1] - 1e-13);
+                let (span, values) = knots.values_at::<8>(t);
+                for (i, v) in values[..=degree].iter().enumerate() {
+                    sums[span - degree + i] += weight / 6.0 * h * v;
+                }
+            }
+        }
+        let told = knots.integrals();
+        assert_eq!(told.len(), points);
+        assert!(told.iter().zip(&sums).all(|(a, b)| (a - b).abs() < 1e-9), "{degree}: {told:?} {sums:?}");
+        assert!((told.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
 }

@@ -89,7 +89,7 @@ fn narrow_faces_need_the_least_length() {
 fn a_surface_that_ends_before_its_pole_needs_the_plane() {
     let [with, without] = both("open_pole.step", Remedy::Plane, &MeshOptions::default());
     sound(&with);
-    assert!(has_rung(&with, Rung::Plane) && with.mesh.is_closed());
+    assert!(has_rung(&with, Rung::Plane) && with.report.check.as_ref().unwrap().closed);
     assert_eq!(lacks_faces(&without), 1, "{:?}", without.report.shortfalls);
 }
 
@@ -97,7 +97,7 @@ fn a_surface_that_ends_before_its_pole_needs_the_plane() {
 fn curvatures_of_tips_need_the_inset() {
     let how = MeshOptions { tolerance: Some(0.02), ..MeshOptions::default() };
     let [with, without] = both("acute_tips.py", Remedy::Inset, &how).map(|m| {
-        assert!(m.mesh.is_closed());
+        assert!(m.report.check.as_ref().unwrap().closed);
         angles(&m)
     });
     assert!(

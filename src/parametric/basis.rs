@@ -73,6 +73,13 @@ impl Knots {
         all
     }
 
+    /// The integral of each basis function over all parameters (\[KUZ19\] 19, 20): that of a spline is the sum of its control points,
+    /// each times its own. Of clamped knots, which the domain holds, it is that over the domain.
+    pub fn integrals(&self) -> Vec<f64> {
+        let m = self.degree + 1;
+        self.values.windows(m + 1).map(|k| (k[m] - k[0]) / m as f64).collect()
+    }
+
     /// The span (index of its left knot) that holds `t`, which is clamped to the domain.
     pub fn span(&self, t: f64) -> usize {
         let (p, n) = (self.degree, self.points());

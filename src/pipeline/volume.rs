@@ -68,7 +68,8 @@ pub(super) fn mesh_within_volume(model: StepModel, asked: f64, options: &MeshOpt
         let how = MeshOptions { tolerance, volume: None, measure: true, ..options.clone() };
         let made = mesh_tolerant(model.clone(), &how, run)?;
         let volume = made.mesh.volume();
-        if !(made.mesh.is_closed() && volume > 0.0) {
+        let is_closed = made.report.check.as_ref().is_some_and(|c| c.closed);
+        if !(is_closed && volume > 0.0) {
             // What keeps it open is among its shortfalls already.
             return Ok(made);
         }
