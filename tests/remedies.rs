@@ -46,15 +46,6 @@ fn angles(made: &Meshed) -> [f64; 2] {
     [q.min_angle, q.max_angle]
 }
 
-fn shortest(made: &Meshed) -> f64 {
-    let m = &made.mesh;
-    let sides = (0..m.triangles.len()).flat_map(|t| {
-        let [a, b, c] = m.corners(t);
-        [a.distance(b), b.distance(c), c.distance(a)]
-    });
-    sides.fold(f64::INFINITY, f64::min)
-}
-
 #[test]
 fn contours_that_cross_need_halving() {
     let [with, without] = both("crossing_contours.py", Remedy::Halving, &MeshOptions::default());
@@ -63,14 +54,13 @@ fn contours_that_cross_need_halving() {
     assert_eq!(lacks_faces(&without), 2, "{:?}", without.report.shortfalls);
 }
 
-/// Every fourth node of the narrow faces' borders, and fewer, is there with the remedy; edges across are the faces' width.
+/// The narrow faces are 0.042 wide; edges along them are to be 0.5 long, but for a few beside their short ends.
 #[test]
 fn narrow_faces_need_the_least_length() {
     let [with, without] = both("least_length.py", Remedy::LeastLength, &MeshOptions::default());
     sound(&with);
-    let across = 0.03 * 2f64.sqrt();
     for made in [&with, &without] {
-        assert!((made.mesh.volume() / 3200.0 - 1.0).abs() < 1e-3 && shortest(made) > 0.8 * across);
+        assert!((made.mesh.volume() / (3200.0 - 8.0 * 0.03 * 0.03) - 1.0).abs() < 1e-12);
     }
     let bevels = |made: &Meshed| {
         let narrow = |t: &usize| {
@@ -79,8 +69,8 @@ fn narrow_faces_need_the_least_length() {
         };
         (0..made.mesh.triangles.len()).filter(narrow).count()
     };
-    // Two strips as long as 8: edges of 0.5 and more make at most 32 triangles of each, edges as long as wide 377.
-    assert!(bevels(&with) <= 64 && bevels(&without) > 600, "{} {}", bevels(&with), bevels(&without));
+    // Two strips as long as 8: edges of 0.5 make 32 triangles of each, edges hardly longer than the width many more.
+    assert!(bevels(&with) <= 100 && bevels(&without) > 500, "{} {}", bevels(&with), bevels(&without));
     let [few, many] = [&with, &without].map(|m| m.mesh.triangles.len());
     assert!(many > 3 * few, "{few} {many}");
 }
