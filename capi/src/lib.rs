@@ -11,6 +11,7 @@ mod mesh;
 mod options;
 mod part;
 mod pass;
+mod prisms;
 mod solid;
 mod surface;
 mod text;

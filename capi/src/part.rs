@@ -1,6 +1,6 @@
 //! Parts: a solid with everything needed to mesh it, what is asked of it, and files meshed as they are.
 
-use std::ffi::c_int;
+use std::ffi::{CStr, c_char, c_int};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rvachev::implicit::part::{Part, PartGroup, parse};
@@ -139,6 +139,22 @@ pub extern "C" fn rv_part_set_units(part: Option<&RvPart>, units: Chars, error: 
             p.units = read.units;
             Ok(())
         })
+    })
+}
+
+/// Units by the names part files have for them.
+const UNITS: [&CStr; 7] = [c"m", c"dm", c"cm", c"mm", c"um", c"in", c"ft"];
+
+/// The unit of length, NULL where none was said.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_units(part: Option<&RvPart>, units: Out<'_, *const c_char>, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let out = slot(units, std::ptr::null(), "units")?;
+        if let Some(said) = given(part, "part")?.part().units {
+            let known = UNITS.iter().find(|u| u.to_bytes() == said.as_bytes());
+            out.write(known.ok_or_else(|| input(format!("{said:?} is no unit of part files"), ""))?.as_ptr());
+        }
+        Ok(GOOD)
     })
 }
 

@@ -181,7 +181,7 @@ pub struct Mesh {
     /// Tell what was tried and how long it took, on standard error, as it happens
     #[arg(short, long)]
     pub verbose: bool,
-    /// Mesh again whenever the part's file changes, until Ctrl-C
+    /// Mesh again whenever the part's file, or one that it reads, changes, until Ctrl-C
     #[arg(long)]
     pub watch: bool,
     #[command(flatten)]
