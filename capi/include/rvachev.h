@@ -256,7 +256,7 @@ typedef struct rv_sweep {
 int rv_mesh_sweep(const rv_mesh *mesh, const rv_sweep *sweep, rv_prisms **prisms, rv_error **error);
 /* Arrays and names are lent. Layer by layer from the bottom, in each the order of the face's triangles. */
 int rv_prisms_points(const rv_prisms *prisms, const double **xyz, size_t *count, rv_error **error);
-/* Six nodes of each prism: three of the bottom, and those across from them, as gmsh, VTK's files and Abaqus have them. */
+/* Six nodes of each prism: three of the bottom, and those across from them, as gmsh and Abaqus have them. */
 int rv_prisms_cells(const rv_prisms *prisms, const uint32_t **nodes, size_t *count, rv_error **error);
 /* Sides on the boundary, four nodes of each, counter-clockwise seen from outside; a triangle has its third one twice. */
 int rv_prisms_sides(const rv_prisms *prisms, const uint32_t **nodes, size_t *count, rv_error **error);

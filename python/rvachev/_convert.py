@@ -37,3 +37,17 @@ def to_pyvista(mesh):
     out.cell_data["face"] = mesh.labels.astype(numpy.int64)
     out.field_data["face_names"] = mesh.face_names
     return out
+
+
+def prisms_to_meshio(prisms):
+    import meshio
+
+    sides, names = prisms.sides, prisms.faces
+    flat = sides[:, 2] == sides[:, 3]
+    # Where each side is among those of its kind.
+    place = numpy.where(flat, numpy.cumsum(flat), numpy.cumsum(~flat)) - 1
+    none = numpy.empty(0, numpy.int64)
+    sets = {name: [none, place[list_[flat[list_]]], place[list_[~flat[list_]]]] for name, list_ in names.items()}
+    sets["volume"] = [numpy.arange(len(prisms.cells)), none, none]
+    blocks = [("wedge", prisms.cells), ("triangle", sides[flat, :3]), ("quad", sides[~flat])]
+    return meshio.Mesh(prisms.points, blocks, cell_sets=sets)

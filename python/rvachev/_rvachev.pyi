@@ -154,7 +154,10 @@ class Part:
     def load(path: Path, define: dict[str, float] | None = None) -> Part: ...
     def group(self, name: str, *faces: str) -> None: ...
     @property
-    def units(self) -> str | None: ...
+    def units(self) -> str | None:
+        """"mm" and the like; only files are told."""
+    @units.setter
+    def units(self, units: Literal["m", "dm", "cm", "mm", "um", "in", "ft"] | None) -> None: ...
     @property
     def groups(self) -> dict[str, tuple[str, ...]]: ...
     def info(self) -> dict[str, Any]: ...
@@ -176,6 +179,32 @@ class Piece:
 
     @property
     def brick(self) -> int: ...
+
+@final
+class Prisms:
+    """A volume in layers of prisms: what Mesh.sweep gives."""
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(n, 3), in the part's unit."""
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """(m, 6): three points of the bottom, and those across from them."""
+    @property
+    def sides(self) -> NDArray[np.int64]:
+        """(k, 4), the boundary, counter-clockwise seen from outside; a triangle has its third point twice."""
+    @property
+    def labels(self) -> NDArray[np.uint32]:
+        """(k,), indices into names."""
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def faces(self) -> dict[str, NDArray[np.int64]]:
+        """Sides of each name, (j,)."""
+    @property
+    def volume(self) -> float: ...
+    def write(self, *paths: Path, msh_version: Literal["4.1", "2.2"] = "4.1") -> None: ...
+    def to_meshio(self) -> Any: ...
 
 @final
 class Mesh:
@@ -215,6 +244,8 @@ class Mesh:
     def certificate(self) -> dict[str, Any] | None: ...
     @property
     def shortfalls(self) -> list[str]: ...
+    @property
+    def units(self) -> str | None: ...
     def __iter__(self) -> Any: ...
     def write(
         self, *paths: Path, groups: Literal["faces", "user", "all"] = "all", msh_version: Literal["4.1", "2.2"] = "4.1"
@@ -224,6 +255,13 @@ class Mesh:
     def to_pyvista(self) -> Any: ...
     def remesh_face(self, name: str, size: Number, **options: Unpack[FaceOptions]) -> Mesh:
         """One face made anew with edges of length size, in the part's unit; all others stay bit by bit."""
+    def sweep(
+        self, face: str, *, along: Vector | None = None, to: str | None = None, layers: int = 1
+    ) -> Prisms:
+        """Layers of prisms: what a face sweeps along a vector, or the room between it and the face to."""
+    def to_html(self, title: str = "mesh") -> str:
+        """One page that shows the mesh in a browser."""
+    def _repr_html_(self) -> str | None: ...
     def fill(self, by: Literal["gmsh", "tetgen", "netgen", "pytetwild"] = "gmsh", size: float | None = None) -> Filled: ...
 
 def made(kind: str, function: str, *args: Any, **kwargs: Any) -> Any: ...

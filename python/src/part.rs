@@ -43,12 +43,12 @@ impl PyPart {
         PyPart { part: Mutex::new(part), source: Some(source) }
     }
 
-    /// The file it was read from, if it was, and if no groups were named since: a plan holds the file's text alone.
+    /// The file it was read from, if it was, and if no groups were named and no unit was said since: a plan holds the file's text alone.
     pub fn plan_source(&self) -> Option<pipeline::PlanSource> {
         let Source { path, text, define } = self.source.clone()?;
-        let named = self.source.as_ref()?.part().ok()?.groups.len();
+        let (read, now) = (self.source.as_ref()?.part().ok()?, self.part());
         let overrides = define;
-        (self.part().groups.len() == named).then_some(pipeline::PlanSource { path, text, overrides })
+        (now.groups.len() == read.groups.len() && now.units == read.units).then_some(pipeline::PlanSource { path, text, overrides })
     }
 
     /// The part as it is at the moment.
@@ -149,6 +149,17 @@ impl PyPart {
         self.part().units
     }
 
+    /// Says the unit of length, or with None that there is none. Coordinates stay; only files are told.
+    #[setter]
+    fn set_units(&self, py: Python<'_>, units: Option<&str>) -> PyResult<()> {
+        let units = match units {
+            Some(units) => read(py, &format!("units({})\npart(sphere(1))", quoted(units)))?.units,
+            None => None,
+        };
+        self.part.lock().unwrap_or_else(PoisonError::into_inner).units = units;
+        Ok(())
+    }
+
     /// Groups, by name: the patterns of names of faces.
     #[getter]
     fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -184,7 +195,13 @@ impl PyPart {
         let Source { path, text, define } = self.source.clone().ok_or_else(pickle::no_file)?;
         let groups: Vec<_> = self.part().groups.into_iter().map(|g| (g.name, g.patterns)).collect();
         let how = py.import("rvachev._rvachev")?.getattr("part_again")?;
-        (how, (path.as_os_str(), text, define, groups)).into_pyobject(py)
+        let state = (self.part().units,);
+        (how, (path.as_os_str(), text, define, groups), state).into_pyobject(py)
+    }
+
+    /// What was said after the file was read and is in a pickle.
+    fn __setstate__(&self, state: (Option<String>,)) {
+        self.part.lock().unwrap_or_else(PoisonError::into_inner).units = state.0;
     }
 
     fn __repr__(&self) -> String {
