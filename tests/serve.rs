@@ -191,9 +191,9 @@ fn what_is_served_follows_the_part() {
     assert_eq!(served.child.wait().unwrap().code(), Some(130));
 }
 
-/// A closed box from the origin to a corner, in a file of triangles.
-fn write_box(path: &Path, to: [f64; 3]) {
-    let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { to[i] } else { 0.0 });
+/// A closed box from a corner to (1, 1, 1), in a file of triangles.
+fn write_box(path: &Path, from: [f64; 3]) {
+    let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { 1.0 } else { from[i] });
     let mut text = String::from("OFF\n8 12 0\n");
     for k in 0..8 {
         let [x, y, z] = corner(k);
@@ -214,20 +214,20 @@ fn what_is_served_follows_the_files_the_part_reads() {
         wait_for(what, || served.state()["trouble"]["what"].as_str().filter(|t| t.contains(what)).map(str::to_string))
     };
     trouble("lump.off");
-    write_box(&lump, [1.0, 1.0, 1.0]);
+    write_box(&lump, [0.0, 0.0, 0.0]);
     served.wait_for_version(1);
-    assert_eq!(served.contents()["hi"], json!([1.0, 1.0, 1.0]));
-    write_box(&lump, [1.0, 1.0, 2.0]);
+    assert_eq!(served.contents()["lo"], json!([0.0, 0.0, 0.0]));
+    write_box(&lump, [0.0, 0.0, -1.0]);
     served.wait_for_version(2);
-    assert_eq!(served.contents()["hi"], json!([1.0, 1.0, 2.0]));
+    assert_eq!(served.contents()["lo"], json!([0.0, 0.0, -1.0]));
     // Once the part reads another file that one counts, and the old one does not.
-    write_box(&served.folder.path().join("other.off"), [1.0, 1.0, 3.0]);
+    write_box(&served.folder.path().join("other.off"), [0.0, 0.0, -2.0]);
     served.write("part(mesh(\"other.off\") - box(lo=(9, 9, 9), hi=(10, 10, 10)))\n");
     served.wait_for_version(3);
     fs::remove_file(&lump).unwrap();
-    write_box(&served.folder.path().join("other.off"), [1.0, 1.0, 2.5]);
+    write_box(&served.folder.path().join("other.off"), [0.0, 0.0, -1.5]);
     served.wait_for_version(4);
-    assert_eq!(served.contents()["hi"], json!([1.0, 1.0, 2.5]));
+    assert_eq!(served.contents()["lo"], json!([0.0, 0.0, -1.5]));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use rvachev::mesh::Prisms;
 use rvachev::pipeline::SizeRequest;
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot, usage};
-use crate::mesh::{Array, RvMesh, Source, c_strings, give, lend, many, nth};
+use crate::mesh::{RvMesh, Source, c_strings, give, lend, many, nth};
 use crate::options::{RvOptions, asked};
 use crate::pass::{Chars, Items, Out, flat, point};
 use crate::work::work;
@@ -100,7 +100,7 @@ pub extern "C" fn rv_mesh_sweep(
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_prisms_points(
     prisms: Option<&RvPrisms>,
-    xyz: Array<'_, f64>,
+    xyz: Out<'_, *const f64>,
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
@@ -116,7 +116,7 @@ pub extern "C" fn rv_prisms_points(
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_prisms_cells(
     prisms: Option<&RvPrisms>,
-    nodes: Array<'_, u32>,
+    nodes: Out<'_, *const u32>,
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
@@ -132,7 +132,7 @@ pub extern "C" fn rv_prisms_cells(
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_prisms_sides(
     prisms: Option<&RvPrisms>,
-    nodes: Array<'_, u32>,
+    nodes: Out<'_, *const u32>,
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
@@ -148,7 +148,7 @@ pub extern "C" fn rv_prisms_sides(
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_prisms_labels(
     prisms: Option<&RvPrisms>,
-    names: Array<'_, u32>,
+    names: Out<'_, *const u32>,
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {

@@ -39,6 +39,47 @@ def to_pyvista(mesh):
     return out
 
 
+def to_netgen(mesh):
+    from netgen import meshing
+
+    out = meshing.Mesh(dim=3)
+    numbers = [out.Add(meshing.MeshPoint(meshing.Pnt(*p))) for p in mesh.points.tolist()]
+    faces = []
+    for i, name in enumerate(mesh.face_names):
+        faces.append(out.Add(meshing.FaceDescriptor(surfnr=i + 1, domin=1, domout=0, bc=i + 1)))
+        out.SetBCName(i, name)
+    for (a, b, c), face in zip(mesh.triangles.tolist(), mesh.labels.tolist()):
+        out.Add(meshing.Element2D(faces[face], [numbers[a], numbers[b], numbers[c]]))
+    return out
+
+
+def to_gmsh(mesh, name):
+    import gmsh
+
+    from ._fill import Shells
+
+    if not gmsh.isInitialized():
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+    gmsh.model.add(name)
+    model, placed = gmsh.model, numpy.zeros(len(mesh.points), bool)
+    shells = Shells(mesh.points, mesh.triangles)
+    # A face may lie on several shells: a surface for each face of each shell, all of them by the rows of triangles in `own`.
+    shell_of = shells.of
+    surfaces = {}
+    for number, shell in enumerate(numpy.unique(shell_of)):
+        for face in numpy.unique(mesh.labels[shell_of == shell]):
+            surfaces[int(shell), int(face)] = len(surfaces) + 1
+    for (shell, face), tag in surfaces.items():
+        rows = mesh.triangles[(shell_of == shell) & (mesh.labels == face)]
+        model.addDiscreteEntity(2, tag)
+        own = numpy.unique(rows)
+        own = own[~placed[own]]
+        placed[own] = True
+        model.mesh.addNodes(2, tag, own + 1, mesh.points[own].ravel())
+        model.mesh.addElementsByType(tag, 2, [], rows.ravel() + 1)
+    return name
+
+
 def prisms_to_meshio(prisms):
     import meshio
 

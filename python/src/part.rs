@@ -48,7 +48,11 @@ impl PyPart {
         let Source { path, text, define } = self.source.clone()?;
         let (read, now) = (self.source.as_ref()?.part().ok()?, self.part());
         let overrides = define;
-        (now.groups.len() == read.groups.len() && now.units == read.units).then_some(pipeline::PlanSource { path, text, overrides })
+        (now.groups.len() == read.groups.len() && now.units == read.units).then_some(pipeline::PlanSource {
+            path,
+            text,
+            overrides,
+        })
     }
 
     /// The part as it is at the moment.
