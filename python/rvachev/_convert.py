@@ -58,25 +58,37 @@ def to_gmsh(mesh, name):
 
     from ._fill import Shells
 
+    shells = Shells(mesh.points, mesh.triangles)
     if not gmsh.isInitialized():
         gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.model.add(name)
-    model, placed = gmsh.model, numpy.zeros(len(mesh.points), bool)
-    shells = Shells(mesh.points, mesh.triangles)
-    # A face may lie on several shells: a surface for each face of each shell, all of them by the rows of triangles in `own`.
-    shell_of = shells.of
-    surfaces = {}
-    for number, shell in enumerate(numpy.unique(shell_of)):
-        for face in numpy.unique(mesh.labels[shell_of == shell]):
-            surfaces[int(shell), int(face)] = len(surfaces) + 1
-    for (shell, face), tag in surfaces.items():
-        rows = mesh.triangles[(shell_of == shell) & (mesh.labels == face)]
-        model.addDiscreteEntity(2, tag)
+    placed = numpy.zeros(len(mesh.points), bool)
+    # A surface for each face of each shell, since loops are of whole surfaces.
+    of_shell, of_face = [[] for _ in shells.triangles], [[] for _ in mesh.face_names]
+    keys = numpy.stack([shells.piece, mesh.labels.astype(numpy.int64)], axis=1)
+    for tag, (shell, face) in enumerate(numpy.unique(keys, axis=0).tolist(), 1):
+        of_shell[shell].append(tag)
+        of_face[face].append(tag)
+        rows = mesh.triangles[(keys == (shell, face)).all(axis=1)]
         own = numpy.unique(rows)
         own = own[~placed[own]]
         placed[own] = True
-        model.mesh.addNodes(2, tag, own + 1, mesh.points[own].ravel())
-        model.mesh.addElementsByType(tag, 2, [], rows.ravel() + 1)
+        gmsh.model.addDiscreteEntity(2, tag)
+        gmsh.model.mesh.addNodes(2, tag, own + 1, mesh.points[own].ravel())
+        gmsh.model.mesh.addElementsByType(tag, 2, [], rows.ravel() + 1)
+    volumes = []
+    for outer in shells.outer.tolist():
+        walls = [outer, *shells.cavities.get(outer, [])]
+        loops = [gmsh.model.geo.addSurfaceLoop(of_shell[int(i)]) for i in walls]
+        volumes.append(gmsh.model.geo.addVolume(loops))
+    gmsh.model.geo.synchronize()
+    for face, tags in zip(mesh.face_names, of_face):
+        gmsh.model.addPhysicalGroup(2, tags, name=face)
+    for group, list_ in mesh.groups.items():
+        tags = [tag for face in numpy.unique(mesh.labels[list_]) for tag in of_face[face]]
+        if group not in mesh.face_names:
+            gmsh.model.addPhysicalGroup(2, tags, name=group)
+    gmsh.model.addPhysicalGroup(3, volumes, name="volume")
     return name
 
 

@@ -396,6 +396,19 @@ impl PyMesh {
         slf.py().import("rvachev._convert")?.call_method1("to_pyvista", (slf,))
     }
 
+    /// As a netgen.meshing.Mesh of the surface: boundary conditions, from 1, have the names of faces. GenerateVolumeMesh() fills it.
+    fn to_netgen<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_netgen", (slf,))
+    }
+
+    /// As a model of gmsh, which becomes the current one, with a discrete surface for each face, physical groups for faces and
+    /// groups, and volumes to be filled: gmsh.model.mesh.generate(3). Node i has the tag i + 1. Starts gmsh if need be; ending it
+    /// is the caller's. Gives the name of the model. Errors: `InputError` for a surface that bounds no solid.
+    #[pyo3(signature = (name="rvachev"))]
+    fn to_gmsh<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_gmsh", (slf, name))
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, me) = (slf.py(), slf.get());
         let mesh = me.mesh();
