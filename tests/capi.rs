@@ -237,6 +237,7 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert!(text.starts_with("units mm\n"), "{text}");
     assert!(number(&text, "face", "after") > 1.5 * number(&text, "face", "before"), "{text}");
     assert_eq!(number(&text, "face", "others"), number(&text, "face", "same"), "{text}");
+    assert!(text.contains("page 1\nwritten vm inside 1 outside 1\nwritten 3mf inside 1 outside 1\n"), "{text}");
     // Four layers over a square of 2 by 2, 3 high: its top, what is across, and four walls.
     assert_eq!(number(&text, "swept", "cells"), 4.0 * number(&text, "swept", "of"), "{text}");
     assert!(near(number(&text, "swept", "volume"), 12.0, 1e-9), "{text}");

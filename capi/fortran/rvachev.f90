@@ -399,6 +399,13 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_part_write(part, path, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: part
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         subroutine rv_part_free(part) bind(c)
             import :: c_ptr
             type(c_ptr), value :: part
@@ -628,6 +635,14 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_mesh_page(mesh, title, page, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: mesh
+            character(kind=c_char), intent(in) :: title(*)
+            type(c_ptr), intent(out) :: page
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         function rv_mesh_sweep(mesh, sweep, prisms, error) bind(c) result(status)
             import :: c_int, c_ptr, c_sweep
             type(c_ptr), value :: mesh
@@ -787,6 +802,7 @@ module rvachev
         procedure :: values => part_values
         procedure :: gradients => part_gradients
         procedure :: mesh => part_mesh
+        procedure :: write => part_write
         procedure :: write_step => part_write_step
         procedure :: free => part_free
     end type
@@ -817,6 +833,7 @@ module rvachev
         procedure :: units => mesh_units
         procedure :: remesh_face => mesh_remesh_face
         procedure :: sweep => mesh_sweep
+        procedure :: page => mesh_page
         procedure :: write => mesh_write
         procedure :: free => mesh_free
     end type
@@ -1452,6 +1469,17 @@ contains
         call keep(status, error, failure)
     end subroutine
 
+    ! By extension: step, stp, vm or 3mf.
+    subroutine part_write(self, path, failure)
+        class(rv_part), intent(in) :: self
+        character(*), intent(in) :: path
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_part_write(self%handle, trim(path)//c_null_char, error)
+        call keep(status, error, failure)
+    end subroutine
+
     subroutine part_free(self)
         class(rv_part), intent(inout) :: self
         call rv_part_free(self%handle)
@@ -1829,6 +1857,19 @@ contains
         status = rv_mesh_remesh_face(self%handle, trim(face)//c_null_char, handle_of(options), made%handle, error)
         call keep(status, error, failure)
     end subroutine
+
+    ! HTML.
+    function mesh_page(self, title, failure) result(html)
+        class(rv_mesh), intent(in) :: self
+        character(*), intent(in) :: title
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: html
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_mesh_page(self%handle, trim(title)//c_null_char, text, error)
+        html = taken(text)
+        call keep(status, error, failure)
+    end function
 
     ! Prisms in layers: what a face sweeps along a vector, or the room to another face that matches; one of the two is given.
     subroutine mesh_sweep(self, prisms, face, layers, along, to, failure)

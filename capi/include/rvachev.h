@@ -172,6 +172,8 @@ int rv_part_gradients(const rv_part *part, size_t count, const double *xyz, doub
 int rv_part_mesh(const rv_part *part, const rv_options *options, rv_mesh **mesh, rv_error **error);
 /* Solids built from edges only. */
 int rv_part_write_step(const rv_part *part, const char *path, rv_error **error);
+/* By extension: step or stp for solids built from edges; vm (a formula file) or 3mf (a level set) for one of R-functions. */
+int rv_part_write(const rv_part *part, const char *path, rv_error **error);
 void rv_part_free(rv_part *part);
 
 /* ------------------------------------------------------------------------------------- meshes from files and triangles */
@@ -239,6 +241,8 @@ int rv_mesh_write(const rv_mesh *mesh, const char *path, const rv_options *optio
  * and so does the face's border; new ones come last. RV_USAGE for a name no face has or a size far too small; RV_INPUT for a mesh
  * that is not of one solid of functions by the method leaf. */
 int rv_mesh_remesh_face(const rv_mesh *mesh, const char *face, const rv_options *options, rv_mesh **made, rv_error **error);
+/* One HTML page that shows the mesh in a browser, as `rvachev view` writes it; it needs no network. */
+int rv_mesh_page(const rv_mesh *mesh, const char *title, rv_text **page, rv_error **error);
 void rv_mesh_free(rv_mesh *mesh);
 
 /* ------------------------------------------------------------------------------------------------------------ prisms */

@@ -257,6 +257,10 @@ public:
     mesh remesh_face(const std::string &face, const options &o) const {
         return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_mesh_remesh_face(get(), face.c_str(), o.get(), m, e); }));
     }
+    // HTML.
+    std::string page(const std::string &title) const {
+        return detail::taken(detail::made<rv_text>([&](rv_text **t, rv_error **e) { return rv_mesh_page(get(), title.c_str(), t, e); }));
+    }
     // What a face sweeps along a vector, in layers of prisms.
     prisms sweep(const std::string &face, const point &along, std::size_t layers) const {
         return swept({face.c_str(), nullptr, along.data(), layers});
@@ -473,6 +477,10 @@ public:
     }
     rvachev::mesh mesh(const options &o = {}) const {
         return rvachev::mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_part_mesh(get(), o.get(), m, e); }));
+    }
+    // step, stp, vm or 3mf.
+    void write(const std::string &path) const {
+        detail::run([&](rv_error **e) { return rv_part_write(get(), path.c_str(), e); });
     }
     void write_step(const std::string &path) const {
         detail::run([&](rv_error **e) { return rv_part_write_step(get(), path.c_str(), e); });

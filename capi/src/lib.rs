@@ -9,6 +9,7 @@ mod field;
 mod grid;
 mod mesh;
 mod options;
+mod page;
 mod part;
 mod pass;
 mod prisms;

@@ -1,16 +1,17 @@
 //! Parts: a solid with everything needed to mesh it, and what is asked of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rvachev::Place;
 use rvachev::implicit::part::{Part, PartGroup};
 use rvachev::implicit::{Sampling, evaluate as evaluate_at};
+use rvachev::io::write_atomic;
 use rvachev::pipeline::{self, Meshed};
+use rvachev::{Error, Place, Run};
 
 use crate::arrays::{surface, table};
 use crate::edges::Built;
@@ -59,6 +60,24 @@ impl PyPart {
     pub fn part(&self) -> Part {
         self.part.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
+}
+
+/// Writes one file.
+fn write_part(part: &Part, path: &Path, run: &Run) -> rvachev::Result<()> {
+    let bytes = if pipeline::is_vm(path) {
+        pipeline::vm_text(part)?.into_bytes()
+    } else if pipeline::is_3mf(path) {
+        pipeline::levelset_bytes(part, &path.file_stem().unwrap_or_default().to_string_lossy())?
+    } else if pipeline::is_step(path) {
+        return match pipeline::build(part, run)?.filter(|_| part.solid.is_none()) {
+            Some(brep) => pipeline::save_step(path, &brep, part.units.as_deref()),
+            None => Err(Error::input(Place::Unknown, "only solids built from edges can be written as STEP")),
+        };
+    } else {
+        let what = format!("parts are written as step, stp, vm and 3mf, not {}", path.display());
+        return Err(Error::Usage(what));
+    };
+    write_atomic(path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", path, e)))
 }
 
 /// A mesh, told of and given, or an error where it is not sound.
@@ -145,6 +164,14 @@ impl PyPart {
         }
         part.groups.push(PartGroup { name, patterns: faces, place: Place::Unknown });
         Ok(())
+    }
+
+    /// Writes files, formats by extension: step or stp for solids built from edges; vm (a formula file) or 3mf (a level set) for
+    /// one of functions. `InputError` where a format cannot hold the part.
+    #[pyo3(signature = (*paths))]
+    fn write(&self, py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<()> {
+        let part = self.part();
+        Listeners::default().work(py, |run| paths.iter().try_for_each(|path| write_part(&part, path, run)))
     }
 
     /// The unit of length, where one was said.

@@ -23,6 +23,11 @@ def signed(points, cells):
     return sum(np.abs(np.linalg.det(t[:, 1:] - t[:, :1])) / 6 for t in tets)
 
 
+def volume(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+
+
 def test_a_face_sweeps_prisms(mesh, tmp_path):
     prisms = mesh.sweep("b.zmax", along=(0, 0, 3), layers=4)
     assert prisms.points.shape[1] == 3 and prisms.cells.shape == (4 * len(mesh.faces["b.zmax"]), 6)
@@ -97,6 +102,26 @@ def test_units_can_be_had_and_said(mesh, tmp_path):
         part.units = "furlong"
     part.units = None
     assert part.units is None and pickle.loads(pickle.dumps(part)).units is None
+
+
+def test_parts_are_written(tmp_path):
+    ball = rv.Part(rv.sphere(1) & rv.half_space((0, 0, 1), (0, 0, 0.5)), units="cm")
+    ball.write(tmp_path / "a.vm", tmp_path / "a.3mf")
+    at = np.array([(0, 0, 0.4), (0, 0, 0.6), (0, 0.9, 0), (0, 1.1, 0)])
+    for name in ("a.vm", "a.3mf"):
+        again = rv.Part.load(tmp_path / name)
+        assert (np.asarray(rv.evaluate(again, at)) > 0).tolist() == [True, False, True, False]
+    assert rv.Part.load(tmp_path / "a.3mf").units == "cm"
+    with pytest.raises(rv.InputError, match="edges"):
+        ball.write(tmp_path / "a.step")
+    square = rv.polyline([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True)
+    bar = rv.Part(rv.extrude_edges(square, direction="z", distance=2))
+    bar.write(tmp_path / "b.step")
+    assert volume(*rv.mesh(tmp_path / "b.step", size=0.5)) == pytest.approx(2)
+    with pytest.raises(rv.InputError):
+        bar.write(tmp_path / "b.vm")
+    with pytest.raises(rv.Error, match="docx"):
+        ball.write(tmp_path / "a.docx")
 
 
 def test_a_notebook_shows_the_page(mesh):

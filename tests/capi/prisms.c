@@ -90,6 +90,30 @@ int main(int argc, char **argv) {
     NEED(rv_mesh_read(argv[1], NULL, &cube, &error));
     WRONG(rv_mesh_remesh_face(cube, "floor", options, &none, &error), RV_INPUT, "solid");
 
+    rv_text *page;
+    const char *html;
+    WRONG(rv_mesh_page(NULL, "a", &page, &error), RV_USAGE, "mesh is NULL");
+    WRONG(rv_mesh_page(mesh, NULL, &page, &error), RV_USAGE, "title is NULL");
+    NEED(rv_mesh_page(mesh, "<b>block</b>", &page, &error));
+    NEED(rv_text_chars(page, &html, &error));
+    printf("page %d\n", strstr(html, "<b>block</b>") == NULL && strstr(html, "b.zmax") != NULL);
+    rv_text_free(page);
+    const char *formats[] = {"vm", "3mf"};
+    for (int i = 0; i < 2; i++) {
+        rv_part *again;
+        double at[6] = {1, 1, 0.25, 1, 1, 1.5}, values[2];
+        snprintf(path, sizeof path, "%s/part.%s", argv[2], formats[i]);
+        NEED(rv_part_write(part, path, &error));
+        NEED(rv_part_load(path, NULL, &again, &error));
+        NEED(rv_part_values(again, 2, at, values, &error));
+        printf("written %s inside %d outside %d\n", formats[i], values[0] > 0, values[1] < 0);
+        rv_part_free(again);
+    }
+    WRONG(rv_part_write(NULL, path, &error), RV_USAGE, "part is NULL");
+    WRONG(rv_part_write(part, NULL, &error), RV_USAGE, "path is NULL");
+    WRONG(rv_part_write(part, "a.docx", &error), RV_USAGE, "a.docx");
+    WRONG(rv_part_write(part, "a.step", &error), RV_INPUT, "edges");
+
     /* Away from the block. */
     rv_sweep sweep = {.face = "b.zmax", .along = up, .layers = 4};
     NEED(rv_mesh_sweep(mesh, &sweep, &prisms, &error));
