@@ -214,6 +214,62 @@ fn documented_programs_run() {
     assert!(numbers.len() == 3 && numbers[0] == numbers[2] && numbers[1] > 20 && numbers[1] < numbers[0], "{text}");
 }
 
+/// A cube of edge 2 whose floor and roof have the same triangles, with names of its faces.
+fn write_cube(path: &Path) {
+    let mut text = String::new();
+    for z in [0, 2] {
+        text += &format!("v 0 0 {z}\nv 2 0 {z}\nv 2 2 {z}\nv 0 2 {z}\n");
+    }
+    text += "g floor\nf 1 3 2\nf 1 4 3\ng roof\nf 5 6 7\nf 5 7 8\ng wall\n";
+    for (a, b) in [(1, 2), (2, 3), (3, 4), (4, 1)] {
+        text += &format!("f {a} {b} {}\nf {a} {} {}\n", b + 4, b + 4, a + 4);
+    }
+    fs::write(path, text).unwrap();
+}
+
+#[test]
+fn faces_are_made_anew_and_swept_into_prisms() {
+    let program = C.program("prisms_c", &["tests/capi/prisms.c"]);
+    let folder = program.parent().unwrap();
+    let cube = folder.join("cube.obj");
+    write_cube(&cube);
+    let text = said(Command::new(&program).arg(&cube).arg(folder));
+    assert!(text.starts_with("units mm\n"), "{text}");
+    assert!(number(&text, "face", "after") > 1.5 * number(&text, "face", "before"), "{text}");
+    assert_eq!(number(&text, "face", "others"), number(&text, "face", "same"), "{text}");
+    assert!(text.contains("page 1\nwritten vm inside 1 outside 1\nwritten 3mf inside 1 outside 1\n"), "{text}");
+    // Four layers over a square of 2 by 2, 3 high: its top, what is across, and four walls.
+    assert_eq!(number(&text, "swept", "cells"), 4.0 * number(&text, "swept", "of"), "{text}");
+    assert!(near(number(&text, "swept", "volume"), 12.0, 1e-9), "{text}");
+    assert!(near(number(&text, "swept", "roof"), 4.0, 1e-9), "{text}");
+    assert_eq!(number(&text, "swept", "names"), 6.0, "{text}");
+    assert_eq!(number(&text, "between", "cells"), 6.0, "{text}");
+    assert!(near(number(&text, "between", "volume"), 8.0, 1e-9), "{text}");
+    // The unit is in the file that has a place for it.
+    let package = fs::read(folder.join("block.3mf")).unwrap();
+    let mut file = zip::ZipArchive::new(std::io::Cursor::new(package)).unwrap();
+    let model = std::io::read_to_string(file.by_name("3D/3dmodel.model").unwrap()).unwrap();
+    assert!(model.contains("unit=\"millimeter\""), "{model:.300}");
+    let written = fs::read_to_string(folder.join("block.msh")).unwrap();
+    assert!(written.contains("\"volume\"") && written.contains("\"opposite\""), "{written:.300}");
+
+    let text = said(&mut Command::new(CPP.program("prisms_cpp", &["tests/capi/prisms.cpp"])));
+    assert!(text.starts_with("units cm ") && text.ends_with("refused 3\n"), "{text}");
+    assert!(number(&text, "units", "after") > 1.5 * number(&text, "units", "before"), "{text}");
+    assert!(near(number(&text, "units", "volume"), 8.0, 1e-9), "{text}");
+    assert!(number(&text, "units", "xmin") > 0.0, "{text}");
+
+    let sources = ["capi/fortran/rvachev.f90", "tests/capi/prisms.f90"];
+    let text = said(&mut Command::new(FORTRAN.program("prisms_fortran", &sources)));
+    assert!(text.starts_with("units in in ") && text.ends_with("refused 3\n"), "{text}");
+    assert!(number(&text, "units", "after") > 1.5 * number(&text, "units", "before"), "{text}");
+    assert_eq!(number(&text, "cells", "least"), 1.0, "{text}");
+    assert_eq!(number(&text, "cells", "above"), 0.0, "{text}");
+    assert!(near(number(&text, "cells", "volume"), 8.0, 1e-9), "{text}");
+    assert!(near(number(&text, "cells", "lowest"), -2.0, 1e-9), "{text}");
+    assert!(text.contains("first b.zmin names 6 sides 0\n"), "{text}");
+}
+
 #[test]
 fn misuse_is_told_and_runs_are_watched() {
     let program = C.program("misuse", &["tests/capi/misuse.c"]);

@@ -4,6 +4,7 @@
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -188,6 +189,45 @@ fn what_is_served_follows_the_part() {
     let killed = Command::new("kill").args(["-INT", &served.child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     assert_eq!(served.child.wait().unwrap().code(), Some(130));
+}
+
+/// A closed box from a corner to (1, 1, 1), in a file of triangles.
+fn write_box(path: &Path, from: [f64; 3]) {
+    let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 1 { 1.0 } else { from[i] });
+    let mut text = String::from("OFF\n8 12 0\n");
+    for k in 0..8 {
+        let [x, y, z] = corner(k);
+        text.push_str(&format!("{x} {y} {z}\n"));
+    }
+    for [a, b, c, d] in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+        text.push_str(&format!("3 {a} {b} {c}\n3 {a} {c} {d}\n"));
+    }
+    fs::write(path, text).unwrap();
+}
+
+#[test]
+fn what_is_served_follows_the_files_the_part_reads() {
+    let served = Served::new("part(mesh(\"lump.off\") - box(lo=(9, 9, 9), hi=(10, 10, 10)))\n");
+    let lump = served.folder.path().join("lump.off");
+    // A file that is not there is told, and its coming is enough.
+    let trouble = |what: &str| {
+        wait_for(what, || served.state()["trouble"]["what"].as_str().filter(|t| t.contains(what)).map(str::to_string))
+    };
+    trouble("lump.off");
+    write_box(&lump, [0.0, 0.0, 0.0]);
+    served.wait_for_version(1);
+    assert_eq!(served.contents()["lo"], json!([0.0, 0.0, 0.0]));
+    write_box(&lump, [0.0, 0.0, -1.0]);
+    served.wait_for_version(2);
+    assert_eq!(served.contents()["lo"], json!([0.0, 0.0, -1.0]));
+    // Once the part reads another file that one counts, and the old one does not.
+    write_box(&served.folder.path().join("other.off"), [0.0, 0.0, -2.0]);
+    served.write("part(mesh(\"other.off\") - box(lo=(9, 9, 9), hi=(10, 10, 10)))\n");
+    served.wait_for_version(3);
+    fs::remove_file(&lump).unwrap();
+    write_box(&served.folder.path().join("other.off"), [0.0, 0.0, -1.5]);
+    served.wait_for_version(4);
+    assert_eq!(served.contents()["lo"], json!([0.0, 0.0, -1.5]));
 }
 
 #[test]

@@ -399,6 +399,19 @@ fn items_components_and_transforms_place_level_sets() {
 }
 
 #[test]
+fn the_least_feature_is_the_least_edge() {
+    let ball = function(1, BALL, "s.result") + &mesh_object(2, 2.0, false);
+    let least = |attributes: &str, item: &str| read(&model(&(ball.clone() + &levelset(attributes)), item)).mesh.least;
+    assert_eq!(least("", ITEM), None);
+    assert_eq!(least(r#"minfeaturesize="0""#, ITEM), None);
+    assert_eq!(least(r#"minfeaturesize="0.25""#, ITEM), Some(0.25));
+    // The size is one of the object: an item that is twice as large doubles it.
+    let twice = r#"<item objectid="9" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>"#;
+    let found = least(r#"minfeaturesize="0.25""#, twice).unwrap();
+    assert!((found - 0.5).abs() < 1e-12, "{found}");
+}
+
+#[test]
 fn meshes_cut_level_sets_off() {
     let all = "decomposevector p A=v:inputs.pos; constant c @value=9; subtraction s A=s:p.x B=s:c.value";
     let of = |octahedron: bool, attributes: &str| {
@@ -418,6 +431,9 @@ fn faults() -> Vec<(String, &'static str)> {
     let object = |shape: &str| model(&format!(r#"<object id="9">{shape}</object>"#), ITEM);
     let ball = |extra: &str, build: &str| {
         model(&(function(1, BALL, "s.result") + &mesh_object(2, 2.0, false) + &levelset("") + extra), build)
+    };
+    let ball_of = |attributes: &str| {
+        model(&(function(1, BALL, "s.result") + &mesh_object(2, 2.0, false) + &levelset(attributes)), ITEM)
     };
     let called = |id: u32| {
         format!("constresourceid r @value={id}; functioncall n functionID=r:r.value pos=v:inputs.pos >s:shape")
@@ -442,6 +458,8 @@ fn faults() -> Vec<(String, &'static str)> {
         (ball(&levelset(""), ITEM), "two resources have the number 9"),
         (object(""), "is empty"),
         (object("<v:levelset/>"), "functionid"),
+        (ball_of(r#"minfeaturesize="-1""#), "no size is less than 0"),
+        (ball_of(r#"minfeaturesize="wide""#), "no finite number"),
         (object(r#"<v:levelset functionid="x" channel="shape" meshid="2"/>"#), "no number"),
         (object(r#"<v:levelset functionid="9" channel="shape" meshid="2"/>"#), "is <object>"),
         (with(BALL, "s.result").replace(r#"channel="shape""#, r#"channel="other""#), "no output \"other\""),

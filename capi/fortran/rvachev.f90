@@ -24,6 +24,14 @@ module rvachev_c
         integer(c_int) :: concurrent = 0
     end type
 
+    ! rv_sweep of rvachev.h.
+    type, bind(c) :: c_sweep
+        type(c_ptr) :: face = c_null_ptr
+        type(c_ptr) :: to = c_null_ptr
+        type(c_ptr) :: along = c_null_ptr
+        integer(c_size_t) :: layers = 0
+    end type
+
     ! rv_surface of rvachev.h; points of triangles are from 0 there.
     type, bind(c) :: c_surface
         type(c_ptr) :: points = c_null_ptr
@@ -391,6 +399,13 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_part_write(part, path, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: part
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         subroutine rv_part_free(part) bind(c)
             import :: c_ptr
             type(c_ptr), value :: part
@@ -597,6 +612,111 @@ module rvachev_c
             import :: c_ptr
             type(c_ptr), value :: mesh
         end subroutine
+        function rv_part_units(part, units, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: part
+            type(c_ptr), intent(out) :: units
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_units(mesh, units, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: mesh
+            type(c_ptr), intent(out) :: units
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_remesh_face(mesh, face, options, made, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: mesh
+            character(kind=c_char), intent(in) :: face(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: made
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_page(mesh, title, page, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: mesh
+            character(kind=c_char), intent(in) :: title(*)
+            type(c_ptr), intent(out) :: page
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_sweep(mesh, sweep, prisms, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_sweep
+            type(c_ptr), value :: mesh
+            type(c_sweep), intent(in) :: sweep
+            type(c_ptr), intent(out) :: prisms
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_points(prisms, xyz, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            type(c_ptr), intent(out) :: xyz
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_cells(prisms, nodes, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            type(c_ptr), intent(out) :: nodes
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_sides(prisms, nodes, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            type(c_ptr), intent(out) :: nodes
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_labels(prisms, names, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            type(c_ptr), intent(out) :: names
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_name_count(prisms, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_name(prisms, index, name, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            integer(c_size_t), value :: index
+            type(c_ptr), intent(out) :: name
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_volume(prisms, volume, error) bind(c) result(status)
+            import :: c_double, c_int, c_ptr
+            type(c_ptr), value :: prisms
+            real(c_double), intent(out) :: volume
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_write(prisms, path, options, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: prisms
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        subroutine rv_prisms_free(prisms) bind(c)
+            import :: c_ptr
+            type(c_ptr), value :: prisms
+        end subroutine
         function rv_text_chars(text, chars, error) bind(c) result(status)
             import :: c_int, c_ptr
             type(c_ptr), value :: text
@@ -618,7 +738,7 @@ module rvachev
     implicit none
     private
     public :: rv_good, rv_short, rv_usage, rv_input, rv_failed, rv_stopped, rv_cancelled
-    public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_shape
+    public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_prisms, rv_shape
     public :: rv_mesh_of_file, rv_mesh_of_triangles, rv_healed, rv_read_triangles, rv_checked
 
     ! What a call came to: a status of rvachev.h, and what is known of it (empty and 0 where nothing is).
@@ -674,6 +794,7 @@ module rvachev
         procedure :: load => part_load
         procedure :: of => part_of
         procedure :: units => part_units
+        procedure :: said_units => part_said_units
         procedure :: rsystem => part_rsystem
         procedure :: domain => part_domain
         procedure :: group => part_group
@@ -681,6 +802,7 @@ module rvachev
         procedure :: values => part_values
         procedure :: gradients => part_gradients
         procedure :: mesh => part_mesh
+        procedure :: write => part_write
         procedure :: write_step => part_write_step
         procedure :: free => part_free
     end type
@@ -708,8 +830,29 @@ module rvachev
         procedure :: warning => mesh_warning
         procedure :: report => mesh_report
         procedure :: is_sound => mesh_is_sound
+        procedure :: units => mesh_units
+        procedure :: remesh_face => mesh_remesh_face
+        procedure :: sweep => mesh_sweep
+        procedure :: page => mesh_page
         procedure :: write => mesh_write
         procedure :: free => mesh_free
+    end type
+
+    ! A volume in layers of prisms.
+    type :: rv_prisms
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        ! A pointer to the library's own memory: gone when it is freed.
+        procedure :: points => prisms_points
+        ! Copies.
+        procedure :: cells => prisms_cells
+        procedure :: sides => prisms_sides
+        procedure :: labels => prisms_labels
+        procedure :: name_count => prisms_name_count
+        procedure :: name => prisms_name
+        procedure :: volume => prisms_volume
+        procedure :: write => prisms_write
+        procedure :: free => prisms_free
     end type
 
     ! A function as a solid: extend this by what the function needs to know. The library keeps a copy.
@@ -1207,6 +1350,18 @@ contains
         call keep(status, error, failure)
     end subroutine
 
+    ! Empty where none was said.
+    function part_said_units(self, failure) result(text)
+        class(rv_part), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: text
+        type(c_ptr) :: chars, error
+        integer(c_int) :: status
+        status = rv_part_units(self%handle, chars, error)
+        text = text_of(chars)
+        call keep(status, error, failure)
+    end function
+
     subroutine part_rsystem(self, rsystem, failure)
         class(rv_part), intent(in) :: self
         character(*), intent(in) :: rsystem
@@ -1311,6 +1466,17 @@ contains
         type(c_ptr) :: error
         integer(c_int) :: status
         status = rv_part_write_step(self%handle, trim(path)//c_null_char, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! By extension: step, stp, vm or 3mf.
+    subroutine part_write(self, path, failure)
+        class(rv_part), intent(in) :: self
+        character(*), intent(in) :: path
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_part_write(self%handle, trim(path)//c_null_char, error)
         call keep(status, error, failure)
     end subroutine
 
@@ -1666,6 +1832,181 @@ contains
         is = status == rv_good .and. sound == 1
         call keep(status, error, failure)
     end function
+
+    ! Empty where the part has none.
+    function mesh_units(self, failure) result(text)
+        class(rv_mesh), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: text
+        type(c_ptr) :: chars, error
+        integer(c_int) :: status
+        status = rv_mesh_units(self%handle, chars, error)
+        text = text_of(chars)
+        call keep(status, error, failure)
+    end function
+
+    ! Another mesh with one face made anew at the option size; all other faces stay as they are.
+    subroutine mesh_remesh_face(self, made, face, options, failure)
+        class(rv_mesh), intent(in) :: self
+        type(rv_mesh), intent(out) :: made
+        character(*), intent(in) :: face
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_mesh_remesh_face(self%handle, trim(face)//c_null_char, handle_of(options), made%handle, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! HTML.
+    function mesh_page(self, title, failure) result(html)
+        class(rv_mesh), intent(in) :: self
+        character(*), intent(in) :: title
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: html
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_mesh_page(self%handle, trim(title)//c_null_char, text, error)
+        html = taken(text)
+        call keep(status, error, failure)
+    end function
+
+    ! Prisms in layers: what a face sweeps along a vector, or the room to another face that matches; one of the two is given.
+    subroutine mesh_sweep(self, prisms, face, layers, along, to, failure)
+        class(rv_mesh), intent(in) :: self
+        type(rv_prisms), intent(out) :: prisms
+        character(*), intent(in) :: face
+        integer, intent(in) :: layers
+        real(c_double), intent(in), optional :: along(3)
+        character(*), intent(in), optional :: to
+        type(rv_failure), intent(out), optional :: failure
+        type(c_sweep) :: sweep
+        type(c_ptr) :: error
+        real(c_double), target :: vector(3)
+        character(kind=c_char, len=:), allocatable, target :: bottom, top
+        integer(c_int) :: status
+        bottom = trim(face)//c_null_char
+        sweep%face = c_loc(bottom)
+        sweep%layers = max(layers, 0)
+        if (present(along)) then
+            vector = along
+            sweep%along = c_loc(vector)
+        end if
+        if (present(to)) then
+            top = trim(to)//c_null_char
+            sweep%to = c_loc(top)
+        end if
+        status = rv_mesh_sweep(self%handle, sweep, prisms%handle, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Coordinates (3, n).
+    function prisms_points(self, failure) result(xyz)
+        class(rv_prisms), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), pointer :: xyz(:, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_prisms_points(self%handle, data, n, error)
+        call c_f_pointer(data, xyz, [3_c_size_t, n])
+        call keep(status, error, failure)
+    end function
+
+    ! Points of prisms (6, m): three of the bottom, and those across from them.
+    function prisms_cells(self, first, failure) result(numbers)
+        class(rv_prisms), intent(in) :: self
+        integer, intent(in), optional :: first
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int32_t), allocatable :: numbers(:, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_prisms_cells(self%handle, data, n, error)
+        numbers = reshape(numbered(data, 6 * n, first), [6_c_size_t, n])
+        call keep(status, error, failure)
+    end function
+
+    ! Points of sides on the boundary (4, k); a triangle has its third one twice.
+    function prisms_sides(self, first, failure) result(numbers)
+        class(rv_prisms), intent(in) :: self
+        integer, intent(in), optional :: first
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int32_t), allocatable :: numbers(:, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_prisms_sides(self%handle, data, n, error)
+        numbers = reshape(numbered(data, 4 * n, first), [4_c_size_t, n])
+        call keep(status, error, failure)
+    end function
+
+    ! The name of each side.
+    function prisms_labels(self, first, failure) result(numbers)
+        class(rv_prisms), intent(in) :: self
+        integer, intent(in), optional :: first
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int32_t), allocatable :: numbers(:)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_prisms_labels(self%handle, data, n, error)
+        numbers = numbered(data, n, first)
+        call keep(status, error, failure)
+    end function
+
+    function prisms_name_count(self, failure) result(n)
+        class(rv_prisms), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        integer :: n
+        type(c_ptr) :: error
+        integer(c_size_t) :: count
+        integer(c_int) :: status
+        status = rv_prisms_name_count(self%handle, count, error)
+        n = merge(int(count), 0, status == rv_good)
+        call keep(status, error, failure)
+    end function
+
+    ! By its number, from 1.
+    function prisms_name(self, index, failure) result(text)
+        class(rv_prisms), intent(in) :: self
+        integer, intent(in) :: index
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: text
+        type(c_ptr) :: chars, error
+        integer(c_int) :: status
+        status = rv_prisms_name(self%handle, int(index - 1, c_size_t), chars, error)
+        text = text_of(chars)
+        call keep(status, error, failure)
+    end function
+
+    function prisms_volume(self, failure) result(volume)
+        class(rv_prisms), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double) :: volume
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_prisms_volume(self%handle, volume, error)
+        call keep(status, error, failure)
+    end function
+
+    ! By extension: vtu, msh or inp.
+    subroutine prisms_write(self, path, options, failure)
+        class(rv_prisms), intent(in) :: self
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_prisms_write(self%handle, trim(path)//c_null_char, handle_of(options), error)
+        call keep(status, error, failure)
+    end subroutine
+
+    subroutine prisms_free(self)
+        class(rv_prisms), intent(inout) :: self
+        call rv_prisms_free(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
 
     ! By extension.
     subroutine mesh_write(self, path, options, failure)

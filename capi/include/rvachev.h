@@ -43,6 +43,7 @@ typedef struct rv_run rv_run;
 typedef struct rv_solid rv_solid;
 typedef struct rv_part rv_part;
 typedef struct rv_mesh rv_mesh;
+typedef struct rv_prisms rv_prisms;
 typedef struct rv_text rv_text;
 
 /* The version of the library, such as "0.1.0". */
@@ -154,6 +155,8 @@ int rv_part_load(const char *path, const rv_options *options, rv_part **part, rv
 int rv_part_new(const rv_solid *const *solids, size_t count, rv_part **part, rv_error **error);
 /* "m", "dm", "cm", "mm", "um", "in" or "ft"; only files are told. */
 int rv_part_set_units(rv_part *part, const char *units, rv_error **error);
+/* The unit, which lives as long as the library; NULL where none was said. */
+int rv_part_units(const rv_part *part, const char **units, rv_error **error);
 /* "R0", "minmax", "(\"Ralpha\", 0.5)" or "(\"R0m\", 2)". */
 int rv_part_set_rsystem(rv_part *part, const char *rsystem, rv_error **error);
 /* x0 y0 z0 x1 y1 z1: where to cut off what may be infinite; NULL for nowhere. */
@@ -169,6 +172,8 @@ int rv_part_gradients(const rv_part *part, size_t count, const double *xyz, doub
 int rv_part_mesh(const rv_part *part, const rv_options *options, rv_mesh **mesh, rv_error **error);
 /* Solids built from edges only. */
 int rv_part_write_step(const rv_part *part, const char *path, rv_error **error);
+/* By extension: step or stp for solids built from edges; vm (a formula file) or 3mf (a level set) for one of R-functions. */
+int rv_part_write(const rv_part *part, const char *path, rv_error **error);
 void rv_part_free(rv_part *part);
 
 /* ------------------------------------------------------------------------------------- meshes from files and triangles */
@@ -226,10 +231,48 @@ int rv_mesh_warning(const rv_mesh *mesh, size_t index, const char **text, rv_err
 int rv_mesh_report(const rv_mesh *mesh, const char **text, rv_error **error);
 /* 1 where the mesh is certified: closed (or meant to be open), a manifold, oriented, free of self-intersections. */
 int rv_mesh_is_sound(const rv_mesh *mesh, int *sound, rv_error **error);
-/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo. Formats with named sets get a list of the names
+/* The unit of the part the mesh was made of; NULL where none was said. Files that have a place for it are told. */
+int rv_mesh_units(const rv_mesh *mesh, const char **units, rv_error **error);
+/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf. Formats with named sets get a list of the names
  * beside them, NAME.names.json. What a format cannot hold becomes a warning of the mesh. */
 int rv_mesh_write(const rv_mesh *mesh, const char *path, const rv_options *options, rv_error **error);
+/* Another mesh, with one face made anew on its true surface. Its edges have the option `size`, a length or a share of the mesh's
+ * diagonal; of the others threads and force are heeded. Points and triangles of all other faces keep their places and their order,
+ * and so does the face's border; new ones come last. RV_USAGE for a name no face has or a size far too small; RV_INPUT for a mesh
+ * that is not of one solid of functions by the method leaf. */
+int rv_mesh_remesh_face(const rv_mesh *mesh, const char *face, const rv_options *options, rv_mesh **made, rv_error **error);
+/* One HTML page that shows the mesh in a browser, as `rvachev view` writes it; it needs no network. */
+int rv_mesh_page(const rv_mesh *mesh, const char *title, rv_text **page, rv_error **error);
 void rv_mesh_free(rv_mesh *mesh);
+
+/* ------------------------------------------------------------------------------------------------------------ prisms */
+
+/* What is to be filled with layers of prisms: what a face sweeps along a vector, or the room between two faces of a mesh that have
+ * the same triangles, moved along one vector. Just one of `to` and `along` is not NULL. */
+typedef struct rv_sweep {
+    const char *face;    /* the name of the bottom */
+    const char *to;      /* the name of the top, or NULL */
+    const double *along; /* three numbers in the mesh's unit, or NULL */
+    size_t layers;       /* at least one, all equally thick */
+} rv_sweep;
+
+/* Every prism has a positive volume. RV_INPUT where faces do not match, walls between them are open or not straight, a prism is flat. */
+int rv_mesh_sweep(const rv_mesh *mesh, const rv_sweep *sweep, rv_prisms **prisms, rv_error **error);
+/* Arrays and names are lent. Layer by layer from the bottom, in each the order of the face's triangles. */
+int rv_prisms_points(const rv_prisms *prisms, const double **xyz, size_t *count, rv_error **error);
+/* Six nodes of each prism: three of the bottom, and those across from them, as gmsh and Abaqus have them. */
+int rv_prisms_cells(const rv_prisms *prisms, const uint32_t **nodes, size_t *count, rv_error **error);
+/* Sides on the boundary, four nodes of each, counter-clockwise seen from outside; a triangle has its third one twice. */
+int rv_prisms_sides(const rv_prisms *prisms, const uint32_t **nodes, size_t *count, rv_error **error);
+/* The name of each side, a number for rv_prisms_name: the face, what is across from it ("opposite" along a vector), then walls by the
+ * faces beside the face ("side" where there is none). */
+int rv_prisms_labels(const rv_prisms *prisms, const uint32_t **names, size_t *count, rv_error **error);
+int rv_prisms_name_count(const rv_prisms *prisms, size_t *count, rv_error **error);
+int rv_prisms_name(const rv_prisms *prisms, size_t index, const char **name, rv_error **error);
+int rv_prisms_volume(const rv_prisms *prisms, double *volume, rv_error **error);
+/* By extension: vtu, msh, inp, with sides by name. Of the options msh-version is heeded. */
+int rv_prisms_write(const rv_prisms *prisms, const char *path, const rv_options *options, rv_error **error);
+void rv_prisms_free(rv_prisms *prisms);
 
 int rv_text_chars(const rv_text *text, const char **chars, rv_error **error);
 void rv_text_free(rv_text *text);

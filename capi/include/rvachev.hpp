@@ -150,6 +150,58 @@ private:
     std::shared_ptr<rv_options> handle_;
 };
 
+// A volume in layers of prisms: mesh::sweep and mesh::fill_between make them.
+class prisms {
+public:
+    // Takes a handle of C.
+    explicit prisms(rv_prisms *handle) : handle_(handle, rv_prisms_free) {}
+
+    view<point> points() const & { return lent<point, double>(rv_prisms_points); }
+    // Three nodes of the bottom, and those across from them.
+    view<std::array<std::uint32_t, 6>> cells() const & {
+        return lent<std::array<std::uint32_t, 6>, std::uint32_t>(rv_prisms_cells);
+    }
+    // Sides on the boundary; a triangle has its third node twice.
+    view<std::array<std::uint32_t, 4>> sides() const & {
+        return lent<std::array<std::uint32_t, 4>, std::uint32_t>(rv_prisms_sides);
+    }
+    // The name of each side, an index into names().
+    view<std::uint32_t> labels() const & { return lent<std::uint32_t, std::uint32_t>(rv_prisms_labels); }
+    void points() const && = delete;
+    void cells() const && = delete;
+    void sides() const && = delete;
+    void labels() const && = delete;
+    std::vector<std::string> names() const {
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_prisms_name_count(get(), &n, e); });
+        std::vector<std::string> all;
+        for (std::size_t i = 0; i < n; i++)
+            all.emplace_back(detail::made<const char>([&](const char **out, rv_error **e) { return rv_prisms_name(get(), i, out, e); }));
+        return all;
+    }
+    double volume() const {
+        double v = 0;
+        detail::run([&](rv_error **e) { return rv_prisms_volume(get(), &v, e); });
+        return v;
+    }
+    // vtu, msh or inp.
+    void write(const std::string &path, const options &o = {}) const {
+        detail::run([&](rv_error **e) { return rv_prisms_write(get(), path.c_str(), o.get(), e); });
+    }
+    rv_prisms *get() const { return handle_.get(); }
+
+private:
+    std::shared_ptr<rv_prisms> handle_;
+
+    template <class T, class Part> view<T> lent(int (*ask)(const rv_prisms *, const Part **, std::size_t *, rv_error **)) const {
+        static_assert(sizeof(T) % sizeof(Part) == 0 && alignof(T) == alignof(Part), "arrays have no padding");
+        const Part *data = nullptr;
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return ask(get(), &data, &n, e); });
+        return {reinterpret_cast<const T *>(data), n};
+    }
+};
+
 class mesh {
 public:
     // Takes a handle of C.
@@ -196,6 +248,27 @@ public:
     std::string report() const {
         return detail::made<const char>([&](const char **out, rv_error **e) { return rv_mesh_report(get(), out, e); });
     }
+    // "mm" and the like; empty where the part has none.
+    std::string units() const {
+        const auto *u = detail::made<const char>([&](const char **out, rv_error **e) { return rv_mesh_units(get(), out, e); });
+        return u ? u : "";
+    }
+    // Another mesh with one face made anew at the option "size"; all other faces stay as they are.
+    mesh remesh_face(const std::string &face, const options &o) const {
+        return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_mesh_remesh_face(get(), face.c_str(), o.get(), m, e); }));
+    }
+    // HTML.
+    std::string page(const std::string &title) const {
+        return detail::taken(detail::made<rv_text>([&](rv_text **t, rv_error **e) { return rv_mesh_page(get(), title.c_str(), t, e); }));
+    }
+    // What a face sweeps along a vector, in layers of prisms.
+    prisms sweep(const std::string &face, const point &along, std::size_t layers) const {
+        return swept({face.c_str(), nullptr, along.data(), layers});
+    }
+    // The room between two faces that match.
+    prisms fill_between(const std::string &face, const std::string &to, std::size_t layers) const {
+        return swept({face.c_str(), to.c_str(), nullptr, layers});
+    }
     bool is_sound() const {
         int sound = 0;
         detail::run([&](rv_error **e) { return rv_mesh_is_sound(get(), &sound, e); });
@@ -208,6 +281,10 @@ public:
 
 private:
     std::shared_ptr<rv_mesh> handle_;
+
+    prisms swept(const rv_sweep &s) const {
+        return prisms(detail::made<rv_prisms>([&](rv_prisms **p, rv_error **e) { return rv_mesh_sweep(get(), &s, p, e); }));
+    }
 
     template <class T, class Part> view<T> lent(int (*ask)(const rv_mesh *, const Part **, std::size_t *, rv_error **)) const {
         static_assert(sizeof(T) % sizeof(Part) == 0 && alignof(T) == alignof(Part), "arrays have no padding");
@@ -367,6 +444,11 @@ public:
         detail::run([&](rv_error **e) { return rv_part_set_units(get(), u.c_str(), e); });
         return *this;
     }
+    // Empty where none was said.
+    std::string units() const {
+        const auto *u = detail::made<const char>([&](const char **out, rv_error **e) { return rv_part_units(get(), out, e); });
+        return u ? u : "";
+    }
     part &rsystem(const std::string &r) {
         detail::run([&](rv_error **e) { return rv_part_set_rsystem(get(), r.c_str(), e); });
         return *this;
@@ -395,6 +477,10 @@ public:
     }
     rvachev::mesh mesh(const options &o = {}) const {
         return rvachev::mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_part_mesh(get(), o.get(), m, e); }));
+    }
+    // step, stp, vm or 3mf.
+    void write(const std::string &path) const {
+        detail::run([&](rv_error **e) { return rv_part_write(get(), path.c_str(), e); });
     }
     void write_step(const std::string &path) const {
         detail::run([&](rv_error **e) { return rv_part_write_step(get(), path.c_str(), e); });

@@ -37,7 +37,10 @@ struct Chosen {
 
 /// A mesh. Nothing in it changes once it was asked for, so pointers into it are good until it is freed.
 pub struct RvMesh {
-    source: Source,
+    /// What it is.
+    pub source: Source,
+    /// The unit of length, where one was said.
+    pub units: Option<CString>,
     faces: Vec<CString>,
     groups: Vec<CString>,
     shortfalls: Vec<CString>,
@@ -49,7 +52,8 @@ pub struct RvMesh {
     report: OnceLock<CString>,
 }
 
-fn c_strings<T: ToString>(all: &[T]) -> Vec<CString> {
+/// Texts for the caller.
+pub fn c_strings<T: ToString>(all: &[T]) -> Vec<CString> {
     all.iter().map(|s| c_string(&s.to_string())).collect()
 }
 
@@ -60,8 +64,13 @@ impl RvMesh {
             Source::Healed(h) => (c_strings(&h.report.shortfalls), Vec::new()),
             Source::Read(_) => (Vec::new(), Vec::new()),
         };
+        let units = match &source {
+            Source::Made(m) => m.report.units.as_deref().map(c_string),
+            Source::Healed(_) | Source::Read(_) => None,
+        };
         let mut made = RvMesh {
             source,
+            units,
             faces: Vec::new(),
             groups: Vec::new(),
             shortfalls,
@@ -197,10 +206,11 @@ fn write_file(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Ru
     Ok(written)
 }
 
-type Array<'a, T> = Out<'a, *const T>;
+/// A place for a lent array.
+pub type Array<'a, T> = Out<'a, *const T>;
 
 /// Lends an array: pointer and number of items.
-fn lend<T>(
+pub fn lend<T>(
     array: Array<'_, T>,
     count: Out<'_, usize>,
     what: impl FnOnce() -> Result<(*const T, usize), Failure>,
@@ -351,14 +361,15 @@ pub extern "C" fn rv_mesh_nodes_of(
 }
 
 /// One text of a list: usage where there are not so many.
-fn nth(list: &[CString], index: usize, out: Out<'_, *const c_char>, what: &str) -> Result<c_int, Failure> {
+pub fn nth(list: &[CString], index: usize, out: Out<'_, *const c_char>, what: &str) -> Result<c_int, Failure> {
     let out = slot(out, null(), "the text")?;
     let found = list.get(index).ok_or_else(|| usage(format!("there is no {what} {index}, only {}", list.len())))?;
     out.write(found.as_ptr());
     Ok(GOOD)
 }
 
-fn many(list: &[CString], count: Out<'_, usize>) -> Result<c_int, Failure> {
+/// How many texts a list has.
+pub fn many(list: &[CString], count: Out<'_, usize>) -> Result<c_int, Failure> {
     slot(count, 0, "count")?.write(list.len());
     Ok(GOOD)
 }
@@ -495,6 +506,7 @@ pub extern "C" fn rv_mesh_write(
             old_msh: asked.old_msh,
             seams: seams.to_vec(),
             corners: corners.to_vec(),
+            unit: m.units.as_ref().map(|u| u.to_string_lossy().into_owned()),
             ..WriteOptions::default()
         };
         let written = work(asked.run.as_ref(), asked.threads, |run| {

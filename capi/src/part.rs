@@ -1,15 +1,16 @@
 //! Parts: a solid with everything needed to mesh it, what is asked of it, and files meshed as they are.
 
-use std::ffi::c_int;
+use std::ffi::{CStr, c_char, c_int};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rvachev::implicit::part::{Part, PartGroup, parse};
 use rvachev::implicit::{Implicit, Sampling, evaluate};
+use rvachev::io::write_atomic;
 use rvachev::pipeline;
 use rvachev::spatial::Aabb;
-use rvachev::{DVec3, Place, Run};
+use rvachev::{DVec3, Error, Place, Run};
 
-use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot};
+use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot, usage};
 use crate::mesh::{RvMesh, Source, give};
 use crate::options::{RvOptions, asked};
 use crate::pass::{Chars, Items, Out, Room};
@@ -142,6 +143,22 @@ pub extern "C" fn rv_part_set_units(part: Option<&RvPart>, units: Chars, error: 
     })
 }
 
+/// Units by the names part files have for them.
+const UNITS: [&CStr; 7] = [c"m", c"dm", c"cm", c"mm", c"um", c"in", c"ft"];
+
+/// The unit of length, NULL where none was said.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_units(part: Option<&RvPart>, units: Out<'_, *const c_char>, error: ErrorOut<'_>) -> c_int {
+    entry(error, || {
+        let out = slot(units, std::ptr::null(), "units")?;
+        if let Some(said) = given(part, "part")?.part().units {
+            let known = UNITS.iter().find(|u| u.to_bytes() == said.as_bytes());
+            out.write(known.ok_or_else(|| input(format!("{said:?} is no unit of part files"), ""))?.as_ptr());
+        }
+        Ok(GOOD)
+    })
+}
+
 /// Says the system of R-functions as a part file does: "R0", "minmax", "(\"Ralpha\", 0.5)" or "(\"R0m\", 2)".
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_part_set_rsystem(part: Option<&RvPart>, rsystem: Chars, error: ErrorOut<'_>) -> c_int {
@@ -262,6 +279,28 @@ pub extern "C" fn rv_part_write_step(part: Option<&RvPart>, path: Chars, error: 
             return Err(input("only solids built from edges can be written as STEP", ""));
         };
         pipeline::save_step(&path, &brep, part.units.as_deref())?;
+        Ok(GOOD)
+    })
+}
+
+/// Writes a part in the format of the extension: STEP, a formula file, or a 3MF package with a level set.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_part_write(part: Option<&RvPart>, path: Chars, error: ErrorOut<'_>) -> c_int {
+    let Ok(to) = path.path("path") else { return rv_part_write_step(part, path, error) };
+    if pipeline::is_step(&to) {
+        return rv_part_write_step(part, path, error);
+    }
+    entry(error, || {
+        let part = given(part, "part")?.part();
+        let name = to.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let bytes = if pipeline::is_vm(&to) {
+            work(None, 0, |_| Ok(pipeline::vm_text(&part)?.into_bytes()))?
+        } else if pipeline::is_3mf(&to) {
+            work(None, 0, |_| Ok(pipeline::levelset_bytes(&part, &name)?))?
+        } else {
+            return Err(usage(format!("parts are written as step, stp, vm and 3mf, not {}", to.display())));
+        };
+        write_atomic(&to, |out| out.write_all(&bytes).map_err(|e| Error::io("write", &to, e)))?;
         Ok(GOOD)
     })
 }

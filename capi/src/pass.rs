@@ -17,6 +17,11 @@ pub type Out<'a, T> = Option<&'a mut MaybeUninit<T>>;
 pub struct Chars(*const c_char);
 
 impl Chars {
+    /// Whether it is NULL.
+    pub fn is_null(self) -> bool {
+        self.0.is_null()
+    }
+
     /// The text.
     ///
     /// Errors: usage, for NULL and for what is not UTF-8.
@@ -49,6 +54,11 @@ impl Chars {
 pub struct Items<T>(*const T);
 
 impl<T> Items<T> {
+    /// Whether it is NULL.
+    pub fn is_null(&self) -> bool {
+        self.0.is_null()
+    }
+
     /// The array.
     ///
     /// Errors: usage, for NULL with items, and for more items than memory can hold.

@@ -28,6 +28,7 @@ from ._rvachev import (
     Mesh,
     Part,
     Piece,
+    Prisms,
     Solid,
     Task,
     __version__,
@@ -53,7 +54,7 @@ from ._rvachev import (
 from ._rvachev import made as _made
 
 __all__ = [
-    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Shortfall", "Solid", "Task", "Told",
+    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Prisms", "Shortfall", "Solid", "Task", "Told",
     "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "chain", "check", "circle", "cone", "conic", "cylinder",
     "diamond", "ellipse", "ellipsoid", "evaluate", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
     "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "lagrange", "loft", "merge", "mesh", "mesh_brick",

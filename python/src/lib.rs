@@ -12,6 +12,7 @@ mod mesh;
 mod options;
 mod part;
 mod pickle;
+mod prisms;
 mod solid;
 mod text;
 mod work;
@@ -27,6 +28,7 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<edges::Built>()?;
     m.add_class::<part::PyPart>()?;
     m.add_class::<mesh::PyMesh>()?;
+    m.add_class::<prisms::PyPrisms>()?;
     m.add_class::<bricks::PyTask>()?;
     m.add_class::<bricks::PyPiece>()?;
     for (name, expr) in [("x", Expr::x()), ("y", Expr::y()), ("z", Expr::z())] {

@@ -12,12 +12,14 @@ use pyo3::types::{PyDict, PyIterator, PyTuple};
 use rvachev::implicit::part::glob;
 use rvachev::io::{self, Format, Grouping, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
-use rvachev::pipeline::{Healed, Meshed};
+use rvachev::page::{PageText, page};
+use rvachev::pipeline::{self, Healed, Meshed};
 use rvachev::{DVec3, Error, Run};
 
 use crate::errors::{input, raise, warn};
 use crate::options::{Options, positive};
 use crate::pickle::About;
+use crate::prisms::{PyPrisms, Sweep};
 use crate::work::Listeners;
 
 /// Where a mesh comes from.
@@ -26,6 +28,18 @@ enum Source {
     Healed(Healed),
     /// Out of a pickle.
     Again(Box<(TriMesh, About)>),
+}
+
+/// A notebook shows meshes of so many triangles, some ten megabytes.
+const MOST_SHOWN: usize = 300_000;
+
+/// Whether files of gmsh are to be of its old version.
+pub fn old_msh(py: Python<'_>, version: &str) -> PyResult<bool> {
+    match version {
+        "4.1" => Ok(false),
+        "2.2" => Ok(true),
+        other => Err(raise(py, &Error::Usage(format!("msh_version is \"4.1\" or \"2.2\", not {other:?}")))),
+    }
 }
 
 /// JSON as dicts and lists.
@@ -331,7 +345,13 @@ impl PyMesh {
         self.short()
     }
 
-    /// Writes files, formats by extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo. Beside those that name
+    /// The unit of the part it was made of, where one was said.
+    #[getter]
+    fn units(&self) -> Option<String> {
+        if let Source::Made(m) = &self.source { m.report.units.clone() } else { None }
+    }
+
+    /// Writes files, formats by extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf. Beside those that name
     /// sets of triangles a list of the names, NAME.names.json.
     #[pyo3(signature = (*paths, groups="all", msh_version="4.1"))]
     fn write(&self, py: Python<'_>, paths: Vec<PathBuf>, groups: &str, msh_version: &str) -> PyResult<()> {
@@ -344,17 +364,14 @@ impl PyMesh {
                 return Err(raise(py, &Error::Usage(what)));
             }
         };
-        let old_msh = match msh_version {
-            "4.1" => false,
-            "2.2" => true,
-            other => return Err(raise(py, &Error::Usage(format!("msh_version is \"4.1\" or \"2.2\", not {other:?}")))),
-        };
+        let old_msh = old_msh(py, msh_version)?;
         let (seams, corners) = self.seams_and_corners();
         let options = WriteOptions {
             groups,
             old_msh,
             seams: seams.to_vec(),
             corners: corners.to_vec(),
+            unit: self.units(),
             ..WriteOptions::default()
         };
         let told = Listeners::default().work(py, |run| match &self.source {
@@ -377,6 +394,19 @@ impl PyMesh {
     /// As a pyvista.PolyData, with the number of the face in cell data `face`.
     fn to_pyvista<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rvachev._convert")?.call_method1("to_pyvista", (slf,))
+    }
+
+    /// As a netgen.meshing.Mesh of the surface: boundary conditions, from 1, have the names of faces. GenerateVolumeMesh() fills it.
+    fn to_netgen<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_netgen", (slf,))
+    }
+
+    /// As a model of gmsh, which becomes the current one, with a discrete surface for each face, physical groups for faces and
+    /// groups, and volumes to be filled: gmsh.model.mesh.generate(3). Node i has the tag i + 1. Starts gmsh if need be; ending it
+    /// is the caller's. Gives the name of the model. Errors: `InputError` for a surface that bounds no solid.
+    #[pyo3(signature = (name="rvachev"))]
+    fn to_gmsh<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("rvachev._convert")?.call_method1("to_gmsh", (slf, name))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
@@ -424,6 +454,45 @@ impl PyMesh {
         let mesh = o.listeners.work(py, |run| made.remesh_face(name, size, run).map(|()| Self::made(*made)))?;
         mesh.tell(py, o.force)?;
         Ok(mesh)
+    }
+
+    /// Layers of prisms, all equally thick, as `rvachev.Prisms`: what a face sweeps `along` a vector in the part's unit, or the room
+    /// between it and the face `to`, which must have the same triangles moved along one vector.
+    /// Errors: `InputError` for a name no face has, no layer, both or none of `along` and `to`, faces that do not match, walls between
+    /// them that are open or not straight, and prisms that would be flat or turned over.
+    #[pyo3(signature = (face, *, along=None, to=None, layers=1))]
+    fn sweep(
+        &self,
+        py: Python<'_>,
+        face: &str,
+        along: Option<&Bound<'_, PyAny>>,
+        to: Option<&str>,
+        layers: u32,
+    ) -> PyResult<PyPrisms> {
+        PyPrisms::of(py, self.mesh(), &Sweep { face, along, to, layers })
+    }
+
+    /// One HTML page that shows the mesh in a browser, as `rvachev view` writes it; it needs no network.
+    #[pyo3(signature = (title="mesh"))]
+    fn to_html(&self, py: Python<'_>, title: &str) -> PyResult<String> {
+        Listeners::default().work(py, |run| {
+            let text = match &self.source {
+                Source::Made(m) => pipeline::shown(m, title),
+                Source::Healed(h) => pipeline::shown_healed(h, title, run)?,
+                Source::Again(_) => PageText { title: title.into(), ..PageText::default() },
+            };
+            page(self.mesh(), &text, run)
+        })
+    }
+
+    /// The page in a frame of a notebook; nothing for meshes that would make the notebook too large.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        if self.mesh().triangles.len() > MOST_SHOWN {
+            return Ok(None);
+        }
+        let page = self.to_html(py, "mesh")?.replace('&', "&amp;").replace('"', "&quot;");
+        let style = "width: 100%; height: 600px; border: 0";
+        Ok(Some(format!("<iframe sandbox=\"allow-scripts\" style=\"{style}\" srcdoc=\"{page}\"></iframe>")))
     }
 
     /// The solid inside in tetrahedra, a `rvachev.Filled`, by one of the packages gmsh, tetgen, netgen and pytetwild,

@@ -1,16 +1,17 @@
 //! Parts: a solid with everything needed to mesh it, and what is asked of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rvachev::Place;
 use rvachev::implicit::part::{Part, PartGroup};
 use rvachev::implicit::{Sampling, evaluate as evaluate_at};
+use rvachev::io::write_atomic;
 use rvachev::pipeline::{self, Meshed};
+use rvachev::{Error, Place, Run};
 
 use crate::arrays::{surface, table};
 use crate::edges::Built;
@@ -43,18 +44,40 @@ impl PyPart {
         PyPart { part: Mutex::new(part), source: Some(source) }
     }
 
-    /// The file it was read from, if it was, and if no groups were named since: a plan holds the file's text alone.
+    /// The file it was read from, if it was, and if no groups were named and no unit was said since: a plan holds the file's text alone.
     pub fn plan_source(&self) -> Option<pipeline::PlanSource> {
         let Source { path, text, define } = self.source.clone()?;
-        let named = self.source.as_ref()?.part().ok()?.groups.len();
+        let (read, now) = (self.source.as_ref()?.part().ok()?, self.part());
         let overrides = define;
-        (self.part().groups.len() == named).then_some(pipeline::PlanSource { path, text, overrides })
+        (now.groups.len() == read.groups.len() && now.units == read.units).then_some(pipeline::PlanSource {
+            path,
+            text,
+            overrides,
+        })
     }
 
     /// The part as it is at the moment.
     pub fn part(&self) -> Part {
         self.part.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
+}
+
+/// Writes one file.
+fn write_part(part: &Part, path: &Path, run: &Run) -> rvachev::Result<()> {
+    let bytes = if pipeline::is_vm(path) {
+        pipeline::vm_text(part)?.into_bytes()
+    } else if pipeline::is_3mf(path) {
+        pipeline::levelset_bytes(part, &path.file_stem().unwrap_or_default().to_string_lossy())?
+    } else if pipeline::is_step(path) {
+        return match pipeline::build(part, run)?.filter(|_| part.solid.is_none()) {
+            Some(brep) => pipeline::save_step(path, &brep, part.units.as_deref()),
+            None => Err(Error::input(Place::Unknown, "only solids built from edges can be written as STEP")),
+        };
+    } else {
+        let what = format!("parts are written as step, stp, vm and 3mf, not {}", path.display());
+        return Err(Error::Usage(what));
+    };
+    write_atomic(path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", path, e)))
 }
 
 /// A mesh, told of and given, or an error where it is not sound.
@@ -143,10 +166,29 @@ impl PyPart {
         Ok(())
     }
 
+    /// Writes files, formats by extension: step or stp for solids built from edges; vm (a formula file) or 3mf (a level set) for
+    /// one of functions. `InputError` where a format cannot hold the part.
+    #[pyo3(signature = (*paths))]
+    fn write(&self, py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<()> {
+        let part = self.part();
+        Listeners::default().work(py, |run| paths.iter().try_for_each(|path| write_part(&part, path, run)))
+    }
+
     /// The unit of length, where one was said.
     #[getter]
     fn units(&self) -> Option<String> {
         self.part().units
+    }
+
+    /// Says the unit of length, or with None that there is none. Coordinates stay; only files are told.
+    #[setter]
+    fn set_units(&self, py: Python<'_>, units: Option<&str>) -> PyResult<()> {
+        let units = match units {
+            Some(units) => read(py, &format!("units({})\npart(sphere(1))", quoted(units)))?.units,
+            None => None,
+        };
+        self.part.lock().unwrap_or_else(PoisonError::into_inner).units = units;
+        Ok(())
     }
 
     /// Groups, by name: the patterns of names of faces.
@@ -184,7 +226,13 @@ impl PyPart {
         let Source { path, text, define } = self.source.clone().ok_or_else(pickle::no_file)?;
         let groups: Vec<_> = self.part().groups.into_iter().map(|g| (g.name, g.patterns)).collect();
         let how = py.import("rvachev._rvachev")?.getattr("part_again")?;
-        (how, (path.as_os_str(), text, define, groups)).into_pyobject(py)
+        let state = (self.part().units,);
+        (how, (path.as_os_str(), text, define, groups), state).into_pyobject(py)
+    }
+
+    /// What was said after the file was read and is in a pickle.
+    fn __setstate__(&self, state: (Option<String>,)) {
+        self.part.lock().unwrap_or_else(PoisonError::into_inner).units = state.0;
     }
 
     fn __repr__(&self) -> String {

@@ -192,7 +192,7 @@ pub struct Mesh {
     /// Tell what was tried and how long it took, on standard error, as it happens
     #[arg(short, long)]
     pub verbose: bool,
-    /// Mesh again whenever the part's file changes, until Ctrl-C
+    /// Mesh again whenever the part's file, or one that it reads, changes, until Ctrl-C
     #[arg(long)]
     pub watch: bool,
     #[command(flatten)]
@@ -207,8 +207,8 @@ pub struct ViewPage {
     /// Page to write (HTML) [default: PART with the ending .html]
     #[arg(short, long, value_name = "HTML")]
     pub output: Option<PathBuf>,
-    /// Write nothing: serve the page on this machine alone, at the address that is printed, and mesh again whenever the part's file
-    /// changes, until Ctrl-C. The open page follows
+    /// Write nothing: serve the page on this machine alone, at the address that is printed, and mesh again whenever the part's file,
+    /// or one that it reads, changes, until Ctrl-C. The open page follows
     #[arg(long, conflicts_with = "output")]
     pub serve: bool,
     /// Serve at this port of 127.0.0.1 [default: one that is free]

@@ -93,7 +93,7 @@ pub fn serve(a: ViewPage) -> Result<bool> {
     say(&doorway.address());
     let served = Arc::clone(&shown);
     doorway.open(move |path| locked(&served).at(path))?;
-    watch::follow(&a, &files, &base, |run| {
+    watch::follow(&a, files, &base, |run| {
         locked(&shown).state.meshing = true;
         let good = show(&a, &shown, run);
         match &good {

@@ -1,7 +1,8 @@
 //! Parts from files, by which ending tells the reader, and back to formula files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::boolean::files_of;
 use super::figure::no_figure;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, parse, parse_csg, parse_model, parse_vm};
@@ -52,6 +53,12 @@ fn no_overrides(path: &Path, overrides: &[(String, f64)]) -> Result<()> {
     let Some((name, _)) = overrides.first() else { return Ok(()) };
     let what = format!("-D {name}: {} has no named numbers to override, only part files (.py) have", path.display());
     Err(Error::Usage(what))
+}
+
+/// The files that solids of a part are read from when it is meshed, those of `mesh("...")` and `step("...")`: each once, with
+/// the part file's folder before relative paths. Whether they are there is not looked at.
+pub fn files_read(part: &Part) -> Vec<PathBuf> {
+    part.solid.iter().flat_map(files_of).map(|path| part.folder.join(path)).collect()
 }
 
 /// What a file's name ends in, in small letters.

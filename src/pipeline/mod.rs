@@ -57,7 +57,7 @@ pub use distance::Distance;
 pub use figure::{BorderLength, FigureReport};
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
 pub use history::{Attempt, Proof, Stage, Tried, UnprovedPlace};
-pub use load::{is_3mf, is_vm, levelset_bytes, load_part, parse_part, part_text, vm_text};
+pub use load::{files_read, is_3mf, is_vm, levelset_bytes, load_part, parse_part, part_text, vm_text};
 pub use mesh::{MeshOptions, Meshed, against, distances_to, mesh_part};
 pub use method::Method;
 pub use refine::{Place, Refinement};

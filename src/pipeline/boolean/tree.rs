@@ -1,11 +1,13 @@
 //! Which operands a part's tree joins, and how: parts of it that are R-functions alone are one operand each.
 
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rustc_hash::FxHashSet;
 
 use crate::error::{Error, Place, Result};
-use crate::implicit::{Foreign, Placement, Primitive, Solid, SolidNode};
+use crate::implicit::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode};
 
 /// Set operations within set operations above solids given by boundaries, at most: what is deeper would need more stack than a
 /// thread has. Chains of one operation count as one.
@@ -87,6 +89,23 @@ fn holders(solid: &Solid) -> Holders {
 /// Whether a tree holds a solid given by its boundary.
 pub(in crate::pipeline) fn holds_foreign(solid: &Solid) -> bool {
     !holders(solid).is_empty()
+}
+
+/// Paths of the files that solids of a tree are read from, as the part file has them, each once.
+pub(in crate::pipeline) fn files_of(solid: &Solid) -> BTreeSet<PathBuf> {
+    let (mut seen, mut stack, mut found) = (FxHashSet::default(), vec![solid], BTreeSet::new());
+    while let Some(s) = stack.pop() {
+        if !seen.insert(std::ptr::from_ref(s.node())) {
+            continue;
+        }
+        if let SolidNode::Primitive(Primitive::Foreign(f)) = s.node()
+            && let Boundary::Mesh(path) | Boundary::Step(path) = &f.source
+        {
+            found.insert(path.clone());
+        }
+        stack.extend(children(s.node()));
+    }
+    found
 }
 
 #[derive(Clone)]

@@ -11,10 +11,10 @@ use rustc_hash::FxHashMap;
 
 use super::super::expr::Expr;
 use super::super::solid::Solid;
-use super::Part;
 use super::vm::{balanced_chains, crowd};
+use super::{MeshDefaults, Part};
 use crate::error::{Error, Place, Result};
-use crate::io::threemf::{Model, Placed, attribute, model_text, number, parsed, transform, wrong};
+use crate::io::threemf::{Model, Placed, attribute, model_text, number, parsed, real, transform, wrong};
 use domain::within;
 use graph::Graphs;
 use values::Value;
@@ -23,7 +23,8 @@ use values::Value;
 const MOST_BYTES: usize = 1 << 30;
 
 /// Reads a 3MF package whose build has level sets. The part is the union of all that is built, where functions are negative;
-/// what an object's function bounds is one face with the object's name.
+/// what an object's function bounds is one face with the object's name. The least `minfeaturesize` is the part's least length of
+/// edges, where every level set has one.
 ///
 /// Errors: [`Error::Input`] with line and column in the model for anything wrong, for nodes and functions that have no formula,
 /// and for a build that has meshes beside level sets.
@@ -42,6 +43,7 @@ pub fn parse_model(text: &str) -> Result<Part> {
     let placed = model.placed()?;
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     let mut solids = Vec::new();
+    let mut least: Option<f64> = Some(f64::INFINITY);
     for one in &placed {
         if !one.is_levelset() {
             let what = format!("object {} is a mesh, and others of the build are level sets", one.id);
@@ -52,10 +54,26 @@ pub fn parse_model(text: &str) -> Result<Part> {
         let count = counts.entry(name.clone()).or_default();
         *count += 1;
         let name = if *count == 1 { name } else { format!("{name}#{count}") };
+        least = least.zip(feature_size(one)?).map(|(a, b)| a.min(b));
         solids.push(levelset(&model, one, &name)?);
     }
     let solid = if solids.len() == 1 { solids.remove(0) } else { Solid::union(solids) };
-    Ok(Part { units: Some(model.unit.into()), ..Part::from_solid(solid) })
+    let mesh = MeshDefaults { least: least.filter(|l| l.is_finite()), ..MeshDefaults::default() };
+    Ok(Part { units: Some(model.unit.into()), mesh, ..Part::from_solid(solid) })
+}
+
+/// The size in the build below which nothing of a level set counts; none where it says 0, as writers do that know none.
+fn feature_size(placed: &Placed<'_>) -> Result<Option<f64>> {
+    let name = "minfeaturesize";
+    if placed.shape.attribute(name).is_none() {
+        return Ok(None);
+    }
+    let size = real(placed.shape, name)?;
+    if size < 0.0 {
+        return Err(wrong(placed.shape, format!("{name} is {size}, and no size is less than 0")));
+    }
+    let size = size * placed.map.matrix3.determinant().abs().cbrt();
+    Ok(Some(size).filter(|s| s.is_finite() && *s > 0.0))
 }
 
 /// The solid of a level set where it is placed.
