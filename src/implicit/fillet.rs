@@ -4,6 +4,8 @@
 //! minima and maxima is the same minima and maxima of blends of two leaves. Where these are not the leaves themselves
 //! they are fillets. A tree of them has an edge wherever the operands have one, which a blend as one function would hide.
 
+mod turning;
+
 use glam::DVec3;
 
 use super::contact::contact;

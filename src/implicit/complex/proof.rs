@@ -55,6 +55,8 @@ struct Local {
     value: f64,
     gradient: [Interval; 3],
     middle: DVec3,
+    /// What the leaf was multiplied by.
+    scale: f64,
 }
 
 fn dot(g: &[Interval; 3], d: DVec3) -> Interval {
@@ -76,7 +78,7 @@ fn local(slopes: Option<Slopes>, dual: impl Fn(DVec3) -> Dual, cell: &Aabb) -> L
         }
     };
     let scale = 1.0 / d.g.length().max(f64::MIN_POSITIVE);
-    Local { value: d.v * scale, gradient: gradient.map(|g| g.scale(scale)), middle: d.g * scale }
+    Local { value: d.v * scale, gradient: gradient.map(|g| g.scale(scale)), middle: d.g * scale, scale }
 }
 
 /// Whether a sum of leaves with factors has no zero in the box.
@@ -152,7 +154,13 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
             continue;
         }
         let largest = l.gradient.iter().map(|g| g.lo.abs().max(g.hi.abs())).fold(0.0, |s, g| s + g * g).sqrt();
-        if !(dot(&l.gradient, l.middle).lo > GRAPH && largest < STEEPEST) {
+        // A line along the gradient in the middle that crosses the surface twice would come back to its other side between: that it
+        // rises on the surface is enough.
+        let rises = || match leaf {
+            Leaf::Fillet(f) => f.least_rise(cell, l.middle).is_some_and(|x| x * l.scale > GRAPH),
+            _ => false,
+        };
+        if !(largest < STEEPEST && (dot(&l.gradient, l.middle).lo > GRAPH || rises())) {
             all.unproved = Some(Unproved::Bent);
             if *briefly {
                 return all;

@@ -227,7 +227,7 @@ impl Remesher<'_> {
         if least > enough {
             return false;
         }
-        let (set, reach) = (self.work.sets[v as usize], self.want[v as usize]);
+        let (set, reach) = (self.work.sets[v as usize], self.reach(v));
         let place = start + along * plane[0] + across * plane[1];
         let Some((x, normal)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { return false };
         if !self.stays_even(v, x) {

@@ -26,6 +26,14 @@ fn equilateral(a: DVec3, b: DVec3, up: DVec3) -> DVec3 {
 type Climb = (DVec3, f64, Option<DVec3>, Option<[f64; 2]>);
 
 impl Remesher<'_> {
+    /// How far from where it was put a node may come to lie on the surface: its edges tell how far it is known there. Farther away there is another
+    /// part of the surface, or a place of its leaf that is none of the solid's.
+    pub(super) fn reach(&self, v: u32) -> f64 {
+        let m = &self.work.mesh;
+        let longest = m.outgoing(v).map(|h| m.edge_length(h)).fold(0.0, f64::max);
+        self.want[v as usize].min(longest)
+    }
+
     /// Whether shapes around a node would surely not become better than `best` at a place that is still to be put onto the
     /// surface: by the normal or, where that is not known, whichever way triangles face.
     fn is_worse_at(
@@ -149,7 +157,7 @@ impl Remesher<'_> {
         // What borders were spaced for here stays but for bad shapes; those spaced before had no look at what lies beside.
         let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
         let start = self.point(v);
-        let reach = self.want[v as usize];
+        let reach = self.reach(v);
         let (mut p, mut best, mut normal, bow) = self.climbed_to_apex(v, limit, reach, &set);
         if best >= limit.min(CALM) {
             return p != start && self.stays_unfolded(v, start);

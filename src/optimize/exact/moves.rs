@@ -160,7 +160,7 @@ impl Remesher<'_> {
 
     fn moved_towards(&self, v: u32, old: DVec3, target: DVec3) -> Option<DVec3> {
         let set = self.work.sets[v as usize];
-        let reach = self.want[v as usize];
+        let reach = self.reach(v);
         let mut before = None;
         let mut step = target - old;
         for _ in 0..=BACKTRACKS {
