@@ -108,6 +108,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::super::super::leaf::Leaf;
+    use super::super::Side;
     use super::*;
 
     fn side(leaf: Leaf, number: u32) -> Side {
