@@ -8,7 +8,7 @@ use predicates::prelude::*;
 use predicates::str::contains;
 use tempfile::TempDir;
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 16] = [
     "mesh",
     "view",
     "compare",
@@ -19,6 +19,7 @@ const COMMANDS: [&str; 15] = [
     "grid",
     "convert",
     "render",
+    "path",
     "plan",
     "brick",
     "merge",
