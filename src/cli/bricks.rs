@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rvachev::io;
-use rvachev::pipeline::{self, BrickPlan, Meshed, Method, PlanSource, ROUNDS, Share};
+use rvachev::io::{self, Format};
+use rvachev::pipeline::{self, BrickPlan, MergedBricks, Method, PlanSource, ROUNDS, Share};
 use rvachev::{Error, Result};
 
 use super::arguments::{Common, Files, How, Mesh, PartFile};
@@ -137,9 +137,9 @@ pub fn merge(a: &Merge) -> Result<bool> {
     a.report.iter().try_for_each(|p| writable(p))?;
     let run = run(&a.common, "merge")?;
     let plan = BrickPlan::load(&a.folder)?;
-    let made = pipeline::merge_bricks(&plan, &a.folder, &run)?;
+    let merged = pipeline::merge_on_disk(&plan, &a.folder, &run)?;
     let to = Outputs { of: &a.folder, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
-    finish(&made, &to, &a.common, run)
+    finish(&merged, &to, &a.common, run)
 }
 
 /// `mesh --bricks`: the pieces lie beside the first output while it takes.
@@ -153,10 +153,11 @@ pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
     folder.push(format!(".{}-bricks", std::process::id()));
     let folder = Folder(PathBuf::from(folder));
     plan.save(&folder.0)?;
-    let made = pipeline::mesh_in_bricks(&plan, &folder.0, &run)?;
+    pipeline::make_bricks(&plan, &folder.0, Share::ALL, None, &run)?;
+    let merged = pipeline::merge_on_disk(&plan, &folder.0, &run)?;
     let to =
         Outputs { of: &a.part.part, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
-    finish(&made, &to, &a.common, run)
+    finish(&merged, &to, &a.common, run)
 }
 
 /// A folder that goes when it is no longer needed.
@@ -179,7 +180,8 @@ struct Outputs<'a> {
     force: bool,
 }
 
-fn finish(made: &Meshed, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -> Result<bool> {
+fn finish(merged: &MergedBricks<'_>, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -> Result<bool> {
+    let MergedBricks { mesh, made } = merged;
     if let Some(path) = to.report {
         write_report(path, made, &shown(made, to.of, &Told::default()))?;
     }
@@ -188,7 +190,13 @@ fn finish(made: &Meshed, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -
         note("falls short", &made.report.shortfalls);
         return Err(refusal);
     }
-    let told = write_meshes(to.meshes, &made.mesh, &written_as(to.files), &run)?;
+    let formats: Vec<Format> = to.meshes.iter().map(|p| Format::from_path(p)).collect::<Result<_>>()?;
+    let how = written_as(to.files);
+    let told = if formats.into_iter().all(Format::is_streamed) {
+        write_meshes(to.meshes, mesh, &how, &run)
+    } else {
+        write_meshes(to.meshes, &mesh.collected()?, &how, &run)
+    }?;
     drop(run);
     Ok(ended(made, &told, common.quiet))
 }

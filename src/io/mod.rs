@@ -142,6 +142,11 @@ impl Format {
         matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf | Self::Medit | Self::Su2 | Self::Vtp)
     }
 
+    /// Whether files of this format are written in the order in which a mesh is read, without a copy of its triangles.
+    pub fn is_streamed(self) -> bool {
+        matches!(self, Self::StlBinary | Self::StlAscii | Self::Obj | Self::Ply | Self::Off | Self::Vtu)
+    }
+
     /// The format the file's extension stands for, whatever its case.
     ///
     /// # Errors

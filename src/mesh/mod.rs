@@ -9,6 +9,7 @@ mod intersect;
 mod path;
 #[cfg(test)]
 mod path_tests;
+pub(crate) mod portion;
 mod prisms;
 pub(crate) mod sides;
 mod trimesh;

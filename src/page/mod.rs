@@ -201,9 +201,3 @@ fn framed(mesh: &TriMesh, text: &PageText, version: Option<u64>, run: &Run) -> R
     out.push_str(rest);
     Ok(out)
 }
-
-/// The middle of each of some triangles of a mesh; those that do not exist are left out.
-pub fn middles(mesh: &TriMesh, triangles: &[u32]) -> Vec<[f64; 3]> {
-    let known = triangles.iter().filter(|t| (**t as usize) < mesh.triangles.len());
-    known.map(|t| mesh.centroid(*t as usize)).map(|p: DVec3| p.to_array()).collect()
-}

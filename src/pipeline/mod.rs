@@ -45,8 +45,8 @@ pub use brep::{is_step, load_step, mesh_step};
 pub use brep_check::{BodyDiagnosis, BrepDiagnosis, ModelFault, diagnose_brep, diagnose_step};
 pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info, distances_to_step};
 pub use bricks::{
-    BrickPlan, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece, merge_bricks, merge_pieces,
-    mesh_in_bricks,
+    BrickPlan, MergedBricks, PiecewiseMesh, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece,
+    merge_bricks, merge_on_disk, merge_pieces,
 };
 pub use budget::expected_triangles;
 pub use built::{build, save_step};

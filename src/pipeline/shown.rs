@@ -4,7 +4,7 @@ use super::heal::Healed;
 use super::mesh::Meshed;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::page::{PageKind, PageLine, PageText, middles};
+use crate::page::{PageKind, PageLine, PageText};
 use crate::quality::{Check, Expectation, check};
 use crate::run::Run;
 
@@ -34,7 +34,7 @@ pub fn shown(made: &Meshed, title: &str) -> PageText {
     text.fact("method", r.method);
     text.fact("size asked for", format!("{:.6}", r.size));
     if let Some(check) = &r.check {
-        measured(&mut text, check, &made.mesh);
+        measured(&mut text, check);
     }
     if let Some(d) = &r.distance {
         text.fact("largest distance to the surface", format!("{:.3e}", d.to_surface));
@@ -58,12 +58,12 @@ pub fn shown_healed(healed: &Healed, title: &str, run: &Run) -> Result<PageText>
     let check = check(&healed.mesh, Expectation { open: !r.closed, touching: false }, None, run)?;
     text.lines.extend(check.certificate.faults.iter().map(PageLine::of_fault));
     text.fact("area kept", format!("{:.2} %", 100.0 * r.kept));
-    measured(&mut text, &check, &healed.mesh);
+    measured(&mut text, &check);
     Ok(text)
 }
 
 /// Adds the certificate and the figures.
-fn measured(text: &mut PageText, check: &Check, mesh: &TriMesh) {
+fn measured(text: &mut PageText, check: &Check) {
     let c = &check.certificate;
     text.sound = Some(c.is_sound());
     let says = &mut text.certificate;
@@ -92,7 +92,7 @@ fn measured(text: &mut PageText, check: &Check, mesh: &TriMesh) {
     let unexcused = c.below_30.saturating_sub(c.excused);
     if unexcused > 0 {
         let what = format!("{unexcused} triangles with an angle below 30° that no edge of the part asks for");
-        text.lines.push(PageLine::at(PageKind::Note, what, middles(mesh, &c.unexcused)));
+        text.lines.push(PageLine::at(PageKind::Note, what, c.unexcused_places.clone()));
     }
     let q = &check.quality;
     text.fact("nodes", check.nodes.to_string());

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
+use glam::DVec3;
 use rustc_hash::FxHashSet;
 use serde::Serialize;
 
 use super::check::Check;
 use super::fault::{Fault, first};
-use super::features::SHARP_MESH;
 use super::metrics::Shape;
 use crate::mesh::{Defects, TriMesh};
 
@@ -42,87 +42,122 @@ pub struct Certificate {
     pub excused: usize,
     /// The first of those that have no such excuse, by number.
     pub unexcused: Vec<u32>,
+    /// Their centroids.
+    #[serde(skip)]
+    pub unexcused_places: Vec<[f64; 3]>,
 }
 
 /// Triangles with small angles.
+#[derive(Default)]
 pub(super) struct Angles {
     below: usize,
     excused: usize,
     unexcused: Vec<u32>,
+    places: Vec<[f64; 3]>,
 }
 
 /// How many unexcused triangles a certificate lists.
 const LISTED: usize = 100;
 
-pub(super) fn angles(mesh: &TriMesh, shapes: &[Shape]) -> Angles {
-    let small: Vec<usize> = (0..shapes.len()).filter(|&t| !(shapes[t].min_angle >= SMALLEST_ANGLE)).collect();
-    let mut found = Angles { below: small.len(), excused: 0, unexcused: Vec::new() };
-    if small.is_empty() {
-        return found;
-    }
-    let sharp: FxHashSet<[u32; 2]> =
-        mesh.sharp_edges(SHARP_MESH).into_iter().map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    for t in small {
-        let (p, nodes) = (mesh.corners(t), mesh.triangles[t]);
-        let across = |k: usize| p[(k + 1) % 3].distance_squared(p[(k + 2) % 3]);
-        // The smallest angle is across from the shortest side.
-        let k = (0..3).min_by(|x, y| across(*x).total_cmp(&across(*y))).unwrap_or(0);
-        let is_sharp = |j: usize| sharp.contains(&[nodes[k].min(nodes[j]), nodes[k].max(nodes[j])]);
-        if is_sharp((k + 1) % 3) && is_sharp((k + 2) % 3) {
-            found.excused += 1;
-        } else if found.unexcused.len() < LISTED {
-            found.unexcused.push(t as u32);
+impl Angles {
+    /// Adds a mesh's triangles; `sharp` is asked only where an angle is small, for all sharp edges of the mesh. `number` is that of
+    /// its first triangle.
+    pub(super) fn add(
+        &mut self,
+        mesh: &TriMesh,
+        shapes: &[Shape],
+        number: u32,
+        sharp: impl FnOnce() -> FxHashSet<[u32; 2]>,
+    ) {
+        let small: Vec<usize> = (0..shapes.len()).filter(|&t| !(shapes[t].min_angle >= SMALLEST_ANGLE)).collect();
+        if small.is_empty() {
+            return;
+        }
+        self.below += small.len();
+        let sharp = sharp();
+        for t in small {
+            let (p, nodes) = (mesh.corners(t), mesh.triangles[t]);
+            let across = |k: usize| p[(k + 1) % 3].distance_squared(p[(k + 2) % 3]);
+            // The smallest angle is across from the shortest side.
+            let k = (0..3).min_by(|x, y| across(*x).total_cmp(&across(*y))).unwrap_or(0);
+            let is_sharp = |j: usize| sharp.contains(&[nodes[k].min(nodes[j]), nodes[k].max(nodes[j])]);
+            if is_sharp((k + 1) % 3) && is_sharp((k + 2) % 3) {
+                self.excused += 1;
+            } else if self.unexcused.len() < LISTED {
+                self.unexcused.push(number + t as u32);
+                self.places.push(mesh.centroid(t).to_array());
+            }
         }
     }
-    found
 }
 
-/// Triangles that intersect others: how many, and the first ones where they are known.
+/// How many there are of something, and where the first ones are.
 #[derive(Default)]
-pub(super) struct Crossings {
-    pub(super) triangles: usize,
-    pub(super) known: Vec<u32>,
+pub(super) struct Spots {
+    pub(super) count: usize,
+    pub(super) places: Vec<[f64; 3]>,
+}
+
+impl Spots {
+    pub(super) fn new(count: usize, places: impl Iterator<Item = DVec3>) -> Self {
+        Self { count, places: first(places) }
+    }
+}
+
+/// What may be wrong with a mesh.
+#[derive(Default)]
+pub(super) struct Found {
+    pub(super) open: Spots,
+    pub(super) nonmanifold: Spots,
+    pub(super) misoriented: Spots,
+    /// Triangles that intersect others; places where they are known.
+    pub(super) crossing: Spots,
+}
+
+impl Found {
+    pub(super) fn of(mesh: &TriMesh, defects: &Defects) -> Self {
+        let middle = |e: &[u32; 2]| 0.5 * (mesh.nodes[e[0] as usize] + mesh.nodes[e[1] as usize]);
+        let spots = |edges: &[[u32; 2]]| Spots::new(edges.len(), edges.iter().map(middle));
+        let (edges, nodes) = (&defects.nonmanifold_edges, &defects.nonmanifold_nodes);
+        let places = edges.iter().map(middle).chain(nodes.iter().map(|v| mesh.nodes[*v as usize]));
+        Self {
+            open: spots(&defects.open_edges),
+            nonmanifold: Spots::new(edges.len() + nodes.len(), places),
+            misoriented: spots(&defects.misoriented_edges),
+            crossing: Spots::default(),
+        }
+    }
 }
 
 impl Certificate {
-    pub(super) fn of(
-        mesh: &TriMesh,
-        check: &Check,
-        defects: &Defects,
-        crossings: &Crossings,
-        expected: Expectation,
-    ) -> Self {
-        let middle = |e: &[u32; 2]| 0.5 * (mesh.nodes[e[0] as usize] + mesh.nodes[e[1] as usize]);
+    pub(super) fn of(check: &Check, found: Found, expected: Expectation) -> Self {
         let mut faults = Vec::new();
         if !check.closed && !expected.open {
-            let open = &defects.open_edges;
-            faults.push(Fault::Open { edges: open.len(), places: first(open.iter().map(middle)) });
+            faults.push(Fault::Open { edges: found.open.count, places: found.open.places });
         }
         if !check.manifold {
-            let (edges, nodes) = (&defects.nonmanifold_edges, &defects.nonmanifold_nodes);
-            let places = edges.iter().map(middle).chain(nodes.iter().map(|v| mesh.nodes[*v as usize]));
-            faults.push(Fault::NonManifold { count: edges.len() + nodes.len(), places: first(places) });
+            faults.push(Fault::NonManifold { count: found.nonmanifold.count, places: found.nonmanifold.places });
         }
         if !check.oriented {
-            let edges = &defects.misoriented_edges;
-            faults.push(Fault::NotOriented { edges: edges.len(), places: first(edges.iter().map(middle)) });
+            faults.push(Fault::NotOriented { edges: found.misoriented.count, places: found.misoriented.places });
         }
         if let Some(volume) = check.volume.filter(|v| !(*v > 0.0))
             && !expected.open
         {
             faults.push(Fault::Inverted { volume });
         }
-        if crossings.triangles > 0 {
+        if found.crossing.count > 0 {
             let own_body = expected.touching && check.components > 1;
-            let places = first(crossings.known.iter().map(|t| mesh.centroid(*t as usize)));
-            faults.push(Fault::Crossing { triangles: crossings.triangles, own_body, places });
+            let Spots { count, places } = found.crossing;
+            faults.push(Fault::Crossing { triangles: count, own_body, places });
         }
         let open = expected.open && !check.closed;
         Self { faults, open, ..Self::default() }
     }
 
     pub(super) fn with(self, angles: Angles) -> Self {
-        Self { below_30: angles.below, excused: angles.excused, unexcused: angles.unexcused, ..self }
+        let Angles { below, excused, unexcused, places } = angles;
+        Self { below_30: below, excused, unexcused, unexcused_places: places, ..self }
     }
 
     /// Whether nothing was found wrong.

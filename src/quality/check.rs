@@ -5,9 +5,9 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::certificate::{Certificate, Crossings, Expectation, angles};
+use super::certificate::{Angles, Certificate, Expectation, Found, Spots};
 use super::deviation::{Deviation, deviation};
-use super::features::{FeatureRecovery, recovery};
+use super::features::{FeatureRecovery, SHARP_MESH, recovery};
 use super::metrics::{Quality, shapes, summed_up};
 use crate::error::Result;
 use crate::geometry::{Features, Pieces, SurfaceOracle};
@@ -107,7 +107,7 @@ pub fn check_tested(
     let defects = mesh.defects();
     let topology = mesh.topology(&defects);
     let (crossings, touching) = match intersecting {
-        Some(known) if known == 0 || !expected.touching => (Crossings { triangles: known, ..Crossings::default() }, 0),
+        Some(known) if known == 0 || !expected.touching => (Spots { count: known, ..Spots::default() }, 0),
         _ => crossings(mesh, expected, run)?,
     };
     let mut groups: Vec<GroupSummary> =
@@ -117,12 +117,7 @@ pub fn check_tested(
         g.triangles += 1;
         g.area += 0.5 * mesh.area_vector(t).length();
     }
-    for g in &mesh.groups {
-        let of =
-            |f: fn(&GroupSummary) -> f64| g.faces.iter().filter_map(|i| groups.get(*i as usize)).map(f).sum::<f64>();
-        let (triangles, area) = (of(|g| g.triangles as f64) as usize, of(|g| g.area));
-        groups.push(GroupSummary { name: g.name.clone(), triangles, area });
-    }
+    add_groups(&mut groups, mesh);
     let (mut far, mut features) = (None, None);
     if let Some(a) = against {
         far = Some(deviation(mesh, a.oracle, a.points, run)?);
@@ -137,7 +132,7 @@ pub fn check_tested(
         closed: defects.is_closed() && !mesh.triangles.is_empty(),
         manifold: defects.is_manifold(),
         oriented: defects.is_oriented(),
-        self_intersections: crossings.triangles,
+        self_intersections: crossings.count,
         touching,
         components: topology.components,
         euler: topology.euler,
@@ -150,12 +145,26 @@ pub fn check_tested(
         certificate: Certificate::default(),
         features,
     };
-    check.certificate = Certificate::of(mesh, &check, &defects, &crossings, expected).with(angles(mesh, &shapes));
+    let mut angles = Angles::default();
+    let sharp = || mesh.sharp_edges(SHARP_MESH).into_iter().map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    angles.add(mesh, &shapes, 0, sharp);
+    let found = Found { crossing: crossings, ..Found::of(mesh, &defects) };
+    check.certificate = Certificate::of(&check, found, expected).with(angles);
     Ok(check)
 }
 
+/// Adds a mesh's groups to the summaries of its faces.
+pub(super) fn add_groups(groups: &mut Vec<GroupSummary>, mesh: &TriMesh) {
+    for g in &mesh.groups {
+        let of =
+            |f: fn(&GroupSummary) -> f64| g.faces.iter().filter_map(|i| groups.get(*i as usize)).map(f).sum::<f64>();
+        let (triangles, area) = (of(|g| g.triangles as f64) as usize, of(|g| g.area));
+        groups.push(GroupSummary { name: g.name.clone(), triangles, area });
+    }
+}
+
 /// Triangles that intersect others; where bodies may touch only those of one body, and how many more intersect other bodies'.
-fn crossings(mesh: &TriMesh, expected: Expectation, run: &Run) -> Result<(Crossings, usize)> {
+fn crossings(mesh: &TriMesh, expected: Expectation, run: &Run) -> Result<(Spots, usize)> {
     run.progress("intersections", 0.0);
     let distinct = |pairs: &[[u32; 2]]| {
         let mut hit: Vec<u32> = pairs.as_flattened().to_vec();
@@ -171,7 +180,7 @@ fn crossings(mesh: &TriMesh, expected: Expectation, run: &Run) -> Result<(Crossi
         pairs.retain(|[t, u]| body[*t as usize] == body[*u as usize]);
         known = distinct(&pairs);
     }
-    Ok((Crossings { triangles: known.len(), known: known.clone() }, all - known.len()))
+    Ok((Spots::new(known.len(), known.iter().map(|t| mesh.centroid(*t as usize))), all - known.len()))
 }
 
 impl fmt::Display for Check {

@@ -6,6 +6,7 @@ mod deviation;
 mod fault;
 mod features;
 mod metrics;
+mod portions;
 #[cfg(test)]
 mod tests;
 
@@ -15,3 +16,4 @@ pub use deviation::{Deviation, deviation, facing_away, node_distances};
 pub use fault::Fault;
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
 pub use metrics::{Quality, Shape, quality, shape};
+pub(crate) use portions::Sums;

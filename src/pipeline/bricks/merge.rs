@@ -1,23 +1,34 @@
 //! Pieces to one mesh.
 
 use std::path::Path;
+use std::sync::Mutex;
 
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::super::history::{Attempt, Clock, Proof, Tried, add_attempt};
 use super::super::mesh::{Meshed, finish_names};
 use super::super::report::Report;
 use super::ROUNDS;
-use super::file::{NONE, NodeId, Piece, Store, Which, made_in};
+use super::file::{NONE, NodeId, Piece, Store, Which};
 use super::plan::BrickPlan;
-use super::rounds::open_nodes;
+use super::portions::{Firsts, PiecewiseMesh, Span, portion};
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
-use crate::quality::{Expectation, check};
+use crate::mesh::portion::{Joined, Joining};
+use crate::quality::{Check, SHARP_MESH, Sums};
 use crate::run::Run;
 
 /// How many missing bricks an error names.
 const NAMED: usize = 8;
+
+/// A mesh of bricks that stays on disk, and what is known about it.
+pub struct MergedBricks<'a> {
+    /// The mesh, read piece by piece.
+    pub mesh: PiecewiseMesh<'a>,
+    /// What is known about it; the mesh in it has names and groups, and no triangles.
+    pub made: Meshed,
+}
 
 /// The mesh of all pieces of a plan, with its certificate.
 ///
@@ -25,77 +36,128 @@ const NAMED: usize = 8;
 ///
 /// Errors: missing or damaged pieces, by name; pieces that do not match; cancellation.
 pub fn merge_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed> {
-    let store = Store::Folder(folder);
-    all_there(plan, &store, ROUNDS)?;
-    merged(plan, &store, run)
+    collected(merge_on_disk(plan, folder, run)?)
 }
 
-/// The same of a store that has all pieces.
-pub(super) fn merged(plan: &BrickPlan, store: &Store<'_>, run: &Run) -> Result<Meshed> {
+/// Like [`merge_bricks`], in memory for a few pieces and for the nodes that pieces share: the mesh is read from the plan's folder.
+///
+/// The mesh and the certificate are the same, to the last bit.
+///
+/// Errors: see [`merge_bricks`].
+pub fn merge_on_disk<'a>(plan: &'a BrickPlan, folder: &'a Path, run: &Run) -> Result<MergedBricks<'a>> {
+    let store = Store::Folder(folder);
+    all_there(plan, &store, ROUNDS)?;
+    merged(plan, store, run)
+}
+
+/// The mesh in arrays.
+pub(super) fn collected(merged: MergedBricks<'_>) -> Result<Meshed> {
+    Ok(Meshed { mesh: merged.mesh.collected()?, ..merged.made })
+}
+
+/// The mesh of a store that has all pieces.
+pub(super) fn merged<'a>(plan: &'a BrickPlan, store: Store<'a>, run: &Run) -> Result<MergedBricks<'a>> {
     let part = plan.part()?;
     let ready = plan.ready(&part)?;
-    let mut mesh =
-        TriMesh { faces: ready.model.faces().iter().map(|f| f.name.clone()).collect(), ..TriMesh::default() };
-    let mut shared: FxHashMap<NodeId, u32> = FxHashMap::default();
-    let mut proof = Proof::default();
-    for round in 0..ROUNDS {
-        for brick in 0..plan.rounds()[round] {
-            run.check()?;
-            let which = Which { round, brick };
-            let Some(piece) = store.load(plan, which)? else { continue };
-            add(&mut mesh, &mut shared, &piece, which)?;
-            proof.add(&piece.proof);
+    let faces: Vec<String> = ready.model.faces().iter().map(|f| f.name.clone()).collect();
+    let mut numbering = Numbering { used: vec![false; faces.len()], ..Numbering::default() };
+    let all: Vec<Which> =
+        (0..ROUNDS).flat_map(|round| (0..plan.rounds()[round]).map(move |brick| Which { round, brick })).collect();
+    for (k, which) in all.iter().enumerate() {
+        run.check()?;
+        run.progress("merge", k as f64 / all.len() as f64);
+        if let Some(piece) = store.load(plan, *which)? {
+            numbering.add(&piece, *which)?;
         }
     }
-    drop(shared);
-    if let Some(v) = open_nodes(&mesh).first() {
-        let at = mesh.nodes[*v as usize];
+    let Numbering { numbers, places, spans, joining, proof, used } = numbering;
+    let joined = joining.finish(SHARP_MESH);
+    if let Some(edge) = joined.whole.open.first() {
+        let at = edge.ends[0];
         let round0 = Which { round: 0, brick: plan.blocks().holding(0, at) };
         let what = format!("pieces do not match near {}: the solid may touch itself where bricks meet", round0.name());
         return Err(Error::input(Place::Point(at), what));
     }
     let mut report = Report::of("bricks", plan.options.size, part.units.clone());
-    let attempt = Attempt::new(Tried::Arrange, plan.cell(), mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
+    let attempt = Attempt::new(Tried::Arrange, plan.cell(), joined.whole.triangles, 0, &mut Clock::new(false)).kept();
     add_attempt(&mut report.attempts, Attempt { proof: Some(proof), ..attempt }, run);
-    finish_names(&part, &mut mesh, &mut report);
-    report.judge(check(&mesh, Expectation::default(), None, run)?);
-    Ok(Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None })
+    // One triangle stands for all of its face.
+    let of_faces: Vec<u32> = (0..faces.len() as u32).filter(|l| used[*l as usize]).collect();
+    let mut names = TriMesh { faces, labels: of_faces.clone(), ..TriMesh::default() };
+    finish_names(&part, &mut names, &mut report);
+    let mut labels = vec![NONE; used.len()];
+    of_faces.iter().zip(std::mem::take(&mut names.labels)).for_each(|(old, new)| labels[*old as usize] = new);
+    let mesh = PiecewiseMesh {
+        plan,
+        store,
+        names: names.clone(),
+        labels,
+        spans,
+        numbers,
+        places,
+        at_hand: Mutex::default(),
+        broken: Mutex::default(),
+    };
+    report.judge(measured(&mesh, joined, run)?);
+    let made = Meshed { mesh: names, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None };
+    Ok(MergedBricks { mesh, made })
 }
 
-/// Adds the triangles of a piece that were not handed on.
-fn add(mesh: &mut TriMesh, shared: &mut FxHashMap<NodeId, u32>, piece: &Piece, which: Which) -> Result<()> {
-    let mut known: Vec<Option<NodeId>> = vec![None; piece.nodes.len()];
-    for (v, id) in &piece.known {
-        known[*v as usize] = Some(*id);
+/// Nodes and triangles on their way to numbers in one mesh.
+#[derive(Default)]
+struct Numbering {
+    numbers: FxHashMap<NodeId, u32>,
+    places: FxHashMap<u32, DVec3>,
+    spans: Vec<Span>,
+    joining: Joining,
+    proof: Proof,
+    /// Which faces have triangles.
+    used: Vec<bool>,
+}
+
+impl Numbering {
+    fn add(&mut self, piece: &Piece, which: Which) -> Result<()> {
+        self.proof.add(&piece.proof);
+        let (node, cell) = self.spans.last().map_or((0, 0), |s| {
+            (s.first.node as usize + s.nodes, s.first.cell as usize + s.cells)
+        });
+        if node + piece.nodes.len() >= NONE as usize || cell + piece.triangles.len() >= NONE as usize {
+            return Err(Error::Failed("more nodes or triangles than one mesh can number".into()));
+        }
+        let first = Firsts { node: node as u32, cell: cell as u32 };
+        let mut number = |id: NodeId, fresh: u32| Some(*self.numbers.entry(id).or_insert(fresh));
+        let Some(p) = portion(piece, which, first, &mut number) else { return Ok(()) };
+        let bad = |what: String| Error::input(Place::Unknown, format!("{}: {what}", which.name()));
+        if let Some(at) = p.mesh.nodes.iter().find(|p| !p.is_finite()) {
+            return Err(bad(format!("a node's coordinates are not finite: {at}")));
+        }
+        for l in &p.mesh.labels {
+            *self.used.get_mut(*l as usize).ok_or_else(|| bad(format!("there is no face {l}")))? = true;
+        }
+        for v in (0..p.nodes.len()).filter(|v| p.shared[*v]) {
+            self.places.entry(p.nodes[v]).or_insert(p.mesh.nodes[v]);
+        }
+        let nodes = p.nodes.iter().filter(|n| **n >= first.node).count();
+        self.joining.add(&p);
+        self.spans.push(Span { which, first, nodes, cells: p.mesh.triangles.len(), bounds: p.mesh.bounds() });
+        Ok(())
     }
-    // Nodes of triangles that are handed on are known to the next round by the piece they were made in.
-    for (t, _) in piece.triangles.iter().zip(&piece.handed).filter(|x| *x.1) {
-        for v in t {
-            known[*v as usize].get_or_insert_with(|| made_in(which.round, which.brick, *v));
+}
+
+/// Measures the mesh portion by portion, and each with those that come near it.
+fn measured(mesh: &PiecewiseMesh<'_>, joined: Joined, run: &Run) -> Result<Check> {
+    let mut sums = Sums::new(joined, &mesh.names);
+    let filled: Vec<usize> = (0..mesh.spans.len()).filter(|s| mesh.spans[*s].cells > 0).collect();
+    for (k, s) in filled.iter().enumerate() {
+        run.check()?;
+        run.progress("intersections", k as f64 / filled.len() as f64);
+        let one = mesh.loaded(*s)?;
+        sums.add(&one.portion, run)?;
+        for other in filled[k + 1..].iter().filter(|o| mesh.spans[**o].bounds.overlaps(&mesh.spans[*s].bounds)) {
+            sums.add_between(&one.portion, &mesh.loaded(*other)?.portion, run)?;
         }
     }
-    let mut number = vec![NONE; piece.nodes.len()];
-    for t in (0..piece.triangles.len()).filter(|t| !piece.handed[*t]) {
-        for v in piece.triangles[t] {
-            let v = v as usize;
-            if number[v] == NONE {
-                let mut fresh = || {
-                    mesh.nodes.push(piece.nodes[v]);
-                    mesh.nodes.len() as u32 - 1
-                };
-                number[v] = match known[v] {
-                    Some(id) => *shared.entry(id).or_insert_with(fresh),
-                    None => fresh(),
-                };
-            }
-        }
-        mesh.triangles.push(piece.triangles[t].map(|v| number[v as usize]));
-        mesh.labels.push(piece.faces[t]);
-    }
-    if mesh.nodes.len() as u64 >= u64::from(NONE) || mesh.triangles.len() as u64 >= u64::from(NONE) {
-        return Err(Error::Failed("more nodes or triangles than one mesh can number".into()));
-    }
-    Ok(())
+    Ok(sums.finish(&mesh.names))
 }
 
 /// Refuses to merge when pieces of the first so many rounds are missing, and says which.

@@ -14,9 +14,11 @@ mod blocks;
 mod file;
 mod merge;
 mod plan;
+mod portions;
 mod rounds;
 
-pub use merge::merge_bricks;
+pub use merge::{MergedBricks, merge_bricks, merge_on_disk};
 pub use plan::{BrickPlan, PlanOptions, PlanSource};
-pub use rounds::{ROUNDS, Share, make_bricks, make_piece, merge_pieces, mesh_in_bricks};
+pub use portions::PiecewiseMesh;
+pub use rounds::{ROUNDS, Share, make_bricks, make_piece, merge_pieces};
 pub(super) use rounds::{fans_apart, open_nodes};

@@ -13,7 +13,7 @@ use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};
 use super::file::{MOST_ON, NONE, NodeId, Piece, Store, Which, is_raw, made_in};
-use super::merge::{all_there, merge_bricks, merged};
+use super::merge::{all_there, collected, merged};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
 use crate::implicit::{CellGrid, ImplicitOracle, arranged};
@@ -124,12 +124,6 @@ fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>,
     Ok(made)
 }
 
-/// All rounds and the merge, in this process, with the pieces in a folder for as long as it takes.
-pub fn mesh_in_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed> {
-    make_bricks(plan, folder, Share::ALL, None, run)?;
-    merge_bricks(plan, folder, run)
-}
-
 /// The piece of one brick of the first round as bytes, for those who carry them to [`merge_pieces`] themselves.
 ///
 /// Errors: a brick that the plan does not have; those of arranging and remeshing; cancellation.
@@ -147,7 +141,7 @@ pub fn make_piece(plan: &BrickPlan, brick: u32, run: &Run) -> Result<Vec<u8>> {
 
 /// The mesh of the pieces of all bricks of the first round, each with its brick: the other rounds are made here, in memory.
 ///
-/// Errors: see [`merge_bricks`] and [`make_bricks`].
+/// Errors: see [`merge_bricks`](super::merge_bricks) and [`make_bricks`].
 pub fn merge_pieces<'b>(
     plan: &BrickPlan,
     pieces: impl IntoIterator<Item = (u32, &'b [u8])>,
@@ -161,7 +155,7 @@ pub fn merge_pieces<'b>(
     }
     all_there(plan, &store, 1)?;
     (1..ROUNDS).try_for_each(|r| make(plan, &store, Share::ALL, Some(r), run).map(|_| ()))?;
-    merged(plan, &store, run)
+    collected(merged(plan, store, run)?)
 }
 
 struct Maker<'a> {
