@@ -6,9 +6,12 @@ use std::process::{Command, Output};
 
 use glam::DVec3;
 use rvachev::Run;
-use rvachev::mesh::TriMesh;
-use rvachev::pipeline::{BrickPlan, MeshOptions, Meshed, PlanSource, Share, SizeRequest, make_bricks, merge_bricks};
-use rvachev::quality::Check;
+use rvachev::io::{WriteOptions, write};
+use rvachev::mesh::{MeshView, TriMesh};
+use rvachev::pipeline::{
+    BrickPlan, MeshOptions, Meshed, PlanSource, Share, SizeRequest, make_bricks, merge_bricks, merge_on_disk,
+};
+use rvachev::quality::{Check, Expectation, check};
 
 /// A cube with two bores that cross, the size of 70 edges along its side.
 const HOLES: &str = "part(box(size=(2, 2, 2)).name('body') - cylinder(0.4, axis='x') - cylinder(0.4, axis='z'))\n";
@@ -83,6 +86,35 @@ fn shares_in_any_order_give_the_same_bytes() {
         let other = bytes(shares, &format!("shares{shares}"));
         assert_eq!((&one.nodes, &one.triangles, &one.labels), (&other.nodes, &other.triangles, &other.labels));
     }
+}
+
+#[test]
+fn a_mesh_on_disk_is_the_one_in_memory_in_its_bytes_and_its_measures() {
+    let folder = folder("on_disk");
+    let text = format!("group('all', faces('*'))\n{HOLES}");
+    let plan = planned(&text, 0.03, [2, 3, 2], &folder);
+    make_bricks(&plan, &folder, Share::ALL, None, &Run::new()).unwrap();
+    let on_disk = merge_on_disk(&plan, &folder, &Run::new()).unwrap();
+    let Meshed { mesh, report, .. } = merge_bricks(&plan, &folder, &Run::new()).unwrap();
+    let truth = check(&mesh, Expectation::default(), None, &Run::new()).unwrap();
+    assert_eq!((on_disk.made.report.check.as_ref(), report.check.as_ref()), (Some(&truth), Some(&truth)));
+    assert_eq!(truth.groups.last().map(|g| (&*g.name, g.triangles)), Some(("all", mesh.triangles.len())));
+    assert!(on_disk.made.mesh.triangles.is_empty());
+    let bytes = |name: &str, view: &dyn MeshView| {
+        let path = folder.join(name);
+        write(&path, view, &WriteOptions::default(), &Run::new()).unwrap();
+        fs::read(path).unwrap()
+    };
+    for ending in ["vtu", "stl", "stla", "ply", "obj", "off", "msh", "inp"] {
+        let name = format!("a.{ending}");
+        assert!(bytes(&name, &on_disk.mesh) == bytes(&name, &mesh), "{ending}");
+    }
+    // What goes while it is read is named, and no file is left.
+    fs::remove_file(folder.join("round1").join("000000.piece")).unwrap();
+    let gone = write(&folder.join("b.vtu"), &on_disk.mesh, &WriteOptions::default(), &Run::new()).unwrap_err();
+    assert!(gone.to_string().contains("brick 0 of round 1"), "{gone}");
+    assert!(!folder.join("b.vtu").exists());
+    fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

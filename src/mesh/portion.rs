@@ -98,7 +98,8 @@ impl Whole {
         self.excess -= open.len() as i64;
         if !nonmanifold.is_empty() {
             let all = sides(&p.mesh);
-            let crowded = all.chunk_by(|x, y| x.key == y.key).filter(|e| e.len() > 2 && p.is_shared(e[0].edge()) == shared);
+            let crowded =
+                all.chunk_by(|x, y| x.key == y.key).filter(|e| e.len() > 2 && p.is_shared(e[0].edge()) == shared);
             self.excess += crowded.map(|e| e.len() as i64 - 2).sum::<i64>();
         }
         self.open.extend(open);

@@ -7,7 +7,6 @@
 mod encode;
 mod tables;
 
-use glam::DVec3;
 use serde::Serialize;
 
 use crate::error::{Error, Result};

@@ -3,7 +3,6 @@
 use super::heal::Healed;
 use super::mesh::Meshed;
 use crate::error::Result;
-use crate::mesh::TriMesh;
 use crate::page::{PageKind, PageLine, PageText};
 use crate::quality::{Check, Expectation, check};
 use crate::run::Run;

@@ -8,6 +8,8 @@ mod features;
 mod metrics;
 mod portions;
 #[cfg(test)]
+mod portions_tests;
+#[cfg(test)]
 mod tests;
 
 pub use certificate::{Certificate, Expectation, SMALLEST_ANGLE};

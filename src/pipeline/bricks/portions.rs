@@ -14,7 +14,7 @@ use crate::mesh::{CellRun, Group, MeshView, TriMesh};
 use crate::spatial::Aabb;
 
 /// Triangles of pieces that are kept at hand, beyond one piece.
-const AT_HAND: usize = 1 << 19;
+const AT_HAND: usize = 1 << 16;
 
 /// Triangles handed to a reader at a time.
 const RUN: usize = 1 << 12;
