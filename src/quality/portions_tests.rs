@@ -89,31 +89,34 @@ fn cut(mesh: &TriMesh, sizes: &[usize]) -> Vec<Portion> {
     ranges.into_iter().map(portion).collect()
 }
 
-/// Compares the measures by eighths of space, and by scattered triangles, with those of the whole.
+/// Compares the measures by eighths of space, by scattered triangles, and by one portion, with those of the whole.
 fn same(mesh: &TriMesh, name: &str) {
     let middle = Aabb::around(mesh.nodes.iter().copied()).center();
     let octant = |t: usize| {
         let p = mesh.centroid(t);
         (0..3).map(|k| usize::from(p[k] > middle[k]) << k).sum::<usize>()
     };
-    let ways: [(&str, usize, &dyn Fn(usize) -> usize); 3] =
-        [("octants", 8, &octant), ("scattered", 5, &|t| t * 7919 % 5), ("one", 1, &|_| 0)];
-    for (way, count, of) in ways {
-        let portion: Vec<usize> = (0..mesh.triangles.len()).map(of).collect();
-        let sizes: Vec<usize> = (0..count).map(|k| portion.iter().filter(|p| **p == k).count()).collect();
-        let whole = sorted(mesh, &portion);
-        let portions = cut(&whole, &sizes);
-        let mut joining = Joining::default();
-        portions.iter().for_each(|p| joining.add(p));
-        let run = Run::new();
-        let mut sums = Sums::new(joining.finish(SHARP_MESH), &whole);
-        for (k, p) in portions.iter().enumerate() {
-            sums.add(p, &run).unwrap();
-            portions[k + 1..].iter().for_each(|q| sums.add_between(p, q, &run).unwrap());
-        }
-        let truth = check(&whole, Expectation::default(), None, &run).unwrap();
-        assert_eq!(sums.finish(&whole), truth, "{name}, {way}");
+    same_by(mesh, &octant, &format!("{name}, by octants"));
+    same_by(mesh, &|t| t * 7919 % 5, &format!("{name}, scattered"));
+    same_by(mesh, &|_| 0, &format!("{name}, as one"));
+}
+
+/// Compares the measures by up to eight portions with those of the whole.
+fn same_by(mesh: &TriMesh, of: &dyn Fn(usize) -> usize, name: &str) {
+    let portion: Vec<usize> = (0..mesh.triangles.len()).map(of).collect();
+    let sizes: Vec<usize> = (0..8).map(|k| portion.iter().filter(|p| **p == k).count()).filter(|n| *n > 0).collect();
+    let whole = sorted(mesh, &portion);
+    let portions = cut(&whole, &sizes);
+    let mut joining = Joining::default();
+    portions.iter().for_each(|p| joining.add(p));
+    let run = Run::new();
+    let mut sums = Sums::new(joining.finish(SHARP_MESH), &whole);
+    for (k, p) in portions.iter().enumerate() {
+        sums.add(p, &run).unwrap();
+        portions[k + 1..].iter().for_each(|q| sums.add_between(p, q, &run).unwrap());
     }
+    let truth = check(&whole, Expectation::default(), None, &run).unwrap();
+    assert_eq!(sums.finish(&whole), truth, "{name}");
 }
 
 #[test]

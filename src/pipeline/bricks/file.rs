@@ -1,5 +1,7 @@
 //! Pieces in memory and as files.
 
+use std::fs::File;
+use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -8,13 +10,16 @@ use rustc_hash::FxHashMap;
 use sha2::{Digest, Sha256};
 
 use super::super::history::{Proof, UnprovedPlace};
+use super::bytes::{Reader, Writer};
 use super::plan::BrickPlan;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place};
 use crate::implicit::{EndKey, Unproved};
 use crate::io::write_atomic;
 
+type Result<T, E = Error> = std::result::Result<T, E>;
+
 /// What files of pieces begin with.
-const MAGIC: [u8; 8] = *b"RVBRICK1";
+const MAGIC: [u8; 8] = *b"RVBRICK2";
 
 /// Surfaces a node may lie on.
 pub(super) const MOST_ON: usize = 4;
@@ -38,20 +43,35 @@ pub(super) fn is_raw(id: &NodeId) -> bool {
 /// Some of the surface, as one brick of one round left it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Piece {
+    /// Nodes of the triangles that stay.
+    pub(super) nodes: Vec<DVec3>,
+    /// The triangles that stay.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The face of each triangle.
+    pub(super) faces: Vec<u32>,
+    /// Nodes that other pieces know, ascending, and what they are called there.
+    pub(super) known: Vec<(u32, NodeId)>,
+    /// What is handed on, by the bricks of the next round, ascending.
+    pub(super) handed: Vec<Handed>,
+    /// What was shown of the arrangement (first round).
+    pub(super) proof: Proof,
+}
+
+/// Triangles for one brick of the next round.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Handed {
+    /// The brick.
+    pub(super) to: u32,
     pub(super) nodes: Vec<DVec3>,
     /// The leaves each node lies on; [`NONE`] where there are fewer.
     pub(super) on: Vec<[u32; MOST_ON]>,
+    /// What each node is called.
+    pub(super) ids: Vec<NodeId>,
     pub(super) triangles: Vec<[u32; 3]>,
     /// The leaf of each triangle.
     pub(super) leaves: Vec<u32>,
     /// The face of each triangle.
     pub(super) faces: Vec<u32>,
-    /// Whether a triangle is handed on to the next round.
-    pub(super) handed: Vec<bool>,
-    /// Nodes that other pieces know, ascending, and what they are called there.
-    pub(super) known: Vec<(u32, NodeId)>,
-    /// What was shown of the arrangement (first round).
-    pub(super) proof: Proof,
 }
 
 /// Which piece of a plan.
@@ -72,72 +92,107 @@ impl Which {
     }
 }
 
-/// Bytes in order.
-struct Writer(Vec<u8>);
-
-impl Writer {
-    fn u32(&mut self, x: u32) {
-        self.0.extend(x.to_le_bytes());
-    }
-
-    fn u64(&mut self, x: u64) {
-        self.0.extend(x.to_le_bytes());
-    }
-
-    fn point(&mut self, p: [f64; 3]) {
-        p.iter().for_each(|x| self.0.extend(x.to_le_bytes()));
-    }
+/// Where a section of a piece's file is, and the SHA-256 of its bytes.
+struct Section {
+    /// The brick it is for; [`NONE`] for what stays.
+    to: u32,
+    offset: u64,
+    length: u64,
+    digest: [u8; 32],
 }
 
-/// Bytes to be read; nothing is read beyond their end.
-struct Reader<'a>(&'a [u8]);
+/// Bytes of a section in the index.
+const SECTION: usize = 4 + 8 + 8 + 32;
 
-impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (first, rest) = self.0.split_first_chunk::<N>()?;
-        self.0 = rest;
-        Some(*first)
-    }
+/// Bytes before the index: what files begin with, the plan's digest, round, brick, how many sections there are.
+const HEAD: usize = 8 + 32 + 4 + 4 + 8;
 
-    fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
+/// Why a file is no good.
+pub(super) type Bad = &'static str;
 
-    fn u64(&mut self) -> Option<u64> {
-        self.take().map(u64::from_le_bytes)
-    }
-
-    fn point(&mut self) -> Option<[f64; 3]> {
-        let mut p = [0.0; 3];
-        for x in &mut p {
-            *x = f64::from_le_bytes(self.take()?);
-        }
-        Some(p)
-    }
-
-    /// A number of things of so many bytes each, all of which must be there.
-    fn count(&mut self, bytes: usize) -> Option<usize> {
-        let n = usize::try_from(self.u64()?).ok()?;
-        (n.checked_mul(bytes)? <= self.0.len()).then_some(n)
-    }
-}
+const CUT: Bad = "it is cut short";
+const DAMAGED: Bad = "it is damaged, or cut short";
+const UNFIT: Bad = "its lists do not fit together";
 
 const REASONS: [Unproved; 4] = [Unproved::Bent, Unproved::Touching, Unproved::Dependent, Unproved::Crowded];
 
+/// How many bytes the head and the index of a file take, with their digest, by its first bytes.
+fn index_length(head: &[u8]) -> Result<usize, Bad> {
+    let count = head.get(HEAD - 8..HEAD).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes).ok_or(CUT)?;
+    let length = usize::try_from(count).ok().and_then(|n| n.checked_mul(SECTION));
+    length.and_then(|n| n.checked_add(HEAD + 32)).ok_or(DAMAGED)
+}
+
+/// The sections of a file that begins with these bytes.
+fn index(head: &[u8], plan: &BrickPlan, which: Which) -> Result<Vec<Section>, Bad> {
+    let head = head.get(..index_length(head)?).ok_or(DAMAGED)?;
+    let (body, digest) = head.split_last_chunk::<32>().ok_or(CUT)?;
+    if Sha256::digest(body)[..] != digest[..] {
+        return Err(DAMAGED);
+    }
+    let mut r = Reader(body);
+    let header = (r.take::<8>(), r.take::<32>(), r.u32(), r.u32(), r.u64());
+    if header.0 != Some(MAGIC) {
+        return Err("it is no piece of a mesh");
+    }
+    if header.1 != Some(plan.digest()) {
+        return Err("it belongs to another plan");
+    }
+    if (header.2, header.3) != (Some(which.round as u32), Some(which.brick)) {
+        return Err("it is another brick's");
+    }
+    let mut sections = Vec::new();
+    while !r.0.is_empty() {
+        let mut section = || Some(Section { to: r.u32()?, offset: r.u64()?, length: r.u64()?, digest: r.take()? });
+        sections.push(section().ok_or(UNFIT)?);
+    }
+    Ok(sections)
+}
+
+impl Section {
+    /// The bytes of a section where they are as they were written.
+    fn checked<'b>(&self, bytes: &'b [u8]) -> Result<&'b [u8], Bad> {
+        if Sha256::digest(bytes)[..] == self.digest[..] { Ok(bytes) } else { Err(DAMAGED) }
+    }
+
+    /// Its bytes in those of the file.
+    fn of<'b>(&self, file: &'b [u8]) -> Result<&'b [u8], Bad> {
+        let end = self.offset.checked_add(self.length).ok_or(UNFIT)?;
+        let place = usize::try_from(self.offset).ok().zip(usize::try_from(end).ok()).ok_or(UNFIT)?;
+        self.checked(file.get(place.0..place.1).ok_or(DAMAGED)?)
+    }
+}
+
 impl Piece {
-    /// The bytes of its file: a header, the lists, and the SHA-256 of all before.
+    /// The bytes of its file: an index with the digest of each section, the section of what stays, and one for each brick that
+    /// something is handed on to.
     pub(super) fn bytes(&self, plan: &BrickPlan, which: Which) -> Vec<u8> {
+        let sections: Vec<(u32, Vec<u8>)> =
+            std::iter::once((NONE, self.body())).chain(self.handed.iter().map(|h| (h.to, h.body()))).collect();
         let mut w = Writer(MAGIC.to_vec());
         w.0.extend(plan.digest());
         w.u32(which.round as u32);
         w.u32(which.brick);
-        w.u64(self.nodes.len() as u64);
-        self.nodes.iter().for_each(|p| w.point(p.to_array()));
-        self.on.iter().flatten().for_each(|l| w.u32(*l));
-        w.u64(self.triangles.len() as u64);
-        self.triangles.iter().flatten().for_each(|v| w.u32(*v));
-        self.leaves.iter().chain(&self.faces).for_each(|x| w.u32(*x));
-        w.0.extend(self.handed.iter().map(|h| u8::from(*h)));
+        w.u64(sections.len() as u64);
+        let mut offset = (HEAD + 32 + SECTION * sections.len()) as u64;
+        for (to, body) in &sections {
+            w.u32(*to);
+            w.u64(offset);
+            w.u64(body.len() as u64);
+            w.0.extend(Sha256::digest(body));
+            offset += body.len() as u64;
+        }
+        let digest = Sha256::digest(&w.0);
+        w.0.extend(digest);
+        sections.iter().for_each(|(_, body)| w.0.extend(body));
+        w.0
+    }
+
+    fn body(&self) -> Vec<u8> {
+        let mut w = Writer(Vec::new());
+        w.points(&self.nodes);
+        w.triangles(&self.triangles);
+        self.faces.iter().for_each(|x| w.u32(*x));
         w.u64(self.known.len() as u64);
         for (v, id) in &self.known {
             w.u32(*v);
@@ -149,61 +204,38 @@ impl Piece {
             w.point(p.at);
             w.u32(REASONS.iter().position(|r| *r == p.reason).unwrap_or(0) as u32);
         }
-        let digest = Sha256::digest(&w.0);
-        w.0.extend(digest);
         w.0
     }
 
-    pub(super) fn parse(bytes: &[u8], plan: &BrickPlan, which: Which) -> std::result::Result<Self, &'static str> {
-        let (body, digest) = bytes.split_last_chunk::<32>().ok_or("it is cut short")?;
-        if Sha256::digest(body)[..] != digest[..] {
-            return Err("it is damaged, or cut short");
+    pub(super) fn parse(bytes: &[u8], plan: &BrickPlan, which: Which) -> Result<Self, Bad> {
+        let mut piece = None;
+        let mut handed = Vec::new();
+        let mut end = index_length(bytes)? as u64;
+        for section in index(bytes, plan, which)? {
+            let body = section.of(bytes)?;
+            if section.offset != end {
+                return Err(UNFIT);
+            }
+            end += section.length;
+            if section.to == NONE {
+                piece = Some(Self::parse_body(body).ok_or(UNFIT)?);
+            } else {
+                handed.push(Handed::parse(body, section.to).ok_or(UNFIT)?);
+            }
         }
-        let mut r = Reader(body);
-        let header = (r.take::<8>(), r.take::<32>(), r.u32(), r.u32());
-        if header.0 != Some(MAGIC) {
-            return Err("it is no piece of a mesh");
+        if end != bytes.len() as u64 {
+            return Err(UNFIT);
         }
-        if header.1 != Some(plan.digest()) {
-            return Err("it belongs to another plan");
-        }
-        if (header.2, header.3) != (Some(which.round as u32), Some(which.brick)) {
-            return Err("it is another brick's");
-        }
-        Self::lists(&mut r).ok_or("its lists do not fit together")
+        Ok(Self { handed, ..piece.ok_or(UNFIT)? })
     }
 
-    fn lists(r: &mut Reader<'_>) -> Option<Self> {
-        let mut p = Piece::default();
-        let n = r.count(24 + 4 * MOST_ON)?;
-        for _ in 0..n {
-            p.nodes.push(DVec3::from_array(r.point()?));
-        }
-        for _ in 0..n {
-            let mut on = [NONE; MOST_ON];
-            for l in &mut on {
-                *l = r.u32()?;
-            }
-            p.on.push(on);
-        }
-        let t = r.count(21)?;
-        for _ in 0..t {
-            let corners = [r.u32()?, r.u32()?, r.u32()?];
-            if corners.iter().any(|v| *v as usize >= n) {
-                return None;
-            }
-            p.triangles.push(corners);
-        }
-        for list in [&mut p.leaves, &mut p.faces] {
-            for _ in 0..t {
-                list.push(r.u32()?);
-            }
-        }
-        for _ in 0..t {
-            p.handed.push(r.take::<1>()? == [1]);
-        }
+    fn parse_body(body: &[u8]) -> Option<Self> {
+        let mut r = Reader(body);
+        let mut p = Piece { nodes: r.points()?, ..Piece::default() };
+        p.triangles = r.triangles(p.nodes.len())?;
+        p.faces = r.numbers(p.triangles.len())?;
         for _ in 0..r.count(36)? {
-            p.known.push((r.u32()?, [r.u64()?, r.u64()?, r.u64()?, r.u64()?]));
+            p.known.push((r.u32()?, r.id()?));
         }
         let [cells, unproved, astray] = [r.u64()? as usize, r.u64()? as usize, r.u64()? as usize];
         let mut places = Vec::new();
@@ -212,6 +244,33 @@ impl Piece {
         }
         p.proof = Proof { cells, unproved, astray, places };
         r.0.is_empty().then_some(p)
+    }
+}
+
+impl Handed {
+    fn body(&self) -> Vec<u8> {
+        let mut w = Writer(Vec::new());
+        w.points(&self.nodes);
+        self.on.iter().flatten().for_each(|l| w.u32(*l));
+        self.ids.iter().flatten().for_each(|x| w.u64(*x));
+        w.triangles(&self.triangles);
+        self.leaves.iter().chain(&self.faces).for_each(|x| w.u32(*x));
+        w.0
+    }
+
+    fn parse(body: &[u8], to: u32) -> Option<Self> {
+        let mut r = Reader(body);
+        let mut h = Handed { to, nodes: r.points()?, ..Handed::default() };
+        for _ in 0..h.nodes.len() {
+            h.on.push([r.u32()?, r.u32()?, r.u32()?, r.u32()?]);
+        }
+        for _ in 0..h.nodes.len() {
+            h.ids.push(r.id()?);
+        }
+        h.triangles = r.triangles(h.nodes.len())?;
+        h.leaves = r.numbers(h.triangles.len())?;
+        h.faces = r.numbers(h.triangles.len())?;
+        r.0.is_empty().then_some(h)
     }
 }
 
@@ -269,12 +328,55 @@ impl Store<'_> {
         let path = which.path(folder);
         let bytes = match std::fs::read(&path) {
             Ok(b) => b,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(Error::io("read", path, e)),
         };
-        let bad = |what: &str| {
-            Error::input(Place::Unknown, format!("{what}: delete it and make {} again", which.name())).in_file(&path)
-        };
-        Piece::parse(&bytes, plan, which).map(|p| Some(Arc::new(p))).map_err(bad)
+        Piece::parse(&bytes, plan, which).map(|p| Some(Arc::new(p))).map_err(|what| bad(what, which, &path))
     }
+
+    /// What a piece hands on to a brick of the next round, which may be nothing. Of a file no more is read than that.
+    ///
+    /// Errors: a piece that was not made; a file that cannot be read, is damaged, or is of another plan or brick.
+    pub(super) fn handed(&self, plan: &BrickPlan, from: Which, to: u32) -> Result<Handed> {
+        let missing = || {
+            let what = format!("{} is missing: make it first", from.name());
+            Error::input(Place::Unknown, what).in_file(self.name())
+        };
+        let Store::Folder(folder) = self else {
+            let piece = self.load(plan, from)?.ok_or_else(missing)?;
+            return Ok(piece.handed.iter().find(|h| h.to == to).cloned().unwrap_or_default());
+        };
+        let path = from.path(folder);
+        let broken = |e: std::io::Error| match e.kind() {
+            ErrorKind::NotFound => missing(),
+            ErrorKind::UnexpectedEof => bad(CUT, from, &path),
+            _ => Error::io("read", &path, e),
+        };
+        let bad = |what: Bad| bad(what, from, &path);
+        let mut file = File::open(&path).map_err(broken)?;
+        let size = file.metadata().map_err(broken)?.len();
+        // Nothing is asked for beyond the file's end, whatever it claims.
+        let mut read = |from: u64, length: u64| -> Result<Vec<u8>> {
+            if from.checked_add(length).is_none_or(|end| end > size) {
+                return Err(bad(DAMAGED));
+            }
+            let mut bytes = vec![0; length as usize];
+            file.seek(SeekFrom::Start(from)).and_then(|_| file.read_exact(&mut bytes)).map_err(broken)?;
+            Ok(bytes)
+        };
+        if size < HEAD as u64 {
+            return Err(bad(CUT));
+        }
+        let length = index_length(&read(0, HEAD as u64)?).map_err(bad)?;
+        let head = read(0, length as u64)?;
+        let Some(section) = index(&head, plan, from).map_err(bad)?.into_iter().find(|s| s.to == to) else {
+            return Ok(Handed::default());
+        };
+        let body = read(section.offset, section.length)?;
+        Handed::parse(section.checked(&body).map_err(bad)?, to).ok_or_else(|| bad(UNFIT))
+    }
+}
+
+fn bad(what: Bad, which: Which, path: &Path) -> Error {
+    Error::input(Place::Unknown, format!("{what}: delete it and make {} again", which.name())).in_file(path)
 }

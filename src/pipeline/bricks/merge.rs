@@ -125,7 +125,7 @@ impl Numbering {
         }
         let first = Firsts { node: node as u32, cell: cell as u32 };
         let mut number = |id: NodeId, fresh: u32| Some(*self.numbers.entry(id).or_insert(fresh));
-        let Some(p) = portion(piece, which, first, &mut number) else { return Ok(()) };
+        let Some(p) = portion(piece, first, &mut number) else { return Ok(()) };
         let bad = |what: String| Error::input(Place::Unknown, format!("{}: {what}", which.name()));
         if let Some(at) = p.mesh.nodes.iter().find(|p| !p.is_finite()) {
             return Err(bad(format!("a node's coordinates are not finite: {at}")));

@@ -11,6 +11,7 @@
 //! Sources: \[LAZ\] for merging by descriptors alone.
 
 mod blocks;
+mod bytes;
 mod file;
 mod merge;
 mod plan;

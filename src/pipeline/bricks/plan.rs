@@ -20,7 +20,7 @@ use crate::run::Run;
 const PLAN: &str = "plan.json";
 
 /// The version of the layout of a plan and of pieces. It grows when either changes.
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
 
 /// A brick is no narrower than this many cells, of two edges each: what is handed on reaches three edges of ragged wall and four
 /// more, which must be less than the six cells to the next round's walls.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::file::{NONE, NodeId, Piece, Store, Which, made_in};
+use super::file::{NONE, NodeId, Piece, Store, Which};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
 use crate::mesh::portion::Portion;
@@ -37,26 +37,19 @@ pub(super) struct Firsts {
     pub(super) cell: u32,
 }
 
-/// The triangles of a piece that were not handed on. `number` gives the number of a node with a name, a new node's if it has none
+/// The triangles of a piece that stay. `number` gives the number of a node with a name, a new node's if it has none
 /// yet; where it knows no such name there is no portion.
 pub(super) fn portion(
     piece: &Piece,
-    which: Which,
     first: Firsts,
     number: &mut dyn FnMut(NodeId, u32) -> Option<u32>,
 ) -> Option<Portion> {
-    let mut known: FxHashMap<u32, NodeId> = piece.known.iter().copied().collect();
-    // Nodes of triangles that are handed on are known to the next round by the piece they were made in.
-    for (t, _) in piece.triangles.iter().zip(&piece.handed).filter(|x| *x.1) {
-        for v in t {
-            known.entry(*v).or_insert_with(|| made_in(which.round, which.brick, *v));
-        }
-    }
+    let known: FxHashMap<u32, NodeId> = piece.known.iter().copied().collect();
     let mut p = Portion { first: first.cell, ..Portion::default() };
     let mut local = vec![NONE; piece.nodes.len()];
     let mut fresh = first.node;
-    for t in (0..piece.triangles.len()).filter(|t| !piece.handed[*t]) {
-        for v in piece.triangles[t] {
+    for t in &piece.triangles {
+        for &v in t {
             if local[v as usize] != NONE {
                 continue;
             }
@@ -68,9 +61,9 @@ pub(super) fn portion(
             p.shared.push(name.is_some());
             p.mesh.nodes.push(piece.nodes[v as usize]);
         }
-        p.mesh.triangles.push(piece.triangles[t].map(|v| local[v as usize]));
-        p.mesh.labels.push(piece.faces[t]);
+        p.mesh.triangles.push(t.map(|v| local[v as usize]));
     }
+    p.mesh.labels.clone_from(&piece.faces);
     Some(p)
 }
 
@@ -155,7 +148,7 @@ impl PiecewiseMesh<'_> {
         };
         let piece = self.store.load(self.plan, span.which)?.ok_or_else(changed)?;
         let mut number = |id: NodeId, _| self.numbers.get(&id).copied();
-        let mut portion = portion(&piece, span.which, span.first, &mut number).ok_or_else(changed)?;
+        let mut portion = portion(&piece, span.first, &mut number).ok_or_else(changed)?;
         for l in &mut portion.mesh.labels {
             *l = self.labels.get(*l as usize).copied().filter(|l| *l != NONE).ok_or_else(changed)?;
         }

@@ -1,5 +1,6 @@
 //! Making the bricks of a round.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,7 +13,7 @@ use super::super::attempts::CELLS;
 use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};
-use super::file::{MOST_ON, NONE, NodeId, Piece, Store, Which, is_raw, made_in};
+use super::file::{Handed, NONE, NodeId, Piece, Store, Which, is_raw, made_in};
 use super::merge::{all_there, collected, merged};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
@@ -197,31 +198,21 @@ impl Maker<'_> {
         let (mut on, mut faces, mut ids): (Vec<Vec<u32>>, Vec<u32>, Vec<NodeId>) = Default::default();
         let mut numbers: FxHashMap<NodeId, u32> = FxHashMap::default();
         for from in blocks.near(round - 1, &bounds, BEYOND * self.plan.cell()) {
-            let source = Which { round: round - 1, brick: from };
-            let piece = self.store.load(self.plan, source)?.ok_or_else(|| {
-                let what = format!("{} is missing: make it first", source.name());
-                Error::input(Place::Unknown, what).in_file(self.store.name())
-            })?;
-            let known: FxHashMap<u32, NodeId> = piece.known.iter().copied().collect();
-            for t in (0..piece.triangles.len()).filter(|t| piece.handed[*t]) {
-                let corners = piece.triangles[t];
-                let middle = corners.iter().map(|v| piece.nodes[*v as usize]).sum::<DVec3>() / 3.0;
-                if blocks.holding(round, middle) != brick {
-                    continue;
-                }
-                let corners = corners.map(|v| {
-                    let id = known.get(&v).copied().unwrap_or_else(|| made_in(source.round, from, v));
-                    *numbers.entry(id).or_insert_with(|| {
-                        mesh.nodes.push(piece.nodes[v as usize]);
-                        on.push(piece.on[v as usize].iter().copied().filter(|l| *l != NONE).collect());
-                        ids.push(id);
+            let Handed { nodes, on: leaves, ids: names, triangles, leaves: labels, faces: given, .. } =
+                self.store.handed(self.plan, Which { round: round - 1, brick: from }, brick)?;
+            for t in triangles {
+                mesh.triangles.push(t.map(|v| {
+                    let v = v as usize;
+                    *numbers.entry(names[v]).or_insert_with(|| {
+                        mesh.nodes.push(nodes[v]);
+                        on.push(leaves[v].iter().copied().filter(|l| *l != NONE).collect());
+                        ids.push(names[v]);
                         ids.len() as u32 - 1
                     })
-                });
-                mesh.triangles.push(corners);
-                mesh.labels.push(piece.leaves[t]);
-                faces.push(piece.faces[t]);
+                }));
             }
+            mesh.labels.extend(labels);
+            faces.extend(given);
         }
         mesh.faces = (0..self.ready.model.leaves.len()).map(|l| format!("leaf{l}")).collect();
         let ends = open_nodes(&mesh);
@@ -264,11 +255,92 @@ impl Maker<'_> {
         }
         let from: Vec<u32> = known.iter().filter(|k| which.round + 1 < ROUNDS && is_raw(&k.1)).map(|k| k.0).collect();
         let handed = within_edges(&mesh, &from);
-        let TriMesh { nodes, triangles, labels, .. } = mesh;
-        let on = on.iter().map(|o| std::array::from_fn(|k: usize| o.get(k).copied().unwrap_or(NONE))).collect();
-        let on: Vec<[u32; MOST_ON]> = on;
-        Ok(Piece { nodes, on, triangles, leaves: pieces, faces: labels, handed, known, proof: given.proof })
+        let from = Whole { mesh, on, leaves: pieces, known: known.into_iter().collect(), which };
+        let next = |p: DVec3| blocks.holding(which.round + 1, p);
+        Ok(Piece { proof: given.proof, ..from.parted(&handed, &next) })
     }
+}
+
+/// A remeshed piece before it is parted.
+struct Whole {
+    mesh: TriMesh,
+    /// The leaves of each node.
+    on: Vec<Vec<u32>>,
+    /// The leaf of each triangle.
+    leaves: Vec<u32>,
+    /// What nodes at open edges are called.
+    known: FxHashMap<u32, NodeId>,
+    which: Which,
+}
+
+impl Whole {
+    /// What a node is called, as far as its piece knows.
+    fn name(&self, v: u32) -> NodeId {
+        self.known.get(&v).copied().unwrap_or_else(|| made_in(self.which.round, self.which.brick, v))
+    }
+
+    /// Parts the triangles that stay from those handed on, each to the brick of the next round that holds its middle.
+    fn parted(&self, handed: &[bool], next: &dyn Fn(DVec3) -> u32) -> Piece {
+        let Self { mesh, .. } = self;
+        let mut shared = vec![false; mesh.nodes.len()];
+        let mut sections: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for t in (0..handed.len()).filter(|t| handed[*t]) {
+            mesh.triangles[t].iter().for_each(|v| shared[*v as usize] = true);
+            let middle = mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+            sections.entry(next(middle)).or_default().push(t);
+        }
+        let stays: Vec<usize> = (0..handed.len()).filter(|t| !handed[*t]).collect();
+        let Few { nodes, triangles } = self.some(&stays);
+        let named = |(k, v): (usize, &u32)| {
+            (shared[*v as usize] || self.known.contains_key(v)).then(|| (k as u32, self.name(*v)))
+        };
+        Piece {
+            known: nodes.iter().enumerate().filter_map(named).collect(),
+            nodes: nodes.iter().map(|v| mesh.nodes[*v as usize]).collect(),
+            triangles,
+            faces: stays.iter().map(|t| mesh.labels[*t]).collect(),
+            handed: sections.iter().map(|(to, list)| self.handed(*to, list)).collect(),
+            proof: Proof::default(),
+        }
+    }
+
+    fn handed(&self, to: u32, list: &[usize]) -> Handed {
+        let Few { nodes, triangles } = self.some(list);
+        let on = |v: &u32| std::array::from_fn(|k: usize| self.on[*v as usize].get(k).copied().unwrap_or(NONE));
+        Handed {
+            to,
+            on: nodes.iter().map(on).collect(),
+            ids: nodes.iter().map(|v| self.name(*v)).collect(),
+            nodes: nodes.iter().map(|v| self.mesh.nodes[*v as usize]).collect(),
+            triangles,
+            leaves: list.iter().map(|t| self.leaves[*t]).collect(),
+            faces: list.iter().map(|t| self.mesh.labels[*t]).collect(),
+        }
+    }
+
+    /// Some of the triangles, with their nodes in the order of their first use.
+    fn some(&self, list: &[usize]) -> Few {
+        let mut number = vec![NONE; self.mesh.nodes.len()];
+        let mut nodes = Vec::new();
+        let triangles = list.iter().map(|t| {
+            self.mesh.triangles[*t].map(|v| {
+                let n = &mut number[v as usize];
+                if *n == NONE {
+                    *n = nodes.len() as u32;
+                    nodes.push(v);
+                }
+                *n
+            })
+        });
+        let triangles = triangles.collect();
+        Few { nodes, triangles }
+    }
+}
+
+/// Triangles with numbers of their own, and what these are in the piece.
+struct Few {
+    nodes: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
 }
 
 /// The nodes of open edges, ascending.
