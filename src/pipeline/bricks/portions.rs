@@ -105,7 +105,7 @@ impl PiecewiseMesh<'_> {
     /// A copy in arrays.
     ///
     /// # Errors
-    /// Pieces that can no longer be read.
+    /// Pieces that cannot be read.
     pub fn collected(&self) -> Result<TriMesh> {
         let mut mesh = self.names.clone();
         mesh.nodes.reserve_exact(self.node_count());
@@ -131,7 +131,7 @@ impl PiecewiseMesh<'_> {
             at_hand[k..].rotate_left(1);
             return Ok(at_hand[last].loaded.clone());
         }
-        // Room is made first: what is in memory at a time is one piece and what stays at hand.
+        // Room is made before a piece is read: never more than one is in memory beside what stays at hand.
         let size = |h: &HandedOut| h.loaded.portion.mesh.triangles.len();
         while at_hand.iter().map(size).sum::<usize>() + self.spans[span].cells > AT_HAND && !at_hand.is_empty() {
             at_hand.remove(0);
