@@ -400,7 +400,7 @@ mod tests {
         (a - b).abs() / (size.next_up() - size)
     }
 
-    /// The standard library is at most one unit off, and so the functions may differ from it by three.
+    /// The standard library is at most one unit off; no more than two are allowed to both together.
     #[track_caller]
     fn assert_near(ours: f64, std: f64, at: &dyn std::fmt::Debug) {
         assert!(ulps(ours, std) <= 2.0, "{ours:?} is not {std:?} at {at:?}");

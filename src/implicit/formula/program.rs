@@ -566,3 +566,64 @@ fn binary(op: Binary, [a, b]: Pair, out: &mut Lanes, n: usize) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One operation after the other at one point.
+    fn plainly(ops: &[Op], p: [f64; 3]) -> f64 {
+        let mut r: Vec<f64> = Vec::new();
+        for op in ops {
+            let at = |a: u32| r[a as usize];
+            r.push(match *op {
+                Op::Const(c) => c,
+                Op::Coordinate(k) => p[k as usize],
+                Op::Unary(u, a) | Op::Turn(u, a, _) => u.apply(at(a)),
+                Op::Binary(o, a, b) => o.apply(at(a), at(b)),
+                Op::Square(a) => at(a) * at(a),
+                Op::Select(c, a, b) | Op::Joined(c, a, b) => at(if at(c) >= 0.0 { a } else { b }),
+            });
+        }
+        r[r.len() - 1]
+    }
+
+    #[test]
+    fn batches_of_any_length_have_the_bits_of_operations_one_by_one() {
+        let mut state = 1u64;
+        let mut next = |n: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % n
+        };
+        let sums = [Binary::Add, Binary::Sub, Binary::Mul];
+        let others = [Binary::Div, Binary::Min, Binary::Max, Binary::Atan2, Binary::Hypot, Binary::Mod, Binary::Pow];
+        let unary = [Unary::Neg, Unary::Abs, Unary::Sqrt, Unary::Exp, Unary::Log, Unary::Sin, Unary::Cos, Unary::Wrap];
+        for _ in 0..500 {
+            let mut ops = vec![Op::Coordinate(0), Op::Coordinate(1), Op::Coordinate(2), Op::Const(0.7), Op::Const(3.0)];
+            for _ in 0..1 + next(30) {
+                let count = ops.len();
+                let mut any = || (count - 1 - next(count.min(6))) as u32;
+                let (a, b, c) = (any(), any(), any());
+                ops.push(match next(10) {
+                    0 => Op::Unary(unary[next(unary.len())], a),
+                    1 => Op::Binary(others[next(others.len())], a, b),
+                    2 => Op::Binary(Binary::Pow, a, 4),
+                    3 => Op::Select(a, b, c),
+                    4 => Op::Square(a),
+                    _ => Op::Binary(sums[next(3)], a, b),
+                });
+            }
+            let program = Program::new(&ops, |_| false);
+            let mut list = |n: usize| (0..n).map(|_| next(4001) as f64 / 1000.0 - 2.0).collect::<Vec<f64>>();
+            for n in [1, 3, 40, BLOCK, 2 * BLOCK + 19] {
+                let (x, y, z) = (list(n), list(n), list(n));
+                let mut out = vec![0.0; n];
+                program.eval([&x, &y, &z], &mut out);
+                for k in 0..n {
+                    let v = plainly(&ops, [x[k], y[k], z[k]]);
+                    assert!(out[k].to_bits() == v.to_bits() || out[k].is_nan() && v.is_nan(), "{ops:?} {} {v}", out[k]);
+                }
+            }
+        }
+    }
+}
