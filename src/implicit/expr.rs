@@ -4,6 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops;
 use std::sync::Arc;
 
+use crate::numeric::vector;
+
 /// Operations of one argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Unary {
@@ -252,10 +254,10 @@ impl Unary {
             Unary::Neg => -a,
             Unary::Abs => a.abs(),
             Unary::Sqrt => a.sqrt(),
-            Unary::Exp => a.exp(),
-            Unary::Log => a.ln(),
-            Unary::Sin => a.sin(),
-            Unary::Cos => a.cos(),
+            Unary::Exp => vector::exp(a),
+            Unary::Log => vector::ln(a),
+            Unary::Sin => vector::sin(a),
+            Unary::Cos => vector::cos(a),
             Unary::Tan => a.tan(),
             Unary::Wrap => a - TAU * (a / TAU).round(),
             Unary::Steepened => {
@@ -283,6 +285,11 @@ impl Unary {
 }
 
 impl Binary {
+    /// Whether a power is made of products.
+    pub(crate) fn is_whole_power(exponent: f64) -> bool {
+        exponent.fract() == 0.0 && exponent.abs() <= 64.0
+    }
+
     /// The operation on numbers. `Min` and `Max` return NaN if either argument is NaN.
     pub fn apply(self, a: f64, b: f64) -> f64 {
         match self {
@@ -291,10 +298,8 @@ impl Binary {
             Binary::Mul => a * b,
             Binary::Div => a / b,
             Binary::Pow => {
-                if b == 2.0 {
-                    a * a
-                } else if b.fract() == 0.0 && b.abs() <= 64.0 {
-                    a.powi(b as i32)
+                if Self::is_whole_power(b) {
+                    vector::powi(a, b as i32)
                 } else {
                     a.powf(b)
                 }
@@ -313,8 +318,8 @@ impl Binary {
                     b
                 }
             }
-            Binary::Atan2 => a.atan2(b),
-            Binary::Hypot => a.hypot(b),
+            Binary::Atan2 => vector::atan2(a, b),
+            Binary::Hypot => vector::hypot(a, b),
             // What rounding makes of a quotient just below a whole number stays between 0 and b.
             Binary::Mod => {
                 let rest = a - b * (a / b).floor();

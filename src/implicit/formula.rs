@@ -1,6 +1,7 @@
 //! Formulas compiled to a flat list of operations, evaluated for batches of points, over boxes, and with gradients.
 
 mod adjoint;
+mod program;
 mod written;
 
 use std::sync::Arc;
@@ -8,12 +9,13 @@ use std::sync::Arc;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use self::program::Program;
 use super::branches::branches;
 use super::expr::{Binary, Expr, ExprNode, STEEPENED, SWING, SWUNG_BACK, Unary};
 use super::joints::is_smooth;
 use super::slopes::Slopes;
 use super::solid::Placement;
-use crate::numeric::{Dual, Interval};
+use crate::numeric::{Dual, Interval, vector};
 
 /// One operation; operands are indices of earlier operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,12 +39,11 @@ pub(crate) struct Formula {
     ops: Vec<Op>,
     /// Which operations serve bounds only; empty where none does.
     idle: Vec<bool>,
+    /// The operations as batches take them.
+    program: Program,
     /// Whether [`backwards`](Self::backwards) may give closer bounds of gradients than forwards.
     shared: bool,
 }
-
-/// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
-const BATCH_REGISTERS: usize = 1 << 15;
 
 /// Registers kept on the stack.
 const SMALL: usize = 64;
@@ -188,7 +189,9 @@ impl Formula {
             root = b.push(Op::Binary(Binary::Mul, root, k));
         }
         b.ops.truncate(root as usize + 1); // the root may be an operand another one came after
-        Formula { idle: idle(&b.ops), shared: adjoint::is_shared(&b.ops), ops: b.ops }
+        let idle = idle(&b.ops);
+        let program = Program::new(&b.ops, |i| idle.get(i).copied().unwrap_or(false));
+        Formula { idle, program, shared: adjoint::is_shared(&b.ops), ops: b.ops }
     }
 
     /// A number that is equal for equal formulas.
@@ -212,41 +215,7 @@ impl Formula {
 
     /// Values at many points.
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
-        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4)).min(out.len());
-        let mut small = [0.0; SMALL];
-        let mut large = Vec::new();
-        let r: &mut [f64] = if lanes * self.ops.len() <= SMALL {
-            &mut small
-        } else {
-            large.resize(lanes * self.ops.len(), 0.0);
-            &mut large
-        };
-        let mut start = 0;
-        while start < out.len() {
-            let n = lanes.min(out.len() - start);
-            let p = [&xs[start..start + n], &ys[start..start + n], &zs[start..start + n]];
-            for (i, op) in self.ops.iter().enumerate().filter(|x| !self.is_idle(x.0)) {
-                let (before, rest) = r.split_at_mut(i * lanes);
-                let dst = &mut rest[..n];
-                let reg = |a: u32| &before[a as usize * lanes..a as usize * lanes + n];
-                match *op {
-                    Op::Const(c) => dst.fill(c),
-                    Op::Coordinate(k) => dst.copy_from_slice(p[k as usize]),
-                    Op::Square(a) => dst.iter_mut().zip(reg(a)).for_each(|(d, a)| *d = a * a),
-                    Op::Unary(u, a) | Op::Turn(u, a, _) => unary(u, reg(a), dst),
-                    Op::Binary(o, a, b) => binary(o, reg(a), reg(b), dst),
-                    Op::Select(c, a, b) | Op::Joined(c, a, b) => {
-                        let (c, a, b) = (reg(c), reg(a), reg(b));
-                        for (k, d) in dst.iter_mut().enumerate() {
-                            *d = if c[k] >= 0.0 { a[k] } else { b[k] };
-                        }
-                    }
-                }
-            }
-            let last = (self.ops.len() - 1) * lanes;
-            out[start..start + n].copy_from_slice(&r[last..last + n]);
-            start += n;
-        }
+        self.program.eval([xs, ys, zs], out);
     }
 
     /// Value and gradient at one point.
@@ -476,34 +445,6 @@ impl Formula {
     }
 }
 
-fn unary(op: Unary, a: &[f64], out: &mut [f64]) {
-    macro_rules! each {
-        ($f:expr) => {
-            out.iter_mut().zip(a).for_each(|(d, a)| *d = $f(*a))
-        };
-    }
-    match op {
-        Unary::Neg => each!(|a: f64| -a),
-        Unary::Abs => each!(f64::abs),
-        Unary::Sqrt => each!(f64::sqrt),
-        op => each!(|a| op.apply(a)),
-    }
-}
-
-fn binary(op: Binary, a: &[f64], b: &[f64], out: &mut [f64]) {
-    macro_rules! each {
-        ($f:expr) => {
-            out.iter_mut().zip(a).zip(b).for_each(|((d, a), b)| *d = $f(*a, *b))
-        };
-    }
-    match op {
-        Binary::Add => each!(|a, b| a + b),
-        Binary::Sub => each!(|a, b| a - b),
-        Binary::Mul => each!(|a, b| a * b),
-        Binary::Div => each!(|a, b| a / b),
-        op => each!(|a, b| op.apply(a, b)),
-    }
-}
 /// Sines and cosines of the values last asked for: formulas of gyroids and their kin ask for both, again and again.
 #[derive(Default)]
 struct Turns {
@@ -516,7 +457,7 @@ impl Turns {
         if let Some((_, both)) = self.known.iter().flatten().find(|k| k.0.to_bits() == value.to_bits()) {
             return *both;
         }
-        let both = value.sin_cos();
+        let both = vector::sin_cos(value);
         self.known[self.oldest] = Some((value, both));
         self.oldest = (self.oldest + 1) % self.known.len();
         both

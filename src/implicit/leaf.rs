@@ -110,6 +110,12 @@ fn torus(c: &DVec3, frame: &Frame, [major, minor]: [f64; 2], p: DVec3) -> f64 {
     (minor * minor - (q * q + t * t)) * (0.5 / minor)
 }
 
+/// A value with its sign changed or not, never zero.
+#[inline(always)]
+fn coherent(sign: f64, v: f64) -> f64 {
+    if v == 0.0 { sign * COHERENT } else { sign * v }
+}
+
 /// Values of a function at many points.
 #[inline(always)]
 fn each(xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64], f: impl Fn(DVec3) -> f64) {
@@ -277,13 +283,6 @@ impl Leaf {
         let n = out.len();
         let (xs, ys, zs) = (&xs[..n], &ys[..n], &zs[..n]);
         match self {
-            Leaf::Plane { n, d } => each(xs, ys, zs, out, |p| plane(n, *d, p)),
-            Leaf::Sphere { c, r } => each(xs, ys, zs, out, |p| sphere(c, *r, p)),
-            Leaf::Cylinder { c, frame, r } => each(xs, ys, zs, out, |p| cylinder(c, frame, *r, p)),
-            Leaf::Cone { c, frame, k, m, d } => each(xs, ys, zs, out, |p| cone(c, frame, [*k, *m, *d], p)),
-            Leaf::Torus { c, frame, major, minor } => {
-                each(xs, ys, zs, out, |p| torus(c, frame, [*major, *minor], p));
-            }
             Leaf::Formula(f) => f.eval(xs, ys, zs, out),
             Leaf::Field(f, place) => {
                 let points: Vec<DVec3> = (0..n).map(|i| unplace(place, DVec3::new(xs[i], ys[i], zs[i]))).collect();
@@ -292,6 +291,45 @@ impl Leaf {
             }
             Leaf::Blend(b) => b.eval(xs, ys, zs, out),
             Leaf::Fillet(f) => f.eval(xs, ys, zs, out),
+            _ => self.closed([xs, ys, zs], out, |v| v),
+        }
+    }
+
+    /// Values at many points after [`sign`](Self::sign); whether all that [may be infinite](Self::is_user) are finite.
+    #[inline(always)]
+    pub(crate) fn eval_signed(&self, p: [&[f64]; 3], negate: bool, out: &mut [f64]) -> bool {
+        let s = if negate { -1.0 } else { 1.0 };
+        match self {
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => {
+                self.eval(p[0], p[1], p[2], out);
+                let mut finite = true;
+                for v in &mut *out {
+                    finite &= v.is_finite();
+                    *v = coherent(s, *v);
+                }
+                finite || !self.is_user()
+            }
+            _ => {
+                self.closed(p, out, |v| coherent(s, v));
+                true
+            }
+        }
+    }
+
+    /// What becomes of values at many points, if the leaf has a closed form.
+    #[inline(always)]
+    fn closed(&self, p: [&[f64]; 3], out: &mut [f64], then: impl Fn(f64) -> f64) {
+        let n = out.len();
+        let (xs, ys, zs) = (&p[0][..n], &p[1][..n], &p[2][..n]);
+        match self {
+            Leaf::Plane { n, d } => each(xs, ys, zs, out, |p| then(plane(n, *d, p))),
+            Leaf::Sphere { c, r } => each(xs, ys, zs, out, |p| then(sphere(c, *r, p))),
+            Leaf::Cylinder { c, frame, r } => each(xs, ys, zs, out, |p| then(cylinder(c, frame, *r, p))),
+            Leaf::Cone { c, frame, k, m, d } => each(xs, ys, zs, out, |p| then(cone(c, frame, [*k, *m, *d], p))),
+            Leaf::Torus { c, frame, major, minor } => {
+                each(xs, ys, zs, out, |p| then(torus(c, frame, [*major, *minor], p)));
+            }
+            Leaf::Formula(_) | Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_) => {}
         }
     }
 
@@ -305,7 +343,7 @@ impl Leaf {
     pub(crate) fn sign(values: &mut [f64], negate: bool) {
         let s = if negate { -1.0 } else { 1.0 };
         for v in values {
-            *v = if *v == 0.0 { s * COHERENT } else { s * *v };
+            *v = coherent(s, *v);
         }
     }
 

@@ -258,6 +258,12 @@ impl Implicit {
         self.tape.r_value(&self.leaves, self.rsystem, p)
     }
 
+    /// Values of the sign companion, for the bench of the evaluator.
+    #[doc(hidden)]
+    pub fn companion(&self, x: &[f64], y: &[f64], z: &[f64], out: &mut [f64]) {
+        self.tape.eval(&self.leaves, x, y, z, out, &mut Scratch::default());
+    }
+
     /// Value and gradient of the R-function tree.
     pub fn gradient(&self, p: DVec3) -> (f64, DVec3) {
         let d = self.tape.r_gradient(&self.leaves, self.rsystem, p);

@@ -69,6 +69,9 @@ pub(crate) enum Pruned {
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     registers: Vec<f64>,
+    /// The register of each operation.
+    place: Vec<u32>,
+    free: Vec<u32>,
     faces: Vec<u32>,
     intervals: Vec<Interval>,
     renumber: Vec<u32>,
@@ -76,8 +79,20 @@ pub(crate) struct Scratch {
     pub(crate) not_finite: bool,
 }
 
-/// Registers of a batch are kept within this many numbers, so that they stay in the second-level cache.
+/// Coordinates and registers of a block are kept within this many numbers, so that they stay in the first-level cache.
+const BLOCK_NUMBERS: usize = 3 << 10;
+
+/// The number of points in a block is a multiple of this.
+const STRIDE: usize = 128;
+
+/// Blocks have no more points: a longer one saves nothing.
+const LONGEST: usize = 1024;
+
+/// Registers of a batch that keeps all are kept within this many numbers, so that they stay in the second-level cache.
 const BATCH_REGISTERS: usize = 1 << 16;
+
+/// The register that stands for the batch's result.
+const RESULT: u32 = u32::MAX;
 
 /// Operands with more operations than this are not compared: cases of formulas have a handful where little can be decided.
 const MOST_COMPARED: usize = 64;
@@ -109,14 +124,43 @@ impl Tape {
         out: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4));
+        let Scratch { registers, place, free, not_finite, .. } = scratch;
+        let count = self.placed(place, free);
+        let lanes = (BLOCK_NUMBERS / (3 + count)).next_multiple_of(STRIDE).min(LONGEST);
+        let tape = Placed { ops: &self.ops, place, count };
         let mut start = 0;
         while start < out.len() {
             let end = (start + lanes).min(out.len());
             let p = [&xs[start..end], &ys[start..end], &zs[start..end]];
-            scratch.not_finite |= !eval_block(&self.ops, leaves, p, &mut out[start..end], &mut scratch.registers);
+            *not_finite |= !eval_block(tape, leaves, p, &mut out[start..end], registers);
             start = end;
         }
+    }
+
+    /// Gives each operation a register that nobody needs any more, and the root the result's; the number of registers.
+    fn placed(&self, place: &mut Vec<u32>, free: &mut Vec<u32>) -> usize {
+        let n = self.ops.len();
+        let mut count = 0;
+        free.clear();
+        place.clear();
+        // From the root down an operation's register is wanted where its value is read last, and free above where it is made.
+        place.resize(n, RESULT);
+        for (i, op) in self.ops.iter().enumerate().rev() {
+            if let Op::Min(a, b) | Op::Max(a, b) = *op {
+                for a in [a, b] {
+                    if place[a as usize] == RESULT {
+                        place[a as usize] = free.pop().unwrap_or_else(|| {
+                            count += 1;
+                            count - 1
+                        });
+                    }
+                }
+            }
+            if place[i] != RESULT {
+                free.push(place[i]);
+            }
+        }
+        count as usize
     }
 
     /// Faces of the deciding leaves at many points.
@@ -135,12 +179,16 @@ impl Tape {
         }
         let lanes = (BATCH_REGISTERS / self.ops.len()).clamp(4, out.len().max(4));
         let mut values = vec![0.0; lanes.min(out.len())];
+        scratch.place.clear();
+        scratch.place.extend(0..self.ops.len() as u32 - 1);
+        scratch.place.push(RESULT);
         let mut start = 0;
         while start < out.len() {
             let end = (start + lanes).min(out.len());
             let n = end - start;
             let regs = &mut scratch.registers;
-            eval_block(&self.ops, leaves, [&xs[start..end], &ys[start..end], &zs[start..end]], &mut values[..n], regs);
+            let tape = Placed { ops: &self.ops, place: &scratch.place, count: self.ops.len() - 1 };
+            eval_block(tape, leaves, [&xs[start..end], &ys[start..end], &zs[start..end]], &mut values[..n], regs);
             let faces = &mut scratch.faces;
             faces.clear();
             faces.resize(n * self.ops.len(), u32::MAX);
@@ -462,41 +510,49 @@ fn alias_of(op: Op, alias: &[u32], second: bool) -> u32 {
     }
 }
 
+/// A tape whose operations have registers.
+#[derive(Clone, Copy)]
+struct Placed<'a> {
+    ops: &'a [Op],
+    place: &'a [u32],
+    /// How many registers there are.
+    count: usize,
+}
+
 /// Whether all values of formulas were finite. Wider vector units give the same bits: only lane-wise IEEE operations are used, and none is contracted.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-fn eval_block(ops: &[Op], leaves: &[Leaf], p: [&[f64]; 3], out: &mut [f64], registers: &mut Vec<f64>) -> bool {
+fn eval_block(tape: Placed, leaves: &[Leaf], p: [&[f64]; 3], out: &mut [f64], registers: &mut Vec<f64>) -> bool {
     let n = out.len();
     let mut finite = true;
-    if registers.len() < n * ops.len() {
-        registers.resize(n * ops.len(), 0.0);
+    if registers.len() < n * tape.count {
+        registers.resize(n * tape.count, 0.0);
     }
-    for (i, op) in ops.iter().enumerate() {
-        let (before, rest) = registers.split_at_mut(i * n);
-        let dst = &mut rest[..n];
+    for (op, place) in tape.ops.iter().zip(tape.place) {
+        let at = if *place == RESULT { registers.len() } else { *place as usize * n };
+        let (before, rest) = registers.split_at_mut(at);
+        let (dst, after) = if *place == RESULT { (&mut *out, rest) } else { rest.split_at_mut(n) };
+        let register = |a: u32| {
+            let from = tape.place[a as usize] as usize * n;
+            if from < at { &before[from..from + n] } else { &after[from - at - n..][..n] }
+        };
         match *op {
             Op::All(inside) => dst.fill(if inside { EVERYTHING } else { -EVERYTHING }),
             Op::Leaf { leaf, negate, .. } => {
-                let leaf = &leaves[leaf as usize];
-                leaf.eval(p[0], p[1], p[2], dst);
-                if leaf.is_user() {
-                    finite &= dst.iter().all(|v| v.is_finite());
-                }
-                Leaf::sign(dst, negate);
+                finite &= leaves[leaf as usize].eval_signed(p, negate, dst);
             }
             Op::Min(a, b) => {
-                let (a, b) = (&before[a as usize * n..][..n], &before[b as usize * n..][..n]);
+                let (a, b) = (register(a), register(b));
                 for k in 0..n {
                     dst[k] = if a[k] < b[k] { a[k] } else { b[k] };
                 }
             }
             Op::Max(a, b) => {
-                let (a, b) = (&before[a as usize * n..][..n], &before[b as usize * n..][..n]);
+                let (a, b) = (register(a), register(b));
                 for k in 0..n {
                     dst[k] = if a[k] > b[k] { a[k] } else { b[k] };
                 }
             }
         }
     }
-    out.copy_from_slice(&registers[(ops.len() - 1) * n..][..n]);
     finite
 }

@@ -17,7 +17,7 @@ pub struct Interval {
 }
 
 /// Bounds of library functions (sin, exp, ...) are widened by this many units in the last place: their error is at most
-/// one unit in every libm in use.
+/// one unit in every libm in use, and two units in [`vector`](super::vector).
 const LIBM_ULPS: u32 = 4;
 
 fn wide(lo: f64, hi: f64) -> Interval {

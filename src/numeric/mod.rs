@@ -1,4 +1,4 @@
-//! Numbers: intervals, dual numbers, root bracketing, least squares of planes, clustering.
+//! Numbers: intervals, dual numbers, root bracketing, least squares of planes, clustering, elementary functions of many numbers.
 
 mod dual;
 mod interval;
@@ -7,6 +7,7 @@ pub mod predicates;
 mod roots;
 mod sets;
 pub mod svd;
+pub mod vector;
 
 pub use dual::Dual;
 pub use interval::Interval;
