@@ -213,7 +213,7 @@ fn fast_atan2(y: f64, x: f64) -> f64 {
 fn has_angle(y: f64, x: f64) -> bool {
     let (a, b) = (y.abs(), x.abs());
     let large = if a > b { a } else { b };
-    (a <= DIVIDED[1]) & (large >= DIVIDED[0]) & (large <= DIVIDED[1])
+    (a <= DIVIDED[1]) & (DIVIDED[0]..=DIVIDED[1]).contains(&large)
 }
 
 #[inline(always)]
@@ -225,7 +225,7 @@ fn fast_hypot(a: f64, b: f64) -> f64 {
 fn is_squared(a: f64, b: f64) -> bool {
     let (a, b) = (a.abs(), b.abs());
     let large = if a > b { a } else { b };
-    (large >= SQUARED[0]) & (large <= SQUARED[1]) & (a <= SQUARED[1])
+    (SQUARED[0]..=SQUARED[1]).contains(&large) & (a <= SQUARED[1])
 }
 
 macro_rules! of_one {
