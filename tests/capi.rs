@@ -270,6 +270,61 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert!(text.contains("first b.zmin names 6 sides 0\n"), "{text}");
 }
 
+/// What is told before meshing is within a tenth of what is made.
+fn expected(text: &str, line: &str) {
+    let [about, made] = ["about", "made"].map(|word| number(text, line, word));
+    assert!(made > 1000.0 && near(about, made, 0.1), "{text}");
+}
+
+#[test]
+fn triangles_are_told_before_and_functions_sampled() {
+    let step = root().join("data/step/sphere.step");
+    let program = C.program("sampled_c", &["tests/capi/sampled.c"]);
+    let folder = program.parent().unwrap();
+    let text = said(Command::new(&program).arg(&step).arg(folder));
+    expected(&text, "ball");
+    expected(&text, "step");
+    // A thousandth of the diagonal, and the same as a length; middles of triangles are off by little more.
+    assert_eq!(number(&text, "tolerance", "share"), number(&text, "tolerance", "length"), "{text}");
+    assert!(number(&text, "tolerance", "off") < 1.25 * 2e-3 * 3f64.sqrt(), "{text}");
+    // The ball of the STEP file has a radius of 2.
+    assert!(near(number(&text, "lost", "volume"), 32.0 / 3.0 * PI, 1e-3), "{text}");
+    assert_eq!(number(&text, "sequence", "told"), 1.0, "{text}");
+    assert!(near(number(&text, "sequence", "volume"), 4.0 / 3.0 * PI, 3e-2), "{text}");
+    assert_eq!(number(&text, "grid", "values"), 41.0 * 41.0 * 41.0, "{text}");
+    assert_eq!(number(&text, "grid", "gradients"), 41.0 * 41.0 * 41.0, "{text}");
+    assert_eq!(number(&text, "grid", "wrong"), 0.0, "{text}");
+    assert_eq!(number(&text, "grid", "apart"), 0.0, "{text}");
+    assert!(number(&text, "grid", "turned") < 1e-9, "{text}");
+    assert!(near(number(&text, "grid", "volume"), 4.0 / 3.0 * PI, 1e-2), "{text}");
+    assert!(near(number(&text, "again", "volume"), 4.0 / 3.0 * PI, 1e-2), "{text}");
+    assert!(text.contains("step counts 13 from -1.500000000 by 0.250000000 gradients 0\n"), "{text}");
+    assert!(near(number(&text, "contour of plate", "area"), 8.0, 1e-12), "{text}");
+    assert!(near(number(&text, "contour of hole", "area"), -PI / 4.0, 1e-2), "{text}");
+    assert!(text.contains("contours 2 borders 5 off 0\n"), "{text}");
+    let npy = fs::read(folder.join("ball.npy")).unwrap();
+    assert_eq!(npy.len() % 64, (13 * 13 * 13 * 8) % 64, "a header of whole blocks, then float64");
+    assert!(fs::read_to_string(folder.join("plate.svg")).unwrap().contains("data-name=\"hole\""));
+    assert!(fs::metadata(folder.join("ball.vti")).unwrap().len() > 41 * 41 * 41 * 32);
+
+    // Of the integer points 257 lie in the closed ball of radius 4.
+    let lattice = |text: &str| {
+        expected(text, "ball");
+        assert!(near(number(text, "ball", "step"), 6500.0, 0.1), "{text}");
+        assert!(text.contains("grid counts 13 ") && text.contains(" from -1.500000000 "), "{text}");
+        assert_eq!(number(text, "grid", "inside"), 257.0, "{text}");
+        assert_eq!(number(text, "grid", "gradients"), 2197.0, "{text}");
+        assert!(near(number(text, "contours", "area"), 8.0, 1e-12), "{text}");
+        assert!(near(number(text, "contours", "left"), 2.0, 1e-12), "{text}");
+        assert_eq!(number(text, "contours", "contours"), 1.0, "{text}");
+    };
+    lattice(&said(Command::new(CPP.program("sampled_cpp", &["tests/capi/sampled.cpp"])).arg(&step)));
+    let sources = ["capi/fortran/rvachev.f90", "tests/capi/sampled.f90"];
+    let text = said(Command::new(FORTRAN.program("sampled_fortran", &sources)).arg(&step));
+    lattice(&text);
+    assert!(text.contains(" inwards T\nrefused 2\n") && text.contains("none 0\n"), "{text}");
+}
+
 #[test]
 fn misuse_is_told_and_runs_are_watched() {
     let program = C.program("misuse", &["tests/capi/misuse.c"]);

@@ -717,6 +717,107 @@ module rvachev_c
             import :: c_ptr
             type(c_ptr), value :: prisms
         end subroutine
+        function rv_expected_triangles(part, options, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: part
+            type(c_ptr), value :: options
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_expected_triangles_file(path, options, count, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr, c_size_t
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_part_sample(part, options, samples, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: part
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: samples
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_samples_frame(samples, counts, origin, step, error) bind(c) result(status)
+            import :: c_double, c_int, c_ptr, c_size_t
+            type(c_ptr), value :: samples
+            integer(c_size_t), intent(out) :: counts(*)
+            real(c_double), intent(out) :: origin(*)
+            real(c_double), intent(out) :: step
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_samples_values(samples, values, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: samples
+            type(c_ptr), intent(out) :: values
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_samples_gradients(samples, xyz, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: samples
+            type(c_ptr), intent(out) :: xyz
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_samples_write(samples, path, options, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: samples
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        subroutine rv_samples_free(samples) bind(c)
+            import :: c_ptr
+            type(c_ptr), value :: samples
+        end subroutine
+        function rv_mesh_contour_count(mesh, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_contour(mesh, index, nodes, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            integer(c_size_t), value :: index
+            type(c_ptr), intent(out) :: nodes
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_contour_borders(mesh, index, borders, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            integer(c_size_t), value :: index
+            type(c_ptr), intent(out) :: borders
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_border_count(mesh, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_border_name(mesh, index, name, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            integer(c_size_t), value :: index
+            type(c_ptr), intent(out) :: name
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         function rv_text_chars(text, chars, error) bind(c) result(status)
             import :: c_int, c_ptr
             type(c_ptr), value :: text
@@ -738,8 +839,8 @@ module rvachev
     implicit none
     private
     public :: rv_good, rv_short, rv_usage, rv_input, rv_failed, rv_stopped, rv_cancelled
-    public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_prisms, rv_shape
-    public :: rv_mesh_of_file, rv_mesh_of_triangles, rv_healed, rv_read_triangles, rv_checked
+    public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_prisms, rv_samples, rv_shape
+    public :: rv_mesh_of_file, rv_mesh_of_triangles, rv_healed, rv_read_triangles, rv_checked, rv_expected_of_file
 
     ! What a call came to: a status of rvachev.h, and what is known of it (empty and 0 where nothing is).
     type :: rv_failure
@@ -802,6 +903,8 @@ module rvachev
         procedure :: values => part_values
         procedure :: gradients => part_gradients
         procedure :: mesh => part_mesh
+        procedure :: expected_triangles => part_expected_triangles
+        procedure :: sample => part_sample
         procedure :: write => part_write
         procedure :: write_step => part_write_step
         procedure :: free => part_free
@@ -820,6 +923,11 @@ module rvachev
         procedure :: corners => mesh_corners
         procedure :: triangles_of => mesh_triangles_of
         procedure :: nodes_of => mesh_nodes_of
+        procedure :: contour => mesh_contour
+        procedure :: contour_borders => mesh_contour_borders
+        procedure :: contour_count => mesh_contour_count
+        procedure :: border_count => mesh_border_count
+        procedure :: border_name => mesh_border_name
         procedure :: face_count => mesh_face_count
         procedure :: face_name => mesh_face_name
         procedure :: group_count => mesh_group_count
@@ -836,6 +944,19 @@ module rvachev
         procedure :: page => mesh_page
         procedure :: write => mesh_write
         procedure :: free => mesh_free
+    end type
+
+    ! A part's function on a regular grid: point (i, j, k), from 1, is at origin + step * [i - 1, j - 1, k - 1].
+    type :: rv_samples
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t) :: counts(3) = 0
+        real(c_double) :: origin(3) = 0, step = 0
+    contains
+        ! Pointers to the library's own memory: gone when it is freed.
+        procedure :: values => samples_values
+        procedure :: gradients => samples_gradients
+        procedure :: write => samples_write
+        procedure :: free => samples_free
     end type
 
     ! A volume in layers of prisms.
@@ -1459,6 +1580,93 @@ contains
         call keep(status, error, failure)
     end subroutine
 
+    ! About how many triangles that mesh will have.
+    function part_expected_triangles(self, options, failure) result(n)
+        class(rv_part), intent(in) :: self
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_size_t) :: n
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_expected_triangles(self%handle, handle_of(options), n, error)
+        call keep(status, error, failure)
+    end function
+
+    ! About how many triangles the mesh of a file will have.
+    function rv_expected_of_file(path, options, failure) result(n)
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_size_t) :: n
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_expected_triangles_file(trim(path)//c_null_char, handle_of(options), n, error)
+        call keep(status, error, failure)
+    end function
+
+    ! The function on a regular grid: options cells or step, margin, gradient.
+    subroutine part_sample(self, samples, options, failure)
+        class(rv_part), intent(in) :: self
+        type(rv_samples), intent(inout) :: samples
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: made, error, other
+        integer(c_int) :: status, framed
+        status = rv_part_sample(self%handle, handle_of(options), made, error)
+        call samples%free()
+        samples%handle = made
+        if (c_associated(made)) then
+            framed = rv_samples_frame(made, samples%counts, samples%origin, samples%step, other)
+            if (framed /= rv_good) call rv_error_free(other)
+        end if
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Values (x, y, z).
+    function samples_values(self, failure) result(values)
+        class(rv_samples), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), pointer :: values(:, :, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_samples_values(self%handle, data, n, error)
+        call c_f_pointer(data, values, merge(self%counts, [0_c_size_t, 0_c_size_t, 0_c_size_t], n > 0))
+        call keep(status, error, failure)
+    end function
+
+    ! Gradients (3, x, y, z); empty where the option gradient was not true.
+    function samples_gradients(self, failure) result(xyz)
+        class(rv_samples), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), pointer :: xyz(:, :, :, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_samples_gradients(self%handle, data, n, error)
+        call c_f_pointer(data, xyz, [3_c_size_t, merge(self%counts, [0_c_size_t, 0_c_size_t, 0_c_size_t], n > 0)])
+        call keep(status, error, failure)
+    end function
+
+    ! By extension: vti, or npy for values alone.
+    subroutine samples_write(self, path, options, failure)
+        class(rv_samples), intent(in) :: self
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_samples_write(self%handle, trim(path)//c_null_char, handle_of(options), error)
+        call keep(status, error, failure)
+    end subroutine
+
+    subroutine samples_free(self)
+        class(rv_samples), intent(inout) :: self
+        call rv_samples_free(self%handle)
+        self%handle = c_null_ptr
+        self%counts = 0
+    end subroutine
+
     subroutine part_write_step(self, path, failure)
         class(rv_part), intent(in) :: self
         character(*), intent(in) :: path
@@ -1706,6 +1914,74 @@ contains
         integer(c_int) :: status
         status = rv_mesh_nodes_of(self%handle, trim(name)//c_null_char, data, n, error)
         numbers = numbered(data, n, first)
+        call keep(status, error, failure)
+    end function
+
+    ! Closed lines of the borders of a plane figure; none for any other mesh.
+    function mesh_contour_count(self, failure) result(n)
+        class(rv_mesh), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        integer :: n
+        type(c_ptr) :: error
+        integer(c_size_t) :: count
+        integer(c_int) :: status
+        status = rv_mesh_contour_count(self%handle, count, error)
+        n = merge(int(count), 0, status == rv_good)
+        call keep(status, error, failure)
+    end function
+
+    ! The points of a closed line, by its number from 1; the figure is on the left.
+    function mesh_contour(self, index, first, failure) result(numbers)
+        class(rv_mesh), intent(in) :: self
+        integer, intent(in) :: index
+        integer, intent(in), optional :: first
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int32_t), allocatable :: numbers(:)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_mesh_contour(self%handle, int(index - 1, c_size_t), data, n, error)
+        numbers = numbered(data, n, first)
+        call keep(status, error, failure)
+    end function
+
+    ! For each of these points the border of the edge from it to the next one.
+    function mesh_contour_borders(self, index, first, failure) result(numbers)
+        class(rv_mesh), intent(in) :: self
+        integer, intent(in) :: index
+        integer, intent(in), optional :: first
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int32_t), allocatable :: numbers(:)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_mesh_contour_borders(self%handle, int(index - 1, c_size_t), data, n, error)
+        numbers = numbered(data, n, first)
+        call keep(status, error, failure)
+    end function
+
+    function mesh_border_count(self, failure) result(n)
+        class(rv_mesh), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        integer :: n
+        type(c_ptr) :: error
+        integer(c_size_t) :: count
+        integer(c_int) :: status
+        status = rv_mesh_border_count(self%handle, count, error)
+        n = merge(int(count), 0, status == rv_good)
+        call keep(status, error, failure)
+    end function
+
+    ! By its number, from 1.
+    function mesh_border_name(self, index, failure) result(text)
+        class(rv_mesh), intent(in) :: self
+        integer, intent(in) :: index
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: text
+        type(c_ptr) :: chars, error
+        integer(c_int) :: status
+        status = rv_mesh_border_name(self%handle, int(index - 1, c_size_t), chars, error)
+        text = text_of(chars)
         call keep(status, error, failure)
     end function
 

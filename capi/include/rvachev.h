@@ -44,6 +44,7 @@ typedef struct rv_solid rv_solid;
 typedef struct rv_part rv_part;
 typedef struct rv_mesh rv_mesh;
 typedef struct rv_prisms rv_prisms;
+typedef struct rv_samples rv_samples;
 typedef struct rv_text rv_text;
 
 /* The version of the library, such as "0.1.0". */
@@ -71,10 +72,12 @@ void rv_error_free(rv_error *error);
 
 int rv_options_new(rv_options **options, rv_error **error);
 
-/* Options have the names and values of the command: size ("2%" of the diagonal, or a length), method, angle, tol, grading, size-min,
- * trim, thickness, refine (may be said often), eps, memory (GiB); for triangles feature-angle, min-area, min-length, nodes, close;
- * for healing max-hole; for files groups ("user", "faces", "all"), msh-version; and threads (0: all), force ("true" gives meshes that
- * are not sound), measure ("false" measures only what makes a mesh sound), define ("radius=0.3", may be said often).
+/* Options have the names and values of the command: size ("2%" of the diagonal, or a length), method, sequence (of operators, which
+ * stands for the method that runs it), angle, tol (a length, or "0.1%" of the diagonal), volume (a share), grading, size-min, trim,
+ * thickness, refine and without (a remedy left out; both may be said often), eps, memory (GiB); for triangles feature-angle, min-area,
+ * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for files groups ("user", "faces", "all"),
+ * msh-version; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false" measures only what makes a mesh
+ * sound), define ("radius=0.3", may be said often).
  * Wherever options are asked for NULL stands for none. */
 int rv_options_set(rv_options *options, const char *name, const char *value, rv_error **error);
 
@@ -170,16 +173,36 @@ int rv_part_values(const rv_part *part, size_t count, const double *xyz, double 
 /* Its gradient, which points inwards. Room for 3 * `count` numbers. */
 int rv_part_gradients(const rv_part *part, size_t count, const double *xyz, double *gradients, rv_error **error);
 int rv_part_mesh(const rv_part *part, const rv_options *options, rv_mesh **mesh, rv_error **error);
+/* About how many triangles that mesh will have, within a tenth as a rule: told once lengths of edges are known, and no mesh is made. */
+int rv_expected_triangles(const rv_part *part, const rv_options *options, size_t *count, rv_error **error);
 /* Solids built from edges only. */
 int rv_part_write_step(const rv_part *part, const char *path, rv_error **error);
 /* By extension: step or stp for solids built from edges; vm (a formula file) or 3mf (a level set) for one of R-functions. */
 int rv_part_write(const rv_part *part, const char *path, rv_error **error);
 void rv_part_free(rv_part *part);
 
+/* ------------------------------------------------------------------------------------------------------------- grids */
+
+/* The part's function on a regular grid over its box and the option "margin" around it (a length or a share of the diagonal, 5% unless
+ * said otherwise). The option "cells" is the number of cells along the longest side (64), "step" their width instead; "gradient" is
+ * "true" for gradients too. RV_SHORT where a number is not finite; RV_USAGE for more than the option "memory" allows, before any work. */
+int rv_part_sample(const rv_part *part, const rv_options *options, rv_samples **samples, rv_error **error);
+/* Room for three counts and three numbers: point i j k is at origin + step * (i, j, k). */
+int rv_samples_frame(const rv_samples *samples, size_t *counts, double *origin, double *step, rv_error **error);
+/* Lent, x running fastest, then y, as rv_solid_grid takes them. */
+int rv_samples_values(const rv_samples *samples, const double **values, size_t *count, rv_error **error);
+/* Three numbers of each point; `count` is 0 where gradients were not asked for. */
+int rv_samples_gradients(const rv_samples *samples, const double **xyz, size_t *count, rv_error **error);
+/* By extension: vti; npy for values alone, as float64 of shape nz, ny, nx. */
+int rv_samples_write(const rv_samples *samples, const char *path, const rv_options *options, rv_error **error);
+void rv_samples_free(rv_samples *samples);
+
 /* ------------------------------------------------------------------------------------- meshes from files and triangles */
 
 /* Meshes a part file, a STEP file, or a file of triangles, anew. */
 int rv_mesh_file(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
+/* About how many triangles that mesh will have. */
+int rv_expected_triangles_file(const char *path, const rv_options *options, size_t *count, rv_error **error);
 /* Reads a file of triangles as it is. */
 int rv_mesh_read(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
 
@@ -227,13 +250,22 @@ int rv_mesh_shortfall(const rv_mesh *mesh, size_t index, const char **text, rv_e
 int rv_mesh_warning_count(const rv_mesh *mesh, size_t *count, rv_error **error);
 int rv_mesh_warning(const rv_mesh *mesh, size_t index, const char **text, rv_error **error);
 
+/* The borders of a plane figure, whose mesh is flat in z = 0: closed lines, 0 of them for any other mesh. The nodes of each are lent,
+ * each node once, with the figure on the left: outer lines run counter-clockwise, those of holes clockwise. */
+int rv_mesh_contour_count(const rv_mesh *mesh, size_t *count, rv_error **error);
+int rv_mesh_contour(const rv_mesh *mesh, size_t index, const uint32_t **nodes, size_t *count, rv_error **error);
+/* For each of these nodes the border of the edge from it to the next one, a number for rv_mesh_border_name. */
+int rv_mesh_contour_borders(const rv_mesh *mesh, size_t index, const uint32_t **borders, size_t *count, rv_error **error);
+int rv_mesh_border_count(const rv_mesh *mesh, size_t *count, rv_error **error);
+int rv_mesh_border_name(const rv_mesh *mesh, size_t index, const char **name, rv_error **error);
+
 /* JSON, described in docs/report.md; what was repaired for a healed mesh, "null" for one that was read. */
 int rv_mesh_report(const rv_mesh *mesh, const char **text, rv_error **error);
 /* 1 where the mesh is certified: closed (or meant to be open), a manifold, oriented, free of self-intersections. */
 int rv_mesh_is_sound(const rv_mesh *mesh, int *sound, rv_error **error);
 /* The unit of the part the mesh was made of; NULL where none was said. Files that have a place for it are told. */
 int rv_mesh_units(const rv_mesh *mesh, const char **units, rv_error **error);
-/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf. Formats with named sets get a list of the names
+/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf, svg (plane figures). Formats with named sets get a list of the names
  * beside them, NAME.names.json. What a format cannot hold becomes a warning of the mesh. */
 int rv_mesh_write(const rv_mesh *mesh, const char *path, const rv_options *options, rv_error **error);
 /* Another mesh, with one face made anew on its true surface. Its edges have the option `size`, a length or a share of the mesh's

@@ -202,6 +202,45 @@ private:
     }
 };
 
+// A part's function on a regular grid: part::sample makes it.
+class samples {
+public:
+    // Takes a handle of C.
+    explicit samples(rv_samples *handle) : handle_(handle, rv_samples_free) {
+        detail::run([&](rv_error **e) { return rv_samples_frame(get(), counts.data(), origin.data(), &step, e); });
+    }
+
+    // Points along x, y and z; the first one; the distance of neighbors.
+    std::array<std::size_t, 3> counts{};
+    point origin{};
+    double step = 0;
+
+    // x running fastest, then y.
+    view<double> values() const & {
+        const double *data = nullptr;
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_samples_values(get(), &data, &n, e); });
+        return {data, n};
+    }
+    // Empty where the option "gradient" was not "true".
+    view<point> gradients() const & {
+        const double *data = nullptr;
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_samples_gradients(get(), &data, &n, e); });
+        return {reinterpret_cast<const point *>(data), n};
+    }
+    void values() const && = delete;
+    void gradients() const && = delete;
+    // vti, or npy for values alone.
+    void write(const std::string &path, const options &o = {}) const {
+        detail::run([&](rv_error **e) { return rv_samples_write(get(), path.c_str(), o.get(), e); });
+    }
+    rv_samples *get() const { return handle_.get(); }
+
+private:
+    std::shared_ptr<rv_samples> handle_;
+};
+
 class mesh {
 public:
     // Takes a handle of C.
@@ -244,6 +283,18 @@ public:
     std::vector<std::string> warnings() const { return texts(rv_mesh_warning_count, rv_mesh_warning); }
     // Where it falls short of what was asked; empty where it does not.
     std::vector<std::string> shortfalls() const { return texts(rv_mesh_shortfall_count, rv_mesh_shortfall); }
+    // The borders of a plane figure: closed lines, each node once, with the figure on the left; none for any other mesh.
+    std::size_t contour_count() const {
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_mesh_contour_count(get(), &n, e); });
+        return n;
+    }
+    view<std::uint32_t> contour(std::size_t index) const & { return numbered(rv_mesh_contour, index); }
+    // For each of its nodes the border of the edge from it to the next one, an index into border_names().
+    view<std::uint32_t> contour_borders(std::size_t index) const & { return numbered(rv_mesh_contour_borders, index); }
+    void contour(std::size_t) const && = delete;
+    void contour_borders(std::size_t) const && = delete;
+    std::vector<std::string> border_names() const { return texts(rv_mesh_border_count, rv_mesh_border_name); }
     // JSON.
     std::string report() const {
         return detail::made<const char>([&](const char **out, rv_error **e) { return rv_mesh_report(get(), out, e); });
@@ -292,6 +343,13 @@ private:
         std::size_t n = 0;
         detail::run([&](rv_error **e) { return ask(get(), &data, &n, e); });
         return {reinterpret_cast<const T *>(data), n};
+    }
+    view<std::uint32_t> numbered(int (*ask)(const rv_mesh *, std::size_t, const std::uint32_t **, std::size_t *, rv_error **),
+                                 std::size_t index) const {
+        const std::uint32_t *data = nullptr;
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return ask(get(), index, &data, &n, e); });
+        return {data, n};
     }
     view<std::uint32_t> named(int (*ask)(const rv_mesh *, const char *, const std::uint32_t **, std::size_t *, rv_error **),
                               const std::string &name) const {
@@ -478,6 +536,16 @@ public:
     rvachev::mesh mesh(const options &o = {}) const {
         return rvachev::mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_part_mesh(get(), o.get(), m, e); }));
     }
+    // About how many triangles that mesh will have.
+    std::size_t expected_triangles(const options &o = {}) const {
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_expected_triangles(get(), o.get(), &n, e); });
+        return n;
+    }
+    // The function on a regular grid: options cells or step, margin, gradient.
+    samples sample(const options &o = {}) const {
+        return samples(detail::made<rv_samples>([&](rv_samples **s, rv_error **e) { return rv_part_sample(get(), o.get(), s, e); }));
+    }
     // step, stp, vm or 3mf.
     void write(const std::string &path) const {
         detail::run([&](rv_error **e) { return rv_part_write(get(), path.c_str(), e); });
@@ -505,6 +573,12 @@ struct surface {
     }
 };
 
+// About how many triangles the mesh of a file will have.
+inline std::size_t expected_triangles(const std::string &path, const options &o = {}) {
+    std::size_t n = 0;
+    detail::run([&](rv_error **e) { return rv_expected_triangles_file(path.c_str(), o.get(), &n, e); });
+    return n;
+}
 inline mesh remesh(const surface &s, const options &o = {}) {
     const rv_surface raw = s.get();
     return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_remesh(&raw, o.get(), m, e); }));

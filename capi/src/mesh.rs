@@ -7,7 +7,7 @@ use std::ptr::null;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use rvachev::implicit::part::glob;
-use rvachev::io::{self, Format, Names, Renamed, WriteOptions, Written};
+use rvachev::io::{self, Format, Names, Outline, Renamed, WriteOptions, Written};
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::pipeline::{Healed, Meshed};
 use rvachev::quality::{Expectation, check};
@@ -43,6 +43,8 @@ pub struct RvMesh {
     pub units: Option<CString>,
     faces: Vec<CString>,
     groups: Vec<CString>,
+    /// Names of the borders of a plane figure.
+    pub borders: Vec<CString>,
     shortfalls: Vec<CString>,
     /// Warnings; writing files adds to them.
     warnings: Mutex<Vec<CString>>,
@@ -73,6 +75,7 @@ impl RvMesh {
             units,
             faces: Vec::new(),
             groups: Vec::new(),
+            borders: Vec::new(),
             shortfalls,
             warnings: Mutex::new(warnings),
             chosen: Mutex::default(),
@@ -81,6 +84,7 @@ impl RvMesh {
             report: OnceLock::new(),
         };
         made.faces = c_strings(&made.mesh().faces);
+        made.borders = made.outline().map_or_else(Vec::new, |o| c_strings(&o.names));
         made.groups = made.mesh().groups.iter().map(|g| c_string(&g.name)).collect();
         made
     }
@@ -98,6 +102,14 @@ impl RvMesh {
         match &self.source {
             Source::Made(m) => (&m.seams, &m.corners),
             _ => (&[], &[]),
+        }
+    }
+
+    /// The borders, of a plane figure.
+    pub fn outline(&self) -> Option<&Outline> {
+        match &self.source {
+            Source::Made(m) => m.outline.as_ref(),
+            Source::Healed(_) | Source::Read(_) => None,
         }
     }
 
@@ -506,6 +518,7 @@ pub extern "C" fn rv_mesh_write(
             old_msh: asked.old_msh,
             seams: seams.to_vec(),
             corners: corners.to_vec(),
+            outline: m.outline().cloned(),
             unit: m.units.as_ref().map(|u| u.to_string_lossy().into_owned()),
             ..WriteOptions::default()
         };

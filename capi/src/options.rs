@@ -4,22 +4,26 @@ use std::ffi::c_int;
 use std::str::FromStr;
 use std::sync::{Mutex, PoisonError};
 
+use rvachev::Error;
 use rvachev::io::Grouping;
-use rvachev::pipeline::{HealOptions, MeshOptions, SizeRequest, SoupOptions};
+use rvachev::pipeline::{GridOptions, GridSpacing, HealOptions, MeshOptions, Method, Part, SizeRequest, SoupOptions};
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, release, slot, usage};
 use crate::pass::{Chars, Out};
 use crate::work::RvRun;
 
 /// All options there are.
-const NAMES: [&str; 23] = [
+const NAMES: [&str; 30] = [
     "size",
     "method",
+    "sequence",
     "angle",
     "tol",
+    "volume",
     "grading",
     "size-min",
     "trim",
+    "without",
     "thickness",
     "refine",
     "eps",
@@ -31,6 +35,10 @@ const NAMES: [&str; 23] = [
     "nodes",
     "close",
     "max-hole",
+    "cells",
+    "step",
+    "margin",
+    "gradient",
     "groups",
     "msh-version",
     "threads",
@@ -50,6 +58,10 @@ pub struct Asked {
     pub soup: SoupOptions,
     /// Of healing.
     pub heal: HealOptions,
+    /// Of grids; the memory is that of meshing.
+    grid: GridOptions,
+    /// Whether the method was said, and does not follow from a sequence.
+    method_said: bool,
     /// Threads; 0 for as many as there are cores.
     pub threads: usize,
     /// A mesh that is not sound is given all the same.
@@ -70,6 +82,8 @@ impl Default for Asked {
             mesh: MeshOptions { timed: true, ..MeshOptions::default() },
             soup: SoupOptions::default(),
             heal: HealOptions::default(),
+            grid: GridOptions::default(),
+            method_said: false,
             threads: 0,
             force: false,
             define: Vec::new(),
@@ -98,6 +112,16 @@ fn positive(v: &str, name: &str) -> Result<f64, Failure> {
     if x > 0.0 && x.is_finite() { Ok(x) } else { Err(usage(format!("{name} must be a positive number, not {v:?}"))) }
 }
 
+fn share(v: &str, name: &str) -> Result<f64, Failure> {
+    let x = positive(v, name)?;
+    if x < 1.0 { Ok(x) } else { Err(usage(format!("{name} must be below 1, not {v:?}"))) }
+}
+
+/// A length or a share, which may be 0.
+fn width(v: &str) -> Result<SizeRequest, Failure> {
+    Ok(if v.trim() == "0" { SizeRequest::Length(0.0) } else { v.parse()? })
+}
+
 fn not_negative(v: &str, name: &str) -> Result<f64, Failure> {
     let x: f64 = number(v, name, "a number")?;
     if x >= 0.0 && x.is_finite() { Ok(x) } else { Err(usage(format!("{name} must not be negative, not {v:?}"))) }
@@ -112,6 +136,30 @@ fn switch(v: &str, name: &str) -> Result<bool, Failure> {
 }
 
 impl Asked {
+    /// The options of meshing for a part, whose own sequence asks for the method that runs it where no other was said.
+    pub fn for_part(&self, part: &Part) -> MeshOptions {
+        let mut how = self.mesh.clone();
+        if part.mesh.sequence.is_some() && !self.method_said {
+            how.method = Method::Operators;
+        }
+        how
+    }
+
+    /// The options of meshing for what is no solid of R-functions.
+    ///
+    /// Errors: usage, for a sequence.
+    pub fn for_boundary(&self) -> rvachev::Result<&MeshOptions> {
+        match self.mesh.sequence {
+            Some(_) => Err(Error::Usage("sequence is for solids of R-functions".into())),
+            None => Ok(&self.mesh),
+        }
+    }
+
+    /// The options of grids.
+    pub fn for_grid(&self) -> GridOptions {
+        GridOptions { memory: self.mesh.memory, ..self.grid }
+    }
+
     fn set(&mut self, name: &str, v: &str) -> Result<(), Failure> {
         let known = name.replace('_', "-");
         let known = known.trim_start_matches('-');
@@ -119,19 +167,28 @@ impl Asked {
         let m = &mut self.mesh;
         match known {
             "size" => m.size = Some(v.parse()?),
-            "method" => m.method = v.trim().parse()?,
+            "method" => (m.method, self.method_said) = (v.trim().parse()?, true),
+            "sequence" => {
+                m.sequence = Some(v.parse().map_err(|e: Error| usage(format!("sequence: {e}")))?);
+                if !self.method_said {
+                    m.method = Method::Operators;
+                }
+            }
             "angle" => m.angle = Some(positive(v, known)?),
-            "tol" => m.tolerance = Some(positive(v, known)?),
+            "tol" => {
+                (m.tolerance, m.tolerance_share) = match v.parse()? {
+                    SizeRequest::Length(l) => (Some(l), None),
+                    SizeRequest::Share(s) => (None, Some(s)),
+                }
+            }
+            "volume" => m.volume = Some(share(v, known)?),
             "grading" => m.grading = Some(positive(v, known)?),
             "size-min" => m.least = Some(positive(v, known)?),
-            "trim" => m.trim = Some(if v.trim() == "0" { SizeRequest::Length(0.0) } else { v.parse()? }),
+            "trim" => m.trim = Some(width(v)?),
+            "without" => m.without.push(v.parse().map_err(|e: Error| usage(e.to_string()))?),
             "thickness" => m.thickness = Some(positive(v, known)?),
             "refine" => m.refinements.push(v.parse()?),
-            "eps" => {
-                m.root_tolerance = Some(positive(v, known)?)
-                    .filter(|x| *x < 1.0)
-                    .ok_or_else(|| usage(format!("eps must be below 1, not {v:?}")))?;
-            }
+            "eps" => m.root_tolerance = share(v, known)?,
             "memory" => m.memory = (positive(v, known)? * (1u64 << 30) as f64) as u64,
             "measure" => m.measure = switch(v, known)?,
             "feature-angle" => self.soup.feature_angle = positive(v, known)?,
@@ -140,6 +197,13 @@ impl Asked {
             "nodes" => self.soup.nodes = Some(number(v, known, whole)?),
             "close" => self.soup.close = switch(v, known)?,
             "max-hole" => self.heal.max_hole = Some(number(v, known, whole)?),
+            "cells" => {
+                let n = Some(number(v, known, whole)?).filter(|n| *n > 0);
+                self.grid.spacing = GridSpacing::Cells(n.ok_or_else(|| usage("cells must be at least 1"))?);
+            }
+            "step" => self.grid.spacing = GridSpacing::Step(positive(v, known)?),
+            "margin" => self.grid.margin = width(v)?,
+            "gradient" => self.grid.gradients = switch(v, known)?,
             "groups" => self.groups = v.trim().parse().map_err(usage)?,
             "msh-version" => {
                 self.old_msh = match v.trim() {

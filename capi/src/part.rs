@@ -1,18 +1,19 @@
 //! Parts: a solid with everything needed to mesh it, what is asked of it, and files meshed as they are.
 
 use std::ffi::{CStr, c_char, c_int};
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rvachev::implicit::part::{Part, PartGroup, parse};
 use rvachev::implicit::{Implicit, Sampling, evaluate};
 use rvachev::io::write_atomic;
-use rvachev::pipeline;
+use rvachev::pipeline::{self, Meshed};
 use rvachev::spatial::Aabb;
 use rvachev::{DVec3, Error, Place, Run};
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot, usage};
 use crate::mesh::{RvMesh, Source, give};
-use crate::options::{RvOptions, asked};
+use crate::options::{Asked, RvOptions, asked};
 use crate::pass::{Chars, Items, Out, Room};
 use crate::solid::{Kind, RvSolid};
 use crate::text::{RvText, json, quoted, read_within, text};
@@ -228,6 +229,61 @@ pub extern "C" fn rv_part_info(part: Option<&RvPart>, info: Out<'_, *mut RvText>
     })
 }
 
+/// The mesh of a part.
+fn mesh_asked(part: &Part, asked: &Asked, run: &Run) -> rvachev::Result<Meshed> {
+    pipeline::mesh_part(part, &asked.for_part(part), run)
+}
+
+/// The mesh of a file of any kind.
+fn mesh_of_file(path: &Path, asked: &Asked, run: &Run) -> rvachev::Result<Meshed> {
+    let made = if pipeline::is_step(path) {
+        let how = asked.for_boundary()?;
+        pipeline::load_step(path, run).and_then(|m| pipeline::mesh_step(m, how, run))
+    } else if pipeline::is_mesh(path) {
+        let how = asked.for_boundary()?;
+        pipeline::load_mesh(path, run).and_then(|m| pipeline::mesh_soup(&m, how, &asked.soup, run))
+    } else {
+        pipeline::load_part(path, &asked.define).and_then(|p| mesh_asked(&p, asked, run))
+    };
+    made.map_err(|e| e.in_file(path))
+}
+
+/// About how many triangles the mesh of a part will have.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_expected_triangles(
+    part: Option<&RvPart>,
+    options: Option<&RvOptions>,
+    count: Out<'_, usize>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(count, 0, "count")?;
+        let (part, asked) = (given(part, "part")?.part(), asked(options));
+        out.write(work(asked.run.as_ref(), asked.threads, |run| {
+            Ok(pipeline::expected_triangles(run, |run| mesh_asked(&part, &asked, run))?)
+        })?);
+        Ok(GOOD)
+    })
+}
+
+/// About how many triangles the mesh of a file will have.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_expected_triangles_file(
+    path: Chars,
+    options: Option<&RvOptions>,
+    count: Out<'_, usize>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(count, 0, "count")?;
+        let (path, asked) = (path.path("path")?, asked(options));
+        out.write(work(asked.run.as_ref(), asked.threads, |run| {
+            Ok(pipeline::expected_triangles(run, |run| mesh_of_file(&path, &asked, run))?)
+        })?);
+        Ok(GOOD)
+    })
+}
+
 /// Meshes a part.
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_part_mesh(
@@ -239,7 +295,7 @@ pub extern "C" fn rv_part_mesh(
     entry(error, || {
         let out = slot(mesh, std::ptr::null_mut(), "mesh")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
-        let made = work(asked.run.as_ref(), asked.threads, |run| Ok(pipeline::mesh_part(&part, &asked.mesh, run)?))?;
+        let made = work(asked.run.as_ref(), asked.threads, |run| Ok(mesh_asked(&part, &asked, run)?))?;
         give(Source::Made(Box::new(made)), &asked, Some(out))
     })
 }
@@ -255,16 +311,7 @@ pub extern "C" fn rv_mesh_file(
     entry(error, || {
         let out = slot(mesh, std::ptr::null_mut(), "mesh")?;
         let (path, asked) = (path.path("path")?, asked(options));
-        let made = work(asked.run.as_ref(), asked.threads, |run| {
-            let made = if pipeline::is_step(&path) {
-                pipeline::load_step(&path, run).and_then(|m| pipeline::mesh_step(m, &asked.mesh, run))
-            } else if pipeline::is_mesh(&path) {
-                pipeline::load_mesh(&path, run).and_then(|m| pipeline::mesh_soup(&m, &asked.mesh, &asked.soup, run))
-            } else {
-                pipeline::load_part(&path, &asked.define).and_then(|p| pipeline::mesh_part(&p, &asked.mesh, run))
-            };
-            made.map_err(|e| e.in_file(&path).into())
-        })?;
+        let made = work(asked.run.as_ref(), asked.threads, |run| Ok(mesh_of_file(&path, &asked, run)?))?;
         give(Source::Made(Box::new(made)), &asked, Some(out))
     })
 }
