@@ -9,6 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use rvachev::implicit::part::parse;
+use rvachev::pipeline::{build, save_step};
+use serde_json::{Value, json};
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -323,6 +327,66 @@ fn triangles_are_told_before_and_functions_sampled() {
     let text = said(Command::new(FORTRAN.program("sampled_fortran", &sources)).arg(&step));
     lattice(&text);
     assert!(text.contains(" inwards T\nrefused 2\n") && text.contains("none 0\n"), "{text}");
+}
+
+/// A cube with two bores that cross, and its volume, by Steinmetz.
+const CUBE: &str = "part(box(size=(2, 2, 2)).name('body') - cylinder(0.4, axis='x') - cylinder(0.4, axis='z'))\n";
+
+/// The status and the JSON on the line that starts with a word.
+fn told(text: &str, word: &str) -> (u8, Value) {
+    let line = text.lines().find_map(|l| l.strip_prefix(word)).unwrap_or_else(|| panic!("no {word:?} in\n{text}"));
+    let (status, json) = line.trim_start().split_once(' ').unwrap();
+    (status.parse().unwrap(), serde_json::from_str(json).unwrap_or_else(|e| panic!("{word}: {e} in {json}")))
+}
+
+#[test]
+fn models_are_told_of_and_bricks_made() {
+    let bored = 8.0 - 4.0 * PI * 0.16 + 16.0 / 3.0 * 0.064;
+    let ball = root().join("data/step/sphere.step");
+    let run = rvachev::Run::new();
+    let of = |program: PathBuf| {
+        let folder = program.parent().unwrap().to_path_buf();
+        let _ = fs::remove_dir_all(folder.join("plan"));
+        let [bar, cube] = ["bar.step", "cube.py"].map(|n| folder.join(n));
+        fs::write(&cube, CUBE).unwrap();
+        let text = "part(extrude_edges([polyline([(0, 0), (4, 0), (4, 2), (0, 2)], closed=True)], 'z', 6).name('bar'))";
+        let brep = build(&parse(text, &[]).unwrap(), &run).unwrap().unwrap();
+        save_step(&bar, &brep, Some("mm")).unwrap();
+        // The first face is taken out of its shell.
+        let text = fs::read_to_string(&bar).unwrap();
+        let list = text.find("CLOSED_SHELL(").unwrap();
+        let list = list + text[list..].find("(#").unwrap() + 1;
+        let comma = list + text[list..].find(',').unwrap();
+        fs::write(&bar, format!("{}{}", &text[..list], &text[comma + 1..])).unwrap();
+        let text = said(Command::new(&program).args([&ball, &bar, &cube, &folder]));
+
+        let (status, check) = told(&text, "bar_check");
+        assert_eq!((status, &check["sound"], &check["bodies"][0]["open_edges"]), (1, &json!(false), &json!(4)));
+        assert!(check["faults"].as_array().unwrap().iter().all(|f| f["kind"] == "open_edge"), "{check}");
+        let (status, info) = told(&text, "ball_info");
+        assert_eq!((status, &info["units"], &info["sewn"]), (0, &json!("mm"), &json!(true)));
+        assert!(near(info["bodies"][0]["volume"].as_f64().unwrap(), 32.0 / 3.0 * PI, 1e-5), "{info}");
+        assert!(near(info["area"].as_f64().unwrap(), 16.0 * PI, 1e-5), "{info}");
+        let (_, compared) = told(&text, "compared");
+        let rows = compared["rows"].as_array().unwrap();
+        let leaf = rows.iter().rfind(|r| r["method"] == "leaf").unwrap();
+        assert!(near(leaf["check"]["volume"].as_f64().unwrap(), bored, 5e-3), "{leaf}");
+        assert!(rows.len() > 4 && rows[0]["method"] == "mc", "{compared}");
+
+        assert!(number(&text, "bricks", "made") >= 2.0 && number(&text, "bricks", "again") == 0.0, "{text}");
+        let (status, report) = told(&text, "merged");
+        assert_eq!((status, &report["shortfalls"]), (0, &json!([])));
+        assert!(near(report["check"]["volume"].as_f64().unwrap(), bored, 1e-3), "{report}");
+        let read = rvachev::io::read(&folder.join("cube.stl"), &run).unwrap();
+        assert_eq!(json!(read.triangles.len()), report["check"]["triangles"]);
+        text
+    };
+    let text = of(C.program("models_c", &["tests/capi/models.c"]));
+    let (status, check) = told(&text, "ball_check");
+    assert_eq!((status, &check["sound"], &check["faults"]), (0, &json!(true), &json!([])));
+    assert_eq!(told(&text, "bar_info").1["sewn"], json!(false));
+    of(CPP.program("models_cpp", &["tests/capi/models.cpp"]));
+    of(FORTRAN.program("models_fortran", &["capi/fortran/rvachev.f90", "tests/capi/models.f90"]));
 }
 
 #[test]

@@ -32,6 +32,13 @@ module rvachev_c
         integer(c_size_t) :: layers = 0
     end type
 
+    ! rv_share of rvachev.h.
+    type, bind(c) :: c_share
+        integer(c_int32_t) :: number = 1
+        integer(c_int32_t) :: of = 1
+        integer(c_int32_t) :: round = 0
+    end type
+
     ! rv_surface of rvachev.h; points of triangles are from 0 there.
     type, bind(c) :: c_surface
         type(c_ptr) :: points = c_null_ptr
@@ -818,6 +825,57 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_step_check(path, options, report, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_step_info(path, options, info, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: info
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_compare(part, options, report, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: part
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_bricks_plan(path, counts, options, folder, error) bind(c) result(status)
+            import :: c_char, c_int, c_int32_t, c_ptr
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int32_t), intent(in) :: counts(*)
+            type(c_ptr), value :: options
+            character(kind=c_char), intent(in) :: folder(*)
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_bricks_make(folder, share, options, made, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr, c_share, c_size_t
+            character(kind=c_char), intent(in) :: folder(*)
+            type(c_share), intent(in), optional :: share
+            type(c_ptr), value :: options
+            integer(c_size_t), intent(out) :: made
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_bricks_merge(folder, path, options, report, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            character(kind=c_char), intent(in) :: folder(*)
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         function rv_text_chars(text, chars, error) bind(c) result(status)
             import :: c_int, c_ptr
             type(c_ptr), value :: text
@@ -841,6 +899,7 @@ module rvachev
     public :: rv_good, rv_short, rv_usage, rv_input, rv_failed, rv_stopped, rv_cancelled
     public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_prisms, rv_samples, rv_shape
     public :: rv_mesh_of_file, rv_mesh_of_triangles, rv_healed, rv_read_triangles, rv_checked, rv_expected_of_file
+    public :: rv_step_checked, rv_step_told, rv_planned, rv_made, rv_merged
 
     ! What a call came to: a status of rvachev.h, and what is known of it (empty and 0 where nothing is).
     type :: rv_failure
@@ -905,6 +964,7 @@ module rvachev
         procedure :: mesh => part_mesh
         procedure :: expected_triangles => part_expected_triangles
         procedure :: sample => part_sample
+        procedure :: compare => part_compare
         procedure :: write => part_write
         procedure :: write_step => part_write_step
         procedure :: free => part_free
@@ -1603,6 +1663,88 @@ contains
         status = rv_expected_triangles_file(trim(path)//c_null_char, handle_of(options), n, error)
         call keep(status, error, failure)
     end function
+
+    ! Every stage of every method measured on it, as JSON.
+    function part_compare(self, options, failure) result(report)
+        class(rv_part), intent(in) :: self
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: report
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_compare(self%handle, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end function
+
+    ! What is wrong with the model of a STEP file, as JSON; a status of rv_short where anything is.
+    subroutine rv_step_checked(report, path, options, failure)
+        character(:), allocatable, intent(out) :: report
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_step_check(trim(path)//c_null_char, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! What is in the model of a STEP file, as JSON; a status of rv_short where something was not understood.
+    subroutine rv_step_told(info, path, options, failure)
+        character(:), allocatable, intent(out) :: info
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_step_info(trim(path)//c_null_char, handle_of(options), text, error)
+        info = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! A plan of bricks for a part file, in a folder.
+    subroutine rv_planned(folder, path, counts, options, failure)
+        character(*), intent(in) :: folder, path
+        integer, intent(in) :: counts(3)
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_bricks_plan(trim(path)//c_null_char, int(counts, c_int32_t), &
+            handle_of(options), trim(folder)//c_null_char, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Makes the bricks of a plan, or those of share(1) of share(2) in round share(3); how many pieces were made.
+    function rv_made(folder, share, options, failure) result(n)
+        character(*), intent(in) :: folder
+        integer, intent(in), optional :: share(3)
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_size_t) :: n
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        if (present(share)) then
+            status = rv_bricks_make(trim(folder)//c_null_char, c_share(share(1), share(2), share(3)), handle_of(options), n, error)
+        else
+            status = rv_bricks_make(trim(folder)//c_null_char, options=handle_of(options), made=n, error=error)
+        end if
+        call keep(status, error, failure)
+    end function
+
+    ! Writes the mesh of all bricks to a file, and tells its report as JSON.
+    subroutine rv_merged(report, folder, path, options, failure)
+        character(:), allocatable, intent(out) :: report
+        character(*), intent(in) :: folder, path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_bricks_merge(trim(folder)//c_null_char, trim(path)//c_null_char, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
 
     ! The function on a regular grid: options cells or step, margin, gradient.
     subroutine part_sample(self, samples, options, failure)

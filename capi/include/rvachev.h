@@ -203,6 +203,13 @@ void rv_samples_free(rv_samples *samples);
 int rv_mesh_file(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
 /* About how many triangles that mesh will have. */
 int rv_expected_triangles_file(const char *path, const rv_options *options, size_t *count, rv_error **error);
+/* What is wrong with the model of a STEP file, as JSON of `rvachev check --json`; RV_SHORT where anything is. */
+int rv_step_check(const char *path, const rv_options *options, rv_text **report, rv_error **error);
+/* What is in it, as JSON of `rvachev info --json`: bodies with volumes, faces with areas, a box. Lengths are in millimeters. RV_SHORT where
+ * something was not understood or had to be put right, which the notes tell. */
+int rv_step_info(const char *path, const rv_options *options, rv_text **info, rv_error **error);
+/* Every stage of every method measured on a part, as JSON of `rvachev compare --json`. The option tol is a length here. */
+int rv_compare(const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
 /* Reads a file of triangles as it is. */
 int rv_mesh_read(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
 
@@ -305,6 +312,27 @@ int rv_prisms_volume(const rv_prisms *prisms, double *volume, rv_error **error);
 /* By extension: vtu, msh, inp, with sides by name. Of the options msh-version is heeded. */
 int rv_prisms_write(const rv_prisms *prisms, const char *path, const rv_options *options, rv_error **error);
 void rv_prisms_free(rv_prisms *prisms);
+
+/* ------------------------------------------------------------------------------------------------------------ bricks */
+
+/* Meshes that memory does not hold while they are made: a plan in a folder, bricks made by any number of processes that see this
+ * folder, and one that merges them. Every part of it is what `rvachev plan`, `brick` and `merge` do, and goes together with them. */
+
+/* A plan of bricks for a part file; counts[3] bricks along x, y and z, fewer where they would be narrower than 24 edges. */
+int rv_bricks_plan(const char *path, const uint32_t *counts, const rv_options *options, const char *folder, rv_error **error);
+
+/* The bricks that one of several processes makes, of one round. */
+typedef struct rv_share {
+    uint32_t number; /* from 1 to `of` */
+    uint32_t of;
+    uint32_t round; /* 1 to 3; each needs all shares of the one before */
+} rv_share;
+
+/* Makes the bricks of a share that are not there; all of all rounds where it is NULL. `made` is how many pieces were made. */
+int rv_bricks_make(const char *folder, const rv_share *share, const rv_options *options, size_t *made, rv_error **error);
+/* Writes the mesh of all bricks to a file, and gives its report as JSON (docs/report.md). RV_SHORT where it falls short; RV_INPUT where
+ * pieces are missing or damaged; RV_FAILED for a mesh that is not sound, without the option force. */
+int rv_bricks_merge(const char *folder, const char *path, const rv_options *options, rv_text **report, rv_error **error);
 
 int rv_text_chars(const rv_text *text, const char **chars, rv_error **error);
 void rv_text_free(rv_text *text);

@@ -579,6 +579,46 @@ inline std::size_t expected_triangles(const std::string &path, const options &o 
     detail::run([&](rv_error **e) { return rv_expected_triangles_file(path.c_str(), o.get(), &n, e); });
     return n;
 }
+// A text, and whether what it tells of falls short: the status was RV_SHORT.
+struct told {
+    std::string text;
+    bool is_short;
+};
+namespace detail {
+template <class Call> told tell(Call call) {
+    rv_text *out = nullptr;
+    const int status = run([&](rv_error **e) { return call(&out, e); });
+    return {taken(out), status == RV_SHORT};
+}
+} // namespace detail
+
+// What is wrong with the model of a STEP file, as JSON.
+inline told step_check(const std::string &path, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_step_check(path.c_str(), o.get(), t, e); });
+}
+// What is in it, as JSON.
+inline told step_info(const std::string &path, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_step_info(path.c_str(), o.get(), t, e); });
+}
+// Every stage of every method measured on a part, as JSON.
+inline std::string compare(const part &p, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_compare(p.get(), o.get(), t, e); }).text;
+}
+
+// A plan of bricks for a part file, in a folder.
+inline void bricks_plan(const std::string &path, const std::array<std::uint32_t, 3> &counts, const std::string &folder, const options &o = {}) {
+    detail::run([&](rv_error **e) { return rv_bricks_plan(path.c_str(), counts.data(), o.get(), folder.c_str(), e); });
+}
+// Makes the bricks of a share, or all of them; how many pieces were made.
+inline std::size_t bricks_make(const std::string &folder, const std::optional<rv_share> &share = std::nullopt, const options &o = {}) {
+    std::size_t made = 0;
+    detail::run([&](rv_error **e) { return rv_bricks_make(folder.c_str(), share ? &*share : nullptr, o.get(), &made, e); });
+    return made;
+}
+// Writes the mesh of all bricks to a file; the report as JSON.
+inline told bricks_merge(const std::string &folder, const std::string &path, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_bricks_merge(folder.c_str(), path.c_str(), o.get(), t, e); });
+}
 inline mesh remesh(const surface &s, const options &o = {}) {
     const rv_surface raw = s.get();
     return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_remesh(&raw, o.get(), m, e); }));

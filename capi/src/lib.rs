@@ -3,11 +3,13 @@
 //! Arguments are typed so that a pointer that may be NULL is an `Option`; what is left to trust is that pointers point to what
 //! the header says, and that handles are freed once.
 
+mod bricks;
 mod check;
 mod errors;
 mod field;
 mod grid;
 mod mesh;
+mod model;
 mod options;
 mod outline;
 mod page;

@@ -175,19 +175,26 @@ impl RvMesh {
     }
 }
 
+/// Whether a mesh is sound, as far as it was looked at.
+///
+/// Errors: it is not, and not wanted all the same.
+pub fn sound(made: &Meshed, force: bool) -> Result<bool, Failure> {
+    let unsound = made.report.check.as_ref().map(|c| &c.certificate).filter(|c| !c.is_sound());
+    if let (Some(c), false) = (unsound, force) {
+        let what = format!("the mesh is not sound ({c}); the option force=true gives it all the same");
+        return Err(Error::Failed(what).into());
+    }
+    Ok(unsound.is_none())
+}
+
 /// Gives a mesh to the caller: good, or short where it falls short.
 ///
 /// Errors: it is not sound, and not wanted all the same.
 pub fn give(source: Source, asked: &Asked, out: Out<'_, *mut RvMesh>) -> Result<c_int, Failure> {
-    let mut short = false;
-    if let Source::Made(m) = &source {
-        let unsound = m.report.check.as_ref().map(|c| &c.certificate).filter(|c| !c.is_sound());
-        if let (Some(c), false) = (unsound, asked.force) {
-            let what = format!("the mesh is not sound ({c}); the option force=true gives it all the same");
-            return Err(Error::Failed(what).into());
-        }
-        short = unsound.is_some();
-    }
+    let short = match &source {
+        Source::Made(m) => !sound(m, asked.force)?,
+        Source::Healed(_) | Source::Read(_) => false,
+    };
     let mesh = RvMesh::new(source);
     let status = if short || !mesh.shortfalls.is_empty() { SHORT } else { GOOD };
     slot(out, std::ptr::null_mut(), "mesh")?.write(Box::into_raw(Box::new(mesh)));
@@ -195,7 +202,7 @@ pub fn give(source: Source, asked: &Asked, out: Out<'_, *mut RvMesh>) -> Result<
 }
 
 /// Writes a file and its list of names.
-fn write_file(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> rvachev::Result<Written> {
+pub fn write_file(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> rvachev::Result<Written> {
     io::check_writable(path)?;
     let mut written = io::write(path, mesh, options, run)?;
     if Format::from_path(path)?.has_sets() {

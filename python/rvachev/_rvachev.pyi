@@ -17,6 +17,8 @@ Path = str | PathLike[str]
 class Event(Protocol):
     def is_set(self) -> bool: ...
 
+Remedy = Literal["halving", "least-length", "plane", "inset", "trim"]
+
 class Run(TypedDict, total=False):
     progress: bool | Callable[[str, float], object] | None
     cancel: Event | None
@@ -24,11 +26,14 @@ class Run(TypedDict, total=False):
 
 class Options(Run, total=False):
     method: Literal["leaf", "operators", "paper", "cut", "mc"]
+    sequence: str
     angle: float
-    tol: float
+    tol: Size
+    volume: float
     grading: float
     size_min: float
     trim: Size
+    without: Remedy | list[Remedy]
     thickness: float
     refine: str | list[str]
     eps: float

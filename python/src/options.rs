@@ -3,20 +3,24 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use rvachev::pipeline::{HealOptions, MeshOptions, SizeRequest, SoupOptions};
+use rvachev::Error;
+use rvachev::pipeline::{HealOptions, MeshOptions, Method, Part, SizeRequest, SoupOptions};
 
 use crate::errors::{input, raise};
 use crate::work::Listeners;
 
 /// All options there are.
-const NAMES: [&str; 23] = [
+const NAMES: [&str; 26] = [
     "size",
     "method",
+    "sequence",
     "angle",
     "tol",
+    "volume",
     "grading",
     "size_min",
     "trim",
+    "without",
     "thickness",
     "refine",
     "eps",
@@ -44,6 +48,8 @@ pub struct Options {
     pub soup: SoupOptions,
     /// Of healing.
     pub heal: HealOptions,
+    /// Whether the method was said, and does not follow from a sequence.
+    method_said: bool,
     /// Of the run.
     pub listeners: Listeners,
     /// A mesh that is not sound is given all the same.
@@ -54,10 +60,25 @@ pub struct Options {
 
 /// A length, or a share such as "2%".
 pub fn size(v: &Bound<'_, PyAny>) -> PyResult<SizeRequest> {
+    length(v, "size")
+}
+
+fn length(v: &Bound<'_, PyAny>, name: &str) -> PyResult<SizeRequest> {
     if let Ok(s) = v.cast::<PyString>() {
         return s.to_str()?.parse().map_err(|e| raise(v.py(), &e));
     }
-    Ok(SizeRequest::Length(positive(v, "size")?))
+    Ok(SizeRequest::Length(positive(v, name)?))
+}
+
+/// A share below 1.
+fn share(v: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    let x = positive(v, name)?;
+    if x < 1.0 { Ok(x) } else { Err(raise(v.py(), &input(format!("{name} must be below 1, not {x}"), ""))) }
+}
+
+/// One text, or a list of them.
+fn texts(v: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    if v.is_instance_of::<PyString>() { Ok(vec![v.extract()?]) } else { v.extract() }
 }
 
 /// A positive number.
@@ -86,7 +107,29 @@ impl Options {
                 out.set(&name, &v)?;
             }
         }
+        if out.mesh.sequence.is_some() && !out.method_said {
+            out.mesh.method = Method::Operators;
+        }
         Ok(out)
+    }
+
+    /// The options of meshing for a part, whose own sequence asks for the method that runs it where no other was said.
+    pub fn for_part(&self, part: &Part) -> MeshOptions {
+        let mut how = self.mesh.clone();
+        if part.mesh.sequence.is_some() && !self.method_said {
+            how.method = Method::Operators;
+        }
+        how
+    }
+
+    /// The options of meshing for what is no solid of R-functions.
+    ///
+    /// Errors: usage, for a sequence.
+    pub fn for_boundary(&self) -> rvachev::Result<&MeshOptions> {
+        match self.mesh.sequence {
+            Some(_) => Err(Error::Usage("sequence is for solids of R-functions".into())),
+            None => Ok(&self.mesh),
+        }
     }
 
     fn set(&mut self, name: &str, v: &Bound<'_, PyAny>) -> PyResult<()> {
@@ -94,19 +137,32 @@ impl Options {
         let m = &mut self.mesh;
         match name {
             "size" => m.size = Some(size(v)?),
-            "method" => m.method = v.extract::<String>()?.parse().map_err(|e| raise(py, &e))?,
+            "method" => {
+                m.method = v.extract::<String>()?.parse().map_err(|e| raise(py, &e))?;
+                self.method_said = true;
+            }
+            "sequence" => m.sequence = Some(v.extract::<String>()?.parse().map_err(|e| raise(py, &e))?),
             "angle" => m.angle = Some(positive(v, name)?),
-            "tol" => m.tolerance = Some(positive(v, name)?),
+            "tol" => {
+                (m.tolerance, m.tolerance_share) = match length(v, name)? {
+                    SizeRequest::Length(l) => (Some(l), None),
+                    SizeRequest::Share(s) => (None, Some(s)),
+                }
+            }
+            "volume" => m.volume = Some(share(v, name)?),
+            "without" => {
+                let list = texts(v)?.iter().map(|s| s.parse()).collect::<rvachev::Result<Vec<_>>>();
+                m.without = list.map_err(|e| raise(py, &e))?;
+            }
             "grading" => m.grading = Some(positive(v, name)?),
             "size_min" => m.least = Some(positive(v, name)?),
             "trim" => {
                 let none = v.extract::<f64>().is_ok_and(|x| x == 0.0);
-                m.trim = Some(if none { SizeRequest::Length(0.0) } else { size(v)? });
+                m.trim = Some(if none { SizeRequest::Length(0.0) } else { length(v, name)? });
             }
             "thickness" => m.thickness = Some(positive(v, name)?),
             "refine" => {
-                let list: Vec<String> = if v.is_instance_of::<PyString>() { vec![v.extract()?] } else { v.extract()? };
-                let list = list.iter().map(|s| s.parse()).collect::<rvachev::Result<Vec<_>>>();
+                let list = texts(v)?.iter().map(|s| s.parse()).collect::<rvachev::Result<Vec<_>>>();
                 m.refinements = list.map_err(|e| raise(py, &e))?;
             }
             "eps" => m.root_tolerance = positive(v, name)?,

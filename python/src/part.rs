@@ -217,7 +217,7 @@ impl PyPart {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyMesh> {
         let (part, o) = (self.part(), sized(Options::new(options, &[])?, size)?);
-        let how = o.mesh;
+        let how = o.for_part(&part);
         let made = o.listeners.work(py, |run| pipeline::mesh_part(&part, &how, run))?;
         given(py, made, o.force)
     }
@@ -271,14 +271,14 @@ pub fn mesh(
     }
     let path: PathBuf = source.extract()?;
     let o = sized(Options::new(options, &[])?, size)?;
-    let (how, soup, define) = (o.mesh, o.soup, o.define);
     let made = o.listeners.work(py, |run| {
         let made = if pipeline::is_step(&path) {
-            pipeline::mesh_step(pipeline::load_step(&path, run)?, &how, run)
+            pipeline::mesh_step(pipeline::load_step(&path, run)?, o.for_boundary()?, run)
         } else if pipeline::is_mesh(&path) {
-            pipeline::mesh_soup(&pipeline::load_mesh(&path, run)?, &how, &soup, run)
+            pipeline::mesh_soup(&pipeline::load_mesh(&path, run)?, o.for_boundary()?, &o.soup, run)
         } else {
-            pipeline::mesh_part(&pipeline::load_part(&path, &define)?, &how, run)
+            let part = pipeline::load_part(&path, &o.define)?;
+            pipeline::mesh_part(&part, &o.for_part(&part), run)
         };
         made.map_err(|e| e.in_file(&path))
     })?;
@@ -299,8 +299,7 @@ pub fn remesh(
 ) -> PyResult<PyMesh> {
     let o = sized(Options::new(options, &[])?, size)?;
     let input = surface(points, triangles)?;
-    let (how, soup) = (o.mesh, o.soup);
-    let made = o.listeners.work(py, |run| pipeline::mesh_soup(&input, &how, &soup, run))?;
+    let made = o.listeners.work(py, |run| pipeline::mesh_soup(&input, o.for_boundary()?, &o.soup, run))?;
     given(py, made, o.force)
 }
 

@@ -26,7 +26,7 @@ program sampled
     gradients => samples%gradients()
     ! The point (0.5, 0, 0): the gradient points to the middle.
     print '(2(a, i0), a, f0.9, a, i0, a, l1)', 'grid counts ', size(values, 1), ' gradients ', size(gradients) / 3, ' from ', &
-        samples%origin(3), ' inside ', count(values > 0), ' inwards ', gradients(1, 9, 7, 7) < -0.5 &
+        samples%origin(3), ' inside ', count(values > 0), ' inwards ', gradients(1, 9, 7, 7) < -0.4 &
         .and. maxval(abs(gradients(2:3, 9, 7, 7))) < 1e-12
     call samples%free()
     call how%set('cells', '0', failure)

@@ -1,0 +1,76 @@
+//! What is known of CAD models, and methods compared, as JSON.
+
+use std::ffi::c_int;
+
+use rvachev::{Error, pipeline};
+
+use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, given, slot};
+use crate::options::{RvOptions, asked};
+use crate::part::RvPart;
+use crate::pass::{Chars, Out};
+use crate::text::{RvText, json, text};
+use crate::work::work;
+
+/// Tells what is wrong with a STEP model, as `rvachev check --json` does. Short where anything is.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_step_check(
+    path: Chars,
+    options: Option<&RvOptions>,
+    report: Out<'_, *mut RvText>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(report, std::ptr::null_mut(), "report")?;
+        let (path, asked) = (path.path("path")?, asked(options));
+        let found = work(asked.run.as_ref(), asked.threads, |run| {
+            let found = pipeline::load_step(&path, run).and_then(|m| pipeline::diagnose_step(&m, run));
+            Ok(found.map_err(|e| e.in_file(&path))?)
+        })?;
+        out.write(text(json(&found)?));
+        Ok(if found.sound { GOOD } else { SHORT })
+    })
+}
+
+/// Tells what is in a STEP model, as `rvachev info --json` does. Short where something was not understood or had to be put right.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_step_info(
+    path: Chars,
+    options: Option<&RvOptions>,
+    info: Out<'_, *mut RvText>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(info, std::ptr::null_mut(), "info")?;
+        let (path, asked) = (path.path("path")?, asked(options));
+        let found = work(asked.run.as_ref(), asked.threads, |run| {
+            // STEP files are read in millimeters.
+            let found = pipeline::load_step(&path, run).and_then(|m| pipeline::brep_info(m, Some("mm"), run));
+            Ok(found.map_err(|e| e.in_file(&path))?)
+        })?;
+        out.write(text(json(&found)?));
+        Ok(if found.notes.is_empty() { GOOD } else { SHORT })
+    })
+}
+
+/// Measures every stage of every method on a part, as `rvachev compare --json` does.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_compare(
+    part: Option<&RvPart>,
+    options: Option<&RvOptions>,
+    report: Out<'_, *mut RvText>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(report, std::ptr::null_mut(), "report")?;
+        let (part, asked) = (given(part, "part")?.part(), asked(options));
+        let how = &asked.mesh;
+        if how.tolerance_share.is_some() || how.volume.is_some() || !how.without.is_empty() {
+            let what = "methods are compared with a length for tol, and neither volume nor without";
+            return Err(Error::Usage(what.into()).into());
+        }
+        let found =
+            work(asked.run.as_ref(), asked.threads, |run| Ok::<_, Failure>(pipeline::compare(&part, how, run)?))?;
+        out.write(text(json(&found)?));
+        Ok(GOOD)
+    })
+}
