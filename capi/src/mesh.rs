@@ -228,17 +228,20 @@ pub fn write_file(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run:
 /// A place for a lent array.
 pub type Array<'a, T> = Out<'a, *const T>;
 
-/// Lends an array: pointer and number of items.
+/// All that a call does which lends an array: pointer and number of items.
 pub fn lend<T>(
     array: Array<'_, T>,
     count: Out<'_, usize>,
+    error: ErrorOut<'_>,
     what: impl FnOnce() -> Result<(*const T, usize), Failure>,
-) -> Result<c_int, Failure> {
-    let (array, count) = (slot(array, null(), "the array")?, slot(count, 0, "count")?);
-    let (start, n) = what()?;
-    array.write(start);
-    count.write(n);
-    Ok(GOOD)
+) -> c_int {
+    entry(error, || {
+        let (array, count) = (slot(array, null(), "the array")?, slot(count, 0, "count")?);
+        let (start, n) = what()?;
+        array.write(start);
+        count.write(n);
+        Ok(GOOD)
+    })
 }
 
 /// The nodes: x, y, z of each, `count` nodes.
@@ -249,11 +252,9 @@ pub extern "C" fn rv_mesh_points(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(xyz, count, || {
-            let nodes = &given(mesh, "mesh")?.mesh().nodes;
-            Ok((flat(nodes).as_ptr(), nodes.len()))
-        })
+    lend(xyz, count, error, || {
+        let nodes = &given(mesh, "mesh")?.mesh().nodes;
+        Ok((flat(nodes).as_ptr(), nodes.len()))
     })
 }
 
@@ -265,11 +266,9 @@ pub extern "C" fn rv_mesh_triangles(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let triangles = &given(mesh, "mesh")?.mesh().triangles;
-            Ok((triangles.as_flattened().as_ptr(), triangles.len()))
-        })
+    lend(nodes, count, error, || {
+        let triangles = &given(mesh, "mesh")?.mesh().triangles;
+        Ok((triangles.as_flattened().as_ptr(), triangles.len()))
     })
 }
 
@@ -281,11 +280,9 @@ pub extern "C" fn rv_mesh_labels(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(faces, count, || {
-            let labels = &given(mesh, "mesh")?.mesh().labels;
-            Ok((labels.as_ptr(), labels.len()))
-        })
+    lend(faces, count, error, || {
+        let labels = &given(mesh, "mesh")?.mesh().labels;
+        Ok((labels.as_ptr(), labels.len()))
     })
 }
 
@@ -297,14 +294,12 @@ pub extern "C" fn rv_mesh_normals(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(xyz, count, || {
-            let m = given(mesh, "mesh")?;
-            let all = m
-                .normals
-                .get_or_init(|| (0..m.mesh().triangles.len()).flat_map(|t| m.mesh().normal(t).to_array()).collect());
-            Ok((all.as_ptr(), all.len() / 3))
-        })
+    lend(xyz, count, error, || {
+        let m = given(mesh, "mesh")?;
+        let all = m
+            .normals
+            .get_or_init(|| (0..m.mesh().triangles.len()).flat_map(|t| m.mesh().normal(t).to_array()).collect());
+        Ok((all.as_ptr(), all.len() / 3))
     })
 }
 
@@ -316,12 +311,10 @@ pub extern "C" fn rv_mesh_feature_edges(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let m = given(mesh, "mesh")?;
-            let all = m.edges.get_or_init(|| m.feature_edges());
-            Ok((all.as_ptr(), all.len() / 2))
-        })
+    lend(nodes, count, error, || {
+        let m = given(mesh, "mesh")?;
+        let all = m.edges.get_or_init(|| m.feature_edges());
+        Ok((all.as_ptr(), all.len() / 2))
     })
 }
 
@@ -333,11 +326,9 @@ pub extern "C" fn rv_mesh_corners(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let corners = given(mesh, "mesh")?.seams_and_corners().1;
-            Ok((corners.as_ptr(), corners.len()))
-        })
+    lend(nodes, count, error, || {
+        let corners = given(mesh, "mesh")?.seams_and_corners().1;
+        Ok((corners.as_ptr(), corners.len()))
     })
 }
 
@@ -350,13 +341,11 @@ pub extern "C" fn rv_mesh_triangles_of(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(triangles, count, || {
-            let chosen = given(mesh, "mesh")?.chosen(name.text("name")?)?;
-            // SAFETY: it is in a box of the mesh that is dropped with the mesh only.
-            let list = unsafe { &(*chosen).triangles };
-            Ok((list.as_ptr(), list.len()))
-        })
+    lend(triangles, count, error, || {
+        let chosen = given(mesh, "mesh")?.chosen(name.text("name")?)?;
+        // SAFETY: it is in a box of the mesh that is dropped with the mesh only.
+        let list = unsafe { &(*chosen).triangles };
+        Ok((list.as_ptr(), list.len()))
     })
 }
 
@@ -369,13 +358,11 @@ pub extern "C" fn rv_mesh_nodes_of(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let chosen = given(mesh, "mesh")?.chosen(name.text("name")?)?;
-            // SAFETY: as in `rv_mesh_triangles_of`.
-            let list = unsafe { &(*chosen).nodes };
-            Ok((list.as_ptr(), list.len()))
-        })
+    lend(nodes, count, error, || {
+        let chosen = given(mesh, "mesh")?.chosen(name.text("name")?)?;
+        // SAFETY: as in `rv_mesh_triangles_of`.
+        let list = unsafe { &(*chosen).nodes };
+        Ok((list.as_ptr(), list.len()))
     })
 }
 

@@ -36,11 +36,9 @@ pub extern "C" fn rv_mesh_contour(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let line = contour(mesh, index)?;
-            Ok((line.nodes.as_ptr(), line.nodes.len()))
-        })
+    lend(nodes, count, error, || {
+        let line = contour(mesh, index)?;
+        Ok((line.nodes.as_ptr(), line.nodes.len()))
     })
 }
 
@@ -53,11 +51,9 @@ pub extern "C" fn rv_mesh_contour_borders(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(borders, count, || {
-            let line = contour(mesh, index)?;
-            Ok((line.borders.as_ptr(), line.borders.len()))
-        })
+    lend(borders, count, error, || {
+        let line = contour(mesh, index)?;
+        Ok((line.borders.as_ptr(), line.borders.len()))
     })
 }
 

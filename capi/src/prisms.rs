@@ -104,11 +104,9 @@ pub extern "C" fn rv_prisms_points(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(xyz, count, || {
-            let nodes = &given(prisms, "prisms")?.prisms.nodes;
-            Ok((flat(nodes).as_ptr(), nodes.len()))
-        })
+    lend(xyz, count, error, || {
+        let nodes = &given(prisms, "prisms")?.prisms.nodes;
+        Ok((flat(nodes).as_ptr(), nodes.len()))
     })
 }
 
@@ -120,11 +118,9 @@ pub extern "C" fn rv_prisms_cells(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let cells = &given(prisms, "prisms")?.prisms.cells;
-            Ok((cells.as_flattened().as_ptr(), cells.len()))
-        })
+    lend(nodes, count, error, || {
+        let cells = &given(prisms, "prisms")?.prisms.cells;
+        Ok((cells.as_flattened().as_ptr(), cells.len()))
     })
 }
 
@@ -136,11 +132,9 @@ pub extern "C" fn rv_prisms_sides(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(nodes, count, || {
-            let sides = &given(prisms, "prisms")?.sides;
-            Ok((sides.as_flattened().as_ptr(), sides.len()))
-        })
+    lend(nodes, count, error, || {
+        let sides = &given(prisms, "prisms")?.sides;
+        Ok((sides.as_flattened().as_ptr(), sides.len()))
     })
 }
 
@@ -152,11 +146,9 @@ pub extern "C" fn rv_prisms_labels(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(names, count, || {
-            let labels = &given(prisms, "prisms")?.labels;
-            Ok((labels.as_ptr(), labels.len()))
-        })
+    lend(names, count, error, || {
+        let labels = &given(prisms, "prisms")?.labels;
+        Ok((labels.as_ptr(), labels.len()))
     })
 }
 

@@ -66,11 +66,9 @@ pub extern "C" fn rv_samples_values(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(values, count, || {
-            let values = &given(samples, "samples")?.0.values;
-            Ok((values.as_ptr(), values.len()))
-        })
+    lend(values, count, error, || {
+        let values = &given(samples, "samples")?.0.values;
+        Ok((values.as_ptr(), values.len()))
     })
 }
 
@@ -82,11 +80,9 @@ pub extern "C" fn rv_samples_gradients(
     count: Out<'_, usize>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || {
-        lend(xyz, count, || {
-            let gradients = given(samples, "samples")?.0.gradients.as_deref().unwrap_or_default();
-            Ok((flat(gradients).as_ptr(), gradients.len()))
-        })
+    lend(xyz, count, error, || {
+        let gradients = given(samples, "samples")?.0.gradients.as_deref().unwrap_or_default();
+        Ok((flat(gradients).as_ptr(), gradients.len()))
     })
 }
 

@@ -36,7 +36,7 @@ static void show(const char *word, int status, rv_text *text) {
 
 static int bricks(const char *part, const char *folder) {
     const uint32_t counts[3] = {2, 1, 1}, none[3] = {2, 0, 1};
-    rv_options *options, *fine;
+    rv_options *options, *fine, *other;
     rv_text *report;
     size_t made, all = 0, again;
     char plan[1000], path[1100];
@@ -50,6 +50,9 @@ static int bricks(const char *part, const char *folder) {
     WRONG(rv_bricks_plan(part, none, options, plan, &error), RV_USAGE, "not 0");
     WRONG(rv_bricks_plan(part, counts, options, NULL, &error), RV_USAGE, "folder is NULL");
     WRONG(rv_bricks_plan(part, counts, fine, plan, &error), RV_USAGE, "refine");
+    NEED(rv_options_new(&other, &error));
+    NEED(rv_options_set(other, "sequence", "N*10", &error));
+    WRONG(rv_bricks_plan(part, counts, other, plan, &error), RV_USAGE, "sequence");
     WRONG(rv_bricks_plan("a.step", counts, options, plan, &error), RV_USAGE, "a.step");
     WRONG(rv_bricks_make(plan, NULL, NULL, &made, &error), RV_INPUT, "plan");
     NEED(rv_bricks_plan(part, counts, options, plan, &error));
@@ -76,7 +79,7 @@ static int bricks(const char *part, const char *folder) {
     WRONG(rv_bricks_merge(plan, "a.docx", NULL, &report, &error), RV_USAGE, "docx");
     int status = rv_bricks_merge(plan, path, NULL, &report, &error);
     show("merged", status, report);
-    rv_options_free(options), rv_options_free(fine);
+    rv_options_free(options), rv_options_free(fine), rv_options_free(other);
     return 0;
 }
 
