@@ -59,3 +59,11 @@ def test_what_lacks_or_does_not_fit_is_an_error(tasks):
         rv.merge([])
     with pytest.raises(rv.InputError, match="read from files"):
         rv.plan(rv.Part(rv.box(size=(1, 1, 1))), 0.1, bricks=(1, 1, 1))
+
+
+def test_bricks_are_made_by_one_method_alone(tmp_path):
+    path = tmp_path / "part.py"
+    path.write_text(TEXT)
+    for options in ({"method": "mc"}, {"sequence": "N*10"}):
+        with pytest.raises(rv.Error, match="method leaf"):
+            rv.plan(path, 0.04, bricks=(1, 1, 1), **options)
