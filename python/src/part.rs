@@ -270,8 +270,8 @@ pub fn mesh(
         return PyPart::new(py, source, None, None, None, None, None)?.mesh(py, size, options);
     }
     let path: PathBuf = source.extract()?;
-    let o = sized(Options::new(options, &[])?, size)?;
-    let made = o.listeners.work(py, |run| {
+    let mut o = sized(Options::new(options, &[])?, size)?;
+    let made = std::mem::take(&mut o.listeners).work(py, |run| {
         let made = if pipeline::is_step(&path) {
             pipeline::mesh_step(pipeline::load_step(&path, run)?, o.for_boundary()?, run)
         } else if pipeline::is_mesh(&path) {
@@ -297,9 +297,10 @@ pub fn remesh(
     size: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMesh> {
-    let o = sized(Options::new(options, &[])?, size)?;
+    let mut o = sized(Options::new(options, &[])?, size)?;
     let input = surface(points, triangles)?;
-    let made = o.listeners.work(py, |run| pipeline::mesh_soup(&input, o.for_boundary()?, &o.soup, run))?;
+    let listeners = std::mem::take(&mut o.listeners);
+    let made = listeners.work(py, |run| pipeline::mesh_soup(&input, o.for_boundary()?, &o.soup, run))?;
     given(py, made, o.force)
 }
 
