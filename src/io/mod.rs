@@ -1,5 +1,5 @@
 //! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF and gmsh
-//! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
+//! MSH both ways; SVG of plane figures, VTU, VTP, GLB, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -30,6 +30,7 @@ mod bdf;
 mod build;
 mod emesh;
 mod geo;
+mod glb;
 mod grid;
 mod inp;
 mod layout;
@@ -112,11 +113,13 @@ pub enum Format {
     Svg,
     /// 3D Manufacturing Format, extension `3mf`; level sets in it are no mesh, and are read as parts.
     ThreeMf,
+    /// Binary glTF 2.0, extension `glb`, with a material for each face; written only.
+    Glb,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 18] = [
+    pub const EXTENSIONS: [(&'static str, Format); 19] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -135,6 +138,7 @@ impl Format {
         ("vtp", Format::Vtp),
         ("svg", Format::Svg),
         ("3mf", Format::ThreeMf),
+        ("glb", Format::Glb),
     ];
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
@@ -239,7 +243,7 @@ pub struct WriteOptions {
     pub corners: Vec<u32>,
     /// The borders of a flat mesh in the plane z = 0, by name; what an SVG file holds. MSH, SU2, INP name its edges by them.
     pub outline: Option<Outline>,
-    /// The unit of length, as a part file calls it, for the format that tells it (3MF).
+    /// The unit of length, as a part file calls it, for the formats that tell it (3MF, GLB).
     pub unit: Option<String>,
 }
 
@@ -257,12 +261,12 @@ pub struct Written {
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
 /// The mesh is read as it is kept, in arrays or in fragments; formats with named sets take a copy of the triangles. Cells of more than three corners stay as
-/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, INP and BDF get fans around their first corners. MSH has a number for triangles and
+/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, GLB, INP and BDF get fans around their first corners. MSH has a number for triangles and
 /// one for quadrilaterals, and none for other cells. A script (GEO) gets its mesh beside it, `a.msh` for `a.geo`.
 ///
 /// # Errors
 /// Those of [`check_writable`]; [`Error::Input`] for a mesh with no triangle, a node that is not finite, or an index out
-/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL, for a cell MSH has no number for, and
+/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL and GLB, for a cell MSH has no number for, and
 /// for a script about a mesh without a closed shell, for an SVG of a mesh without an outline; [`Error::Io`]; [`Error::Cancelled`].
 pub fn write(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Written> {
     let format = Format::from_path(path)?;
@@ -328,6 +332,7 @@ pub fn encode(
         Format::Off => off::write(out, mesh, run),
         Format::Vtu => vtu::write(out, mesh, encoding != Encoding::Text, run),
         Format::Svg => svg::write(out, mesh, options),
+        Format::Glb => glb::write(out, mesh, options, run),
         Format::Geo => Err(Error::Usage("a script is written by its path, as it names the mesh file beside it".into())),
         _ => return encode_sets(out, mesh, format, options, run),
     }?;
