@@ -281,7 +281,8 @@ fn trimesh_sees_faces_of_binary_gltf() {
         assert!(real(&face["normals"]) > least, "{face}");
     }
     // Meters, and what was up along z is up along y.
-    let listed: Vec<f64> = found["box"].as_array().unwrap().iter().flat_map(|p| p.as_array().unwrap()).map(real).collect();
+    let listed: Vec<f64> =
+        found["box"].as_array().unwrap().iter().flat_map(|p| p.as_array().unwrap()).map(real).collect();
     for (x, wanted) in listed.iter().zip([-0.01, 0.03, -0.015, 0.01, 0.07, 0.015]) {
         assert!((x - wanted).abs() < 1e-8, "{listed:?}");
     }
@@ -289,7 +290,8 @@ fn trimesh_sees_faces_of_binary_gltf() {
     assert_eq!(found["closed"], true);
     assert!((real(&found["volume"]) * 1e6 / volume - 1.0).abs() < 1e-5, "{found}");
     assert!((real(&found["area"]) * 1e4 / truth.area() - 1.0).abs() < 1e-5, "{found}");
-    let said = serde_json::json!({ "units": "cm", "groups": [{ "name": "ends", "faces": ["block.zmin", "block.zmax"] }] });
+    let said =
+        serde_json::json!({ "units": "cm", "groups": [{ "name": "ends", "faces": ["block.zmin", "block.zmax"] }] });
     assert!(found["extras"].as_array().unwrap().iter().all(|extras| *extras == said), "{found}");
     // As long as colors last, no two faces have the same.
     let colors: std::collections::BTreeSet<String> = faces.iter().map(|f| f["color"].to_string()).collect();
