@@ -1,6 +1,7 @@
 //! Binary glTF 2.0, written only: one mesh with a primitive and a material for each face that has triangles.
 //!
-//! Vertices are of one face each. A sharp edge within a face parts them, too, so shading is smooth up to every sharp edge.
+//! Vertices are of one face each. A sharp edge within a face parts them, too, so shading is smooth up to every sharp edge:
+//! those the mesh is said to have, and those that turn by more than 30 degrees.
 
 mod vertices;
 
@@ -200,14 +201,14 @@ mod tests {
     use super::*;
     use crate::mesh::Group;
 
-    /// A roof of two slopes on a square: one face folded along its ridge, and a face of one triangle that closes an end.
+    /// A roof of two slopes that turn by 14 degrees: one face folded along its ridge, and a face of one triangle that closes an end.
     fn roof() -> TriMesh {
         let v = DVec3::new;
         let nodes = vec![
             v(0.0, 0.0, 0.0),
             v(2.0, 0.0, 0.0),
-            v(0.0, 1.0, 1.0),
-            v(2.0, 1.0, 1.0),
+            v(0.0, 1.0, 0.125),
+            v(2.0, 1.0, 0.125),
             v(0.0, 2.0, 0.0),
             v(2.0, 2.0, 0.0),
             v(9.0, 9.0, 9.0),
@@ -266,7 +267,7 @@ mod tests {
         let primitives = document["meshes"][0]["primitives"].as_array().unwrap();
         let names: Vec<_> = document["materials"].as_array().unwrap().iter().map(|m| m["name"].clone()).collect();
         assert_eq!((primitives.len(), names), (2, vec![json!("gable \"end\""), json!("slopes")]));
-        // The ridge is sharp: its two nodes are there twice.
+        // The ridge is said to be sharp: its two nodes are there twice.
         for (primitive, [vertices, face]) in primitives.iter().zip([[3, 0], [8, 2]]) {
             let attributes = &primitive["attributes"];
             let reals = |which: &Value| -> Vec<f32> {
@@ -298,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_that_are_not_sharp_have_normals_by_area() {
+    fn shading_is_smooth_by_area_where_edges_turn_little() {
         let mut mesh = roof();
         // The second slope is half as long: it weighs less.
         mesh.nodes[4].y = 1.5;
@@ -314,6 +315,13 @@ mod tests {
         assert!(n.distance(truth) < 1e-6, "{n}, in truth {truth}");
         assert_eq!(document["meshes"][0]["extras"], json!({}));
         assert!(document["nodes"][0].get("scale").is_none());
+        // A steep roof has a ridge without being told, and its nodes are there twice.
+        mesh.nodes[2].z = 1.0;
+        mesh.nodes[3].z = 1.0;
+        let bytes = bytes_of(&mesh, &WriteOptions::default());
+        let (document, buffer) = opened(&bytes);
+        let attributes = &document["meshes"][0]["primitives"][1]["attributes"];
+        assert_eq!(words(&document, buffer, &attributes["NORMAL"]).len(), 3 * 8);
     }
 
     #[test]

@@ -27,6 +27,9 @@ pub(super) struct Patch {
     pub(super) indices: Vec<u32>,
 }
 
+/// The cosine of 30 degrees: edges that turn by more are sharp in pictures, too.
+const SHARP: f64 = 0.866_025_403_784_438_6;
+
 /// The corner that follows in its triangle.
 fn next(corner: u32) -> u32 {
     if corner % 3 == 2 { corner - 2 } else { corner + 1 }
@@ -36,6 +39,10 @@ impl Corners {
     pub(super) fn new(mesh: &TriMesh, seams: &[[u32; 2]], run: &Run) -> Result<Self> {
         let node = |corner: u32| mesh.triangles[corner as usize / 3][corner as usize % 3];
         let label = |corner: u32| mesh.labels[corner as usize / 3];
+        let turns = |a: u32, b: u32| {
+            let [m, n] = [a, b].map(|corner| mesh.area_vector(corner as usize / 3));
+            m.dot(n) < SHARP * m.length() * n.length()
+        };
         let mut sharp: Vec<[u32; 2]> = seams.iter().map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
         sharp.sort_unstable();
         let mut sides: Vec<[u32; 3]> = (0..3 * mesh.triangles.len() as u32)
@@ -57,7 +64,7 @@ impl Corners {
             // Along an edge that turns over, normals of both sides would cancel.
             if node(a) != node(next(b)) {
                 closed = false;
-            } else if label(a) == label(b) && sharp.binary_search(&[low, high]).is_err() {
+            } else if label(a) == label(b) && sharp.binary_search(&[low, high]).is_err() && !turns(a, b) {
                 vertices.join(a, next(b));
                 vertices.join(next(a), b);
             }
