@@ -1,4 +1,4 @@
-//! Our files, read by gmsh and meshio: every triangle comes, once, under the name it should have.
+//! Our files, read by gmsh, meshio and trimesh: every triangle comes, once, under the name it should have.
 //!
 //! The first use makes a virtual environment below `target/formats-env` from `tests/formats/requirements.txt`; that needs
 //! Python 3.10 or newer with `venv`, the package index, and what gmsh is linked against (Debian: libglu1-mesa libxrender1
@@ -25,7 +25,7 @@ fn here(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// The Python with gmsh and meshio in it.
+/// The Python with gmsh, meshio and trimesh in it.
 fn python() -> &'static Path {
     static PYTHON: OnceLock<PathBuf> = OnceLock::new();
     PYTHON.get_or_init(|| {
@@ -250,6 +250,69 @@ fn meshio_reads_sets_of_solvers() {
     assert!(gmsh["lines"].as_u64().unwrap() > 100);
     let renamed = names["renamed"].as_array().unwrap();
     assert!(renamed.iter().any(|r| r["file"] == "a.inp" && r["name"] == "body.ymin" && r["written"] == "body_ymin"));
+}
+
+/// A block in centimeters, higher than it is wide, with a bore from top to bottom.
+const BLOCK: &str = "units(\"cm\")\n\
+    part((box((2, 3, 4)).name(\"block\") - cylinder(0.5, \"z\").name(\"bore\")).move((0, 0, 5)))\n\
+    group(\"ends\", faces(\"block.z*\"))\n";
+
+#[test]
+fn trimesh_sees_faces_of_binary_gltf() {
+    let dir = TempDir::new().unwrap();
+    let names = mesh(&dir, BLOCK, &["-o", "a.glb", "-o", "a.msh", "--groups", "all"]);
+    let truth = rvachev::io::read(&dir.path().join("a.msh"), &Run::new()).unwrap();
+    let found = ask("trimesh", &dir, "a.glb");
+    let real = |v: &Value| v.as_f64().unwrap();
+    let faces = found["faces"].as_array().unwrap();
+    let called: Vec<&str> = faces.iter().map(|f| f["name"].as_str().unwrap()).collect();
+    assert_eq!(called, truth.faces);
+    let mut areas = vec![(0, 0.0); faces.len()];
+    for (t, label) in truth.labels.iter().enumerate() {
+        let (count, area) = &mut areas[*label as usize];
+        *count += 1;
+        *area += 0.5 * truth.area_vector(t).length();
+    }
+    for (face, (count, area)) in faces.iter().zip(areas) {
+        assert_eq!(face["triangles"].as_u64(), Some(count), "{face}");
+        assert!((real(&face["area"]) / area - 1.0).abs() < 1e-5, "{face}, in truth {area}");
+        // Planes are flat up to their edges, and the bore is smooth.
+        let least = if face["name"] == "bore" { 0.95 } else { 1.0 - 1e-6 };
+        assert!(real(&face["normals"]) > least, "{face}");
+    }
+    // Meters, and what was up along z is up along y.
+    let listed: Vec<f64> =
+        found["box"].as_array().unwrap().iter().flat_map(|p| p.as_array().unwrap()).map(real).collect();
+    for (x, wanted) in listed.iter().zip([-0.01, 0.03, -0.015, 0.01, 0.07, 0.015]) {
+        assert!((x - wanted).abs() < 1e-8, "{listed:?}");
+    }
+    let volume = names["solids"][0]["volume"].as_f64().unwrap();
+    assert_eq!(found["closed"], true);
+    assert!((real(&found["volume"]) * 1e6 / volume - 1.0).abs() < 1e-5, "{found}");
+    assert!((real(&found["area"]) * 1e4 / truth.area() - 1.0).abs() < 1e-5, "{found}");
+    let said =
+        serde_json::json!({ "units": "cm", "groups": [{ "name": "ends", "faces": ["block.zmin", "block.zmax"] }] });
+    assert!(found["extras"].as_array().unwrap().iter().all(|extras| *extras == said), "{found}");
+    // As long as colors last, no two faces have the same.
+    let colors: std::collections::BTreeSet<String> = faces.iter().map(|f| f["color"].to_string()).collect();
+    assert_eq!(colors.len(), faces.len());
+}
+
+#[test]
+fn meshio_reads_what_stands_in_xdmf() {
+    let dir = TempDir::new().unwrap();
+    mesh(&dir, BLOCK, &["-o", "a.xdmf", "-o", "a.msh"]);
+    let truth = rvachev::io::read(&dir.path().join("a.msh"), &Run::new()).unwrap();
+    let found = ask("arrays", &dir, "a.xdmf");
+    assert_eq!(found["type"], "triangle");
+    let bits: Vec<[u64; 3]> = truth.nodes.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    assert_eq!(found["points"], serde_json::json!(bits));
+    assert_eq!(found["triangles"], serde_json::json!(truth.triangles));
+    let ends = &truth.groups[0].faces;
+    let inside: Vec<u32> = truth.labels.iter().map(|l| u32::from(ends.contains(l))).collect();
+    assert_eq!(found["data"], serde_json::json!({ "face": truth.labels, "group ends": inside }));
+    let numbers: BTreeMap<&str, usize> = truth.faces.iter().enumerate().map(|(k, name)| (&name[..], k)).collect();
+    assert_eq!(found["names"], serde_json::json!(numbers));
 }
 
 /// A plate of height 1 with a bore, filled from its top.

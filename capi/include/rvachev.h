@@ -272,8 +272,8 @@ int rv_mesh_report(const rv_mesh *mesh, const char **text, rv_error **error);
 int rv_mesh_is_sound(const rv_mesh *mesh, int *sound, rv_error **error);
 /* The unit of the part the mesh was made of; NULL where none was said. Files that have a place for it are told. */
 int rv_mesh_units(const rv_mesh *mesh, const char **units, rv_error **error);
-/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf, svg (plane figures). Formats with named sets get a list of the names
- * beside them, NAME.names.json. What a format cannot hold becomes a warning of the mesh. */
+/* By extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf, glb, xdmf, svg (plane figures). Formats with
+ * named sets get a list of the names beside them, NAME.names.json. What a format cannot hold becomes a warning of the mesh. */
 int rv_mesh_write(const rv_mesh *mesh, const char *path, const rv_options *options, rv_error **error);
 /* Another mesh, with one face made anew on its true surface. Its edges have the option `size`, a length or a share of the mesh's
  * diagonal; of the others threads and force are heeded. Points and triangles of all other faces keep their places and their order,

@@ -351,8 +351,8 @@ impl PyMesh {
         if let Source::Made(m) = &self.source { m.report.units.clone() } else { None }
     }
 
-    /// Writes files, formats by extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf. Beside those that name
-    /// sets of triangles a list of the names, NAME.names.json.
+    /// Writes files, formats by extension: msh, inp, bdf, vtu, vtp, stl, obj, ply, off, mesh, su2, emesh, geo, 3mf, glb, xdmf. Beside those
+    /// that name sets of triangles a list of the names, NAME.names.json.
     #[pyo3(signature = (*paths, groups="all", msh_version="4.1"))]
     fn write(&self, py: Python<'_>, paths: Vec<PathBuf>, groups: &str, msh_version: &str) -> PyResult<()> {
         let groups = match groups {

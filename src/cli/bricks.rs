@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rvachev::io::{self, Format};
+use rvachev::io::{self, Format, WriteOptions};
 use rvachev::pipeline::{self, BrickPlan, MergedBricks, Method, PlanSource, ROUNDS, Share};
 use rvachev::{Error, Result};
 
@@ -191,7 +191,7 @@ fn finish(merged: &MergedBricks<'_>, to: &Outputs<'_>, common: &Common, run: rva
         return Err(refusal);
     }
     let formats: Vec<Format> = to.meshes.iter().map(|p| Format::from_path(p)).collect::<Result<_>>()?;
-    let how = written_as(to.files);
+    let how = WriteOptions { unit: made.report.units.clone(), ..written_as(to.files) };
     let told = if formats.into_iter().all(Format::is_streamed) {
         write_meshes(to.meshes, mesh, &how, &run)
     } else {

@@ -1,5 +1,5 @@
 //! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF and gmsh
-//! MSH both ways; SVG of plane figures, VTU, VTP, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
+//! MSH both ways; SVG of plane figures, VTU, VTP, XDMF, GLB, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -12,7 +12,8 @@
 //! | ASCII STL | bit-exact | first use | by face | kept, but faces without triangles | lost |
 //! | binary STL | nearest `f32` | first use | kept | lost | lost |
 //! | 3MF | bit-exact | by solid | by solid | kept, but faces without triangles | lost |
-//! | VTU | bit-exact | written only | | | |
+//! | VTU, XDMF | bit-exact | written only | | | |
+//! | GLB | nearest `f32` | written only | | | |
 //!
 //! *Guarantees.* Readers never panic and never allocate by a count a file merely claims; what they return has finite
 //! nodes, indices in range and at least one triangle. Writers refuse a mesh that a reader would refuse, and leave either
@@ -30,6 +31,7 @@ mod bdf;
 mod build;
 mod emesh;
 mod geo;
+mod glb;
 mod grid;
 mod inp;
 mod layout;
@@ -55,6 +57,7 @@ mod text;
 pub(crate) mod threemf;
 mod vtp;
 mod vtu;
+mod xdmf;
 
 #[cfg(test)]
 mod tests;
@@ -112,11 +115,15 @@ pub enum Format {
     Svg,
     /// 3D Manufacturing Format, extension `3mf`; level sets in it are no mesh, and are read as parts.
     ThreeMf,
+    /// Binary glTF 2.0, extension `glb`, with a material for each face; written only.
+    Glb,
+    /// XDMF 3 in one XML file with its numbers as text, extension `xdmf`; written only.
+    Xdmf,
 }
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 18] = [
+    pub const EXTENSIONS: [(&'static str, Format); 20] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -135,6 +142,8 @@ impl Format {
         ("vtp", Format::Vtp),
         ("svg", Format::Svg),
         ("3mf", Format::ThreeMf),
+        ("glb", Format::Glb),
+        ("xdmf", Format::Xdmf),
     ];
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
@@ -144,7 +153,7 @@ impl Format {
 
     /// Whether files of this format are written in the order in which a mesh is read, without a copy of its triangles.
     pub fn is_streamed(self) -> bool {
-        matches!(self, Self::StlBinary | Self::StlAscii | Self::Obj | Self::Ply | Self::Off | Self::Vtu)
+        matches!(self, Self::StlBinary | Self::StlAscii | Self::Obj | Self::Ply | Self::Off | Self::Vtu | Self::Xdmf)
     }
 
     /// The format the file's extension stands for, whatever its case.
@@ -239,7 +248,7 @@ pub struct WriteOptions {
     pub corners: Vec<u32>,
     /// The borders of a flat mesh in the plane z = 0, by name; what an SVG file holds. MSH, SU2, INP name its edges by them.
     pub outline: Option<Outline>,
-    /// The unit of length, as a part file calls it, for the format that tells it (3MF).
+    /// The unit of length, as a part file calls it, for the formats that tell it (3MF, GLB).
     pub unit: Option<String>,
 }
 
@@ -257,12 +266,12 @@ pub struct Written {
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
 /// The mesh is read as it is kept, in arrays or in fragments; formats with named sets take a copy of the triangles. Cells of more than three corners stay as
-/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, INP and BDF get fans around their first corners. MSH has a number for triangles and
+/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, GLB, XDMF, INP and BDF get fans around their first corners. MSH has a number for triangles and
 /// one for quadrilaterals, and none for other cells. A script (GEO) gets its mesh beside it, `a.msh` for `a.geo`.
 ///
 /// # Errors
 /// Those of [`check_writable`]; [`Error::Input`] for a mesh with no triangle, a node that is not finite, or an index out
-/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL, for a cell MSH has no number for, and
+/// of range; [`Error::Failed`] for a coordinate beyond the `f32` range of binary STL and GLB, for a cell MSH has no number for, and
 /// for a script about a mesh without a closed shell, for an SVG of a mesh without an outline; [`Error::Io`]; [`Error::Cancelled`].
 pub fn write(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Written> {
     let format = Format::from_path(path)?;
@@ -307,7 +316,7 @@ fn write_script(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &
 
 /// Writes a mesh as `format` to any stream; [`write()`] without a file.
 ///
-/// STL, OBJ, OFF, INP and BDF have one encoding each and ignore that of the options.
+/// STL, OBJ, OFF, XDMF, GLB, INP and BDF have one encoding each and ignore that of the options.
 ///
 /// # Errors
 /// As [`write()`], without those about the path; [`Error::Usage`] for a script, which is about a file beside it.
@@ -327,7 +336,9 @@ pub fn encode(
         Format::Ply => ply::write(out, mesh, encoding != Encoding::Text, run),
         Format::Off => off::write(out, mesh, run),
         Format::Vtu => vtu::write(out, mesh, encoding != Encoding::Text, run),
+        Format::Xdmf => xdmf::write(out, mesh, run),
         Format::Svg => svg::write(out, mesh, options),
+        Format::Glb => glb::write(out, mesh, options, run),
         Format::Geo => Err(Error::Usage("a script is written by its path, as it names the mesh file beside it".into())),
         _ => return encode_sets(out, mesh, format, options, run),
     }?;

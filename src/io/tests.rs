@@ -282,7 +282,7 @@ fn formats_by_extension() {
         let message = Format::from_path(Path::new(bad)).unwrap_err().to_string();
         assert!(
             message.contains(
-                ".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas, .mesh, .su2, .emesh, .vtp"
+                ".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas, .mesh, .su2, .emesh, .vtp, .svg, .3mf, .glb, .xdmf"
             ),
             "{message}"
         );
@@ -345,6 +345,22 @@ fn vtu_text_holds_the_arrays() {
     let binary = String::from_utf8(bytes_of(&cube(), Format::Vtu, Encoding::Binary)).unwrap();
     // Twelve bytes of value 5 after their count.
     assert!(binary.contains("DAAAAAAAAAAFBQUFBQUFBQUFBQU="), "{binary}");
+}
+
+#[test]
+fn xdmf_holds_names_faces_and_groups() {
+    let mut mesh = cube();
+    mesh.faces[4] = "]]>&".into();
+    let text = String::from_utf8(bytes_of(&mesh, Format::Xdmf, Encoding::Usual)).unwrap();
+    let names = "<map key=\"bore 1\" dim=\"2\">0</map>";
+    assert!(text.contains(names) && text.contains("key=\"]]&gt;&amp;\"") && text.matches("]]>").count() == 1, "{text}");
+    assert!(text.contains("TopologyType=\"Triangle\" NumberOfElements=\"12\""));
+    let column = |numbers: &str| format!("Dimensions=\"12\" Format=\"XML\">\n{}\n</", numbers.replace(' ', "\n"));
+    assert!(text.contains(&column("0 0 1 1 2 2 3 3 4 4 5 5")), "{text}");
+    let group = "<Attribute Name=\"group clamped\" AttributeType=\"Scalar\" Center=\"Cell\">";
+    let behind = text.split_once(group).unwrap().1;
+    assert!(behind.split_once("</Attribute>").unwrap().0.contains(&column("1 1 0 0 1 1 0 0 0 0 0 0")), "{text}");
+    assert!(text.contains("<Attribute Name=\"group a %22quoted%22 one\""), "{text}");
 }
 
 /// What must hold for all files of a folder, whoever wrote them.

@@ -1,5 +1,6 @@
 //! Triangle meshes: storage, connectivity and edits, curvature, defects; prisms over the triangles of a face.
 
+mod colors;
 pub mod curvature;
 mod defects;
 #[cfg(test)]
@@ -15,6 +16,7 @@ pub(crate) mod sides;
 mod trimesh;
 pub mod view;
 
+pub(crate) use colors::face_colors;
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
 pub use intersect::{intersecting_groups, intersections_among, self_intersections};

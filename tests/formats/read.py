@@ -1,7 +1,9 @@
-"""What gmsh and meshio find in mesh files, as JSON.
+"""What gmsh, meshio and trimesh find in mesh files, as JSON.
 
     read.py gmsh FILE ...      physical groups with how many elements they have; a script is filled first
     read.py meshio FILE ...    nodes, triangles, names of sets with how many triangles they have, prisms with their volumes
+    read.py arrays FILE ...    by meshio, bits of coordinates, corners of triangles, cell data, numbers by name
+    read.py trimesh FILE ...   materials with their triangles, areas and normals; the scene's box and volume, what else is said
 """
 import json
 import sys
@@ -60,6 +62,46 @@ def of_meshio(path):
     return found
 
 
+def arrays_of_meshio(path):
+    import meshio
+
+    mesh = meshio.read(path)
+    (block,) = mesh.cells
+    return {
+        "type": block.type,
+        "points": mesh.points.view("uint64").tolist(),
+        "triangles": block.data.tolist(),
+        "data": {name: values[0].tolist() for name, values in mesh.cell_data.items()},
+        "names": {name: int(values[0]) for name, values in mesh.field_data.items()},
+    }
+
+
+def of_trimesh(path):
+    import numpy
+    import trimesh
+
+    # As it is in the file: corners are not merged, and nothing is made upright.
+    scene = trimesh.load_scene(path, process=False)
+    faces, extras = [], []
+    for one in scene.geometry.values():
+        # How far from the triangles' own normals those of the file are.
+        along = numpy.einsum("ij,ikj->ik", one.face_normals, one.vertex_normals[one.faces])
+        material = one.visual.material
+        faces.append({
+            "name": material.name,
+            "color": [int(c) for c in material.main_color],
+            "triangles": len(one.faces),
+            "area": float(one.area),
+            "vertices": len(one.vertices),
+            "normals": float(along.min()),
+        })
+        extras.append({key: one.metadata[key] for key in ("units", "groups") if key in one.metadata})
+    whole = scene.to_mesh()
+    whole.merge_vertices(merge_norm=True, merge_tex=True)
+    found = {"faces": faces, "extras": extras, "box": scene.bounds.tolist(), "area": float(whole.area)}
+    return found | {"volume": float(whole.volume), "closed": bool(whole.is_watertight)}
+
+
 def volumes(p):
     """Of prisms with flat sides, positive where the first triangle runs counterclockwise as seen from the second."""
     import numpy
@@ -71,7 +113,7 @@ def volumes(p):
 
 
 def main(arguments):
-    read = {"gmsh": of_gmsh, "meshio": of_meshio}[arguments[0]]
+    read = {"gmsh": of_gmsh, "meshio": of_meshio, "arrays": arrays_of_meshio, "trimesh": of_trimesh}[arguments[0]]
     # meshio talks on standard output: the answer is the last line.
     print("\n" + json.dumps([read(path) for path in arguments[1:]]))
 
