@@ -15,6 +15,7 @@ use super::hidden::hidden_creases;
 use super::history::{Attempt, Clock, Tried, add_attempt};
 use super::leaf::{ByLeaf, by_leaf};
 use super::method::Method;
+use super::nearer::come_within;
 use super::refine::{Refinement, Wishes};
 use super::report::Report;
 use super::wish::DEFAULT_SIZE;
@@ -287,7 +288,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     let (made, crowded) = mesh_ready(part, &ready, options, run)?;
     match crowded {
         Some(places) if options.tolerance.is_none() => thin_out(part, &mut ready, (made, places), options, run),
-        _ => Ok(made),
+        _ => come_within(part, &ready, made, options, run),
     }
 }
 
@@ -336,7 +337,7 @@ fn cut_off(check: &Check) -> Option<Fault> {
 }
 
 /// How far a mesh and the surface are from each other somewhere.
-fn apart(made: &Meshed) -> f64 {
+pub(super) fn apart(made: &Meshed) -> f64 {
     let deviation = made.report.check.as_ref().and_then(|c| c.deviation);
     deviation.map_or(0.0, |d| d.max.max(d.from_surface.unwrap_or(0.0)))
 }

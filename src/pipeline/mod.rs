@@ -24,6 +24,7 @@ mod leaf;
 mod load;
 mod mesh;
 mod method;
+mod nearer;
 mod refine;
 mod remesh_face;
 mod report;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::STUCK;
 use super::moves::CALM;
 use super::patchwork::{PieceSet, plain_shape};
-use super::remesh::{Rank, Remesher};
+use super::remesh::{Rank, Remesher, STRETCHED};
 
 /// Mending makes edges of borders at most this many times longer or shorter than wanted.
 const UNEVEN: f64 = 1.1;
@@ -135,15 +135,28 @@ impl Remesher<'_> {
         then.0 >= now.0.min(want / UNEVEN) && then.1 <= now.1.max(UNEVEN * want)
     }
 
-    /// Whether a move of a node [stretches](Self::stretches) an edge.
+    /// Whether a move of a node [stretches](Self::stretches) an edge of raw triangles, or [runs away](Self::runs_away).
     fn leaves_crevice(&self, v: u32, x: DVec3) -> bool {
         let (m, p) = (&self.work.mesh, self.point(v));
-        self.work.raw
-            && m.outgoing(v).any(|h| {
-                let n = m.target(h);
-                let q = self.point(n);
-                self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
-            })
+        let stretches = |h: u32| {
+            let n = m.target(h);
+            let q = self.point(n);
+            self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
+        };
+        self.work.raw && m.outgoing(v).any(stretches) || self.runs_away(v, x)
+    }
+
+    /// Whether a move of a node makes the longest edge around it longer, and far longer than any node there wants it: a fan that is folded
+    /// has better angles the farther away its middle is, so that nothing else would hold it.
+    pub(super) fn runs_away(&self, v: u32, x: DVec3) -> bool {
+        let (m, p) = (&self.work.mesh, self.point(v));
+        let (mut now, mut then, mut want) = (0f64, 0f64, self.want[v as usize]);
+        for n in m.outgoing(v).map(|h| m.target(h)) {
+            let q = self.point(n);
+            (now, then) = (now.max(q.distance_squared(p)), then.max(q.distance_squared(x)));
+            want = want.max(self.want[n as usize]);
+        }
+        then > now && then > (STRETCHED * want).powi(2)
     }
 
     /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not
