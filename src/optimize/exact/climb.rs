@@ -5,10 +5,14 @@ use glam::DVec3;
 use super::STUCK;
 use super::moves::CALM;
 use super::patchwork::{PieceSet, plain_shape};
-use super::remesh::{Rank, Remesher, STRETCHED};
+use super::remesh::{Rank, Remesher};
 
 /// Mending makes edges of borders at most this many times longer or shorter than wanted.
 const UNEVEN: f64 = 1.1;
+
+/// Edges longer than this many times what any node around wants are no good to anyone: cells are four times the size at most, and nodes are
+/// packed for the rest.
+const RUN: f64 = 3.0;
 
 /// What shapes may change by where a place in the tangent plane is put onto the surface.
 const BENT: f64 = 0.05;
@@ -156,7 +160,7 @@ impl Remesher<'_> {
             (now, then) = (now.max(q.distance_squared(p)), then.max(q.distance_squared(x)));
             want = want.max(self.want[n as usize]);
         }
-        then > now && then > (STRETCHED * want).powi(2)
+        then > now && then > (RUN * want).powi(2)
     }
 
     /// Moves a node to where the worst shape around it is best, or reaches `limit`; where the way to better triangles is not

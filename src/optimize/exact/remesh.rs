@@ -19,7 +19,7 @@ pub(super) const LONG: f64 = 4.0 / 3.0;
 /// Edges shorter than this many wanted lengths are collapsed, for the same reason.
 pub(super) const SHORT: f64 = 4.0 / 5.0;
 /// Edges longer than this many times what either end wants leave the surface where it turns.
-pub(super) const STRETCHED: f64 = 1.8;
+const STRETCHED: f64 = 1.8;
 /// A collapse or split that makes things worse must still leave shapes of at least this.
 pub(super) const FAIR: f64 = 0.35;
 /// Shapes from here on are good enough not to be guarded: a triangle of this shape has no angle below 24 degrees.
