@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use rvachev::implicit::part::parse;
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, expected_triangles, mesh_part, mesh_soup};
+use rvachev::quality::Fault;
 use rvachev::{DVec3, Run};
 
 mod shapes;
@@ -201,4 +202,30 @@ fn the_same_wish_makes_the_same_mesh_by_every_gate() {
     println!("{table}{means:?}");
     let most = means.iter().copied().fold(0.0, f64::max);
     assert!(means.iter().all(|a| most - a < 1.0), "{means:?}\n{table}");
+}
+
+#[test]
+fn a_tolerance_asked_for_is_kept_by_functions_or_told() {
+    let (run, size) = (Run::new(), Some(SizeRequest::Length(1.0)));
+    let solids = [
+        "part(sphere(1))",
+        "part(torus(1, 0.3))",
+        "part(box(size=(2, 2, 1)) - cylinder(0.5))",
+        "part(cone(1, 0.2, 1.5))",
+    ];
+    for text in solids {
+        let part = parse(text, &[]).unwrap();
+        for tolerance in [0.02, 0.004, 0.0008] {
+            let options = MeshOptions { size, tolerance: Some(tolerance), ..MeshOptions::default() };
+            let Meshed { report, .. } = mesh_part(&part, &options, &run).unwrap();
+            let d = report.check.unwrap().deviation.unwrap();
+            assert!(report.shortfalls.is_empty(), "{text} {tolerance}: {:?}", report.shortfalls);
+            assert!(d.max.max(d.from_surface.unwrap()) <= tolerance, "{text} {tolerance}: {d:?}");
+        }
+    }
+    // Edges may not be as short as that takes.
+    let part = parse("part(sphere(1) | sphere(1, at=(1, 0, 0)))", &[]).unwrap();
+    let options = MeshOptions { size, tolerance: Some(1e-5), least: Some(0.2), ..MeshOptions::default() };
+    let Meshed { report, .. } = mesh_part(&part, &options, &run).unwrap();
+    assert!(report.shortfalls.iter().any(|f| matches!(f, Fault::Far { .. })), "{:?}", report.shortfalls);
 }

@@ -3,7 +3,7 @@
 use std::ffi::c_int;
 
 use rvachev::io::{Format, WriteOptions, check_writable};
-use rvachev::pipeline::{self, BrickPlan, MergedBricks, Method, PlanSource, ROUNDS, Share};
+use rvachev::pipeline::{self, BrickPlan, MergedBricks, PlanSource, ROUNDS, Share};
 
 use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, slot, usage};
 use crate::mesh::{sound, write_file};
@@ -40,9 +40,6 @@ pub extern "C" fn rv_bricks_plan(
         }
         if pipeline::is_step(&path) || pipeline::is_mesh(&path) {
             return Err(usage(format!("bricks are for solids of R-functions, {} is none", path.display())));
-        }
-        if asked.mesh.method != Method::default() || asked.mesh.sequence.is_some() {
-            return Err(usage("bricks are made by the method leaf, without a sequence"));
         }
         let source = PlanSource::read(&path, &asked.define)?;
         work(asked.run.as_ref(), asked.threads, |run| {

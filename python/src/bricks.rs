@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use rvachev::Error;
-use rvachev::pipeline::{self, BrickPlan, Method, PlanSource};
+use rvachev::pipeline::{self, BrickPlan, PlanSource};
 
 use crate::errors::{input, raise};
 use crate::mesh::PyMesh;
@@ -114,10 +114,6 @@ pub fn plan(
         PlanSource::read(&path, &o.define).map_err(|e| raise(py, &e))?
     };
     let how = o.mesh;
-    if how.method != Method::default() || how.sequence.is_some() {
-        let what = "bricks are made by the method leaf, without a sequence";
-        return Err(raise(py, &Error::Usage(what.into())));
-    }
     let plan = Arc::new(o.listeners.work(py, |run| BrickPlan::new(source, &how, bricks, run))?);
     Ok((0..plan.rounds()[0]).map(|brick| PyTask { plan: plan.clone(), brick }).collect())
 }

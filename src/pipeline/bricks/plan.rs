@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 use super::super::attempts::ARRANGED;
 use super::super::load::{parse_part, part_text};
 use super::super::mesh::{MeshOptions, Ready};
+use super::super::method::Method;
 use super::blocks::Blocks;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest};
@@ -82,6 +83,9 @@ impl BrickPlan {
     fn of(source: PlanSource, options: &MeshOptions, bricks: [u32; 3], run: &Run) -> Result<Self> {
         if !options.refinements.is_empty() || options.thickness.is_some() || options.trim.is_some() {
             return Err(Error::Usage("bricks heed no --refine, --thickness and --trim".into()));
+        }
+        if options.method != Method::default() || options.sequence.is_some() {
+            return Err(Error::Usage("bricks are made by the method leaf, without a sequence".into()));
         }
         let PlanSource { path, text, overrides } = source;
         let part = parse_part(&path, &text, &overrides)?;
