@@ -31,6 +31,9 @@ const CHEAP: usize = 20_000;
 const MOST_HEALED: usize = 20;
 /// And it ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
 const MOST_UNPROVED: usize = 10;
+/// The same where smaller cells are not [cheap](CHEAP). Cells that are not proved are the smallest, so their share in all cells is far above
+/// that of the surface in them; large trees with blends have one in five to ten, and smaller cells gave them no better edges.
+const MOST_UNPROVED_OF_MANY: usize = 4;
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// A splinter is lost, and so is the surface when only extracted, if the mesh does not come nearer to it than this many cells:
@@ -228,7 +231,8 @@ impl Trial {
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let triangles = self.exact.mesh.triangles.len();
             let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
-            few && MOST_UNPROVED * proof.unproved <= proof.cells
+            let most = if triangles > CHEAP { MOST_UNPROVED_OF_MANY } else { MOST_UNPROVED };
+            few && most * proof.unproved <= proof.cells
         });
         found || self.is_clean()
     }

@@ -108,7 +108,7 @@ impl Remesher<'_> {
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
                 let there = there.or_else(|| self.normal_within(v, x));
                 let (shape, h) = self.work.worst_triangle(self.surface, (v, x), there, best);
-                if shape > best + 1e-4 && self.stays_even(v, x) {
+                if shape > best + 1e-4 && self.stays_even(v, x) && !self.runs_away(v, x, shape) {
                     (best, worst, p, normal, improved) = (shape, h, x, there, true);
                     break;
                 }
@@ -139,7 +139,7 @@ impl Remesher<'_> {
         then.0 >= now.0.min(want / UNEVEN) && then.1 <= now.1.max(UNEVEN * want)
     }
 
-    /// Whether a move of a node [stretches](Self::stretches) an edge of raw triangles, or [runs away](Self::runs_away).
+    /// Whether a move of a node [stretches](Self::stretches) an edge of raw triangles.
     fn leaves_crevice(&self, v: u32, x: DVec3) -> bool {
         let (m, p) = (&self.work.mesh, self.point(v));
         let stretches = |h: u32| {
@@ -147,12 +147,16 @@ impl Remesher<'_> {
             let q = self.point(n);
             self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
         };
-        self.work.raw && m.outgoing(v).any(stretches) || self.runs_away(v, x)
+        self.work.raw && m.outgoing(v).any(stretches)
     }
 
-    /// Whether a move of a node makes the longest edge around it longer, and far longer than any node there wants it: a fan that is folded
-    /// has better angles the farther away its middle is, so that nothing else would hold it.
-    pub(super) fn runs_away(&self, v: u32, x: DVec3) -> bool {
+    /// Whether a move of a node that leaves a triangle around it turned over, of a shape below 0, makes the longest edge there longer, and far
+    /// longer than any node there wants it: a fan that is folded has better angles the farther away its middle is, so that nothing else
+    /// would hold it.
+    pub(super) fn runs_away(&self, v: u32, x: DVec3, shape: f64) -> bool {
+        if shape > 0.0 {
+            return false;
+        }
         let (m, p) = (&self.work.mesh, self.point(v));
         let (mut now, mut then, mut want) = (0f64, 0f64, self.want[v as usize]);
         for n in m.outgoing(v).map(|h| m.target(h)) {
@@ -214,7 +218,7 @@ impl Remesher<'_> {
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };
                 let there = there.or_else(|| self.normal_within(v, x));
                 let s = self.worst_beside(v, x, there, best);
-                if s > best + 1e-4 && self.stays_even(v, x) {
+                if s > best + 1e-4 && self.stays_even(v, x) && !self.runs_away(v, x, s) {
                     (best, p, normal, improved) = (s, x, there, true);
                     if best >= limit {
                         break;

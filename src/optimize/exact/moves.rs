@@ -168,7 +168,7 @@ impl Remesher<'_> {
                 let after = self.worst_beside(v, p, normal, f64::NEG_INFINITY);
                 let worse =
                     after < CALM && after <= *before.get_or_insert_with(|| self.work.worst_now(self.surface, v).0);
-                if !worse && !self.runs_away(v, p) {
+                if !worse && !self.runs_away(v, p, after) {
                     return Some(p);
                 }
             }
