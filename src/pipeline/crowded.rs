@@ -51,8 +51,7 @@ pub(super) fn thin_out(
         let (now, then) = (wanting(&made), wanting(&other));
         if !other.report.shortfalls.is_empty() || then as f64 > LEFT * now as f64 {
             made.report.instead_of(&other.report, false, "shorter edges at thin walls do not help", run);
-            // Nor would they there if they were shorter elsewhere, too.
-            return Ok(made);
+            break;
         }
         other.report.warnings.push(format!("curved walls are thin: edges are shorter at {} places", ready.finer.len()));
         other.report.instead_of(&made.report, true, "walls are thinner than chords are high", run);

@@ -247,9 +247,6 @@ const RECALL: f64 = 0.99;
 /// Walls are thin as a whole, and not just where two faces part, if more than this share of the triangles is across from another
 /// side of theirs.
 const THIN: f64 = 1e-3;
-/// Nor if no more than one triangle in so many faces away from the surface: that is a place, which is told. Where curved walls are thinner
-/// than chords are high it is hundreds.
-const AWAY: usize = 10_000;
 
 /// Meshes a part.
 ///
@@ -487,7 +484,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
         (false, _) => check_tested(&mesh, intersecting, Expectation::default(), None, run)?,
     };
     let many = (THIN * mesh.triangles.len() as f64) as usize;
-    let thin = measured.deviation.as_ref().is_some_and(|d| AWAY * d.inverted > mesh.triangles.len() || d.across > many);
+    let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
     if report.sequence.is_some() && !options.method.is_exact() {
