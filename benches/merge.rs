@@ -4,13 +4,10 @@
 //! measured on one thread (`-- --threads N` for the parallel rows) in one run, so ratios mean something on any machine.
 //! `-- --python PATH` names a Python that has vtk and numpy; without it that row is skipped.
 
-#![allow(unsafe_code)]
-
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::hint::black_box;
 use std::path::Path;
 use std::process::Command;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -21,28 +18,9 @@ use rvachev::mesh::{CellRun, MeshView, TriMesh};
 use rvachev::model::{Boundary, Cells, FaceFragment, Fragments, Model, from_mesh};
 use rvachev::{DVec3, Run};
 
-/// Counts the bytes in use and their largest number.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-
-// Safety: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        MOST.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, p: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(p, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
+#[path = "../tests/common/counting.rs"]
+mod counting;
+use counting::{MOST, NOW};
 
 /// Seconds, and bytes: kept afterwards, and at most while it ran.
 struct Cost {

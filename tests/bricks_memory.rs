@@ -1,39 +1,17 @@
 //! What merging bricks allocates: a few pieces and what they share, not the mesh.
 
-#![allow(unsafe_code)]
-
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 
 use rvachev::Run;
 use rvachev::io::{WriteOptions, write};
 use rvachev::mesh::MeshView;
 use rvachev::pipeline::{BrickPlan, MeshOptions, PlanSource, Share, SizeRequest, make_bricks, merge_on_disk};
 
-/// Counts all threads' bytes in use, and their largest number.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-
-// Safety: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        MOST.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, p: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(p, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
+#[path = "common/counting.rs"]
+mod counting;
+use counting::{MOST, NOW};
 
 #[test]
 fn merging_holds_a_few_pieces_and_never_the_mesh() {

@@ -2,7 +2,9 @@
 
 use std::ffi::c_int;
 
-use rvachev::{Error, pipeline};
+use rvachev::parametric::step::StepModel;
+use rvachev::{Error, Run, pipeline};
+use serde::Serialize;
 
 use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, given, slot};
 use crate::options::{RvOptions, asked};
@@ -10,6 +12,26 @@ use crate::part::RvPart;
 use crate::pass::{Chars, Out};
 use crate::text::{RvText, json, text};
 use crate::work::work;
+
+/// What a look at a STEP model found, given as JSON.
+fn told<T: Serialize>(
+    path: Chars,
+    options: Option<&RvOptions>,
+    out: Out<'_, *mut RvText>,
+    look: impl FnOnce(StepModel, &Run) -> rvachev::Result<T> + Send,
+) -> Result<T, Failure>
+where
+    T: Send,
+{
+    let out = slot(out, std::ptr::null_mut(), "text")?;
+    let (path, asked) = (path.path("path")?, asked(options));
+    let found = work(asked.run.as_ref(), asked.threads, |run| {
+        let found = pipeline::load_step(&path, run).and_then(|m| look(m, run));
+        Ok(found.map_err(|e| e.in_file(&path))?)
+    })?;
+    out.write(text(json(&found)?));
+    Ok(found)
+}
 
 /// Tells what is wrong with a STEP model, as `rvachev check --json` does. Short where anything is.
 #[unsafe(no_mangle)]
@@ -20,13 +42,7 @@ pub extern "C" fn rv_step_check(
     error: ErrorOut<'_>,
 ) -> c_int {
     entry(error, || {
-        let out = slot(report, std::ptr::null_mut(), "report")?;
-        let (path, asked) = (path.path("path")?, asked(options));
-        let found = work(asked.run.as_ref(), asked.threads, |run| {
-            let found = pipeline::load_step(&path, run).and_then(|m| pipeline::diagnose_step(&m, run));
-            Ok(found.map_err(|e| e.in_file(&path))?)
-        })?;
-        out.write(text(json(&found)?));
+        let found = told(path, options, report, |m, run| pipeline::diagnose_step(&m, run))?;
         Ok(if found.sound { GOOD } else { SHORT })
     })
 }
@@ -40,14 +56,8 @@ pub extern "C" fn rv_step_info(
     error: ErrorOut<'_>,
 ) -> c_int {
     entry(error, || {
-        let out = slot(info, std::ptr::null_mut(), "info")?;
-        let (path, asked) = (path.path("path")?, asked(options));
-        let found = work(asked.run.as_ref(), asked.threads, |run| {
-            // STEP files are read in millimeters.
-            let found = pipeline::load_step(&path, run).and_then(|m| pipeline::brep_info(m, Some("mm"), run));
-            Ok(found.map_err(|e| e.in_file(&path))?)
-        })?;
-        out.write(text(json(&found)?));
+        // STEP files are read in millimeters.
+        let found = told(path, options, info, |m, run| pipeline::brep_info(m, Some("mm"), run))?;
         Ok(if found.notes.is_empty() { GOOD } else { SHORT })
     })
 }

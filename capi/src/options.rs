@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rvachev::Error;
 use rvachev::io::Grouping;
-use rvachev::pipeline::{GridOptions, GridSpacing, HealOptions, MeshOptions, Method, Part, SizeRequest, SoupOptions};
+use rvachev::pipeline::{GridOptions, GridSpacing, HealOptions, MeshOptions, Method, SizeRequest, SoupOptions};
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, release, slot, usage};
 use crate::pass::{Chars, Out};
@@ -60,8 +60,8 @@ pub struct Asked {
     pub heal: HealOptions,
     /// Of grids; the memory is that of meshing.
     grid: GridOptions,
-    /// Whether the method was said, and does not follow from a sequence.
-    method_said: bool,
+    /// The method that was said.
+    pub method: Option<Method>,
     /// Threads; 0 for as many as there are cores.
     pub threads: usize,
     /// A mesh that is not sound is given all the same.
@@ -83,7 +83,7 @@ impl Default for Asked {
             soup: SoupOptions::default(),
             heal: HealOptions::default(),
             grid: GridOptions::default(),
-            method_said: false,
+            method: None,
             threads: 0,
             force: false,
             define: Vec::new(),
@@ -136,25 +136,6 @@ fn switch(v: &str, name: &str) -> Result<bool, Failure> {
 }
 
 impl Asked {
-    /// The options of meshing for a part, whose own sequence asks for the method that runs it where no other was said.
-    pub fn for_part(&self, part: &Part) -> MeshOptions {
-        let mut how = self.mesh.clone();
-        if part.mesh.sequence.is_some() && !self.method_said {
-            how.method = Method::Operators;
-        }
-        how
-    }
-
-    /// The options of meshing for what is no solid of R-functions.
-    ///
-    /// Errors: usage, for a sequence.
-    pub fn for_boundary(&self) -> rvachev::Result<&MeshOptions> {
-        match self.mesh.sequence {
-            Some(_) => Err(Error::Usage("sequence is for solids of R-functions".into())),
-            None => Ok(&self.mesh),
-        }
-    }
-
     /// The options of grids.
     pub fn for_grid(&self) -> GridOptions {
         GridOptions { memory: self.mesh.memory, ..self.grid }
@@ -167,13 +148,11 @@ impl Asked {
         let m = &mut self.mesh;
         match known {
             "size" => m.size = Some(v.parse()?),
-            "method" => (m.method, self.method_said) = (v.trim().parse()?, true),
-            "sequence" => {
-                m.sequence = Some(v.parse().map_err(|e: Error| usage(format!("sequence: {e}")))?);
-                if !self.method_said {
-                    m.method = Method::Operators;
-                }
+            "method" => {
+                m.method = v.trim().parse()?;
+                self.method = Some(m.method);
             }
+            "sequence" => m.sequence = Some(v.parse().map_err(|e: Error| usage(format!("sequence: {e}")))?),
             "angle" => m.angle = Some(positive(v, known)?),
             "tol" => {
                 (m.tolerance, m.tolerance_share) = match v.parse()? {

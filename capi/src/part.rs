@@ -231,17 +231,15 @@ pub extern "C" fn rv_part_info(part: Option<&RvPart>, info: Out<'_, *mut RvText>
 
 /// The mesh of a part.
 fn mesh_asked(part: &Part, asked: &Asked, run: &Run) -> rvachev::Result<Meshed> {
-    pipeline::mesh_part(part, &asked.for_part(part), run)
+    pipeline::mesh_part(part, &asked.mesh.for_part(part, asked.method), run)
 }
 
 /// The mesh of a file of any kind.
 fn mesh_of_file(path: &Path, asked: &Asked, run: &Run) -> rvachev::Result<Meshed> {
     let made = if pipeline::is_step(path) {
-        let how = asked.for_boundary()?;
-        pipeline::load_step(path, run).and_then(|m| pipeline::mesh_step(m, how, run))
+        pipeline::load_step(path, run).and_then(|m| pipeline::mesh_step(m, &asked.mesh, run))
     } else if pipeline::is_mesh(path) {
-        let how = asked.for_boundary()?;
-        pipeline::load_mesh(path, run).and_then(|m| pipeline::mesh_soup(&m, how, &asked.soup, run))
+        pipeline::load_mesh(path, run).and_then(|m| pipeline::mesh_soup(&m, &asked.mesh, &asked.soup, run))
     } else {
         pipeline::load_part(path, &asked.define).and_then(|p| mesh_asked(&p, asked, run))
     };

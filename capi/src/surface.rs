@@ -56,7 +56,7 @@ pub extern "C" fn rv_remesh(
         let out = slot(mesh, std::ptr::null_mut(), "mesh")?;
         let (input, asked) = (given(surface, "surface")?.mesh()?, asked(options));
         let made = work(asked.run.as_ref(), asked.threads, |run| {
-            Ok(pipeline::mesh_soup(&input, asked.for_boundary()?, &asked.soup, run)?)
+            Ok(pipeline::mesh_soup(&input, &asked.mesh, &asked.soup, run)?)
         })?;
         give(Source::Made(Box::new(made)), &asked, Some(out))
     })

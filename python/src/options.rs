@@ -4,7 +4,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use rvachev::Error;
-use rvachev::pipeline::{HealOptions, MeshOptions, Method, Part, SizeRequest, SoupOptions};
+use rvachev::pipeline::{HealOptions, MeshOptions, Method, SizeRequest, SoupOptions};
 
 use crate::errors::{input, raise};
 use crate::work::Listeners;
@@ -48,8 +48,8 @@ pub struct Options {
     pub soup: SoupOptions,
     /// Of healing.
     pub heal: HealOptions,
-    /// Whether the method was said, and does not follow from a sequence.
-    method_said: bool,
+    /// The method that was said.
+    pub method: Option<Method>,
     /// Of the run.
     pub listeners: Listeners,
     /// A mesh that is not sound is given all the same.
@@ -107,29 +107,7 @@ impl Options {
                 out.set(&name, &v)?;
             }
         }
-        if out.mesh.sequence.is_some() && !out.method_said {
-            out.mesh.method = Method::Operators;
-        }
         Ok(out)
-    }
-
-    /// The options of meshing for a part, whose own sequence asks for the method that runs it where no other was said.
-    pub fn for_part(&self, part: &Part) -> MeshOptions {
-        let mut how = self.mesh.clone();
-        if part.mesh.sequence.is_some() && !self.method_said {
-            how.method = Method::Operators;
-        }
-        how
-    }
-
-    /// The options of meshing for what is no solid of R-functions.
-    ///
-    /// Errors: usage, for a sequence.
-    pub fn for_boundary(&self) -> rvachev::Result<&MeshOptions> {
-        match self.mesh.sequence {
-            Some(_) => Err(Error::Usage("sequence is for solids of R-functions".into())),
-            None => Ok(&self.mesh),
-        }
     }
 
     fn set(&mut self, name: &str, v: &Bound<'_, PyAny>) -> PyResult<()> {
@@ -139,7 +117,7 @@ impl Options {
             "size" => m.size = Some(size(v)?),
             "method" => {
                 m.method = v.extract::<String>()?.parse().map_err(|e| raise(py, &e))?;
-                self.method_said = true;
+                self.method = Some(m.method);
             }
             "sequence" => m.sequence = Some(v.extract::<String>()?.parse().map_err(|e| raise(py, &e))?),
             "angle" => m.angle = Some(positive(v, name)?),

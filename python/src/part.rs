@@ -217,7 +217,7 @@ impl PyPart {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyMesh> {
         let (part, o) = (self.part(), sized(Options::new(options, &[])?, size)?);
-        let how = o.for_part(&part);
+        let how = o.mesh.for_part(&part, o.method);
         let made = o.listeners.work(py, |run| pipeline::mesh_part(&part, &how, run))?;
         given(py, made, o.force)
     }
@@ -273,12 +273,12 @@ pub fn mesh(
     let mut o = sized(Options::new(options, &[])?, size)?;
     let made = std::mem::take(&mut o.listeners).work(py, |run| {
         let made = if pipeline::is_step(&path) {
-            pipeline::mesh_step(pipeline::load_step(&path, run)?, o.for_boundary()?, run)
+            pipeline::mesh_step(pipeline::load_step(&path, run)?, &o.mesh, run)
         } else if pipeline::is_mesh(&path) {
-            pipeline::mesh_soup(&pipeline::load_mesh(&path, run)?, o.for_boundary()?, &o.soup, run)
+            pipeline::mesh_soup(&pipeline::load_mesh(&path, run)?, &o.mesh, &o.soup, run)
         } else {
             let part = pipeline::load_part(&path, &o.define)?;
-            pipeline::mesh_part(&part, &o.for_part(&part), run)
+            pipeline::mesh_part(&part, &o.mesh.for_part(&part, o.method), run)
         };
         made.map_err(|e| e.in_file(&path))
     })?;
@@ -300,7 +300,7 @@ pub fn remesh(
     let mut o = sized(Options::new(options, &[])?, size)?;
     let input = surface(points, triangles)?;
     let listeners = std::mem::take(&mut o.listeners);
-    let made = listeners.work(py, |run| pipeline::mesh_soup(&input, o.for_boundary()?, &o.soup, run))?;
+    let made = listeners.work(py, |run| pipeline::mesh_soup(&input, &o.mesh, &o.soup, run))?;
     given(py, made, o.force)
 }
 

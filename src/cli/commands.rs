@@ -195,13 +195,7 @@ pub(super) fn made(a: &Mesh, run: &Run) -> Result<Meshed> {
     let soup = pipeline::is_step(&a.part.part) || pipeline::is_mesh(&a.part.part);
     let mut how = options(&a.how, a.method.unwrap_or_default(), true);
     how.sequence = sequence(&a.operators)?;
-    if how.sequence.is_some() {
-        if soup {
-            return Err(Error::Usage("--sequence is for solids of R-functions".into()));
-        }
-        how.method = a.method.unwrap_or(Method::Operators);
-    }
-    how.measure = a.report.is_some() || a.html.is_some() || !a.common.quiet || !how.method.is_exact();
+    how.measure = a.report.is_some() || a.html.is_some() || !a.common.quiet;
     how.timed = a.report.is_some() || a.verbose;
     if soup {
         no_figure(&a.output)?;
@@ -215,9 +209,8 @@ pub(super) fn made(a: &Mesh, run: &Run) -> Result<Meshed> {
         if !part.plane {
             no_figure(&a.output)?;
         }
-        if part.mesh.sequence.is_some() && a.method.is_none() {
-            how.method = Method::Operators;
-        }
+        how = how.for_part(&part, a.method);
+        how.measure |= !how.method.is_exact();
         pipeline::mesh_part(&part, &how, run)
     };
     let made = made.map_err(|e| e.in_file(&a.part.part))?;

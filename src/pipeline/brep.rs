@@ -96,8 +96,9 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 /// triangles or is named in the report's `shortfalls`, or in its `ladder` where all of it was narrower than
 /// [`MeshOptions::trim`].
 ///
-/// Errors: [`Error::Failed`] when no face can be meshed; cancellation.
+/// Errors: [`Error::Usage`] for a sequence of operators; [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+    options.for_boundary()?;
     match options.volume {
         Some(share) => mesh_within_volume(model, share, options, run),
         None => mesh_tolerant(model, options, run),

@@ -212,9 +212,10 @@ pub(super) fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
 /// itself and the input does not, the input's triangles around are kept, at last all of them, and the report's `shortfalls`
 /// say so.
 ///
-/// Errors: what [`heal`] refuses; [`Error::Usage`] for fewer than four nodes; cancellation.
+/// Errors: what [`heal`] refuses; [`Error::Usage`] for fewer than four nodes or a sequence of operators; cancellation.
 pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Meshed> {
     options.for_any_solid()?;
+    options.for_boundary()?;
     let options = &options.resolved(input.bounds().diagonal());
     let prepared = prepare(input, soup.close, run)?;
     let Some(nodes) = soup.nodes else {

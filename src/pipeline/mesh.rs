@@ -112,6 +112,22 @@ impl MeshOptions {
         Self { tolerance, tolerance_share: None, ..self.clone() }
     }
 
+    /// The options for a part, by the method that was said. Where none was, a sequence of operators, these options' or the part's own,
+    /// is run by the method that runs sequences.
+    pub fn for_part(&self, part: &Part, said: Option<Method>) -> Self {
+        let by_sequence = self.sequence.is_some() || part.mesh.sequence.is_some();
+        let method = said.unwrap_or(if by_sequence { Method::Operators } else { self.method });
+        Self { method, ..self.clone() }
+    }
+
+    /// Refuses what only solids of R-functions know.
+    pub(super) fn for_boundary(&self) -> Result<()> {
+        match self.sequence {
+            Some(_) => Err(Error::Usage("a sequence of operators: that is for solids of R-functions alone".into())),
+            None => Ok(()),
+        }
+    }
+
     /// Refuses what only boundary representations know.
     pub(super) fn for_any_solid(&self) -> Result<()> {
         let refused =

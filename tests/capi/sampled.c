@@ -6,27 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "rvachev.h"
-
-static rv_error *error;
-
-#define NEED(call)                                                                                                \
-    do {                                                                                                          \
-        if ((call) != RV_GOOD) {                                                                                  \
-            printf("line %d: %s\n", __LINE__, rv_error_message(error));                                           \
-            return 1;                                                                                             \
-        }                                                                                                         \
-    } while (0)
-
-#define WRONG(call, wanted, text)                                                                                 \
-    do {                                                                                                          \
-        int got = (call);                                                                                         \
-        if (got != (wanted) || !strstr(rv_error_message(error), text)) {                                          \
-            printf("line %d: %d %s\n", __LINE__, got, rv_error_message(error));                                   \
-            return 1;                                                                                             \
-        }                                                                                                         \
-        rv_error_free(error), error = NULL;                                                                       \
-    } while (0)
+#include "need.h"
 
 /* Options of one name, and of a second one where that is not NULL. */
 static rv_options *with(const char *name, const char *value, const char *second, const char *other) {

@@ -265,3 +265,92 @@ impl Remesher<'_> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ExactOptions, Patch, Patchwork};
+    use super::*;
+    use crate::geometry::{Foot, Pieces, SurfaceOracle};
+    use crate::mesh::{EditMesh, TriMesh};
+    use crate::optimize::size::Sizing;
+    use crate::run::Run;
+
+    /// The plane z = 0.
+    struct Flat;
+
+    impl SurfaceOracle for Flat {
+        fn project(&self, p: DVec3, _reach: f64) -> Option<Foot> {
+            Some(Foot { point: DVec3::new(p.x, p.y, 0.0), normal: DVec3::Z, face: 0 })
+        }
+
+        fn curvatures(&self, _foot: &Foot) -> Option<[f64; 2]> {
+            Some([0.0; 2])
+        }
+    }
+
+    impl Pieces for Flat {
+        fn piece_at(&self, _p: DVec3) -> Option<u32> {
+            Some(0)
+        }
+
+        fn near(&self, _p: DVec3) -> Vec<u32> {
+            vec![0]
+        }
+
+        fn meet(&self, _pieces: &[u32], p: DVec3, _reach: f64) -> Option<DVec3> {
+            Some(DVec3::new(p.x, p.y, 0.0))
+        }
+
+        fn direction(&self, _piece: u32, _p: DVec3) -> Option<DVec3> {
+            Some(DVec3::Z)
+        }
+
+        fn plane(&self, _piece: u32) -> Option<(DVec3, f64)> {
+            Some((DVec3::Z, 0.0))
+        }
+
+        fn curvature(&self, _piece: u32, _p: DVec3) -> Option<f64> {
+            Some(0.0)
+        }
+
+        fn bounds(&self, _pieces: &[u32], _p: DVec3) -> bool {
+            true
+        }
+
+        fn apexes(&self) -> Vec<(u32, DVec3)> {
+            Vec::new()
+        }
+
+        fn face_at(&self, _piece: u32, _p: DVec3) -> Option<u32> {
+            Some(0)
+        }
+    }
+
+    /// How far the middle of a fan comes from the middle of its rim, of radius 1, in forty climbs.
+    fn climbed(rim: &[[f64; 2]]) -> f64 {
+        let n = rim.len() as u32;
+        let nodes = std::iter::once(DVec3::ZERO).chain(rim.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0))).collect();
+        let triangles: Vec<[u32; 3]> = (0..n).map(|k| [0, 1 + k, 1 + (k + 1) % n]).collect();
+        let labels = vec![0; triangles.len()];
+        let mesh = TriMesh { nodes, triangles, labels, faces: vec!["flat".into()], ..TriMesh::default() };
+        let patch = Patch { piece: 0, outward: 1.0, plane: Flat.plane(0), face: 0 };
+        let sets = vec![PieceSet::one(0); mesh.nodes.len()];
+        let work = Patchwork::new(EditMesh::new(&mesh).unwrap(), sets, vec![patch].into());
+        let (options, run) = (ExactOptions::new(Sizing::uniform(1.0), 0.2), Run::new());
+        let mut r = Remesher::new(work, &Flat, &options, &run).unwrap();
+        for _ in 0..40 {
+            r.climb(0, 1.0);
+        }
+        r.point(0).length()
+    }
+
+    #[test]
+    fn the_middle_of_a_fan_that_is_turned_over_stays_near_it() {
+        let mut rim: Vec<[f64; 2]> =
+            (0..6).map(|k| (std::f64::consts::FRAC_PI_3 * f64::from(k)).sin_cos().into()).collect();
+        let away = climbed(&rim);
+        assert!(away < 3.0, "{away}");
+        rim.reverse();
+        assert!(climbed(&rim) < 0.01);
+    }
+}

@@ -170,18 +170,18 @@ impl PiecewiseMesh<'_> {
     }
 
     /// The spans that have some of a range, by the range each has, with what they have of it from their own start on.
-    fn parts(&self, range: Range<usize>, of: impl Fn(&Span) -> Range<usize>) -> Vec<Part> {
+    fn parts(&self, range: Range<usize>, of: impl Fn(&Span) -> Range<usize>) -> Vec<Stretch> {
         let part = |span: usize| {
             let all = of(&self.spans[span]);
             let (lo, hi) = (range.start.max(all.start), range.end.min(all.end));
-            (lo < hi).then(|| Part { span, range: lo - all.start..hi - all.start })
+            (lo < hi).then(|| Stretch { span, range: lo - all.start..hi - all.start })
         };
         (0..self.spans.len()).filter_map(part).collect()
     }
 }
 
 /// Some of what a span has.
-struct Part {
+struct Stretch {
     span: usize,
     range: Range<usize>,
 }
@@ -224,7 +224,7 @@ impl MeshView for PiecewiseMesh<'_> {
     fn read_nodes(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
         let of = |s: &Span| s.first.node as usize..s.first.node as usize + s.nodes;
         let mut nodes: Vec<DVec3> = Vec::with_capacity(RUN);
-        for Part { span, range } in self.parts(range, of) {
+        for Stretch { span, range } in self.parts(range, of) {
             self.broken()?;
             let loaded = self.loaded(span)?;
             for own in loaded.own[range].chunks(RUN) {
@@ -239,7 +239,7 @@ impl MeshView for PiecewiseMesh<'_> {
     fn read_cells(&self, range: Range<usize>, take: &mut dyn FnMut(CellRun) -> Result<()>) -> Result<()> {
         let of = |s: &Span| s.first.cell as usize..s.first.cell as usize + s.cells;
         let mut corners: Vec<u32> = Vec::with_capacity(3 * RUN);
-        for Part { span, range } in self.parts(range, of) {
+        for Stretch { span, range } in self.parts(range, of) {
             self.broken()?;
             let loaded = self.loaded(span)?;
             let p = &loaded.portion;

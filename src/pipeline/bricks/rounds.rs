@@ -255,14 +255,14 @@ impl Maker<'_> {
         }
         let from: Vec<u32> = known.iter().filter(|k| which.round + 1 < ROUNDS && is_raw(&k.1)).map(|k| k.0).collect();
         let handed = within_edges(&mesh, &from);
-        let from = Whole { mesh, on, leaves: pieces, known: known.into_iter().collect(), which };
+        let from = Uncut { mesh, on, leaves: pieces, known: known.into_iter().collect(), which };
         let next = |p: DVec3| blocks.holding(which.round + 1, p);
         Ok(Piece { proof: given.proof, ..from.parted(&handed, &next) })
     }
 }
 
 /// A remeshed piece before it is parted.
-struct Whole {
+struct Uncut {
     mesh: TriMesh,
     /// The leaves of each node.
     on: Vec<Vec<u32>>,
@@ -273,7 +273,7 @@ struct Whole {
     which: Which,
 }
 
-impl Whole {
+impl Uncut {
     /// What a node is called, as far as its piece knows.
     fn name(&self, v: u32) -> NodeId {
         self.known.get(&v).copied().unwrap_or_else(|| made_in(self.which.round, self.which.brick, v))
