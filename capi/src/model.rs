@@ -14,15 +14,12 @@ use crate::text::{RvText, json, text};
 use crate::work::work;
 
 /// What a look at a STEP model found, given as JSON.
-fn told<T: Serialize>(
+fn told<T: Serialize + Send>(
     path: Chars,
     options: Option<&RvOptions>,
     out: Out<'_, *mut RvText>,
     look: impl FnOnce(StepModel, &Run) -> rvachev::Result<T> + Send,
-) -> Result<T, Failure>
-where
-    T: Send,
-{
+) -> Result<T, Failure> {
     let out = slot(out, std::ptr::null_mut(), "text")?;
     let (path, asked) = (path.path("path")?, asked(options));
     let found = work(asked.run.as_ref(), asked.threads, |run| {
