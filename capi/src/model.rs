@@ -1,6 +1,7 @@
 //! What is known of CAD models, and methods compared, as JSON.
 
 use std::ffi::c_int;
+use std::mem::MaybeUninit;
 
 use rvachev::parametric::step::StepModel;
 use rvachev::{Error, Run, pipeline};
@@ -17,10 +18,9 @@ use crate::work::work;
 fn told<T: Serialize + Send>(
     path: Chars,
     options: Option<&RvOptions>,
-    out: Out<'_, *mut RvText>,
+    out: &mut MaybeUninit<*mut RvText>,
     look: impl FnOnce(StepModel, &Run) -> rvachev::Result<T> + Send,
 ) -> Result<T, Failure> {
-    let out = slot(out, std::ptr::null_mut(), "text")?;
     let (path, asked) = (path.path("path")?, asked(options));
     let found = work(asked.run.as_ref(), asked.threads, |run| {
         let found = pipeline::load_step(&path, run).and_then(|m| look(m, run));
@@ -39,7 +39,9 @@ pub extern "C" fn rv_step_check(
     error: ErrorOut<'_>,
 ) -> c_int {
     entry(error, || {
-        let found = told(path, options, report, |m, run| pipeline::diagnose_step(&m, run))?;
+        let found = told(path, options, slot(report, std::ptr::null_mut(), "report")?, |m, run| {
+            pipeline::diagnose_step(&m, run)
+        })?;
         Ok(if found.sound { GOOD } else { SHORT })
     })
 }
@@ -54,7 +56,9 @@ pub extern "C" fn rv_step_info(
 ) -> c_int {
     entry(error, || {
         // STEP files are read in millimeters.
-        let found = told(path, options, info, |m, run| pipeline::brep_info(m, Some("mm"), run))?;
+        let found = told(path, options, slot(info, std::ptr::null_mut(), "info")?, |m, run| {
+            pipeline::brep_info(m, Some("mm"), run)
+        })?;
         Ok(if found.notes.is_empty() { GOOD } else { SHORT })
     })
 }
