@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::brep::{expected, mesh_step};
-use super::mesh::{MeshOptions, Meshed, Ready, check_groups, finish_names};
+use super::mesh::{Meshed, Ready, check_groups, finish_names};
+use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
 use crate::implicit::part::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe, Sheet};

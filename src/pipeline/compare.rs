@@ -5,10 +5,12 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::attempts::CELLS;
+use super::cells::{CellLadder, Start};
+use super::ladder::Attempts;
 use super::leaf::by_leaf;
-use super::mesh::{MeshOptions, Ready, check_groups, finish_names};
+use super::mesh::{Ready, check_groups, finish_names};
 use super::method::Method;
+use super::options::MeshOptions;
 use super::report::Report;
 use crate::error::Result;
 use crate::implicit::part::Part;
@@ -92,13 +94,9 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
             stages.push((method.name(), stage.to_string(), mesh.clone()));
         })?;
     }
-    by_leaf(
-        &ready,
-        options,
-        &CELLS,
-        run,
-        Some(&mut |stage, mesh| stages.push(("leaf", stage.to_string(), mesh.clone()))),
-    )?;
+    let mut watch = |stage: &str, mesh: &TriMesh| stages.push(("leaf", stage.to_string(), mesh.clone()));
+    let cells = CellLadder::new(&ready, options, Start::default()).observed(Some(&mut watch));
+    by_leaf(cells, &mut Attempts::new(false), run)?;
     let mut rows = Vec::with_capacity(stages.len());
     for (method, stage, mut mesh) in stages {
         let mut unused = Report::new(options.method, ready.size, None);

@@ -2,9 +2,10 @@
 //! model, sizes and nodes on borders, other nodes within the faces.
 
 use super::compare::{Comparison, Row};
-use super::discrete::{SoupOptions, discrete_options, length, mesh_soup, patchwork, prepare};
-use super::mesh::MeshOptions;
+use super::discrete::{SoupOptions, discrete_options, length, mesh_soup, prepare};
+use super::options::MeshOptions;
 use super::report::Report;
+use super::soup_patches::patchwork;
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::wish::Wish;
 use crate::discrete::Discrete;

@@ -6,13 +6,16 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::faults::{Places, Touching, keep_shells};
+use super::faults::{Touching, keep_shells};
 use super::heal::told;
-use super::history::{Attempt, Clock, Tried, add_attempt};
+use super::history::Clock;
+use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
 use super::load::is_3mf;
-use super::mesh::{MeshOptions, Meshed};
+use super::mesh::Meshed;
+use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
+use super::soup_ladder::{End, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
@@ -21,32 +24,19 @@ use crate::heal::{HealOptions, absorb_fillings, heal};
 use crate::implicit::part::SizeRequest;
 use crate::io::threemf::has_levelset;
 use crate::io::{self, Format};
-use crate::mesh::edit::NONE;
-use crate::mesh::{EditMesh, TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, remesh_patchwork};
+use crate::mesh::{TriMesh, self_intersections};
+use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
 const NAMED: usize = 20;
-/// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.
-const SLIM: usize = 500;
-/// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
-/// kept around them; and the attempt that keeps all connected parts with such places as they are.
-const HALVINGS: usize = 4;
-const ATTEMPTS: usize = 7;
-const LAST: usize = 8;
-/// How often they are halved around folds and slim triangles alone.
-const FOLDED: usize = 2;
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;
 /// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
 const MUCH: usize = 4;
 /// Around such places edges may get as short as this share of what curvature may make them.
 const LEAST_BESIDE: f64 = 0.125;
-/// Where more than one triangle in this many intersects others it is no matter of sizes. Thin parts of coarse meshes may well be a
-/// tenth of all.
-const FEW: usize = 3;
 /// Where a mesh whose edges may be farther from the surface than else is at fault, they may still be so many times as far: what would
 /// have to be nearer is noise. An armadillo gets three times the triangles with 1.
 const STRICT: f64 = 2.5;
@@ -218,202 +208,168 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     options.for_boundary()?;
     let options = &options.resolved(input.bounds().diagonal());
     let prepared = prepare(input, soup.close, run)?;
+    let mut attempts = Attempts::new(options.timed);
     let Some(nodes) = soup.nodes else {
-        return mesh_prepared(&prepared, length(options.size, &prepared.mesh), options, soup, run);
+        let asked = Asked { prepared: &prepared, size: length(options.size, &prepared.mesh), options, soup };
+        return Ok(asked.mesh(&mut attempts, run)?.made.told(attempts));
     };
     if nodes < 4 {
         return Err(Error::Usage(format!("a mesh needs at least four nodes, not {nodes}")));
     }
     // A closed surface of even triangles has two to a node.
-    let mut size = (prepared.mesh.area() / (2.0 * nodes as f64) / (3f64.sqrt() / 4.0)).sqrt();
-    let mut best: Option<(f64, Meshed)> = None;
-    for _ in 0..TRIALS {
-        let made = mesh_prepared(&prepared, size, options, soup, run)?;
-        let off = (made.mesh.nodes.len() as f64 / nodes as f64).ln();
-        if best.as_ref().is_none_or(|b| off.abs() < b.0) {
-            best = Some((off.abs(), made));
-        }
-        if off.abs() < NEAR {
-            break;
-        }
-        size *= (0.5 * off).exp().clamp(0.4, 2.5);
+    let size = (prepared.mesh.area() / (2.0 * nodes as f64) / (3f64.sqrt() / 4.0)).sqrt();
+    let mut ladder = NodeLadder { prepared: &prepared, options, soup, nodes, size, trials: 0 };
+    let (mut made, off) = climb(&mut ladder, &mut attempts, run)?.ok_or(Error::Cancelled)?;
+    if off.abs() >= NEAR {
+        let Meshed { mesh, report, .. } = &mut made.meshed;
+        report.warnings.push(format!("{} nodes, not {nodes}: features ask for them", mesh.nodes.len()));
     }
-    let (off, mut made) = best.ok_or(Error::Cancelled)?;
-    if off >= NEAR {
-        made.report.warnings.push(format!("{} nodes, not {nodes}: features ask for them", made.mesh.nodes.len()));
-    }
-    Ok(made)
+    Ok(made.told(attempts))
 }
 
-fn mesh_prepared(
-    prepared: &Prepared,
+/// Other sizes, for a number of nodes.
+struct NodeLadder<'a> {
+    prepared: &'a Prepared,
+    options: &'a MeshOptions,
+    soup: &'a SoupOptions,
+    nodes: usize,
     size: f64,
-    options: &MeshOptions,
-    soup: &SoupOptions,
-    run: &Run,
-) -> Result<Meshed> {
-    mesh_counted(prepared, size, options, soup, run).map(|made| made.0)
+    trials: usize,
+}
+
+impl Ladder for NodeLadder<'_> {
+    /// With the logarithm of how many times the nodes there are.
+    type Made = (Numbered, f64);
+
+    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
+        let asked = Asked { prepared: self.prepared, size: self.size, options: self.options, soup: self.soup };
+        let made = asked.mesh(attempts, run)?.made;
+        let off = (made.meshed.mesh.nodes.len() as f64 / self.nodes as f64).ln();
+        Ok(Some((made, off)))
+    }
+
+    fn is_better(&self, new: &Self::Made, best: Option<&Self::Made>) -> bool {
+        best.is_none_or(|b| new.1.abs() < b.1.abs())
+    }
+
+    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        let off = seen.last.1;
+        self.trials += 1;
+        self.size *= (0.5 * off).exp().clamp(0.4, 2.5);
+        let change = if off > 0.0 { Change::LongerEdges } else { Change::ShorterEdges };
+        (off.abs() >= NEAR && self.trials < TRIALS).then_some((change, "another number of nodes was asked for"))
+    }
+}
+
+/// What a soup's mesh is made for.
+struct Asked<'a> {
+    prepared: &'a Prepared,
+    size: f64,
+    options: &'a MeshOptions,
+    soup: &'a SoupOptions,
 }
 
 /// A mesh, and how many of its triangles are turned over or slim within a face.
-fn mesh_counted(
-    prepared: &Prepared,
-    size: f64,
-    options: &MeshOptions,
-    soup: &SoupOptions,
-    run: &Run,
-) -> Result<(Meshed, usize)> {
-    let mut report = Report::of("triangles", size, None);
-    report.warnings.clone_from(&prepared.healed);
-    let mut timer = Clock::new(options.timed);
-    let mesh = &prepared.at(size);
-    let found = |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run)
-    {
-        Ok(solid) => Ok(solid),
-        Err(Error::Cancelled) => Err(Error::Cancelled),
-        Err(e) => Err(Error::Failed(format!("not remeshed: {e}"))),
-    };
-    let mut solid = found(size)?;
-    let mut touching = Touching::default();
-    if !prepared.healed.is_empty() {
-        touching = Touching::of(&solid.named(), run)?;
-    }
-    // Where healing left hardly any room even nodes that are put on edges may be in the way.
-    if !touching.is_empty() {
-        solid = found(0.0)?;
-        touching = Touching::of(&solid.named(), run)?;
-    }
-    tell_removed(&solid, &mut report);
-    let sizing = relaxed(sizing(size, solid.bounds().diagonal(), options), options, soup, &solid);
-    // What is left as it was is not divided.
-    let named = solid.named();
-    // What touches is known by its triangles.
-    if touching.is_empty() {
-        solid.divide_walls(|k| sizing.at(k), sizing.least.min(size), run)?;
-    }
-    let open = !named.defects().is_closed();
-    let wishes = Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
-    let (face_sizes, regions) = (wishes.faces, wishes.regions);
-    let wish = Wish::new(size, solid.bounds().diagonal(), options);
-    let plain = soup_sizes::exact(sizing, options, &solid);
-    let exact = ExactOptions { face_sizes, regions, ..plain };
-    let mut sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut report);
-    let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
-    sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
-    let mut kept = walls.tight;
-    touching.keep(&mut kept, &solid);
-    // Where healing laid sheets side by side everywhere there is nothing to gain in between.
-    if TOUCHED * touching.len() > kept.len() {
-        kept.fill(true);
-    }
-    if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
-        keep_shells(&mut kept, &solid);
-    }
-    let mut attempt = if touching.is_empty() { 0 } else { ATTEMPTS };
-    // The best that does not intersect itself, though it may be folded.
-    let mut whole: Option<ExactMesh> = None;
-    let mut left = false;
-    let flaws = |m: &ExactMesh| m.report.inverted + m.report.slim.len();
-    let mut clock = Clock::new(options.timed);
-    let mut attempts: Vec<Attempt> = Vec::new();
-    let made = loop {
-        if kept.iter().all(|k| *k) {
-            break None;
+struct Counted {
+    made: Numbered,
+    flaws: usize,
+}
+
+impl Asked<'_> {
+    fn mesh(&self, attempts: &mut Attempts, run: &Run) -> Result<Counted> {
+        let Self { prepared, size, options, soup } = *self;
+        let mut report = Report::of("triangles", size, None);
+        report.warnings.clone_from(&prepared.healed);
+        let mut timer = Clock::new(options.timed);
+        let mesh = &prepared.at(size);
+        let found =
+            |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run) {
+                Ok(solid) => Ok(solid),
+                Err(Error::Cancelled) => Err(Error::Cancelled),
+                Err(e) => Err(Error::Failed(format!("not remeshed: {e}"))),
+            };
+        let mut solid = found(size)?;
+        let mut touching = Touching::default();
+        if !prepared.healed.is_empty() {
+            touching = Touching::of(&solid.named(), run)?;
         }
-        let work = patchwork(&solid, sizes.clone(), &kept, LEAST_BESIDE * sizing.least.min(size));
-        let made = remesh_patchwork(work, &named, &solid, &exact, run, None)?;
-        let bad = match made.report.self_intersections {
-            0 => Vec::new(),
-            _ => touching.others(&made.mesh, run)?,
-        };
-        let flawed = bad.len() + made.report.inverted;
-        let attempt_made = Attempt::new(Tried::Soup, size, made.mesh.triangles.len(), flawed, &mut clock);
-        add_attempt(&mut attempts, attempt_made, run);
-        if FEW * bad.len() > made.mesh.triangles.len() {
-            attempt = attempt.max(HALVINGS);
+        // Where healing left hardly any room even nodes that are put on edges may be in the way.
+        if !touching.is_empty() {
+            solid = found(0.0)?;
+            touching = Touching::of(&solid.named(), run)?;
         }
-        // Nothing is kept for the sake of folds.
-        let mut folds = Vec::new();
-        if attempt < HALVINGS {
-            folds.extend_from_slice(&made.report.faults[made.report.self_intersections..]);
-            folds.extend_from_slice(&made.report.slim);
+        tell_removed(&solid, &mut report);
+        let sizing = relaxed(sizing(size, solid.bounds().diagonal(), options), options, soup, &solid);
+        // What is left as it was is not divided.
+        let named = solid.named();
+        // What touches is known by its triangles.
+        if touching.is_empty() {
+            solid.divide_walls(|k| sizing.at(k), sizing.least.min(size), run)?;
         }
-        let reach = if attempt < HALVINGS { 0.5 } else { (attempt + 1 - HALVINGS) as f64 };
-        let places = Places::new(&bad, &folds, &made.mesh, reach);
-        let poor = made.report.inverted > 0 || SLIM * made.report.slim.len() > made.mesh.triangles.len();
-        // Nearer to the surface there may be no need for more.
+        let open = !named.defects().is_closed();
+        let wishes =
+            Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
+        let (face_sizes, regions) = (wishes.faces, wishes.regions);
+        let wish = Wish::new(size, solid.bounds().diagonal(), options);
+        let plain = soup_sizes::exact(sizing, options, &solid);
+        let exact = ExactOptions { face_sizes, regions, ..plain };
+        let mut sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut report);
+        let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
+        sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
+        let mut kept = walls.tight;
+        touching.keep(&mut kept, &solid);
+        // Where healing laid sheets side by side everywhere there is nothing to gain in between.
+        if TOUCHED * touching.len() > kept.len() {
+            kept.fill(true);
+        }
+        if !touching.is_empty() || MUCH * kept.iter().filter(|k| **k).count() > kept.len() {
+            keep_shells(&mut kept, &solid);
+        }
+        let least = LEAST_BESIDE * sizing.least.min(size);
         let plain = self::sizing(size, solid.bounds().diagonal(), options);
         let near = sizing.chord <= plain.chord.map(|c| STRICT * c);
-        if !near && !bad.is_empty() {
-            let options = MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
-            let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
-            strict.0.report.attempts.splice(0..0, attempts);
-            return Ok(strict);
+        let ladder = SoupLadder::new(&solid, &named, &exact, &touching, size);
+        let mut ladder = SoupLadder { sizes, kept, least, near, ..ladder };
+        let best = climb(&mut ladder, attempts, run)?;
+        let flaws = best.as_ref().map_or(usize::MAX, SoupTrial::flaws);
+        let SoupLadder { kept, end, .. } = ladder;
+        if matches!(end, End::Strict | End::StrictIfBetter) {
+            attempts.change(Change::ShorterEdges, "edges farther from the surface than else left triangles at fault");
+            let options = &MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
+            let strict = Asked { options, ..*self }.mesh(attempts, run)?;
+            if end == End::Strict || strict.flaws < flaws {
+                return Ok(strict);
+            }
         }
-        if bad.is_empty() {
-            if whole.as_ref().is_none_or(|w| flaws(&made) < flaws(w)) {
-                whole = Some(made);
-            }
-            if poor && attempt >= FOLDED && !near {
-                let options = MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
-                let mut strict = mesh_counted(prepared, size, &options, soup, run)?;
-                if whole.as_ref().is_none_or(|w| strict.1 < flaws(w)) {
-                    strict.0.report.attempts.splice(0..0, attempts);
-                    return Ok(strict);
-                }
-            }
-            if !poor || attempt >= FOLDED {
-                break whole;
-            }
-        } else if whole.is_some() {
-            break whole;
+        let left = end == End::Left;
+        if left {
+            report.shortfalls.push(Fault::NotRemeshed);
         }
-        attempt += 1;
-        let more = if attempt <= HALVINGS {
-            places.halve(&mut sizes, &solid, LEAST_BESIDE * sizing.least.min(size))
-        } else if attempt <= LAST {
-            let more = places.keep(&mut kept, &solid);
-            if attempt == LAST {
-                keep_shells(&mut kept, &solid);
-            }
-            more || attempt == LAST
-        } else {
-            false
-        };
-        if more || attempt < LAST {
-            continue;
+        let numbers = best.iter().map(|b| b.number).collect();
+        let made = best.map(|b| b.made);
+        let intersecting = made.as_ref().map(|m| m.report.self_intersections);
+        let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
+        if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
+            let count = kept.iter().filter(|k| **k).count();
+            let at = solid.mesh.centroid(first as u32).to_array();
+            report.shortfalls.push(Fault::Kept { triangles: count, at });
         }
-        report.shortfalls.push(Fault::NotRemeshed);
-        left = true;
-        break None;
-    };
-    let intersecting = made.as_ref().map(|m| m.report.self_intersections);
-    let count = made.as_ref().map_or(usize::MAX, flaws);
-    let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
-    if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
-        let count = kept.iter().filter(|k| **k).count();
-        let at = solid.mesh.centroid(first as u32).to_array();
-        report.shortfalls.push(Fault::Kept { triangles: count, at });
+        report.stage("mesh", mesh.triangles.len(), &mut timer, run);
+        run.progress("check", 0.0);
+        let against = options.measure.then(|| Against::new(&solid));
+        let expected = Expectation { open, touching: false };
+        let measured = check_tested(&mesh, intersecting, expected, against, run)?;
+        if open {
+            report.warnings.push("the surface is open: its border is kept".into());
+        }
+        if !touching.is_empty() {
+            report.shortfalls.push(Fault::Touching { triangles: touching.len() });
+        }
+        report.judge(measured);
+        report.stage("check", mesh.triangles.len(), &mut timer, run);
+        let meshed = Meshed { mesh, seams, corners, outline: None, report, solid: None };
+        Ok(Counted { made: Numbered { meshed, numbers }, flaws })
     }
-    // The best is the one with as many triangles, of those the last.
-    if let Some(a) = attempts.iter_mut().rev().find(|a| !left && a.triangles == mesh.triangles.len()) {
-        a.kept = true;
-    }
-    report.attempts = attempts;
-    report.stage("mesh", mesh.triangles.len(), &mut timer, run);
-    run.progress("check", 0.0);
-    let against = options.measure.then(|| Against::new(&solid));
-    let expected = Expectation { open, touching: false };
-    let measured = check_tested(&mesh, intersecting, expected, against, run)?;
-    if open {
-        report.warnings.push("the surface is open: its border is kept".into());
-    }
-    if !touching.is_empty() {
-        report.shortfalls.push(Fault::Touching { triangles: touching.len() });
-    }
-    report.judge(measured);
-    report.stage("check", mesh.triangles.len(), &mut timer, run);
-    Ok((Meshed { mesh, seams, corners, outline: None, report, solid: None }, count))
 }
 
 fn tell_removed(solid: &Discrete, report: &mut Report) {
@@ -424,47 +380,6 @@ fn tell_removed(solid: &Discrete, report: &mut Report) {
     }
     if solid.removed.len() > NAMED {
         report.warnings.push(format!("and {} more features not kept", solid.removed.len() - NAMED));
-    }
-}
-
-/// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
-/// theirs, but not shorter than `least`.
-pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], least: f64) -> Patchwork {
-    let mut mesh: EditMesh = solid.mesh.clone();
-    let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
-    let faces = solid.face_count() as u32;
-    let mut patches: Vec<Patch> = (0..faces)
-        .map(|f| Patch { piece: f, outward: 1.0, plane: crate::geometry::Pieces::plane(solid, f), face: u32::MAX })
-        .collect();
-    let mut frozen_as = vec![u32::MAX; patches.len()];
-    for t in solid.mesh.triangles().filter(|t| kept[*t as usize]) {
-        let face = mesh.label(t) as usize;
-        if frozen_as[face] == u32::MAX {
-            frozen_as[face] = patches.len() as u32;
-            patches.push(patches[face]);
-        }
-        let normal = mesh.area_vector(t).normalize_or_zero();
-        mesh.set_surface(t, frozen_as[face], normal);
-        // Sizes grow from what stays.
-        for h in 3 * t..3 * t + 3 {
-            for v in [mesh.origin(h), mesh.target(h)] {
-                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h).max(least));
-            }
-        }
-    }
-    let borders: Vec<u32> = mesh
-        .edges()
-        .filter(|&h| mesh.opposite(h) != NONE && mesh.label(h / 3) != mesh.label(mesh.opposite(h) / 3))
-        .collect();
-    borders.into_iter().for_each(|h| mesh.set_sharp(h, true));
-    let frozen = (faces..patches.len() as u32).collect();
-    Patchwork {
-        lines_from: faces,
-        sizes,
-        frozen,
-        raw: true,
-        fine: solid.smooth,
-        ..Patchwork::new(mesh, sets, patches.into())
     }
 }
 
@@ -532,48 +447,5 @@ impl fmt::Display for SoupInfo {
             writeln!(f, "  {}: area {:.6}, {} triangles{plane}; beside {next}", face.name, face.area, face.triangles)?;
         }
         write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::DVec3;
-    use crate::pipeline::wish::GRADING;
-
-    /// A bumpy square of n x n nodes, open.
-    fn square(n: u32) -> TriMesh {
-        let at = |i: u32, j: u32| {
-            let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(n - 1));
-            DVec3::new(x, y, 0.05 * (5.0 * x).sin() * (4.0 * y).cos())
-        };
-        let nodes = (0..n * n).map(|k| at(k % n, k / n)).collect();
-        let cell = |k: u32| {
-            let a = k / (n - 1) * n + k % (n - 1);
-            [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]
-        };
-        TriMesh::new(nodes, (0..(n - 1) * (n - 1)).flat_map(cell).collect())
-    }
-
-    #[test]
-    fn triangles_that_are_kept_stay_as_they_are_and_the_rest_is_remeshed() {
-        let (run, size) = (Run::new(), 0.04);
-        let solid = Discrete::new(&square(40), &discrete_options(&SoupOptions::default(), size), &run).unwrap();
-        let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
-        let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
-        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
-        let exact = ExactOptions::new(sizing(size, 1.0, &MeshOptions::default()), GRADING);
-        let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
-        assert_eq!(made.report.self_intersections, 0);
-        let now: std::collections::BTreeSet<[u64; 3]> =
-            (0..made.mesh.triangles.len()).map(|t| made.mesh.centroid(t).to_array().map(f64::to_bits)).collect();
-        let is_there = |t: usize| now.contains(&centers[t].to_array().map(f64::to_bits));
-        let (mut stayed, mut others) = (0, 0);
-        for t in 0..kept.len() {
-            if kept[t] { stayed += usize::from(is_there(t)) } else { others += usize::from(is_there(t)) }
-        }
-        assert!(stayed > 300 && stayed == kept.iter().filter(|k| **k).count());
-        assert!(others < kept.len() / 20 && made.mesh.triangles.len() < kept.len());
-        assert_eq!(made.mesh.labels.iter().max(), Some(&0));
     }
 }

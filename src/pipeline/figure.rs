@@ -9,8 +9,9 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::mesh::{MeshOptions, Meshed, check_groups, mesh_part};
+use super::mesh::{Meshed, check_groups, mesh_part};
 use super::method::Method;
+use super::options::MeshOptions;
 use super::report::{Info, LeafInfo, Report};
 use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result};

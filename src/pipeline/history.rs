@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 use serde::Serialize;
 
+use super::ladder::Change;
 use super::report::Report;
 use crate::implicit::{Arranged, Unproved};
 use crate::run::Run;
@@ -78,6 +79,11 @@ impl Proof {
 pub struct Attempt {
     /// What was done.
     pub rung: Tried,
+    /// What it changed after the one before it,
+    pub change: Change,
+    /// and what that was wanting in.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub because: &'static str,
     /// The size of the cells, or the length of edges that was asked for.
     pub size: f64,
     /// How many triangles came of it.
@@ -127,24 +133,24 @@ impl Clock {
 
 impl Attempt {
     /// One that has triangles, of which so many are at fault.
-    pub(super) fn new(rung: Tried, size: f64, triangles: usize, faults: usize, clock: &mut Clock) -> Self {
-        let seconds = clock.lap();
-        Self { rung, size, triangles, faults, proof: None, kept: false, why: String::new(), seconds }
+    pub(super) fn new(rung: Tried, size: f64, triangles: usize, faults: usize) -> Self {
+        Self {
+            rung,
+            change: Change::First,
+            because: "",
+            size,
+            triangles,
+            faults,
+            proof: None,
+            kept: false,
+            why: String::new(),
+            seconds: None,
+        }
     }
 
-    pub(super) fn kept(self) -> Self {
-        Self { kept: true, ..self }
-    }
-
-    pub(super) fn because(self, why: impl Into<String>) -> Self {
+    pub(super) fn lacking(self, why: impl Into<String>) -> Self {
         Self { why: why.into(), ..self }
     }
-}
-
-/// Adds an attempt to others, and tells whoever listens: a run that is stopped later tells what it tried.
-pub(super) fn add_attempt(attempts: &mut Vec<Attempt>, attempt: Attempt, run: &Run) {
-    run.note("attempt", || attempt.ended());
-    attempts.push(attempt);
 }
 
 impl Report {
@@ -152,28 +158,6 @@ impl Report {
         let stage = Stage { name, triangles, seconds: clock.lap() };
         run.note("stage", || stage.to_string());
         self.stages.push(stage);
-    }
-
-    /// Adds what was tried for a mesh that was dropped for this one, before or after it.
-    pub(super) fn instead_of(&mut self, dropped: &Report, before: bool, why: &str, run: &Run) {
-        tell_dropped(&dropped.attempts, why, run);
-        let mut other = dropped.attempts.clone();
-        for a in other.iter_mut().filter(|a| a.kept) {
-            a.kept = false;
-            a.why = if a.why.is_empty() { why.to_string() } else { format!("{why}; {}", a.why) };
-        }
-        if before {
-            self.attempts.splice(0..0, other);
-        } else {
-            self.attempts.extend(other);
-        }
-    }
-}
-
-/// Tells that a mesh is given up for another one.
-pub(super) fn tell_dropped(attempts: &[Attempt], why: &str, run: &Run) {
-    for a in attempts.iter().filter(|a| a.kept) {
-        run.note("given up", || format!("{}: {why}", a.named()));
     }
 }
 
@@ -210,6 +194,9 @@ impl fmt::Display for Figures<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Attempt { faults, proof, seconds: took, .. } = self.0;
         f.write_str(&self.0.named())?;
+        if !self.0.because.is_empty() {
+            write!(f, " ({}: {})", self.0.change, self.0.because)?;
+        }
         if *faults > 0 {
             write!(f, ", {faults} faults")?;
         }

@@ -1,14 +1,16 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
-use super::attempts::{Scout, Searched, Trial, search};
-use super::history::{Attempt, Clock, Tried, add_attempt};
-use super::mesh::{MeshOptions, Ready};
+use super::cells::{CellLadder, Scout, Start, Trial};
+use super::history::{Attempt, Tried};
+use super::ladder::{Attempts, Change};
+use super::mesh::Ready;
 use super::method::Method;
+use super::options::MeshOptions;
 use super::wish::{LEAST_SHARE, Wish, own_tolerance};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Observer};
+use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::optimize::improve;
 use crate::quality::Fault;
 use crate::run::Run;
@@ -30,8 +32,10 @@ pub(super) struct ByLeaf {
     pub(super) cell: f64,
     pub(super) method: Method,
     pub(super) shortfalls: Vec<Fault>,
-    /// What was tried.
-    pub(super) attempts: Vec<Attempt>,
+    /// The number of the attempt it is of,
+    pub(super) number: usize,
+    /// and its cells.
+    pub(super) start: Start,
     /// Whether all is shown of the arrangement it is of: its leaves have no creases.
     pub(super) proved: bool,
     /// Nodes that were drawn back where the solid touches itself.
@@ -57,7 +61,8 @@ impl ByLeaf {
             cell,
             method,
             shortfalls,
-            attempts: Vec::new(),
+            number: 0,
+            start: Start::default(),
             proved: false,
             drawn: 0,
         }
@@ -94,23 +99,16 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
 
 /// Runs the leaf method on ever smaller cells until it comes out clean; falls back to the method cut, at last to marching cubes, where
 /// most triangles cross however small they are.
-pub(super) fn by_leaf(
-    ready: &Ready,
-    options: &MeshOptions,
-    cells: &[f64],
-    run: &Run,
-    mut observer: Option<&mut Observer<'_>>,
-) -> Result<ByLeaf> {
-    let Searched { best, faults: [crossing, inverted], mut attempts } =
-        search(ready, options, cells, run, &mut observer)?;
-    if let Some(best) = best {
+pub(super) fn by_leaf(mut cells: CellLadder<'_, '_>, attempts: &mut Attempts, run: &Run) -> Result<ByLeaf> {
+    let (ready, options) = (cells.ready, cells.options);
+    if let Some(best) = cells.search(attempts, run)? {
         let proved = best.scout.proof.as_ref().is_some_and(|p| p.unproved == 0);
         let mut shortfalls = best.shortfalls(ready);
-        let (faults, drawn) = (best.faults(), best.drawn);
+        let faults = best.faults();
         if faults > 0 {
             shortfalls.push(Fault::mended(faults, &best.exact.report.faults));
         }
-        let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, .. } = best;
+        let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, start, number, drawn, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let intersecting = (faults == 0).then_some(0);
         let method = options.method;
@@ -123,26 +121,27 @@ pub(super) fn by_leaf(
             cell,
             method,
             shortfalls,
-            attempts,
+            number,
+            start,
             proved,
             drawn,
         });
     }
-    let mut clock = Clock::new(options.timed);
+    let [crossing, inverted] = cells.faults;
+    attempts.change(Change::OtherWay, "most triangles cross with all cells");
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);
     let mut mesh = extracted.mesh.clone();
     let improved = improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
     let mut method = Method::Cut;
     let flawed = improved.self_intersections + improved.after.inverted;
-    let operators = Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed, &mut clock);
-    add_attempt(&mut attempts, Attempt { kept: flawed == 0, ..operators }, run);
+    let mut number = attempts.add(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed), run);
     if flawed > 0 {
         mesh = extracted.mesh.clone();
         method = Method::MarchingCubes;
-        let plain = Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0, &mut clock);
-        add_attempt(&mut attempts, plain.kept(), run);
+        attempts.change(Change::OtherWay, "operators left triangles at fault");
+        number = attempts.add(Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0), run);
     }
     let shortfalls = vec![Fault::OtherMethod { crossing, inverted, method: method.name() }];
-    Ok(ByLeaf { attempts, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
+    Ok(ByLeaf { number, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
 }

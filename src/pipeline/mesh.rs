@@ -5,21 +5,23 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::attempts::{CELLS, LOOSE, at};
 use super::boolean::{holds_foreign, mesh_boolean};
 use super::built::{build, mesh_built};
-use super::crowded::{Crowded, thin_out, wanting};
+use super::cells::{CellLadder, Start, at};
 use super::figure::{mesh_figure, no_figure};
 use super::heal::{heal_made, same_places, told};
 use super::hidden::hidden_creases;
-use super::history::{Attempt, Clock, Tried, add_attempt};
+use super::history::{Attempt, Clock, Tried};
+use super::ladder::{Attempts, climb};
 use super::leaf::{ByLeaf, by_leaf};
+use super::lengths::{Crowded, LengthLadder, tell_far};
 use super::method::Method;
-use super::nearer::come_within;
-use super::refine::{Refinement, Wishes};
+use super::options::MeshOptions;
+use super::refine::Wishes;
 use super::report::Report;
 use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result, nearest};
+use crate::geometry::Features;
 use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{
     ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within, surface_points,
@@ -31,115 +33,8 @@ use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
-use crate::parametric::mesh::Remedy;
 use crate::quality::{self, Against, Check, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
-
-/// What [`mesh_part`] is asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeshOptions {
-    /// Cell size, before the part's own wish and the default of 2 % of the diagonal.
-    pub size: Option<SizeRequest>,
-    /// How.
-    pub method: Method,
-    /// The operators that [`Method::Operators`] runs, before the part's own wish and [`operators_sequence`](crate::optimize::operators_sequence);
-    /// it is an error with any other method.
-    pub sequence: Option<Sequence>,
-    /// See [`ExtractOptions::root_tolerance`].
-    pub root_tolerance: f64,
-    /// See [`ExtractOptions::memory`].
-    pub memory: u64,
-    /// On curved parts neighboring edges turn by at most this many degrees; 20 without a wish. The methods without exact edges have
-    /// nine nodes to a radius where neither this nor `tolerance` is asked for.
-    pub angle: Option<f64>,
-    /// No triangle is to be farther than this from the surface, in the part's unit: edges are made to stay within 0.45 of it. Without it
-    /// 0.035 of the size, at least a 5400th of the diagonal; nothing where only an angle is asked for.
-    pub tolerance: Option<f64>,
-    /// The same as a share of the part's diagonal, where `tolerance` is not given. Parts with a mesh or a CAD model in them refuse it.
-    pub tolerance_share: Option<f64>,
-    /// At most this share of the solid's volume is to lie between triangles and surface (CAD models and solids built from edges).
-    pub volume: Option<f64>,
-    /// How fast edge lengths may grow per length. Without it a fifth; for boundary representations up to 0.45 where details make most
-    /// of the triangles, 0.3 for soups of coarse facets.
-    pub grading: Option<f64>,
-    /// Curvature, narrow gaps and thin walls make no edges shorter than this, in the part's unit.
-    pub least: Option<f64>,
-    /// Regions of a CAD model's faces narrower than this are cut off; none for 0. Without it those narrower than a fortieth of
-    /// the size are, at the edges of thin walls and grooves those too narrow for anything but needles.
-    pub trim: Option<SizeRequest>,
-    /// Remedies for troubles of faces that are left out, for study (CAD models and solids built from edges).
-    pub without: Vec<Remedy>,
-    /// No edge is longer than this many times the solid's thickness beneath it (solids of R-functions, leaf method).
-    pub thickness: Option<f64>,
-    /// Where edges shall be shorter; the methods without exact edges do not heed this.
-    pub refinements: Vec<Refinement>,
-    /// Whether to measure distances and features too, not only what makes a mesh sound. The mesh is the same without: the leaf
-    /// method measures distances always, as it does something about them.
-    pub measure: bool,
-    /// Whether the report tells how long attempts and stages took. Reports are the same every time without.
-    pub timed: bool,
-}
-
-impl Default for MeshOptions {
-    fn default() -> Self {
-        let extract = ExtractOptions::new(1.0);
-        Self {
-            size: None,
-            method: Method::default(),
-            sequence: None,
-            root_tolerance: extract.root_tolerance,
-            memory: extract.memory,
-            angle: None,
-            tolerance: None,
-            tolerance_share: None,
-            volume: None,
-            grading: None,
-            least: None,
-            trim: None,
-            without: Vec::new(),
-            thickness: None,
-            refinements: Vec::new(),
-            measure: true,
-            timed: false,
-        }
-    }
-}
-
-impl MeshOptions {
-    /// With the tolerance as a length, for a part whose box has a diagonal.
-    pub(super) fn resolved(&self, diagonal: f64) -> Self {
-        let tolerance = self.tolerance.or(self.tolerance_share.map(|s| s * diagonal));
-        Self { tolerance, tolerance_share: None, ..self.clone() }
-    }
-
-    /// The options for a part, by the method that was said. Where none was, a sequence of operators, these options' or the part's own,
-    /// is run by the method that runs sequences.
-    pub fn for_part(&self, part: &Part, said: Option<Method>) -> Self {
-        let by_sequence = self.sequence.is_some() || part.mesh.sequence.is_some();
-        let method = said.unwrap_or(if by_sequence { Method::Operators } else { self.method });
-        Self { method, ..self.clone() }
-    }
-
-    /// Refuses what only solids of R-functions know.
-    pub(super) fn for_boundary(&self) -> Result<()> {
-        match self.sequence {
-            Some(_) => Err(Error::Usage("a sequence of operators: that is for solids of R-functions alone".into())),
-            None => Ok(()),
-        }
-    }
-
-    /// Refuses what only boundary representations know.
-    pub(super) fn for_any_solid(&self) -> Result<()> {
-        let refused =
-            [(!self.without.is_empty(), "remedies to leave out"), (self.volume.is_some(), "a volume to lose")];
-        match refused.iter().find(|r| r.0) {
-            Some((_, what)) => {
-                Err(Error::Usage(format!("{what}: that is for CAD models and solids built from edges alone")))
-            }
-            None => Ok(()),
-        }
-    }
-}
 
 /// A finished mesh.
 #[derive(Debug, Clone)]
@@ -236,6 +131,13 @@ impl Ready {
         Options { nodes_per_radius, chord: options.tolerance, least_size: options.least, ..default }
     }
 
+    /// The true sharp edges and corners, sampled finely enough for a mesh's edges.
+    fn features(&self, mesh: &TriMesh, run: &Run) -> Result<Features> {
+        // What is within a twentieth of the mean edge counts as found.
+        let within = 0.02 * mesh.mean_edge_length();
+        features_within(&self.model, 0.5 * self.size, within, run)
+    }
+
     /// Measures a mesh against the part (`intersecting`: see [`check_tested`]), with features sampled finely enough for its edges; `points` lie on the surface.
     pub(super) fn check(
         &self,
@@ -245,17 +147,11 @@ impl Ready {
         points: &[DVec3],
         run: &Run,
     ) -> Result<Check> {
-        // What is within a twentieth of the mean edge counts as found.
-        let within = 0.02 * mesh.mean_edge_length();
-        let features = features_within(&self.model, 0.5 * self.size, within, run)?;
+        let features = self.features(mesh, run)?;
         let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
         check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }
 }
-
-/// A mesh this share of the size away from the surface, or [`LOOSE`] tolerances where that is more, may lack more than a chord
-/// does.
-const APART: f64 = 0.2;
 
 /// Operators that leave less of the length of sharp edges than this in the mesh fall short.
 const RECALL: f64 = 0.99;
@@ -298,14 +194,16 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     if options.trim.is_some() {
         return Err(Error::Usage("trimming is for CAD models and solids built from edges: the part has none".into()));
     }
-    let mut ready = Ready::new(part, options.size)?;
+    let ready = Ready::new(part, options.size)?;
     let options = &options.resolved(ready.model.bounds().diagonal());
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
-    let (made, crowded) = mesh_ready(part, &ready, options, run)?;
-    match crowded {
-        Some(places) if options.tolerance.is_none() => thin_out(part, &mut ready, (made, places), options, run),
-        _ => come_within(part, &ready, made, options, run),
-    }
+    let mut attempts = Attempts::new(options.timed);
+    let mut ladder = LengthLadder::new(part, ready, options);
+    let Some(mut found) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
+    attempts.tell(&[found.number], &mut found.meshed.report);
+    let mut made = found.with_features(ladder.ready(), options, run)?;
+    tell_far(&mut made, options);
+    Ok(made)
 }
 
 /// The sequence a part file asks for, if it does.
@@ -358,50 +256,55 @@ pub(super) fn apart(made: &Meshed) -> f64 {
     deviation.map_or(0.0, |d| d.max.max(d.from_surface.unwrap_or(0.0)))
 }
 
-/// A mesh, and if it fell short where triangles cross or face away, as where curved walls are thinner than chords are high, the
-/// places of those that face away, with half the length of their edges.
-/// Where it is far from the surface, as where cells saw two bodies in a neck, smaller cells are tried.
-pub(super) fn mesh_ready(part: &Part, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<(Meshed, Crowded)> {
-    let Found { meshed: mut made, mut crowded, mut cell } = mesh_by_cells(part, ready, options, &CELLS, run)?;
-    let near = (APART * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
-    while options.method.is_exact() && apart(&made) > near {
-        let left = CELLS.iter().position(|share| share * ready.size < 0.75 * cell).unwrap_or(CELLS.len());
-        let smaller = &CELLS[left..];
-        if smaller.len() < 2 {
-            break;
-        }
-        match mesh_by_cells(part, ready, options, smaller, run) {
-            Ok(mut other) if 2.0 * apart(&other.meshed) < apart(&made) && wanting(&other.meshed) <= wanting(&made) => {
-                other.meshed.report.instead_of(&made.report, true, "far from the surface", run);
-                Found { meshed: made, crowded, cell } = other;
-            }
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // A crease that no cells see: what there is stands.
-            Ok(other) => {
-                made.report.instead_of(&other.meshed.report, false, "no nearer to the surface with smaller cells", run);
-                break;
-            }
-            Err(_) => break,
-        }
-    }
-    Ok((made, crowded))
+/// A mesh with what tells how another one may be better.
+pub(super) struct Found {
+    pub(super) meshed: Meshed,
+    /// Whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high: with the
+    /// places of those that face away, and half the length of their edges.
+    pub(super) crowded: Crowded,
+    /// The cells' size,
+    pub(super) cell: f64,
+    /// and where in the ladder of cells it comes from.
+    pub(super) start: Start,
+    /// The number of its attempt.
+    pub(super) number: usize,
+    extracted: Extracted,
 }
 
-/// What a ladder gave: see [`mesh_ready`].
-struct Found {
-    meshed: Meshed,
-    crowded: Crowded,
-    /// The cells' size.
-    cell: f64,
+impl Found {
+    /// The mesh with its features measured, if that was asked for: of meshes that are dropped nobody needs to know.
+    fn with_features(self, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+        let Self { mut meshed, extracted, .. } = self;
+        let Some(mut check) = meshed.report.check.take().filter(|_| options.measure) else { return Ok(meshed) };
+        let mut clock = Clock::new(options.timed);
+        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let truth = ready.features(&meshed.mesh, run)?;
+        let scale = meshed.mesh.mean_edge_length();
+        check.features = Some(quality::recovery(&meshed.mesh, &truth, Some(&oracle), scale, run)?);
+        let report = &mut meshed.report;
+        if report.sequence.is_some() && !options.method.is_exact() {
+            report.shortfalls.extend(cut_off(&check));
+        }
+        report.check = Some(check);
+        report.stage("features", meshed.mesh.triangles.len(), &mut clock, run);
+        Ok(meshed)
+    }
 }
 
 /// A mesh with cells that are some shares of the size, the largest first.
-fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64], run: &Run) -> Result<Found> {
+pub(super) fn mesh_by_cells(
+    part: &Part,
+    cells: CellLadder<'_, '_>,
+    attempts: &mut Attempts,
+    run: &Run,
+) -> Result<Found> {
+    let (ready, options) = (cells.ready, cells.options);
+    let before = attempts.len();
     let mut clock = Clock::new(options.timed);
     let sequence = options.sequence.clone().or_else(|| options.method.sequence());
     let made = if options.method.is_exact() {
-        let made = by_leaf(ready, options, cells, run, None)?;
-        match hidden_creases(ready, &made, options, run)? {
+        let made = by_leaf(cells, attempts, run)?;
+        match hidden_creases(ready, &made, options, attempts, run)? {
             Some(recovered) => recovered,
             None => made,
         }
@@ -414,10 +317,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
             improve(&mut mesh, &oracle, &Options { sequence, ..ready.operator_options(options) }, run)?;
             tried = Tried::Operators;
         }
-        let attempt = Attempt::new(tried, ready.size, mesh.triangles.len(), 0, &mut Clock::new(false)).kept();
-        let mut made = ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new());
-        add_attempt(&mut made.attempts, attempt, run);
-        made
+        let number = attempts.add(Attempt::new(tried, ready.size, mesh.triangles.len(), 0), run);
+        ByLeaf { number, ..ByLeaf::by_other(mesh, extracted, ready.size, options.method, Vec::new()) }
     };
     let ByLeaf {
         mut mesh,
@@ -428,7 +329,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
         cell,
         method,
         shortfalls,
-        attempts,
+        number,
+        start,
         drawn,
         ..
     } = made;
@@ -436,7 +338,6 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
     // Where the operators stood in for the leaf method it is their usual sequence that ran.
     report.sequence = sequence.or_else(|| method.sequence()).map(|s| s.to_string());
     report.shortfalls = shortfalls;
-    report.attempts = attempts;
     report.stage("mesh", mesh.triangles.len(), &mut clock, run);
     if drawn > 0 {
         let what =
@@ -491,24 +392,17 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
         points.to_mut().extend(surface_points(&ready.model, &extracted, run)?.into_iter().map(|x| x.at));
     }
     let points = &points[..];
-    let measured = match (options.measure, options.method) {
-        (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
-        (false, m) if m.is_exact() => {
-            let against = Against { points, ..Against::new(&oracle) };
-            check_tested(&mesh, intersecting, Expectation::default(), Some(against), run)?
-        }
-        (false, _) => check_tested(&mesh, intersecting, Expectation::default(), None, run)?,
-    };
+    // The leaf method does something about distances.
+    let against = Against { points, ..Against::new(&oracle) };
+    let against = (options.measure || options.method.is_exact()).then_some(against);
+    let measured = check_tested(&mesh, intersecting, Expectation::default(), against, run)?;
     let many = (THIN * mesh.triangles.len() as f64) as usize;
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
-    if report.sequence.is_some() && !options.method.is_exact() {
-        report.shortfalls.extend(cut_off(&measured));
-    }
     report.judge(measured);
     report.stage("check", mesh.triangles.len(), &mut clock, run);
-    let crossed = report.attempts.iter().any(|a| a.faults > 0);
+    let crossed = attempts.any_fault_since(before);
     let crowded = if away {
         let half = |t: u32| {
             let [a, b, c] = mesh.corners(t as usize);
@@ -519,7 +413,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
     let solid = Some(ready.model.clone());
-    Ok(Found { meshed: Meshed { mesh, seams, corners, outline: None, report, solid }, crowded, cell })
+    let meshed = Meshed { mesh, seams, corners, outline: None, report, solid };
+    Ok(Found { meshed, crowded, cell, start, number, extracted })
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

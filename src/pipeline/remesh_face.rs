@@ -5,11 +5,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::attempts::CELLS;
 use super::bricks::{fans_apart, open_nodes};
+use super::cells::CELLS;
 use super::history::Clock;
 use super::leaf::exact_options;
-use super::mesh::{MeshOptions, Meshed, Ready, too_far};
+use super::mesh::{Meshed, Ready, too_far};
+use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
 use crate::geometry::Pieces;
 use crate::implicit::{Implicit, ImplicitOracle};

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::distance::Distance;
 use super::figure::{FigureReport, figure_info};
 use super::history::{Attempt, Stage};
+use super::ladder::Budget;
 use super::method::Method;
 use super::volume::VolumeLoss;
 use crate::error::{Error, Place, Result};
@@ -39,6 +40,9 @@ pub struct Report {
     pub shortfalls: Vec<Fault>,
     /// What was tried, in the order of time.
     pub attempts: Vec<Attempt>,
+    /// What they may cost together, and did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
     /// The stages of the mesh that was kept.
     pub stages: Vec<Stage>,
     /// Faces of boundary representations that did not come out the plain way, and how they did.
@@ -118,6 +122,7 @@ impl Report {
             warnings: Vec::new(),
             shortfalls: Vec::new(),
             attempts: Vec::new(),
+            budget: None,
             stages: Vec::new(),
             ladder: Vec::new(),
             distance: None,

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::compare::class_counts;
 use super::load::parse_part;
-use super::mesh::{MeshOptions, Ready, mesh_part};
+use super::mesh::{Ready, mesh_part};
 use super::method::Method;
+use super::options::MeshOptions;
 use crate::error::Result;
 use crate::implicit::ImplicitOracle;
 use crate::implicit::part::{Part, SizeRequest};

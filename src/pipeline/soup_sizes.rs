@@ -1,7 +1,7 @@
 //! How long edges of a remeshed soup shall be: by curvature, and by what features close to each other ask for.
 
 use super::discrete::SoupOptions;
-use super::mesh::MeshOptions;
+use super::options::MeshOptions;
 use super::report::Report;
 use super::wish::{GRADING, LEAST_SHARE, Wish};
 use crate::discrete::Discrete;

@@ -6,7 +6,9 @@ use serde::Serialize;
 
 use super::brep::mesh_tolerant;
 use super::distance::distances;
-use super::mesh::{MeshOptions, Meshed};
+use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
+use super::mesh::Meshed;
+use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
@@ -51,9 +53,62 @@ fn between(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<f64> {
     Ok(away.iter().enumerate().map(|(t, d)| 0.5 * own.area_vector(t).length() * d).sum())
 }
 
+/// Ever smaller distances, until little of the volume is lost.
+struct VolumeLadder<'a> {
+    model: &'a StepModel,
+    solid: Parametric,
+    options: &'a MeshOptions,
+    asked: f64,
+    tolerance: Option<f64>,
+    rounds: usize,
+}
+
+impl Ladder for VolumeLadder<'_> {
+    /// With what is lost; nothing where it is not closed and has no volume.
+    type Made = (Numbered, Option<VolumeLoss>);
+
+    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
+        let how = MeshOptions { tolerance: self.tolerance, volume: None, measure: true, ..self.options.clone() };
+        let made = mesh_tolerant(self.model.clone(), &how, attempts, run)?;
+        let Meshed { mesh, report, .. } = &made.meshed;
+        let volume = mesh.volume();
+        let is_closed = report.check.as_ref().is_some_and(|c| c.closed);
+        if !(is_closed && volume > 0.0) {
+            return Ok(Some((made, None)));
+        }
+        let between = between(&self.solid, mesh, run)?;
+        let lost = VolumeLoss { between, share: between / volume, asked: self.asked };
+        Ok(Some((made, Some(lost))))
+    }
+
+    fn is_better(&self, new: &Self::Made, best: Option<&Self::Made>) -> bool {
+        let share = |made: &Self::Made| made.1.map(|l| l.share);
+        best.and_then(share).is_none_or(|b| share(new).is_none_or(|s| s < b))
+    }
+
+    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        self.rounds += 1;
+        // What keeps it open is among its shortfalls already.
+        let lost = seen.last.1?;
+        let farthest = seen.last.0.meshed.report.distance.map_or(0.0, |d| d.to_surface);
+        // Of the finest that may be, the next one would lose as much.
+        if lost.share <= self.asked || !seen.improved || farthest <= 0.0 || self.rounds == ROUNDS {
+            return None;
+        }
+        self.tolerance = Some(farthest * (STRICTER * self.asked / lost.share).max(FINER));
+        Some((Change::ShorterEdges, "more volume is lost than asked for"))
+    }
+}
+
 /// Meshes a solid, finer and finer, until at most a share of its volume lies between mesh and surface. What has no closed mesh has
 /// no volume: that is an error.
-pub(super) fn mesh_within_volume(model: StepModel, asked: f64, options: &MeshOptions, run: &Run) -> Result<Meshed> {
+pub(super) fn mesh_within_volume(
+    model: StepModel,
+    asked: f64,
+    options: &MeshOptions,
+    attempts: &mut Attempts,
+    run: &Run,
+) -> Result<Numbered> {
     if !(asked > 0.0 && asked < 1.0) {
         return Err(Error::Usage(format!("the share of the volume that may be lost is between 0 and 1, not {asked}")));
     }
@@ -62,35 +117,13 @@ pub(super) fn mesh_within_volume(model: StepModel, asked: f64, options: &MeshOpt
         return Err(Error::input(Place::Unknown, what));
     }
     let solid = Parametric::new(model.brep.clone(), run)?;
-    let mut tolerance = options.tolerance;
-    let mut best: Option<(Meshed, VolumeLoss)> = None;
-    for _ in 0..ROUNDS {
-        let how = MeshOptions { tolerance, volume: None, measure: true, ..options.clone() };
-        let made = mesh_tolerant(model.clone(), &how, run)?;
-        let volume = made.mesh.volume();
-        let is_closed = made.report.check.as_ref().is_some_and(|c| c.closed);
-        if !(is_closed && volume > 0.0) {
-            // What keeps it open is among its shortfalls already.
-            return Ok(made);
-        }
-        let between = between(&solid, &made.mesh, run)?;
-        let share = between / volume;
-        let farthest = made.report.distance.map_or(0.0, |d| d.to_surface);
-        let lost = VolumeLoss { between, share, asked };
-        // Of the finest that may be, the next one would lose as much.
-        let is_less = best.as_ref().is_none_or(|b| share < b.1.share);
-        if is_less {
-            best = Some((made, lost));
-        }
-        if share <= asked || !is_less || farthest <= 0.0 {
-            break;
-        }
-        tolerance = Some(farthest * (STRICTER * asked / share).max(FINER));
-    }
+    let mut ladder = VolumeLadder { model: &model, solid, options, asked, tolerance: options.tolerance, rounds: 0 };
+    let best = climb(&mut ladder, attempts, run)?;
     let (mut made, lost) = best.ok_or_else(|| Error::Failed("no mesh was made".into()))?;
-    made.report.volume = Some(lost);
-    if lost.share > asked {
-        made.report.shortfalls.push(Fault::VolumeLost { share: lost.share, limit: asked });
+    let report = &mut made.meshed.report;
+    report.volume = lost;
+    if let Some(VolumeLoss { share, .. }) = lost.filter(|l| l.share > asked) {
+        report.shortfalls.push(Fault::VolumeLost { share, limit: asked });
     }
     Ok(made)
 }

@@ -1,6 +1,6 @@
 //! How long edges shall be, whatever comes in: the one table of defaults.
 
-use super::mesh::MeshOptions;
+use super::options::MeshOptions;
 use crate::implicit::part::SizeRequest;
 use crate::optimize::Sizing;
 

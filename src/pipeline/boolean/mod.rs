@@ -9,9 +9,11 @@ mod operand;
 mod tree;
 mod work;
 
-use super::history::{Attempt, Clock, Tried, add_attempt};
-use super::mesh::{MeshOptions, Meshed, check_groups, finish_names};
+use super::history::{Attempt, Clock, Tried};
+use super::ladder::{Attempts, Change, Ladder, Seen, climb};
+use super::mesh::{Meshed, check_groups, finish_names};
 use super::method::Method;
+use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
 use super::touching::draw_apart;
@@ -96,16 +98,16 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         });
         around = boundaries.last().iter().copied().flatten().fold(around, |b, m| b.union(&m.mesh.bounds()));
     }
+    let mut attempts = Attempts::new(options.timed);
     let mut made: Vec<Made> = Vec::with_capacity(operands.len());
     for (k, (o, boundary)) in operands.iter().zip(boundaries).enumerate() {
         let within = around.grown((BEYOND + MORE * k as f64) * around.diagonal());
         made.push(match (o, boundary) {
             (_, Some(boundary)) => boundary,
-            (Operand::Functions(s), None) => make_functions(s, within, &wanted, &mut report)?,
+            (Operand::Functions(s), None) => make_functions(s, within, &wanted, &mut attempts, &mut report)?,
             (Operand::Foreign(placed), None) => return Err(placed.solid.refused("was not read")),
         });
     }
-    report.attempts.iter_mut().for_each(|a| a.kept = false);
     report.stage("operands", made.iter().map(|m| m.mesh.triangles.len()).sum(), &mut clock, run);
     let scale = made.iter().fold(Aabb::EMPTY, |b, m| b.union(&m.mesh.bounds())).diagonal();
     align(&mut made, scale);
@@ -139,8 +141,9 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let Work { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
-    let remeshing = Remeshing { names: &names, joint: &joint, exact: &exact, size, run };
-    let mut best = remeshing.best(patchwork, options, &mut report)?;
+    let mut ladder = Remeshing { names: &names, joint: &joint, exact: &exact, size, work: patchwork, halved: 0 };
+    let Some((mut best, number)) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
+    attempts.tell(&[number], &mut report);
     if !joined.touching.is_empty() {
         let drawn = draw_apart(&mut best.mesh, scale, run)?;
         if drawn > 0 {
@@ -190,45 +193,47 @@ fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOpti
     Ok(ExactOptions { face_sizes, regions: wishes.regions, ..plain })
 }
 
-/// What stays the same from attempt to attempt.
+/// Remeshing with shorter edges around triangles at fault.
 struct Remeshing<'a> {
     names: &'a TriMesh,
     joint: &'a Joint<'a>,
     exact: &'a ExactOptions,
     size: f64,
-    run: &'a Run,
+    work: Patchwork,
+    halved: usize,
+}
+
+/// How many triangles of a mesh are at fault.
+fn faults(made: &ExactMesh) -> usize {
+    made.report.self_intersections + made.report.inverted
+}
+
+impl Ladder for Remeshing<'_> {
+    /// With the number of the attempt.
+    type Made = (ExactMesh, usize);
+
+    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
+        let made = remesh_patchwork(self.work.clone(), self.names, self.joint, self.exact, run, None)?;
+        let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
+        let number = attempts.add(attempt, run);
+        Ok(Some((made, number)))
+    }
+
+    fn is_better(&self, new: &Self::Made, best: Option<&Self::Made>) -> bool {
+        best.is_none_or(|b| faults(&new.0) < faults(&b.0))
+    }
+
+    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        self.halved += 1;
+        let goes_on = faults(&seen.last.0) > 0 && self.halved <= HALVINGS && self.halve(&seen.last.0.report.faults);
+        goes_on.then_some((Change::ShorterEdgesHere, "triangles are at fault"))
+    }
 }
 
 impl Remeshing<'_> {
-    /// The remeshed triangles with the fewest faults, with shorter edges around them.
-    fn best(&self, mut work: Patchwork, options: &MeshOptions, report: &mut Report) -> Result<ExactMesh> {
-        let mut clock = Clock::new(options.timed);
-        let mut best: Option<(usize, usize, ExactMesh)> = None;
-        for _ in 0..=HALVINGS {
-            let made = remesh_patchwork(work.clone(), self.names, self.joint, self.exact, self.run, None)?;
-            let faults = made.report.self_intersections + made.report.inverted;
-            let (places, triangles) = (made.report.faults.clone(), made.mesh.triangles.len());
-            add_attempt(
-                &mut report.attempts,
-                Attempt::new(Tried::Joined, self.size, triangles, faults, &mut clock),
-                self.run,
-            );
-            if best.as_ref().is_none_or(|b| faults < b.0) {
-                best = Some((faults, report.attempts.len() - 1, made));
-            }
-            if faults == 0 || !self.halve(&mut work, &places) {
-                break;
-            }
-        }
-        let (_, number, made) = best.ok_or(Error::Cancelled)?;
-        if let Some(a) = report.attempts.get_mut(number) {
-            a.kept = true;
-        }
-        Ok(made)
-    }
-
     /// Halves what nodes near some boxes want; whether that changed anything.
-    fn halve(&self, work: &mut Patchwork, places: &[Aabb]) -> bool {
+    fn halve(&mut self, places: &[Aabb]) -> bool {
+        let work = &mut self.work;
         let around = |b: &Aabb| b.grown(AROUND * b.diagonal());
         let tree = Bvh::new(places.iter().map(around).collect());
         let (least, mut any) = (LEAST * self.size, false);

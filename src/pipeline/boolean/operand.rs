@@ -4,12 +4,16 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::super::attempts::{CELLS, search};
-use super::super::brep::{first_triangles, load_step};
+use super::super::brep::load_step;
 use super::super::built::build_one;
+use super::super::cells::{CellLadder, Start};
 use super::super::discrete::{SoupOptions, discrete_options, load_mesh};
+use super::super::first_faces::{FaceLadder, First};
+use super::super::ladder::Attempts;
 use super::super::leaf::exact_options;
-use super::super::mesh::{MeshOptions, Ready};
+use super::super::mesh::Ready;
+use super::super::options::MeshOptions;
+use super::super::refine::Wishes;
 use super::super::report::Report;
 use super::super::soup_sizes::{feature_sizes, relaxed, sizing};
 use super::super::wish::Wish;
@@ -257,7 +261,13 @@ fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Res
 
 fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) -> Result<Made> {
     let Wanted { options, size, run, .. } = *wanted;
-    let made = first_triangles(&solid, size, options, report, run)?;
+    // First triangles are what a set operation starts from, and not remeshed.
+    let alone = Report { size, ..report.clone() };
+    let wishes = Wishes::default();
+    let mut ladder = FaceLadder::new(&solid, options, &wishes, &alone);
+    let chord = Wish::new(size, solid.bounds().diagonal(), options).chord();
+    let First { made, report: told, .. } = ladder.within(chord, &[], &mut Attempts::new(false), run)?;
+    *report = told;
     let mut mesh = made.mesh;
     if let Some(lacking) = report.shortfalls.iter().find(|f| matches!(f, Fault::NoMesh { .. })) {
         return Err(Error::input(Place::Unknown, lacking.to_string()));
@@ -289,15 +299,22 @@ fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) ->
 /// Makes an operand of R-functions; a solid that may have no end is kept in a box.
 ///
 /// Errors: those of [`Implicit::new`]; [`Error::Failed`] where no mesh without intersections is found.
-pub(super) fn make_functions(solid: &Solid, within: Aabb, wanted: &Wanted<'_>, report: &mut Report) -> Result<Made> {
+pub(super) fn make_functions(
+    solid: &Solid,
+    within: Aabb,
+    wanted: &Wanted<'_>,
+    attempts: &mut Attempts,
+    report: &mut Report,
+) -> Result<Made> {
     let Wanted { part, options, run, .. } = *wanted;
     let endless = Implicit::new(solid, part.rsystem, None).is_err();
     let domain = endless.then_some(within);
     let alone = Part { solid: Some(solid.clone()), domain, built: Vec::new(), groups: Vec::new(), ..part.clone() };
     let ready = Ready::new(&alone, options.size)?;
-    let found = search(&ready, options, &CELLS, run, &mut None)?;
-    report.attempts.extend(found.attempts.into_iter().map(|a| a.because("an operand")));
-    let Some(best) = found.best else {
+    let mut own = Attempts::new(options.timed);
+    let found = CellLadder::new(&ready, options, Start::default()).search(&mut own, run)?;
+    attempts.append(own);
+    let Some(best) = found else {
         return Err(Error::Failed("most triangles of the R-functions' solid cross others".into()));
     };
     report.shortfalls.extend(best.shortfalls(&ready));

@@ -6,7 +6,8 @@ use std::sync::Mutex;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::super::history::{Attempt, Clock, Proof, Tried, add_attempt};
+use super::super::history::{Attempt, Proof, Tried};
+use super::super::ladder::Attempts;
 use super::super::mesh::{Meshed, finish_names};
 use super::super::report::Report;
 use super::ROUNDS;
@@ -79,8 +80,10 @@ pub(super) fn merged<'a>(plan: &'a BrickPlan, store: Store<'a>, run: &Run) -> Re
         return Err(Error::input(Place::Point(at), what));
     }
     let mut report = Report::of("bricks", plan.options.size, part.units.clone());
-    let attempt = Attempt::new(Tried::Arrange, plan.cell(), joined.whole.triangles, 0, &mut Clock::new(false)).kept();
-    add_attempt(&mut report.attempts, Attempt { proof: Some(proof), ..attempt }, run);
+    let attempt = Attempt::new(Tried::Arrange, plan.cell(), joined.whole.triangles, 0);
+    let mut attempts = Attempts::new(false);
+    let number = attempts.add(Attempt { proof: Some(proof), ..attempt }, run);
+    attempts.tell(&[number], &mut report);
     // One triangle stands for all of its face.
     let of_faces: Vec<u32> = (0..faces.len() as u32).filter(|l| used[*l as usize]).collect();
     let mut names = TriMesh { faces, labels: of_faces.clone(), ..TriMesh::default() };

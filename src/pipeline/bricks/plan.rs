@@ -6,10 +6,11 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::super::attempts::ARRANGED;
+use super::super::cells::ARRANGED;
 use super::super::load::{parse_part, part_text};
-use super::super::mesh::{MeshOptions, Ready};
+use super::super::mesh::Ready;
 use super::super::method::Method;
+use super::super::options::MeshOptions;
 use super::blocks::Blocks;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest};

@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::super::attempts::CELLS;
+use super::super::cells::CELLS;
 use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};

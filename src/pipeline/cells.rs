@@ -3,9 +3,11 @@
 
 use glam::DVec3;
 
-use super::history::{Attempt, Clock, Proof, Tried, add_attempt};
+use super::history::{Attempt, Proof, Tried};
+use super::ladder::{Attempts, Change, Ladder, Seen, climb};
 use super::leaf::exact_options;
-use super::mesh::{MeshOptions, Ready, nothing_found};
+use super::mesh::{Ready, nothing_found};
+use super::options::MeshOptions;
 use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::implicit::{CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points};
@@ -82,10 +84,28 @@ fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
     Ok(bad.len())
 }
 
-/// Places where an arrangement has smaller cells: so often they are halved more than elsewhere.
-struct Smaller<'a> {
-    places: &'a [Aabb],
-    times: u8,
+/// Cells that are tried: which [share](CELLS) of the size, and how much smaller around places that came out at fault.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Start {
+    /// Which of [`CELLS`].
+    pub(super) share: usize,
+    /// Which of [`SMALLER`].
+    pub(super) times: usize,
+    /// Where they are smaller.
+    pub(super) places: Vec<Aabb>,
+}
+
+impl Start {
+    /// All cells, of the largest share below one that is known.
+    pub(super) fn below(cell: f64, size: f64) -> Self {
+        let share = CELLS.iter().position(|share| share * size < 0.75 * cell).unwrap_or(CELLS.len());
+        Self { share, ..Self::default() }
+    }
+
+    /// How many shares there are from here on.
+    pub(super) fn left(&self) -> usize {
+        CELLS.len().saturating_sub(self.share)
+    }
 }
 
 /// What one size of cells gave before remeshing.
@@ -120,14 +140,14 @@ impl Scout {
         &self,
         ready: &Ready,
         options: &MeshOptions,
-        smaller: &Smaller<'_>,
+        start: &Start,
         run: &Run,
     ) -> Result<Option<(Self, Patchwork)>> {
         let grid = CellGrid {
             size: ARRANGED * self.cell,
             coarser: COARSER,
-            places: smaller.places,
-            more: smaller.times,
+            places: &start.places,
+            more: SMALLER[start.times],
             block: None,
         };
         let made = match arranged(&ready.model, &grid, options.memory, run) {
@@ -173,7 +193,7 @@ impl Scout {
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
         let flat = self.flat(&exact.mesh, ready);
-        Ok(Trial { exact, missed, flat, scout: self, number: 0, drawn })
+        Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), number: 0, drawn })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -192,8 +212,10 @@ pub(super) struct Trial {
     /// Points of faces that it comes near to with other faces only.
     flat: Vec<SurfacePoint>,
     pub(super) scout: Scout,
-    /// Its place in the list of attempts.
-    number: usize,
+    /// The cells it is of.
+    pub(super) start: Start,
+    /// Its number among the attempts.
+    pub(super) number: usize,
     /// Nodes that were drawn back where the solid touches itself.
     pub(super) drawn: usize,
 }
@@ -205,11 +227,7 @@ impl Trial {
     }
 
     /// Adds itself to the attempts.
-    fn told(mut self, attempts: &mut Vec<Attempt>, clock: &mut Clock, run: &Run) -> Self {
-        self.number = attempts.len();
-        let attempt =
-            Attempt::new(Tried::Arrange, self.scout.cell, self.exact.mesh.triangles.len(), self.faults(), clock);
-        let attempt = Attempt { proof: self.scout.proof.clone(), ..attempt };
+    fn told(mut self, attempts: &mut Attempts, run: &Run) -> Self {
         let lacks = [
             (!self.missed.is_empty(), "some of the surface is not in the mesh"),
             (!self.flat.is_empty(), "a face is passed over"),
@@ -217,7 +235,9 @@ impl Trial {
             (self.lost().is_some(), "something is thinner than the cells"),
         ];
         let lacks: Vec<&str> = lacks.iter().filter(|l| l.0).map(|l| l.1).collect();
-        add_attempt(attempts, attempt.because(lacks.join("; ")), run);
+        let attempt = Attempt::new(Tried::Arrange, self.scout.cell, self.exact.mesh.triangles.len(), self.faults());
+        let attempt = Attempt { proof: self.scout.proof.clone(), ..attempt };
+        self.number = attempts.add(attempt.lacking(lacks.join("; ")), run);
         self
     }
 
@@ -273,115 +293,144 @@ pub(super) fn at(p: DVec3) -> String {
     format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
 }
 
-/// What a search gave.
-pub(super) struct Searched {
-    /// The best attempt, unless most of its triangles cross.
-    pub(super) best: Option<Trial>,
-    /// Triangles of the last one that intersect others, and that are turned over.
+/// The cells that the leaf method is tried with, the largest first: smaller ones around what comes out at fault, then everywhere.
+pub(super) struct CellLadder<'a, 'o> {
+    pub(super) ready: &'a Ready,
+    pub(super) options: &'a MeshOptions,
+    observer: Option<&'a mut Observer<'o>>,
+    start: Start,
+    scout: Option<Scout>,
+    /// The last arrangement of the same share.
+    before: Option<TriMesh>,
+    /// The fewest faults with cells of the same share.
+    fewest: usize,
+    /// Whether nothing smaller is worth it once smaller cells around places change nothing.
+    over: bool,
+    /// Triangles of the extraction that gave a mesh without faults, and its cells.
+    sound: Option<(usize, f64)>,
+    /// The first error: of all that are met it tells the user most.
+    error: Option<Error>,
+    /// Triangles of the last attempt that intersect others, and that are turned over.
     pub(super) faults: [usize; 2],
-    /// What was tried.
-    pub(super) attempts: Vec<Attempt>,
 }
 
-/// The part with what is said of attempts at it as they end.
-struct Telling<'a> {
-    ready: &'a Ready,
-    attempts: &'a mut Vec<Attempt>,
-    clock: &'a mut Clock,
-}
-
-/// The best by the leaves' arrangement with cells of one size, and smaller ones around what comes out at fault: that is smaller than
-/// they are.
-fn arrange_at(
-    scout: &Scout,
-    options: &MeshOptions,
-    telling: &mut Telling<'_>,
-    run: &Run,
-    observer: &mut Option<&mut Observer<'_>>,
-) -> Result<Option<Trial>> {
-    let ready = telling.ready;
-    let mut best: Option<Trial> = None;
-    let mut places: Vec<Aabb> = Vec::new();
-    let mut fewest = usize::MAX;
-    let mut before: Option<TriMesh> = None;
-    for times in SMALLER {
-        let Some((made, work)) = scout.arranged(ready, options, &Smaller { places: &places, times }, run)? else {
-            break;
-        };
-        // Where all is proved at those places cells are as they were, and the rest would be, too.
-        if before.as_ref() == Some(&made.extracted.mesh) {
-            break;
-        }
-        before = Some(made.extracted.mesh.clone());
-        let this = made.remesh(work, ready, options, run, observer)?;
-        let this = this.told(telling.attempts, telling.clock, run);
-        // Where that made no difference, cells are not what is missing.
-        let goes_on = this.faults() > 0 && this.can_be_healed() && this.faults() < fewest;
-        fewest = fewest.min(this.faults());
-        places.extend(this.exact.report.faults.iter().map(|b| b.grown(b.size().max_element())));
-        if best.as_ref().is_none_or(|b| this.badness() < b.badness()) {
-            best = Some(this);
-        }
-        if !goes_on {
-            break;
+impl<'a, 'o> CellLadder<'a, 'o> {
+    pub(super) fn new(ready: &'a Ready, options: &'a MeshOptions, start: Start) -> Self {
+        Self {
+            ready,
+            options,
+            observer: None,
+            start,
+            scout: None,
+            before: None,
+            fewest: usize::MAX,
+            over: false,
+            sound: None,
+            error: None,
+            faults: [0; 2],
         }
     }
-    Ok(best)
-}
 
-/// The first attempt that comes out clean, with cells that are some shares of the size, the largest first; otherwise the best.
-///
-/// Errors: where there is nothing, or too much for the memory; cancellation.
-pub(super) fn search(
-    ready: &Ready,
-    options: &MeshOptions,
-    cells: &[f64],
-    run: &Run,
-    observer: &mut Option<&mut Observer<'_>>,
-) -> Result<Searched> {
-    let mut best: Option<Trial> = None;
-    let mut first_error = None;
-    let (mut attempts, mut clock) = (Vec::new(), Clock::new(options.timed));
-    let mut faults = [0; 2];
-    for share in cells {
-        let cell = share * ready.size;
-        let known = best.as_ref().filter(|b| b.faults() == 0).map(|b| &b.scout);
-        let triangles = |s: &Scout| s.extracted.mesh.triangles.len() as f64 * (s.cell / cell).powi(2);
-        if known.is_some_and(|s| triangles(s) > MOST_TRIANGLES) {
-            break;
+    /// With someone who looks at meshes on their way.
+    pub(super) fn observed(self, observer: Option<&'a mut Observer<'o>>) -> Self {
+        Self { observer, ..self }
+    }
+
+    /// The first attempt that comes out clean, otherwise the best one; none where most triangles cross with all cells.
+    ///
+    /// Errors: where there is nothing, or too much for the memory; cancellation.
+    pub(super) fn search(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Trial>> {
+        let before = attempts.len();
+        let best = climb(self, attempts, run)?;
+        match self.error.take() {
+            Some(e) if attempts.len() == before => Err(e),
+            _ => Ok(best),
         }
-        let extracted = match ready.extract_any(cell, options, run) {
+    }
+
+    fn go_on(&mut self) {
+        self.start = Start { share: self.start.share + 1, ..Start::default() };
+        (self.scout, self.before, self.fewest) = (None, None, usize::MAX);
+    }
+
+    /// What the cells tell before leaves are arranged; `None` where they are too many, or there is no memory for them.
+    fn scout(&mut self, share: f64, run: &Run) -> Result<Option<Scout>> {
+        let cell = share * self.ready.size;
+        if self.sound.is_some_and(|(triangles, of)| triangles as f64 * (of / cell).powi(2) > MOST_TRIANGLES) {
+            self.start.share = CELLS.len();
+            return Ok(None);
+        }
+        let extracted = match self.ready.extract_any(cell, self.options, run) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // No memory for smaller cells: the first error tells the user.
             Err(e) => {
-                first_error.get_or_insert(e);
-                continue;
+                self.error.get_or_insert(e);
+                return Ok(None);
             }
         };
         let nothing = extracted.mesh.triangles.is_empty();
-        let scout = Scout::new(ready, cell, extracted, run)?;
+        let scout = Scout::new(self.ready, cell, extracted, run)?;
         if nothing {
-            first_error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
+            self.error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
         }
-        let mut telling = Telling { ready, attempts: &mut attempts, clock: &mut clock };
-        let Some(this) = arrange_at(&scout, options, &mut telling, run, observer)? else { continue };
-        let report = &this.exact.report;
-        faults = [report.self_intersections, report.inverted];
-        let ends = this.ends();
+        Ok(Some(scout))
+    }
+}
+
+impl Ladder for CellLadder<'_, '_> {
+    type Made = Trial;
+
+    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Trial>> {
+        while let Some(share) = CELLS.get(self.start.share).copied() {
+            if self.scout.is_none() {
+                self.scout = self.scout(share, run)?;
+            }
+            let made = match &self.scout {
+                Some(scout) => scout.arranged(self.ready, self.options, &self.start, run)?,
+                None => None,
+            };
+            // Where all is proved at those places cells are as they were, and the rest would be, too.
+            if let Some((made, work)) = made.filter(|(m, _)| self.before.as_ref() != Some(&m.extracted.mesh)) {
+                self.before = Some(made.extracted.mesh.clone());
+                let mut trial = made.remesh(work, self.ready, self.options, run, &mut self.observer)?;
+                trial.start = self.start.clone();
+                return Ok(Some(trial.told(attempts, run)));
+            }
+            if self.before.is_some() && self.over {
+                return Ok(None);
+            }
+            self.go_on();
+            attempts.change(Change::SmallerCells, "there was no arrangement, or none other");
+        }
+        Ok(None)
+    }
+
+    fn is_better(&self, new: &Trial, best: Option<&Trial>) -> bool {
+        let Some(best) = best else { return new.ends() || new.can_be_healed() };
+        let ends = new.ends() && !best.ends();
+        ends || (new.can_be_healed() && new.badness() < best.badness())
+    }
+
+    fn next(&mut self, seen: &Seen<'_, Trial>) -> Option<(Change, &'static str)> {
+        let Seen { last, best, .. } = seen;
+        self.faults = [last.exact.report.self_intersections, last.exact.report.inverted];
+        self.sound = best.filter(|b| b.faults() == 0).map(|b| (b.scout.extracted.mesh.triangles.len(), b.scout.cell));
+        // Where smaller cells around them made no difference, cells are not what is missing.
+        let goes_on = last.faults() > 0 && last.can_be_healed() && last.faults() < self.fewest;
+        self.fewest = self.fewest.min(last.faults());
         // Surfaces run side by side nearer to each other than any cells part.
-        let hopeless = !this.can_be_healed() && this.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
-        if ends || (this.can_be_healed() && best.as_ref().is_none_or(|b| this.badness() < b.badness())) {
-            best = Some(this);
+        let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
+        self.over = hopeless || best.is_some_and(Trial::ends);
+        if goes_on && self.start.times + 1 < SMALLER.len() {
+            self.start.times += 1;
+            let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
+            self.start.places.extend(places);
+            return Some((Change::SmallerCellsHere, "triangles are at fault"));
         }
-        if ends || hopeless {
-            break;
+        if self.over {
+            return None;
         }
+        self.go_on();
+        Some((Change::SmallerCells, "the mesh lacks something"))
     }
-    match (&best, first_error) {
-        (Some(best), _) => attempts[best.number].kept = true,
-        (None, Some(e)) if attempts.is_empty() => return Err(e),
-        _ => {}
-    }
-    Ok(Searched { best, faults, attempts })
 }

@@ -1,0 +1,96 @@
+//! A soup's model with what the remesher needs to know of it.
+
+use crate::discrete::Discrete;
+use crate::geometry::Pieces;
+use crate::mesh::EditMesh;
+use crate::mesh::edit::NONE;
+use crate::optimize::exact::{Patch, Patchwork, PieceSet};
+
+/// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
+/// theirs, but not shorter than `least`.
+pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], least: f64) -> Patchwork {
+    let mut mesh: EditMesh = solid.mesh.clone();
+    let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
+    let faces = solid.face_count() as u32;
+    let mut patches: Vec<Patch> =
+        (0..faces).map(|f| Patch { piece: f, outward: 1.0, plane: solid.plane(f), face: u32::MAX }).collect();
+    let mut frozen_as = vec![u32::MAX; patches.len()];
+    for t in solid.mesh.triangles().filter(|t| kept[*t as usize]) {
+        let face = mesh.label(t) as usize;
+        if frozen_as[face] == u32::MAX {
+            frozen_as[face] = patches.len() as u32;
+            patches.push(patches[face]);
+        }
+        let normal = mesh.area_vector(t).normalize_or_zero();
+        mesh.set_surface(t, frozen_as[face], normal);
+        // Sizes grow from what stays.
+        for h in 3 * t..3 * t + 3 {
+            for v in [mesh.origin(h), mesh.target(h)] {
+                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h).max(least));
+            }
+        }
+    }
+    let borders: Vec<u32> = mesh
+        .edges()
+        .filter(|&h| mesh.opposite(h) != NONE && mesh.label(h / 3) != mesh.label(mesh.opposite(h) / 3))
+        .collect();
+    borders.into_iter().for_each(|h| mesh.set_sharp(h, true));
+    let frozen = (faces..patches.len() as u32).collect();
+    Patchwork {
+        lines_from: faces,
+        sizes,
+        frozen,
+        raw: true,
+        fine: solid.smooth,
+        ..Patchwork::new(mesh, sets, patches.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::DVec3;
+    use crate::mesh::TriMesh;
+    use crate::optimize::exact::{ExactOptions, remesh_patchwork};
+    use crate::pipeline::discrete::discrete_options;
+    use crate::pipeline::soup_sizes::sizing;
+    use crate::pipeline::wish::GRADING;
+    use crate::pipeline::{MeshOptions, SoupOptions};
+    use crate::run::Run;
+
+    /// A bumpy square of n x n nodes, open.
+    fn square(n: u32) -> TriMesh {
+        let at = |i: u32, j: u32| {
+            let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(n - 1));
+            DVec3::new(x, y, 0.05 * (5.0 * x).sin() * (4.0 * y).cos())
+        };
+        let nodes = (0..n * n).map(|k| at(k % n, k / n)).collect();
+        let cell = |k: u32| {
+            let a = k / (n - 1) * n + k % (n - 1);
+            [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]
+        };
+        TriMesh::new(nodes, (0..(n - 1) * (n - 1)).flat_map(cell).collect())
+    }
+
+    #[test]
+    fn triangles_that_are_kept_stay_as_they_are_and_the_rest_is_remeshed() {
+        let (run, size) = (Run::new(), 0.04);
+        let solid = Discrete::new(&square(40), &discrete_options(&SoupOptions::default(), size), &run).unwrap();
+        let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
+        let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
+        let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
+        let exact = ExactOptions::new(sizing(size, 1.0, &MeshOptions::default()), GRADING);
+        let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
+        assert_eq!(made.report.self_intersections, 0);
+        let now: std::collections::BTreeSet<[u64; 3]> =
+            (0..made.mesh.triangles.len()).map(|t| made.mesh.centroid(t).to_array().map(f64::to_bits)).collect();
+        let is_there = |t: usize| now.contains(&centers[t].to_array().map(f64::to_bits));
+        let (mut stayed, mut others) = (0, 0);
+        for t in 0..kept.len() {
+            if kept[t] { stayed += usize::from(is_there(t)) } else { others += usize::from(is_there(t)) }
+        }
+        assert!(stayed > 300 && stayed == kept.iter().filter(|k| **k).count());
+        assert!(others < kept.len() / 20 && made.mesh.triangles.len() < kept.len());
+        assert_eq!(made.mesh.labels.iter().max(), Some(&0));
+    }
+}
