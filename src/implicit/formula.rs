@@ -218,6 +218,11 @@ impl Formula {
         self.program.eval([xs, ys, zs], out);
     }
 
+    /// The value at one point.
+    pub(crate) fn value(&self, p: DVec3) -> f64 {
+        self.program.value(p.to_array())
+    }
+
     /// Value and gradient at one point.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
         // Short formulas, which are nearly all, need no allocation; clearing more room than they use would cost as much as they do.

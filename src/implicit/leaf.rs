@@ -148,9 +148,10 @@ impl Leaf {
             Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
             Leaf::Fillet(f) => f.value(p),
             Leaf::Field(f, place) => f.value(unplace(place, p)) * place.scale,
-            Leaf::Formula(_) | Leaf::Blend(_) => {
+            Leaf::Formula(f) => f.value(p),
+            Leaf::Blend(f) => {
                 let mut out = [0.0];
-                self.eval(&[p.x], &[p.y], &[p.z], &mut out);
+                f.eval(&[p.x], &[p.y], &[p.z], &mut out);
                 out[0]
             }
         }

@@ -311,7 +311,7 @@ impl Program {
     }
 
     /// The value at one point.
-    fn value(&self, p: [f64; 3]) -> f64 {
+    pub(super) fn value(&self, p: [f64; 3]) -> f64 {
         let mut small = [0.0; SMALL];
         let mut large = Vec::new();
         let registers = if self.registers <= SMALL {
