@@ -171,6 +171,17 @@ impl Leaf {
         }
     }
 
+    /// Derivatives by x, y and z at many points, then values, bit by bit those of [`gradient`](Self::gradient).
+    pub(crate) fn gradients(&self, p: [&[f64]; 3], out: [&mut [f64]; 4]) {
+        if let Leaf::Formula(f) = self {
+            return f.gradients(p, out);
+        }
+        for k in 0..out[0].len() {
+            let d = self.gradient(DVec3::new(p[0][k], p[1][k], p[2][k]));
+            (out[0][k], out[1][k], out[2][k], out[3][k]) = (d.g.x, d.g.y, d.g.z, d.v);
+        }
+    }
+
     /// [`gradient`](Self::gradient) of the whole surface that the leaf may be only a part of.
     pub(crate) fn smooth(&self, p: DVec3) -> Dual {
         if let Leaf::Fillet(f) = self { f.smooth(p) } else { self.gradient(p) }
