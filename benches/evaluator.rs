@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use multiversion::multiversion;
 use rvachev::DVec3;
+use rvachev::Run;
 use rvachev::implicit::expr::{Binary, Unary};
 use rvachev::implicit::{Expr, Implicit, RSystem, Sampling, Solid, evaluate};
-use rvachev::Run;
 
 const BATCH: usize = 4096;
 const BATCHES: usize = 16;
