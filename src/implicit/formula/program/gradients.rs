@@ -145,6 +145,12 @@ impl Work {
                 }
             }
             Work::Squared(a) => square(view.term(a, s), out),
+            Work::Unary(Unary::Neg, a) => {
+                let Slopes(a) = view.get(a);
+                for j in 0..4 {
+                    fill(&mut out.0[j], |k| -a[j][k]);
+                }
+            }
             Work::Unary(op, a) => {
                 let a = view.get(a);
                 if unary(op, &a.0[VALUE], [&mut out.0[VALUE], &mut s.0[0]], view.n) {
@@ -192,10 +198,6 @@ impl Work {
 #[inline(always)]
 fn unary(op: Unary, a: &Lanes, [v, d]: [&mut Lanes; 2], n: usize) -> bool {
     match op {
-        Unary::Neg => {
-            fill(v, |k| -a[k]);
-            d.fill(-1.0);
-        }
         Unary::Abs => {
             fill(v, |k| a[k].abs());
             fill(d, |k| if a[k] < 0.0 { -1.0 } else { 1.0 });
