@@ -321,33 +321,27 @@ impl Tape {
         })
     }
 
-    /// [`inside_cases`](Self::inside_cases) where leaves are slow to ask: only those are that others have not made up for.
+    /// [`inside_cases`](Self::inside_cases) where leaves are slow to ask: only those are that others have not made up for. Second
+    /// operands come first: in a chain of operations they are the shorter ones.
     fn asked(&self, positive: impl Fn(u32) -> u8) -> u8 {
-        /// Tapes of cells near corners have up to twenty leaves.
+        // Tapes of cells near corners have up to twenty leaves.
         const SHORT: usize = 40;
         const UNKNOWN: u16 = u16::MAX;
         let n = self.ops.len();
-        // What operations are, and those that wait for their operands.
         let (mut few, mut many) = ([(UNKNOWN, 0u32); SHORT], Vec::new());
-        let room = if n <= SHORT {
-            &mut few[..n]
-        } else {
-            many.resize(n, (UNKNOWN, 0));
-            &mut many[..]
-        };
+        many.resize(if n <= SHORT { 0 } else { n }, (UNKNOWN, 0));
+        let room = if n <= SHORT { &mut few[..n] } else { &mut many[..] };
         room[0].1 = n as u32 - 1;
         let mut waiting = 1;
         while waiting > 0 {
             let i = room[waiting - 1].1;
-            let joined = |a: u32, b: u32, decides: u8, join: fn(u8, u8) -> u8| {
-                // The second operand comes first: in a chain of operations it is the shorter one.
-                match (room[a as usize].0, room[b as usize].0) {
+            let joined =
+                |a: u32, b: u32, decides: u8, join: fn(u8, u8) -> u8| match (room[a as usize].0, room[b as usize].0) {
                     (_, UNKNOWN) => Err(b),
                     (_, y) if y as u8 == decides => Ok(decides),
                     (UNKNOWN, _) => Err(a),
                     (x, y) => Ok(join(x as u8, y as u8)),
-                }
-            };
+                };
             let known = match self.ops[i as usize] {
                 Op::All(inside) => Ok(all_cases(inside)),
                 Op::Leaf { leaf, negate, .. } => Ok(positive(leaf) ^ all_cases(negate)),
