@@ -22,8 +22,8 @@ use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result, nearest};
 use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{
-    ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within, surface_points,
-    thin_places, thin_walls,
+    CloseOracle, ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within,
+    surface_points, thin_places, thin_walls,
 };
 use crate::io::Outline;
 use crate::merge::{Merged, Reordered};
@@ -245,10 +245,11 @@ impl Ready {
         points: &[DVec3],
         run: &Run,
     ) -> Result<Check> {
+        let close = CloseOracle::new(oracle, mesh, run)?;
         // What is within a twentieth of the mean edge counts as found.
         let within = 0.02 * mesh.mean_edge_length();
         let features = features_within(&self.model, 0.5 * self.size, within, run)?;
-        let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
+        let against = Against { oracle: &close, features: Some(&features), pieces: Some(oracle), points };
         check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }
 }
@@ -494,7 +495,8 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
     let measured = match (options.measure, options.method) {
         (true, _) => ready.check(&mesh, intersecting, &oracle, points, run)?,
         (false, m) if m.is_exact() => {
-            let against = Against { points, ..Against::new(&oracle) };
+            let close = CloseOracle::new(&oracle, &mesh, run)?;
+            let against = Against { points, ..Against::new(&close) };
             check_tested(&mesh, intersecting, Expectation::default(), Some(against), run)?
         }
         (false, _) => check_tested(&mesh, intersecting, Expectation::default(), None, run)?,
@@ -514,7 +516,7 @@ fn mesh_by_cells(part: &Part, ready: &Ready, options: &MeshOptions, cells: &[f64
             let [a, b, c] = mesh.corners(t as usize);
             (mesh.centroid(t as usize), (a.distance(b) + b.distance(c) + c.distance(a)) / 6.0)
         };
-        Some(facing_away(&mesh, &oracle, run)?.into_iter().map(half).collect())
+        Some(facing_away(&mesh, &CloseOracle::new(&oracle, &mesh, run)?, run)?.into_iter().map(half).collect())
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
