@@ -19,6 +19,10 @@ const CLOSE: f64 = 0.25;
 /// Cells beyond so many times the mesh's triangles are not halved: intervals that decide nothing would fill the box with cells.
 const MOST: usize = 4;
 
+/// Cells with no more leaves than this are not halved: asking so few costs no more than finding a smaller cell, and most of the cells
+/// along edges have two.
+const FEW: usize = 3;
+
 /// Nothing of the surface is in the cell or close to it.
 const EMPTY: u32 = u32::MAX;
 /// What is below is a cell's tape, not the next eight cells.
@@ -45,7 +49,7 @@ struct Open {
 }
 
 impl<'a> CloseOracle<'a> {
-    /// For the points of a mesh: cells with more than one leaf are halved until they are no wider than its mean edge.
+    /// For the points of a mesh: cells with more than a few leaves are halved until they are no wider than its mean edge.
     ///
     /// Errors: cancellation.
     pub(crate) fn new(oracle: &'a ImplicitOracle<'a>, mesh: &TriMesh, run: &Run) -> Result<Self> {
@@ -66,13 +70,13 @@ impl<'a> CloseOracle<'a> {
         Ok(made)
     }
 
-    /// Puts cells in their places, halved unless they are the `last` or have one leaf; what is to be halved next.
+    /// Puts cells in their places, halved unless they are the `last` or have few leaves; what is to be halved next.
     fn level(&mut self, open: Vec<Open>, last: bool, run: &Run) -> Vec<Open> {
         let leaves = &self.oracle.model().leaves;
         let halved: Vec<Vec<(usize, Aabb, Arc<Tape>)>> = run.install(|| {
             open.par_iter()
                 .map_init(Scratch::default, |scratch, o| {
-                    if last || o.tape.only_face().is_some() || run.is_cancelled() {
+                    if last || o.tape.leaf_count() <= FEW || run.is_cancelled() {
                         return Vec::new();
                     }
                     let around = |c: &Aabb| c.grown(self.reach);
@@ -87,7 +91,7 @@ impl<'a> CloseOracle<'a> {
         });
         let mut next = Vec::new();
         for (o, parts) in open.into_iter().zip(halved) {
-            let here = if last || o.tape.only_face().is_some() {
+            let here = if last || o.tape.leaf_count() <= FEW {
                 self.tapes.push(o.tape);
                 TAPE | (self.tapes.len() - 1) as u32
             } else {

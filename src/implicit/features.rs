@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::apex::apexes;
 use super::model::Implicit;
-use super::newton::{Meeting, is_off, leaves_of, nearest, nearest_on_curve};
+use super::newton::{Meeting, crossing, is_off, leaves_of, nearest, nearest_on_curve};
 use super::octree::{BRICK, Bricks};
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
@@ -223,7 +223,7 @@ fn in_cell(ground: &Ground<'_>, tape: &Tape, curves: &[Curve], cell: &Aabb, foun
         // Where three meet near the cell, so do all pairs of them.
         for Curve { pair: [_, k], .. } in curves[n + 1..].iter().take_while(|c| c.pair[0] == *i) {
             if curves.iter().any(|c| c.pair == [*j, *k]) {
-                let met = nearest(leaves, &[*i, *j, *k], center, reach, scale);
+                let met = crossing(leaves, [*i, *j, *k], center, reach, scale);
                 triples.extend(met.map(|q| ([*i, *j, *k], q)));
             }
         }
@@ -239,7 +239,7 @@ fn in_cell(ground: &Ground<'_>, tape: &Tape, curves: &[Curve], cell: &Aabb, foun
         ends.sort_by(f64::total_cmp);
         for (from, to) in ends.iter().zip(&ends[1..]).filter(|e| e.0 < e.1) {
             // the middle of the piece, put back on the curve
-            let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
+            let Some(m) = nearest_on_curve(leaves, [i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
             let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
             let normal = |leaf: u32, inside: bool| {
                 let g = leaves[leaf as usize].slope(m).normalize_or_zero();

@@ -26,6 +26,9 @@ const FOOT_ON_CURVE: f64 = 1e-10;
 /// A Newton step of no more than this share of the one before is followed by ones that together are shorter than itself.
 const SETTLES: f64 = 0.1;
 
+/// Newton's method ends on the curve, but not at its nearest point: distances that near to a limit, as a share of it, are asked for exactly.
+const UNSURE: f64 = 0.03;
+
 /// Two surfaces at a smaller angle (radians) than this, or three whose normals span less, have no intersection that
 /// doubles could place. Where surfaces touch, Newton's method halves the distance to the seam with every step, and with it
 /// the angle; once that is so small the surfaces are apart by its square.
@@ -124,13 +127,18 @@ pub(super) fn nearest_on_curve(leaves: &[Leaf], pair: [u32; 2], p: DVec3, reach:
     slow(MOST_STEPS)
 }
 
+/// The point [`nearest`] gives for three leaves. It depends on `p` only by what of several it is, so there is one way to look for it.
+pub(super) fn crossing(leaves: &[Leaf], which: [u32; 3], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
+    settle::<true>(leaves, &which, p, reach, scale)
+}
+
 /// Whether the curve of two leaves is farther than `within` from a point, where two Newton steps tell.
 pub(super) fn is_off(leaves: &[Leaf], pair: [u32; 2], p: DVec3, within: f64) -> Option<bool> {
     let once = project_once(leaves, &pair, p, p, 0.0)?;
     let twice = project_once(leaves, &pair, once, once, 0.0)?;
     let (first, second) = (once.distance(p), twice.distance(once));
     let settles = second < SETTLES * first;
-    let slack = 2.0 * second;
+    let slack = 2.0 * second + UNSURE * within;
     if settles && first + slack <= within {
         Some(false)
     } else if settles && first - slack > within {
