@@ -214,17 +214,16 @@ fn clip(cell: &Aabb, p: DVec3, d: DVec3) -> Option<(f64, f64)> {
 }
 
 fn in_cell(ground: &Ground<'_>, tape: &Tape, curves: &[Curve], cell: &Aabb, found: &mut Found) {
+    let which = leaves_of(tape);
     let leaves = &ground.model.leaves;
     let scale = ground.model.bounds().diagonal();
     let meeting = Meeting { tape, holds: *cell, bricks: ground.bricks, whole: &ground.model.tape, leaves, scale };
     let (center, reach) = (cell.center(), cell.diagonal());
     let mut triples: Vec<([u32; 3], DVec3)> = Vec::new();
-    for (n, Curve { pair: [i, j], .. }) in curves.iter().enumerate() {
-        // Where three meet near the cell, so do all pairs of them.
-        for Curve { pair: [_, k], .. } in curves[n + 1..].iter().take_while(|c| c.pair[0] == *i) {
-            if curves.iter().any(|c| c.pair == [*j, *k]) {
-                let met = crossing(leaves, [*i, *j, *k], center, reach, scale);
-                triples.extend(met.map(|q| ([*i, *j, *k], q)));
+    for (a, &i) in which.iter().enumerate() {
+        for (b, &j) in which.iter().enumerate().skip(a + 1) {
+            for &k in &which[b + 1..] {
+                triples.extend(crossing(leaves, [i, j, k], center, reach, scale).map(|q| ([i, j, k], q)));
             }
         }
     }
