@@ -58,7 +58,8 @@ def diamond_exponentials():
     return """
 sheet = (diamond(1.3, 0.16) & sphere(1.25)).name("sheet")
 rod = cylinder(0.22, axis=(0.3, 0.2, 1), height=2.9).name("rod")
-lumps = solid(exp(-((x - 0.6)**2 + y**2 + z**2)/0.25) + exp(-((x + 0.3)**2 + (y - 0.5)**2 + z**2)/0.25) >= 0.45).name("lumps")
+one, other = (x - 0.6)**2 + y**2 + z**2, (x + 0.3)**2 + (y - 0.5)**2 + z**2
+lumps = solid(exp(-one/0.25) + exp(-other/0.25) >= 0.45).name("lumps")
 part((sheet | rod) - lumps)
 """
 
@@ -159,6 +160,7 @@ part((blade & room) | plates | (cylinder(8, height=16, at=(0, 0, 8)) - cylinder(
 def propeller():
     return """
 r = hypot(x, y)
+thick = (0.09 - 0.05*r)*sqrt(r**2 + 0.25)
 def along(k):
     return cos(2*pi*k/3)*x + sin(2*pi*k/3)*y
 def beside(k):
@@ -166,7 +168,7 @@ def beside(k):
 def outline(a, b, k):
     return solid(((a - 0.75)/0.62)**2 + (hypot(b, z)/0.3)**2 <= 1).name(f"outline{k}")
 def sheet(a, b, k):
-    return solid(abs(z - 0.5*atan2(b, a))*r <= (0.09 - 0.05*r)*sqrt(r**2 + 0.25)).name(f"blade{k}") & solid(a >= 0).name(f"root{k}")
+    return solid(abs(z - 0.5*atan2(b, a))*r <= thick).name(f"blade{k}") & solid(a >= 0).name(f"root{k}")
 blades = union([sheet(along(k), beside(k), k) & outline(along(k), beside(k), k) for k in range(3)])
 hub = (cylinder(0.25, height=0.7) | sphere(0.25, at=(0, 0, 0.35))).name("hub")
 part((blades | hub) - cylinder(0.1).name("bore"))
@@ -223,7 +225,8 @@ def lattice_balls():
 nodes = [(i, j, k) for i in range(3) for j in range(3) for k in range(3)]
 middles = [(i + 0.5, j + 0.5, k + 0.5) for i in range(2) for j in range(2) for k in range(2)]
 ways = [(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]
-struts = [cylinder(0.08, axis=w, at=m, height=sqrt(3)).name(f"strut{i}_{j}") for i, m in enumerate(middles) for j, w in enumerate(ways)]
+struts = [cylinder(0.08, axis=w, at=m, height=sqrt(3)).name(f"strut{i}_{j}")
+          for i, m in enumerate(middles) for j, w in enumerate(ways)]
 balls = [sphere(0.16, at=n).name(f"ball{i}") for i, n in enumerate(nodes + middles)]
 part(union(struts + balls) | box(lo=(-0.3, -0.3, -0.25), hi=(2.3, 2.3, -0.05)).name("floor"))
 """
@@ -246,10 +249,11 @@ part(union([box(lo=low(i), hi=high(i)).name(f"box{i}") for i in range(300)]))
 def heat_sink():
     return """
 units("mm")
-fins = [extrude([(-0.9, 0), (0.9, 0), (0.5, 22), (-0.5, 22)], 60).rotate(90, axis="x").move((6*k - 30, 0, 3)).name(f"fin{k}") for k in range(11)]
+profile = [(-0.9, 0), (0.9, 0), (0.5, 22), (-0.5, 22)]
+fins = [extrude(profile, 60).rotate(90, axis="x").move((6*k - 30, 0, 3)).name(f"fin{k}") for k in range(11)]
 plate = box(lo=(-34, -32, 0), hi=(34, 32, 4)).name("plate")
 slots = union([box(lo=(-40, s - 1, 9), hi=(40, s + 1, 40)).name(f"slot{s}") for s in (-15, 0, 15)])
-holes = union([cylinder(1.6, at=(a, b, 0)).name(f"hole{a}{b}") for a in (-33 + 3, 30) for b in (-31, 31)])
+holes = union([cylinder(1.6, at=(a, b, 0)).name(f"hole{a}{b}") for a in (-30, 30) for b in (-31, 31)])
 part((plate | union(fins)) - slots - holes)
 """
 
@@ -294,7 +298,8 @@ part(base | (cylinder(0.8, at=(2.2, 1, 0.5), height=1) | box(lo=(2.5, 0.5, 0), h
 @part("two solids that share a cylinder under two names")
 def shared_cylinder():
     return """
-part(cylinder(1, height=2).name("left") | (cylinder(1, at=(0, 0, 1.2), height=2) & half_space((1, 0.4, 0.3), at=(0.2, 0, 1))).name("right"))
+right = cylinder(1, at=(0, 0, 1.2), height=2) & half_space((1, 0.4, 0.3), at=(0.2, 0, 1))
+part(cylinder(1, height=2).name("left") | right.name("right"))
 """
 
 
@@ -308,11 +313,11 @@ part((lower | upper) & box(lo=(-2, -2, -1), hi=(2, 2, 1)).name("caps"))
 """
 
 
-@part("tube with 60 radial holes")
+@part("tube with 120 radial holes, rows turned by half a step")
 def perforated_tube():
     return """
 def hole(i, j):
-    return cylinder(0.14, axis=(cos(pi*(i + 0.5*j)/6), sin(pi*(i + 0.5*j)/6), 0), at=(0, 0, 0.45*j), height=3).name(f"hole{i}_{j}")
+    return cylinder(0.14, axis="x", at=(0, 0, 0.45*j), height=3).rotate(30*i + 15*j, axis="z").name(f"hole{i}_{j}")
 part((cylinder(1, height=5) - cylinder(0.9)).name("tube") - union([hole(i, j) for i in range(6) for j in range(-5, 5)]))
 """
 
@@ -344,7 +349,8 @@ def rook():
     return """
 r = hypot(x, y)
 body = solid(r <= 0.45 + 0.25*exp(-4*z) + 0.04*sin(9*z)).name("body") & box(lo=(-2, -2, 0), hi=(2, 2, 2)).name("cut")
-collar = torus(0.5, 0.1, at=(0, 0, 0.35)).name("collar") | revolve([(0, 1.8), (0.42, 1.8), (0.62, 2.0), (0.62, 2.5), (0, 2.5)]).name("top")
+top = revolve([(0, 1.8), (0.42, 1.8), (0.62, 2.0), (0.62, 2.5), (0, 2.5)]).name("top")
+collar = torus(0.5, 0.1, at=(0, 0, 0.35)).name("collar") | top
 cup = cylinder(0.44, at=(0, 0, 2.5), height=0.5).name("cup")
 gaps = solid(abs(mod(atan2(y, x), pi/3) - pi/6) <= 0.16).name("gap") & box(lo=(-1, -1, 2.32), hi=(1, 1, 3)).name("floor")
 part((body | collar) - cup - gaps)

@@ -116,7 +116,7 @@ def row(part, path, args):
     mesh, report = path.with_suffix(".ply"), path.with_suffix(".json")
     for old in (mesh, report):
         old.unlink(missing_ok=True)
-    command = [args.program, "mesh", path, "--size", part.size or args.size, "--threads", 1, "-q", "--force"]
+    command = [args.program, "mesh", path, "--size", part.size or args.size, "--threads", 1, "-v", "--force"]
     code, cpu, printed = run([*command, "-o", mesh, "--report", report], limit)
     path.with_suffix(".log").write_text(printed)
     name = part.name + (f" ({part.size})" if part.size else "")
@@ -125,7 +125,7 @@ def row(part, path, args):
     lines = [f"falls short: {fault['message']}" for fault in told.get("shortfalls", [])]
     lines += [f"warning: {text}" for text in told.get("warnings", [])]
     if not told:
-        return cells, lines + printed.strip().splitlines()[:3]
+        return cells, lines + printed.strip().splitlines()[-2:]
     tried = told["attempts"]
     cells[3] = len(tried) if told["method"] == "leaf" else f"{len(tried)}, {told['method']}"
     check = told.get("check") or {}
