@@ -453,6 +453,6 @@ def solids_1000():
     return SCATTERED.format(counts=(10, 10, 10))
 
 
-@part("10 000 balls and boxes on a jittered grid", size="1%", patience=5)
+@part("10 000 balls and boxes on a jittered grid", size="1%", patience=2)
 def solids_10000():
     return SCATTERED.format(counts=(20, 20, 25))

@@ -1,28 +1,29 @@
 """Function-defined parts that are hard to mesh, one after the other.
 
-    python3 benches/parts/run.py [--size 2%] [--limit 120] [--program target/release/rvachev] [--folder target/parts]
+    python3 benches/parts/run.py [--size 2%] [--limit 240] [--program target/release/rvachev] [--folder target/parts]
                                  [--only NAME ...] [--markdown] [--colonnade FOLDER]
 
 The parts are written into the folder from `parts.py` beside this: threads, gears, blades, foams, lattices, sheets of least area,
-coincident planes, many solids. Some ask for a size of their own. `--only` takes names with `*`. With `--colonnade`, the `.vm` files
-of a folder, such as bear.vm and colonnade.vm of the fidget project, are meshed too, at 3 %. Needs Python 3.10 or newer and a release
-build of rvachev.
+coincident planes, many solids. Some ask for a size of their own, and many solids for a longer limit. `--only` takes names with `*`.
+With `--colonnade`, the `.vm` files of a folder, such as bear.vm and colonnade.vm of the fidget project, are meshed too, at 3 %
+and with three times the limit. Needs Python 3.10 or newer and a release build of rvachev.
 
 Definitions.
 
     leaves      functions the part is made of, after formulas are taken apart (`rvachev info --json`)
-    exit        exit code; `limit` where the part was not done after its CPU seconds; 0 is a sound mesh with nothing that falls short
+    exit        exit code; 0 is a sound mesh with nothing that falls short; `limit` where the part was not done in its CPU seconds
     attempts    how many meshes were tried, and the method of the one that was kept where it is not `leaf`
     CPU         CPU seconds of the whole command, certificate and report included, with one thread
     recall      share of the length of true sharp edges that the mesh has
     precision   share of the length of the mesh's sharp edges that are true ones
     corners     found and true
     angles      least, and the 5th percentile, in degrees
-    unproved    cells of the grid the kept attempt could not prove, and the share of all cells with some of the surface
-    teeth       nodes where a border between two names on a smooth surface turns by more than 60 degrees, and all nodes of such borders
+    unproved    cells of the grid that the kept attempt could not prove, of all that hold some of the surface
+    teeth       nodes where a border between two names on a smooth surface turns by more than 60 degrees, of all nodes within such
+                borders; true corners of a border count, too
 
-Recall, precision and corners are those of the report's `check.features`, so they say what the program finds of its own edges. A part that
-stops at its limit counts without figures. Lines below the table tell what falls short, and warnings.
+Recall, precision and corners are those of the report's `check.features`. A part that stops at its limit has no figures. Lines below
+the table tell what falls short, warnings, attempts where there were several, and why places are not proved.
 """
 import argparse
 import fnmatch
@@ -39,7 +40,7 @@ from pathlib import Path
 from parts import Part, catalog
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-HEAD = ["part", "leaves", "exit", "attempts", "CPU", "triangles", "recall", "precision", "corners", "least", "5 %", "unproved", "teeth"]
+HEAD = "part,leaves,exit,attempts,CPU,triangles,recall,precision,corners,least,5 %,unproved,teeth".split(",")
 SMOOTH = math.cos(math.radians(15))  # two triangles that bend less are no edge at any size used here
 TOOTH = math.cos(math.radians(60))  # a border that follows triangles at random turns by 60 degrees; a smooth one by far less
 
@@ -155,7 +156,7 @@ def row(part, path, args):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", default="2%")
-    parser.add_argument("--limit", type=int, default=120, help="CPU seconds for a part")
+    parser.add_argument("--limit", type=int, default=240, help="CPU seconds for a part")
     parser.add_argument("--program", type=Path, default=ROOT / "target" / "release" / "rvachev")
     parser.add_argument("--folder", type=Path, default=ROOT / "target" / "parts")
     parser.add_argument("--only", nargs="+", default=["*"], metavar="NAME")
