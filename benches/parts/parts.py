@@ -332,6 +332,16 @@ part(solid(hypot(hypot(x, y) - 8, off) <= 1.1).name("wire") & box(lo=(-10, -10, 
 """
 
 
+@part("the same spring, its helix by a wave")
+def spring_by_wave():
+    return """
+units("mm")
+pitch = 4
+off = abs(mod(z - pitch*atan2(y, x)/(2*pi), pitch) - pitch/2)
+part(solid(hypot(hypot(x, y) - 8, off) <= 1.1).name("wire") & box(lo=(-10, -10, -11), hi=(10, 10, 11)).name("ground"))
+"""
+
+
 @part("two threads through a wall")
 def wall_threads():
     return """
@@ -453,6 +463,6 @@ def solids_1000():
     return SCATTERED.format(counts=(10, 10, 10))
 
 
-@part("10 000 balls and boxes on a jittered grid", size="1%", patience=2)
+@part("10 000 balls and boxes on a jittered grid", size="1%", patience=5)
 def solids_10000():
     return SCATTERED.format(counts=(20, 20, 25))

@@ -1,6 +1,6 @@
 """Function-defined parts that are hard to mesh, one after the other.
 
-    python3 benches/parts/run.py [--size 2%] [--limit 240] [--program target/release/rvachev] [--folder target/parts]
+    python3 benches/parts/run.py [--size 2%] [--limit 60] [--program target/release/rvachev] [--folder target/parts]
                                  [--only NAME ...] [--markdown] [--colonnade FOLDER]
 
 The parts are written into the folder from `parts.py` beside this: threads, gears, blades, foams, lattices, sheets of least area,
@@ -156,7 +156,7 @@ def row(part, path, args):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", default="2%")
-    parser.add_argument("--limit", type=int, default=240, help="CPU seconds for a part")
+    parser.add_argument("--limit", type=int, default=60, help="CPU seconds for a part")
     parser.add_argument("--program", type=Path, default=ROOT / "target" / "release" / "rvachev")
     parser.add_argument("--folder", type=Path, default=ROOT / "target" / "parts")
     parser.add_argument("--only", nargs="+", default=["*"], metavar="NAME")
