@@ -123,7 +123,7 @@ twist = (2 - 7*t)*pi/180
 X = (cos(twist)*(x - 0.1*y) - sin(twist)*z)/chord
 Z = (sin(twist)*(x - 0.1*y) + cos(twist)*z)/chord
 bend = 0.02/0.16*(0.8*X - X**2) if X < 0.4 else 0.02/0.36*(0.2 + 0.8*X - X**2)
-half = 0.75*(0.2969*sqrt(max(X, 0)) - 0.126*X - 0.3516*X**2 + 0.2843*X**3 - 0.1036*X**4)
+half = 0.75*(0.2969*sqrt(X) - 0.126*X - 0.3516*X**2 + 0.2843*X**3 - 0.1036*X**4)
 skin = solid(abs(Z - bend) <= half).name("skin") & solid(X <= 0.995).name("trailing")
 part(skin & box(lo=(-1, 0, -1), hi=(3, 5, 1)).name("cut"))
 """
