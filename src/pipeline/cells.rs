@@ -45,6 +45,10 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
+/// How often triangles stay around what is at fault, each time in places larger by their own size.
+const KEPT: usize = 3;
+/// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
+const LEAST_BESIDE: f64 = 0.05;
 /// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
     far_from(mesh, things, place, reach, |_, _| true)
@@ -93,6 +97,8 @@ pub(super) struct Start {
     pub(super) times: usize,
     /// Where they are smaller.
     pub(super) places: Vec<Aabb>,
+    /// Where triangles stay as they come from the arrangement.
+    pub(super) kept: Vec<Aabb>,
 }
 
 impl Start {
@@ -148,6 +154,7 @@ impl Scout {
             coarser: COARSER,
             places: &start.places,
             more: SMALLER[start.times],
+            linear: &start.kept,
             block: None,
         };
         let made = match arranged(&ready.model, &grid, options.memory, run) {
@@ -163,9 +170,27 @@ impl Scout {
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let made = made.made;
-        let Ok(work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
+        let Ok(mut work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
             return Ok(None);
         };
+        let near = Bvh::new(start.kept.clone());
+        let is_kept = |t: &u32| {
+            let mut is_near = false;
+            near.overlapping(&Aabb::around(work.mesh.corner_points(*t)), |_| is_near = true);
+            is_near
+        };
+        let kept: Vec<u32> = work.mesh.triangles().filter(is_kept).collect();
+        if std::env::var("DBG").is_ok() && !kept.is_empty() {
+            let m = TriMesh { nodes: made.mesh.nodes.clone(), triangles: made.mesh.triangles.clone(), ..TriMesh::default() };
+            let c = |m: &TriMesh| -> Result<usize> {
+                let bad = self_intersections(m, run)?;
+                Ok(bad.iter().filter(|p| { let mut n = false; near.overlapping(&Aabb::around(m.corners(p[0] as usize)), |_| n = true); n }).count())
+            };
+            eprintln!("DBG kept {} of {}, raw crossing in zone {}, after pieces {}", kept.len(), work.mesh.triangle_count(), c(&m)?, c(&work.mesh.to_mesh())?);
+        }
+        if !kept.is_empty() {
+            work.freeze(&kept, LEAST_BESIDE * ready.size);
+        }
         let mesh = made.mesh;
         extracted.mesh.labels = made.faces;
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
@@ -304,6 +329,8 @@ pub(super) struct CellLadder<'a, 'o> {
     before: Option<TriMesh>,
     /// The fewest faults with cells of the same share.
     fewest: usize,
+    /// How often triangles stayed.
+    times_kept: usize,
     /// Whether nothing smaller is worth it once smaller cells around places change nothing.
     over: bool,
     /// Triangles of the extraction that gave a mesh without faults, and its cells.
@@ -324,6 +351,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             scout: None,
             before: None,
             fewest: usize::MAX,
+            times_kept: 0,
             over: false,
             sound: None,
             error: None,
@@ -350,7 +378,21 @@ impl<'a, 'o> CellLadder<'a, 'o> {
 
     fn go_on(&mut self) {
         self.start = Start { share: self.start.share + 1, ..Start::default() };
-        (self.scout, self.before, self.fewest) = (None, None, usize::MAX);
+        (self.scout, self.before, self.fewest, self.times_kept) = (None, None, usize::MAX, 0);
+    }
+
+    /// The cells of the best attempt, with triangles that stay around those at fault in the last one.
+    fn keep(&mut self, best: &Trial, last: &Trial) -> Option<Start> {
+        let now = if last.start.kept.is_empty() { best } else { last };
+        if now.faults() == 0 || !now.can_be_healed() || self.times_kept == KEPT {
+            return None;
+        }
+        self.times_kept += 1;
+        // The arrangement may well be the same.
+        self.before = None;
+        let grown = now.exact.report.faults.iter().map(|b| b.grown(self.times_kept as f64 * b.size().max_element()));
+        let kept = now.start.kept.iter().copied().chain(grown).collect();
+        Some(Start { kept, ..now.start.clone() })
     }
 
     /// What the cells tell before leaves are arranged; `None` where they are too many, or there is no memory for them.
@@ -394,6 +436,17 @@ impl Ladder for CellLadder<'_, '_> {
                 self.before = Some(made.extracted.mesh.clone());
                 let mut trial = made.remesh(work, self.ready, self.options, run, &mut self.observer)?;
                 trial.start = self.start.clone();
+                if std::env::var("DBG").is_ok() {
+                    let near = Bvh::new(trial.start.kept.clone());
+                    let (mut inside, mut all) = (0, 0);
+                    for b in &trial.exact.report.faults[..trial.exact.report.self_intersections] {
+                        let mut n = false;
+                        near.overlapping(b, |_| n = true);
+                        all += 1;
+                        inside += usize::from(n);
+                    }
+                    eprintln!("DBG crossing {all}, {inside} near kept; folded {}", trial.exact.report.inverted);
+                }
                 return Ok(Some(trial.told(attempts, run)));
             }
             if self.before.is_some() && self.over {
@@ -421,11 +474,15 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        if goes_on && self.start.times + 1 < SMALLER.len() {
+        if goes_on && last.start.kept.is_empty() && self.start.times + 1 < SMALLER.len() {
             self.start.times += 1;
             let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
             self.start.places.extend(places);
             return Some((Change::SmallerCellsHere, "triangles are at fault"));
+        }
+        if let Some(kept) = best.and_then(|b| self.keep(b, last)) {
+            self.start = kept;
+            return Some((Change::KeepHere, "triangles are at fault"));
         }
         if self.over {
             return None;

@@ -275,7 +275,10 @@ impl Found {
     /// The mesh with its features measured, if that was asked for: of meshes that are dropped nobody needs to know.
     fn with_features(self, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<Meshed> {
         let Self { mut meshed, extracted, .. } = self;
-        let Some(mut check) = meshed.report.check.take().filter(|_| options.measure) else { return Ok(meshed) };
+        if !options.measure {
+            return Ok(meshed);
+        }
+        let Some(mut check) = meshed.report.check.take() else { return Ok(meshed) };
         let mut clock = Clock::new(options.timed);
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let truth = ready.features(&meshed.mesh, run)?;

@@ -10,6 +10,7 @@ mod fans;
 mod field;
 mod flat;
 mod flips;
+mod frozen;
 mod gaps;
 mod grid;
 mod join;
@@ -331,7 +332,8 @@ fn remesh<'a>(
     if narrow {
         report.astray = r.astray();
     }
-    let folded = r.folded();
+    // What stays as it is was not folded here.
+    let folded: Vec<u32> = r.folded().into_iter().filter(|t| !r.work.is_kept(*t)).collect();
     (report.self_intersections, report.inverted) = (bad.len(), folded.len());
     report.faults = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
     report.faults.extend(folded.iter().map(|t| Aabb::around(r.work.mesh.corner_points(*t))));

@@ -179,7 +179,7 @@ impl Maker<'_> {
     fn arranged(&self, brick: u32) -> Result<Given> {
         let Self { plan, ready, run, .. } = self;
         let grid =
-            CellGrid { size: plan.cell(), coarser: 0, places: &[], more: 0, block: Some(plan.blocks().block(brick)) };
+            CellGrid { size: plan.cell(), coarser: 0, places: &[], more: 0, linear: &[], block: Some(plan.blocks().block(brick)) };
         let made = arranged(&ready.model, &grid, plan.options.memory, run)?;
         let proof = Proof::of(&made);
         let (ends, made) = (made.ends, made.made);
