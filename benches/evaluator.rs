@@ -8,8 +8,9 @@ use std::time::Instant;
 
 use multiversion::multiversion;
 use rvachev::DVec3;
+use rvachev::Run;
 use rvachev::implicit::expr::{Binary, Unary};
-use rvachev::implicit::{Expr, Implicit, RSystem, Solid};
+use rvachev::implicit::{Expr, Implicit, RSystem, Sampling, Solid, evaluate};
 
 const BATCH: usize = 4096;
 const BATCHES: usize = 16;
@@ -38,9 +39,9 @@ impl Points {
 /// Values at many points.
 type Batch<'a> = &'a dyn Fn([&[f64]; 3], &mut [f64]);
 
-/// Millions of points a second, the best of many passes, and the values of the last.
-fn speed(points: &Points, work: Batch) -> (f64, Vec<f64>) {
-    let mut out = vec![0.0; BATCH];
+/// Millions of points a second, the best of many passes, and the values of the last: so many lists of them for each batch.
+fn speed(points: &Points, width: usize, work: Batch) -> (f64, Vec<f64>) {
+    let mut out = vec![0.0; width * BATCH];
     let mut all = Vec::new();
     let mut least = f64::INFINITY;
     let begin = Instant::now();
@@ -64,25 +65,64 @@ fn speed(points: &Points, work: Batch) -> (f64, Vec<f64>) {
     (BATCH as f64 / least / 1e6, all)
 }
 
-fn row(points: &Points, what: &str, solid: &Solid, by_hand: Batch) {
+fn row(points: &Points, what: &str, solid: &Solid, by_hand: Batch, gradient_by_hand: Option<Batch>) {
     let model = Implicit::new(solid, RSystem::default(), None).expect("a bounded solid");
-    let (ours, values) = speed(points, &|[x, y, z], out| model.companion(x, y, z, out));
-    let (fused, expected) = speed(points, by_hand);
+    let (ours, values) = speed(points, 1, &|[x, y, z], out| model.companion(x, y, z, out));
+    let (fused, expected) = speed(points, 1, by_hand);
     for (a, b) in values.iter().zip(&expected) {
         // the same solid, though its leaves may be other functions than the one by hand
         assert!(a * b > 0.0 || b.abs() < 1e-12, "{what}: {a} is not {b}");
     }
-    let gradients = speed(points, &|[x, y, z], out| {
+    println!(
+        "{what:<28} {:>3} operations {ours:>8.1} M/s of {fused:>8.1} M/s by hand: {:.2}",
+        model.tree_size(),
+        ours / fused,
+    );
+    let model = Implicit::new(solid, RSystem::MinMax, None).expect("a bounded solid");
+    let alone = speed(points, 1, &|[x, y, z], out| {
         for i in 0..out.len() {
             out[i] = model.gradient(DVec3::new(x[i], y[i], z[i])).1.x;
         }
     });
-    println!(
-        "{what:<28} {:>3} operations {ours:>8.1} M/s of {fused:>8.1} M/s by hand: {:.2}; gradients {:.1} M/s",
-        model.tree_size(),
-        ours / fused,
-        gradients.0
-    );
+    let run = Run::new();
+    let wanted = Sampling { gradients: true, faces: false };
+    let (ours, gradients) = speed(points, 3, &|[x, y, z], out| {
+        let mut at = 0;
+        // so few are evaluated on this thread
+        for start in (0..BATCH).step_by(256) {
+            let some: Vec<DVec3> = (start..start + 256).map(|i| DVec3::new(x[i], y[i], z[i])).collect();
+            for g in evaluate(&model, &some, wanted, &run).expect("nobody cancels").gradients {
+                (out[at], out[BATCH + at], out[2 * BATCH + at]) = (g.x, g.y, g.z);
+                at += 1;
+            }
+        }
+    });
+    print!("{:<28} gradients alone {:>6.1} M/s, in batches {ours:>7.1} M/s", "", alone.0);
+    if let Some(by_hand) = gradient_by_hand {
+        let (fused, expected) = speed(points, 3, by_hand);
+        // a tree of more than one leaf may be another function of the same solid
+        for (a, b) in gradients.iter().zip(&expected).filter(|_| model.tree_size() == 1) {
+            assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{what}: {a} is not {b}");
+        }
+        print!(" of {fused:>8.1} M/s by hand: {:.2}", ours / fused);
+    }
+    println!();
+}
+
+macro_rules! gradient_by_hand {
+    ($name:ident, $f:expr) => {
+        #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+        fn $name(p: [&[f64]; 3], out: &mut [f64]) {
+            let n = out.len() / 3;
+            let [xs, ys, zs] = [&p[0][..n], &p[1][..n], &p[2][..n]];
+            let (dx, rest) = out.split_at_mut(n);
+            let (dy, dz) = rest.split_at_mut(n);
+            let f = $f;
+            for i in 0..n {
+                [dx[i], dy[i], dz[i]] = f(xs[i], ys[i], zs[i]);
+            }
+        }
+    };
 }
 
 macro_rules! by_hand {
@@ -104,6 +144,12 @@ by_hand!(quartic_by_hand, |x: f64, y: f64, z: f64| {
     4.0 * (x * x + y * y) - s * s
 });
 
+gradient_by_hand!(quartic_gradient, |x: f64, y: f64, z: f64| {
+    let s = x * x + y * y + z * z + 0.91;
+    let flat = 8.0 - 4.0 * s;
+    [x * flat, y * flat, -4.0 * s * z]
+});
+
 fn quartic() -> Solid {
     let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
     let flat = x.clone() * x + y.clone() * y;
@@ -115,6 +161,17 @@ by_hand!(sextic_by_hand, |x: f64, y: f64, z: f64| {
     let s = x * x + 2.25 * (y * y) + z * z - 1.0;
     let cube = z * z * z;
     x * x * cube + 0.1125 * (y * y * cube) - s * s * s
+});
+
+gradient_by_hand!(sextic_gradient, |x: f64, y: f64, z: f64| {
+    let s = x * x + 2.25 * (y * y) + z * z - 1.0;
+    let (square, cubed) = (z * z, 3.0 * (s * s));
+    let cube = square * z;
+    [
+        2.0 * x * (cube - cubed),
+        y * (0.225 * cube - 4.5 * cubed),
+        3.0 * square * (x * x + 0.1125 * (y * y)) - 2.0 * z * cubed,
+    ]
 });
 
 /// Taubin's heart.
@@ -136,6 +193,18 @@ by_hand!(gyroid_by_hand, |x: f64, y: f64, z: f64| {
     (0.3 - g * g).min(ball(x, y, z, 1.9))
 });
 
+/// The gradient of the lesser of a value with a gradient and the ball.
+fn in_ball(v: f64, g: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    if v < ball(x, y, z, 1.9) { g } else { [-x / 1.9, -y / 1.9, -z / 1.9] }
+}
+
+gradient_by_hand!(gyroid_gradient, |x: f64, y: f64, z: f64| {
+    let ((sa, ca), (sb, cb), (sc, cc)) = ((x * 3.0).sin_cos(), (y * 3.0).sin_cos(), (z * 3.0).sin_cos());
+    let g = sa * cb + sb * cc + sc * ca;
+    let k = -6.0 * g;
+    in_ball(0.3 - g * g, [k * (ca * cb - sc * sa), k * (cb * cc - sa * sb), k * (cc * ca - sb * sc)], [x, y, z])
+});
+
 fn gyroid() -> Solid {
     let [a, b, c] = [Expr::x(), Expr::y(), Expr::z()].map(|e| e * 3.0);
     let sin = |e: &Expr| Expr::unary(Unary::Sin, e.clone());
@@ -148,6 +217,15 @@ by_hand!(thread_by_hand, |x: f64, y: f64, z: f64| {
     let r = (x * x + y * y).sqrt();
     let turn = z * 6.0 - y.atan2(x);
     (1.0 + 0.1 * turn.sin() + 0.2 * (-(z * z)).exp() - r).min(ball(x, y, z, 1.9))
+});
+
+gradient_by_hand!(thread_gradient, |x: f64, y: f64, z: f64| {
+    let square = x * x + y * y;
+    let r = square.sqrt();
+    let (sin, cos) = (z * 6.0 - y.atan2(x)).sin_cos();
+    let waist = 0.2 * (-(z * z)).exp();
+    let turn = 0.1 * cos / square;
+    in_ball(1.0 + 0.1 * sin + waist - r, [turn * y - x / r, -turn * x - y / r, 0.6 * cos - 2.0 * z * waist], [x, y, z])
 });
 
 /// A round thread on a bar with a waist.
@@ -213,9 +291,9 @@ fn bracket() -> Solid {
 
 fn main() {
     let points = Points::new();
-    row(&points, "quartic of a torus", &quartic(), &quartic_by_hand);
-    row(&points, "sextic of a heart", &sextic(), &sextic_by_hand);
-    row(&points, "gyroid: sin, cos", &gyroid(), &gyroid_by_hand);
-    row(&points, "thread: atan2, exp, sqrt, sin", &thread(), &thread_by_hand);
-    row(&points, "bracket of 20 primitives", &bracket(), &bracket_by_hand);
+    row(&points, "quartic of a torus", &quartic(), &quartic_by_hand, Some(&quartic_gradient));
+    row(&points, "sextic of a heart", &sextic(), &sextic_by_hand, Some(&sextic_gradient));
+    row(&points, "gyroid: sin, cos", &gyroid(), &gyroid_by_hand, Some(&gyroid_gradient));
+    row(&points, "thread: atan2, exp, sqrt, sin", &thread(), &thread_by_hand, Some(&thread_gradient));
+    row(&points, "bracket of 20 primitives", &bracket(), &bracket_by_hand, None);
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::apex::apexes;
 use super::model::Implicit;
-use super::newton::{Meeting, leaves_of, nearest};
+use super::newton::{Meeting, crossing, is_off, leaves_of, nearest, nearest_on_curve};
 use super::octree::{BRICK, Bricks};
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
@@ -112,35 +112,61 @@ fn closer(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch:
         return;
     }
     let many = leaves.len() > MANY_LEAVES && levels > BENT_LEVELS - EXTRA_LEVELS;
-    if !many && (levels == 0 || leaves.len() > MANY_LEAVES || !bends(ground, &leaves, cell)) {
-        in_cell(ground, tape, &leaves, cell, found);
-        return;
+    if !many {
+        let may_halve = levels > 0 && leaves.len() <= MANY_LEAVES;
+        if let Some(curves) = ground.curves(&leaves, cell, may_halve) {
+            in_cell(ground, tape, &curves, cell, found);
+            return;
+        }
     }
     for_children(ground, tape, cell, scratch, &mut |sub, tape, scratch| {
         closer(ground, tape, sub, levels - 1, scratch, found)
     });
 }
 
-/// Whether the curve of two leaves goes away from its tangent in a cell.
-fn bends(ground: &Ground<'_>, which: &[u32], cell: &Aabb) -> bool {
-    let leaves = &ground.model.leaves;
-    let (scale, center, reach) = (ground.model.bounds().diagonal(), cell.center(), cell.diagonal());
-    let pairs = which.iter().enumerate().flat_map(|(n, i)| which[n + 1..].iter().map(move |j| [*i, *j]));
-    for pair in pairs {
-        let Some(q) = nearest(leaves, &pair, center, reach, scale) else { continue };
-        let [a, b] = pair.map(|l| leaves[l as usize].slope(q).normalize_or_zero());
-        let Some((t, (from, to))) = a.cross(b).try_normalize().and_then(|t| Some((t, clip(cell, q, t)?))) else {
-            continue;
-        };
-        let off = |s: f64| {
-            let p = q + t * s;
-            nearest(leaves, &pair, p, reach, scale).is_none_or(|m| m.distance(p) > ground.within)
-        };
-        if off(from) || off(to) {
-            return true;
+/// A curve in which two leaves meet.
+struct Curve {
+    pair: [u32; 2],
+    /// Its point nearest to the middle of a cell.
+    near: DVec3,
+    /// The tangent there and the piece of it in the cell, if it passes.
+    tangent: Option<(DVec3, f64, f64)>,
+}
+
+impl Ground<'_> {
+    /// The curves of all pairs of leaves that have one near a cell, in order; `None` if they are to be `straight` and one of them goes
+    /// away from its tangent in the cell.
+    fn curves(&self, which: &[u32], cell: &Aabb, straight: bool) -> Option<Vec<Curve>> {
+        let (leaves, scale) = (&self.model.leaves, self.model.bounds().diagonal());
+        let (center, reach) = (cell.center(), cell.diagonal());
+        let mut found = Vec::new();
+        for (n, i) in which.iter().enumerate() {
+            for j in &which[n + 1..] {
+                let pair = [*i, *j];
+                let Some(near) = nearest_on_curve(leaves, pair, center, reach, scale) else { continue };
+                let tangent = self.tangent(pair, near).and_then(|t| {
+                    let (from, to) = clip(cell, near, t)?;
+                    Some((t, from, to))
+                });
+                let off = |p: DVec3| {
+                    let foot = || nearest(leaves, &pair, p, reach, scale);
+                    let exactly = || foot().is_none_or(|m| m.distance(p) > self.within);
+                    is_off(leaves, pair, p, self.within).unwrap_or_else(exactly)
+                };
+                if straight && tangent.is_some_and(|(t, from, to)| off(near + t * from) || off(near + t * to)) {
+                    return None;
+                }
+                found.push(Curve { pair, near, tangent });
+            }
         }
+        Some(found)
     }
-    false
+
+    /// The direction in which two leaves meet.
+    fn tangent(&self, pair: [u32; 2], q: DVec3) -> Option<DVec3> {
+        let [a, b] = pair.map(|l| self.model.leaves[l as usize].slope(q).normalize_or_zero());
+        a.cross(b).try_normalize()
+    }
 }
 
 fn halves(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
@@ -187,47 +213,41 @@ fn clip(cell: &Aabb, p: DVec3, d: DVec3) -> Option<(f64, f64)> {
     (a < b).then_some((a, b))
 }
 
-fn in_cell(ground: &Ground<'_>, tape: &Tape, which: &[u32], cell: &Aabb, found: &mut Found) {
+fn in_cell(ground: &Ground<'_>, tape: &Tape, curves: &[Curve], cell: &Aabb, found: &mut Found) {
+    let which = leaves_of(tape);
     let leaves = &ground.model.leaves;
     let scale = ground.model.bounds().diagonal();
-    let meeting = Meeting { tape, bricks: ground.bricks, whole: &ground.model.tape, leaves, scale };
+    let meeting = Meeting { tape, holds: *cell, bricks: ground.bricks, whole: &ground.model.tape, leaves, scale };
     let (center, reach) = (cell.center(), cell.diagonal());
     let mut triples: Vec<([u32; 3], DVec3)> = Vec::new();
     for (a, &i) in which.iter().enumerate() {
         for (b, &j) in which.iter().enumerate().skip(a + 1) {
             for &k in &which[b + 1..] {
-                triples.extend(nearest(leaves, &[i, j, k], center, reach, scale).map(|q| ([i, j, k], q)));
+                triples.extend(crossing(leaves, [i, j, k], center, reach, scale).map(|q| ([i, j, k], q)));
             }
         }
     }
     let corner = |t: &&([u32; 3], DVec3)| holds(cell, t.1) && meeting.corner(t.0, t.1);
     found.corners.extend(triples.iter().filter(corner).map(|t| t.1));
-    for (n, &i) in which.iter().enumerate() {
-        for &j in &which[n + 1..] {
-            let Some(q) = nearest(leaves, &[i, j], center, reach, scale) else { continue };
-            let tangent_at = |q: DVec3| {
-                let (a, b) = (leaves[i as usize].slope(q), leaves[j as usize].slope(q));
-                a.normalize_or_zero().cross(b.normalize_or_zero()).try_normalize()
+    for curve in curves {
+        let ([i, j], q) = (curve.pair, curve.near);
+        let Some((t, from, to)) = curve.tangent else { continue };
+        // An edge ends where a third leaf crosses it, so each stretch between such points is a sample or none.
+        let on = triples.iter().filter(|x| x.0.contains(&i) && x.0.contains(&j)).map(|x| (x.1 - q).dot(t));
+        let mut ends: Vec<f64> = on.filter(|s| from < *s && *s < to).chain([from, to]).collect();
+        ends.sort_by(f64::total_cmp);
+        for (from, to) in ends.iter().zip(&ends[1..]).filter(|e| e.0 < e.1) {
+            // the middle of the piece, put back on the curve
+            let Some(m) = nearest_on_curve(leaves, [i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
+            let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
+            let normal = |leaf: u32, inside: bool| {
+                let g = leaves[leaf as usize].slope(m).normalize_or_zero();
+                if inside { -g } else { g }
             };
-            let Some(t) = tangent_at(q) else { continue };
-            let Some((from, to)) = clip(cell, q, t) else { continue };
-            // An edge ends where a third leaf crosses it, so each stretch between such points is a sample or none.
-            let on = triples.iter().filter(|x| x.0.contains(&i) && x.0.contains(&j)).map(|x| (x.1 - q).dot(t));
-            let mut ends: Vec<f64> = on.filter(|s| from < *s && *s < to).chain([from, to]).collect();
-            ends.sort_by(f64::total_cmp);
-            for (from, to) in ends.iter().zip(&ends[1..]).filter(|e| e.0 < e.1) {
-                // the middle of the piece, put back on the curve
-                let Some(m) = nearest(leaves, &[i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
-                let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
-                let normal = |leaf: u32, inside: bool| {
-                    let g = leaves[leaf as usize].slope(m).normalize_or_zero();
-                    if inside { -g } else { g }
-                };
-                let (a, b) = (normal(i, inside_i), normal(j, inside_j));
-                let Some(tangent) = tangent_at(m) else { continue };
-                let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
-                found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
-            }
+            let (a, b) = (normal(i, inside_i), normal(j, inside_j));
+            let Some(tangent) = ground.tangent([i, j], m) else { continue };
+            let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
+            found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
         }
     }
 }

@@ -12,7 +12,7 @@ use super::contact::contact;
 use super::expr::Binary;
 use super::leaf::Leaf;
 use super::slopes::Slopes;
-use crate::numeric::{Dual, Interval};
+use crate::numeric::{Dual, Interval, vector};
 use crate::spatial::Aabb;
 
 /// A fillet ends this share of the radius before the lines where it touches its two surfaces: it is nearer to them than rounding
@@ -73,6 +73,12 @@ impl Side {
     }
 }
 
+/// A fillet's value, and its partial derivatives by the values of its sides.
+struct Joined {
+    value: f64,
+    by: [f64; 2],
+}
+
 /// `|(r + a, r + b)| - r` where `a` and `b` are above `-r`: a circle of radius `r` where the two surfaces are planes at a right
 /// angle and the leaves are distances. Elsewhere it goes on smoothly to less than one of them at least, where only their union
 /// counts; so it passes through each of its surfaces where it ends. It never falls when `a` or `b` rises.
@@ -98,17 +104,38 @@ impl Fillet {
     }
 
     fn join(&self, a: f64, b: f64) -> f64 {
+        self.joined([a, b], vector::hypot(self.radius + a, self.radius + b)).value
+    }
+
+    /// The fillet by the values of its sides, and its partial derivatives by them; `whole` is `|(r + a, r + b)|`. What is not asked
+    /// for costs nothing.
+    #[inline(always)]
+    fn joined(&self, [a, b]: [f64; 2], whole: f64) -> Joined {
         let r = self.radius;
         let (u, v) = (r + a, r + b);
         if a.is_nan() || b.is_nan() {
-            f64::NAN
-        } else if u.min(v).abs() < self.band && u.max(v) > self.band {
-            let (u, v) = (u.max(v), u.min(v));
-            u - r + (v - ENDS * r) / self.band * (u.hypot(self.band) - u)
-        } else if u.min(v) > ENDS * r {
-            u.hypot(v) - r
-        } else {
-            2.0 * u.max(0.0).hypot(v.max(0.0)) - u.hypot(v) - r - ENDS * r
+            return Joined { value: f64::NAN, by: [f64::NAN; 2] };
+        }
+        let (more, less) = (u.max(v), u.min(v));
+        if less.abs() < self.band && more > self.band {
+            let long = vector::hypot(more, self.band);
+            let of_less = (long - more) / self.band;
+            let of_more = 1.0 + less / self.band * (more / long - 1.0);
+            return Joined {
+                value: more - r + (less - ENDS * r) / self.band * (long - more),
+                by: if u >= v { [of_more, of_less] } else { [of_less, of_more] },
+            };
+        }
+        let share = |x: f64, length: f64| x / length.max(f64::MIN_POSITIVE);
+        if less > ENDS * r {
+            return Joined { value: whole - r, by: [share(u, whole), share(v, whole)] };
+        }
+        let (x, y) = (u.max(0.0), v.max(0.0));
+        // The root of a square is the number itself, to the last bit.
+        let part = if less <= 0.0 { more.max(0.0) } else { whole };
+        Joined {
+            value: 2.0 * part - whole - r - ENDS * r,
+            by: [2.0 * share(x, part) - share(u, whole), 2.0 * share(y, part) - share(v, whole)],
         }
     }
 
@@ -133,16 +160,24 @@ impl Fillet {
 
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
         const BLOCK: usize = 64;
-        let mut other = [0.0; BLOCK];
+        let mut second = [0.0; BLOCK];
+        let [mut u, mut v, mut whole] = [[0.0; BLOCK]; 3];
+        let [s, t] = [0, 1].map(|k| if self.sides[k].negate { -1.0 } else { 1.0 });
         let mut start = 0;
         while start < out.len() {
             let end = (start + BLOCK).min(out.len());
+            let n = end - start;
             let (x, y, z) = (&xs[start..end], &ys[start..end], &zs[start..end]);
-            let (a, b) = (&mut out[start..end], &mut other[..end - start]);
+            let (a, b) = (&mut out[start..end], &mut second[..n]);
             self.sides[0].leaf.eval(x, y, z, a);
             self.sides[1].leaf.eval(x, y, z, b);
-            let [s, t] = [0, 1].map(|k| if self.sides[k].negate { -1.0 } else { 1.0 });
-            a.iter_mut().zip(b).for_each(|(a, b)| *a = self.join(s * *a, t * *b));
+            for k in 0..n {
+                (u[k], v[k]) = (self.radius + s * a[k], self.radius + t * b[k]);
+            }
+            vector::hypot_many(&u[..n], &v[..n], &mut whole[..n]);
+            for k in 0..n {
+                a[k] = self.joined([s * a[k], t * b[k]], whole[k]).value;
+            }
             start = end;
         }
     }
@@ -150,22 +185,8 @@ impl Fillet {
     /// Value and gradient of what [`eval`](Self::eval) gives.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
         let [a, b] = self.sides.each_ref().map(|s| s.gradient(p));
-        let (u, v) = (self.radius + a.v, self.radius + b.v);
-        let whole = u.hypot(v).max(f64::MIN_POSITIVE);
-        if u.min(v).abs() < self.band && u.max(v) > self.band {
-            let long = u.max(v).hypot(self.band);
-            let of_less = (long - u.max(v)) / self.band;
-            let of_more = 1.0 + u.min(v) / self.band * (u.max(v) / long - 1.0);
-            let [du, dv] = if u >= v { [of_more, of_less] } else { [of_less, of_more] };
-            return Dual::new(self.join(a.v, b.v), a.g * du + b.g * dv);
-        }
-        if u.min(v) > ENDS * self.radius {
-            return Dual::new(self.join(a.v, b.v), (a.g * u + b.g * v) / whole);
-        }
-        let (x, y) = (u.max(0.0), v.max(0.0));
-        let part = x.hypot(y).max(f64::MIN_POSITIVE);
-        let [du, dv] = [2.0 * x / part - u / whole, 2.0 * y / part - v / whole];
-        Dual::new(self.join(a.v, b.v), a.g * du + b.g * dv)
+        let Joined { value, by } = self.joined([a.v, b.v], vector::hypot(self.radius + a.v, self.radius + b.v));
+        Dual::new(value, a.g * by[0] + b.g * by[1])
     }
 
     /// Bounds of what [`gradient`](Self::gradient) gives in a box, if there are bounds of its sides.
@@ -191,7 +212,7 @@ impl Fillet {
         let r = self.radius;
         let [a, b] = [0, 1].map(|k| self.sides[k].smooth(p));
         let (u, v) = (r + a.v, r + b.v);
-        let length = u.hypot(v);
+        let length = vector::hypot(u, v);
         let g = if length > 0.0 { (a.g * u + b.g * v) / length } else { DVec3::ZERO };
         Dual::new(length - r, g)
     }
@@ -214,7 +235,7 @@ impl Fillet {
     fn weights(&self, u: Interval, v: Interval) -> [Interval; 2] {
         let (near, far) = (v.abs().lo, v.abs().hi.max(self.band));
         // A coordinate over the length rises with it, and falls when the other one rises.
-        let share = |lo: f64, other: f64| if lo.is_finite() { lo / lo.hypot(other) } else { 1.0 };
+        let share = |lo: f64, other: f64| if lo.is_finite() { lo / vector::hypot(lo, other) } else { 1.0 };
         let along = Interval::new(share(u.lo, far), share(u.hi, near));
         let beyond = Interval::point(2.0) - along;
         let of_u = if v.lo >= 0.0 {
@@ -245,7 +266,7 @@ impl Fillet {
     /// The same by the values of the sides.
     pub(crate) fn between(&self, a: f64, b: f64) -> f64 {
         let (u, v) = (self.radius + a, self.radius + b);
-        if u > 0.0 && v > 0.0 { u.hypot(v) - self.radius } else { a.max(b) }
+        if u > 0.0 && v > 0.0 { vector::hypot(u, v) - self.radius } else { a.max(b) }
     }
 
     /// Of a side: the other one.

@@ -11,11 +11,11 @@ use rustc_hash::FxHashMap;
 
 use self::program::Program;
 use super::branches::branches;
-use super::expr::{Binary, Expr, ExprNode, STEEPENED, SWING, SWUNG_BACK, Unary};
+use super::expr::{Binary, Expr, ExprNode, STEEPENED, SWING, Unary};
 use super::joints::is_smooth;
 use super::slopes::Slopes;
 use super::solid::Placement;
-use crate::numeric::{Dual, Interval, vector};
+use crate::numeric::{Dual, Interval};
 
 /// One operation; operands are indices of earlier operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,9 +44,6 @@ pub(crate) struct Formula {
     /// Whether [`backwards`](Self::backwards) may give closer bounds of gradients than forwards.
     shared: bool,
 }
-
-/// Registers kept on the stack.
-const SMALL: usize = 64;
 
 #[derive(Default)]
 struct Builder {
@@ -218,102 +215,19 @@ impl Formula {
         self.program.eval([xs, ys, zs], out);
     }
 
-    /// Value and gradient at one point.
-    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
-        // Short formulas, which are nearly all, need no allocation; clearing more room than they use would cost as much as they do.
-        let empty = Dual::constant(0.0);
-        match self.ops.len() {
-            ..=16 => self.gradient_in(&mut [empty; 16], p),
-            17..=32 => self.gradient_in(&mut [empty; 32], p),
-            33..=SMALL => self.gradient_in(&mut [empty; SMALL], p),
-            n => self.gradient_in(&mut vec![empty; n], p),
-        }
+    /// The value at one point.
+    pub(crate) fn value(&self, p: DVec3) -> f64 {
+        self.program.value(p.to_array())
     }
 
-    /// The same with room for as many results as there are operations.
-    fn gradient_in(&self, r: &mut [Dual], p: DVec3) -> Dual {
-        let mut turns = Turns::default();
-        for (i, op) in self.ops.iter().enumerate().filter(|x| !self.is_idle(x.0)) {
-            let reg = |a: u32| r[a as usize];
-            let d = match *op {
-                Op::Const(c) => Dual::constant(c),
-                Op::Coordinate(k) => Dual::new(p[k as usize], DVec3::AXES[k as usize]),
-                Op::Square(a) => reg(a) * reg(a),
-                Op::Unary(u, a) | Op::Turn(u, a, _) => {
-                    let x = reg(a);
-                    let v = || u.apply(x.v);
-                    match u {
-                        Unary::Neg => -x,
-                        Unary::Abs => x.chain(v(), if x.v < 0.0 { -1.0 } else { 1.0 }),
-                        Unary::Sqrt => x.chain(v(), 0.5 / v()),
-                        Unary::Exp => x.chain(v(), v()),
-                        Unary::Log => x.chain(v(), 1.0 / x.v),
-                        Unary::Sin => {
-                            let (sin, cos) = turns.of(x.v);
-                            x.chain(sin, cos)
-                        }
-                        Unary::Cos => {
-                            let (sin, cos) = turns.of(x.v);
-                            x.chain(cos, -sin)
-                        }
-                        Unary::Tan => x.chain(v(), 1.0 + v() * v()),
-                        Unary::Wrap => x.chain(v(), 1.0),
-                        Unary::Steepened => x.chain(v(), if x.v < 0.0 { STEEPENED } else { 1.0 }),
-                        Unary::Swing => {
-                            let ahead = Unary::Wrap.apply(x.v).abs() <= SWING;
-                            x.chain(v(), if ahead { 1.0 } else { -SWUNG_BACK })
-                        }
-                        Unary::Asin => x.chain(v(), 1.0 / (1.0 - x.v * x.v).sqrt()),
-                        Unary::Acos => x.chain(v(), -1.0 / (1.0 - x.v * x.v).sqrt()),
-                        Unary::Sinh => x.chain(v(), x.v.cosh()),
-                        Unary::Cosh => x.chain(v(), x.v.sinh()),
-                        Unary::Tanh => x.chain(v(), 1.0 - v() * v()),
-                        Unary::Floor | Unary::Sign => Dual::constant(v()),
-                    }
-                }
-                Op::Binary(o, a, b) => {
-                    let (a, b) = (reg(a), reg(b));
-                    let v = o.apply(a.v, b.v);
-                    match o {
-                        Binary::Add => a + b,
-                        Binary::Sub => a - b,
-                        Binary::Mul => a * b,
-                        Binary::Div => a / b,
-                        Binary::Pow if b.g == DVec3::ZERO => a.chain(v, b.v * Binary::Pow.apply(a.v, b.v - 1.0)),
-                        Binary::Pow => Dual::new(v, (b.g * a.v.ln() + a.g * (b.v / a.v)) * v),
-                        Binary::Min => {
-                            if a.v < b.v {
-                                a
-                            } else {
-                                b
-                            }
-                        }
-                        Binary::Max => {
-                            if a.v > b.v {
-                                a
-                            } else {
-                                b
-                            }
-                        }
-                        Binary::Atan2 => {
-                            let q = a.v * a.v + b.v * b.v;
-                            Dual::new(v, (a.g * b.v - b.g * a.v) / q)
-                        }
-                        Binary::Hypot => Dual::new(v, (a.g * a.v + b.g * b.v) / v),
-                        Binary::Mod => Dual::new(v, a.g - b.g * (a.v / b.v).floor()),
-                    }
-                }
-                Op::Select(c, a, b) | Op::Joined(c, a, b) => {
-                    if reg(c).v >= 0.0 {
-                        reg(a)
-                    } else {
-                        reg(b)
-                    }
-                }
-            };
-            r[i] = d;
-        }
-        r[self.ops.len() - 1]
+    /// Value and gradient at one point.
+    pub(crate) fn gradient(&self, p: DVec3) -> Dual {
+        self.program.gradient(p)
+    }
+
+    /// Derivatives by x, y and z at many points, then values.
+    pub(crate) fn gradients(&self, p: [&[f64]; 3], out: [&mut [f64]; 4]) {
+        self.program.gradients(p, out);
     }
 
     /// Bounds of the value over a box.
@@ -442,24 +356,5 @@ impl Formula {
             }
         }
         root
-    }
-}
-
-/// Sines and cosines of the values last asked for: formulas of gyroids and their kin ask for both, again and again.
-#[derive(Default)]
-struct Turns {
-    known: [Option<(f64, (f64, f64))>; 3],
-    oldest: usize,
-}
-
-impl Turns {
-    fn of(&mut self, value: f64) -> (f64, f64) {
-        if let Some((_, both)) = self.known.iter().flatten().find(|k| k.0.to_bits() == value.to_bits()) {
-            return *both;
-        }
-        let both = vector::sin_cos(value);
-        self.known[self.oldest] = Some((value, both));
-        self.oldest = (self.oldest + 1) % self.known.len();
-        both
     }
 }

@@ -148,9 +148,10 @@ impl Leaf {
             Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
             Leaf::Fillet(f) => f.value(p),
             Leaf::Field(f, place) => f.value(unplace(place, p)) * place.scale,
-            Leaf::Formula(_) | Leaf::Blend(_) => {
+            Leaf::Formula(f) => f.value(p),
+            Leaf::Blend(f) => {
                 let mut out = [0.0];
-                self.eval(&[p.x], &[p.y], &[p.z], &mut out);
+                f.eval(&[p.x], &[p.y], &[p.z], &mut out);
                 out[0]
             }
         }
@@ -167,6 +168,17 @@ impl Leaf {
                 Dual::new(v * place.scale, place.turn(g))
             }
             _ => Dual::new(self.value(p), self.slope(p)),
+        }
+    }
+
+    /// Derivatives by x, y and z at many points, then values, bit by bit those of [`gradient`](Self::gradient).
+    pub(crate) fn gradients(&self, p: [&[f64]; 3], out: [&mut [f64]; 4]) {
+        if let Leaf::Formula(f) = self {
+            return f.gradients(p, out);
+        }
+        for k in 0..out[0].len() {
+            let d = self.gradient(DVec3::new(p[0][k], p[1][k], p[2][k]));
+            (out[0][k], out[1][k], out[2][k], out[3][k]) = (d.g.x, d.g.y, d.g.z, d.v);
         }
     }
 

@@ -346,7 +346,7 @@ impl Look<'_> {
         }
         let tape = self.extracted.tape_at(self.model, q);
         let (bricks, whole) = (&self.extracted.bricks, &self.model.tape);
-        let meeting = Meeting { tape, bricks, whole, leaves, scale: self.scale };
+        let meeting = Meeting { tape, holds: Aabb::EMPTY, bricks, whole, leaves, scale: self.scale };
         if meeting.is_crowded(which, q, 4.0 * APART * self.scale) {
             // Sides of some do not tell those of the others that pass here.
             return meeting.seen_nearby(which[0], q).map(|_| q);

@@ -8,6 +8,7 @@ mod apex;
 mod batch;
 mod blend;
 mod branches;
+mod close;
 mod complex;
 mod contact;
 mod creased;
@@ -51,6 +52,7 @@ mod tests;
 mod thin;
 mod written;
 
+pub(crate) use close::CloseOracle;
 pub use complex::Unproved;
 pub(crate) use complex::{Arranged, CellGrid, EndKey, GridBlock, arranged, cells_along, origin};
 pub use creased::creased;

@@ -7,6 +7,7 @@ use super::leaf::Leaf;
 use super::octree::Bricks;
 use super::tape::{Op, Tape};
 use crate::numeric::Dual;
+use crate::spatial::Aabb;
 
 /// Steps after which an iteration that has not settled is given up: settled ones take 3 to 8.
 const MOST_STEPS: usize = 30;
@@ -17,6 +18,16 @@ const SETTLED: f64 = 4.0 * f64::EPSILON;
 /// A foot on one surface is settled when a step along the surface is no longer than this share of the distance to it: that distance is
 /// then right to ten digits, and the last steps put the foot on the surface whatever it is.
 const FOOT: f64 = 1e-5;
+
+/// The nearest point of a curve is settled when a step along the curve is no longer than this share of the distance to it. Unlike with
+/// [`FOOT`] the place counts: pieces of edges begin and end where it says.
+const FOOT_ON_CURVE: f64 = 1e-10;
+
+/// A Newton step of no more than this share of the one before is followed by ones that together are shorter than itself.
+const SETTLES: f64 = 0.1;
+
+/// Newton's method ends on the curve, but not at its nearest point: distances that near to a limit, as a share of it, are asked for exactly.
+const UNSURE: f64 = 0.03;
 
 /// Two surfaces at a smaller angle (radians) than this, or three whose normals span less, have no intersection that
 /// doubles could place. Where surfaces touch, Newton's method halves the distance to the seam with every step, and with it
@@ -72,6 +83,69 @@ fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, s
         }
     }
     (q.is_finite() && q.distance(p) <= reach).then_some(q)
+}
+
+/// The point [`nearest`] gives for two leaves, in fewer steps where the curve is bent: projections of `p` onto tangent planes go
+/// along the curve by shares of what is left, so two of them foretell where they lead.
+pub(super) fn nearest_on_curve(leaves: &[Leaf], pair: [u32; 2], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
+    // What was tried so far need not be tried again: up to the third step these are the steps of `nearest`.
+    let slow = |step: usize| match step {
+        0 => None,
+        1 | 2 => settle::<false>(leaves, &pair, p, reach, scale),
+        _ => nearest(leaves, &pair, p, reach, scale),
+    };
+    if pair.iter().all(|i| matches!(leaves[*i as usize], Leaf::Plane { .. })) {
+        return nearest(leaves, &pair, p, reach, scale);
+    }
+    let mut q = p;
+    // Where the step before led, and the step.
+    let mut before: Option<(DVec3, DVec3)> = None;
+    for step in 0..MOST_STEPS {
+        let Some(next) = project_once(leaves, &pair, p, q, scale) else { return slow(step) };
+        if !next.is_finite() || next.distance(p) > 4.0 * reach {
+            return slow(step);
+        }
+        let moved = next - q;
+        if moved.length() <= (FOOT_ON_CURVE * next.distance(p)).max(SETTLED * scale) {
+            // A plain Newton step puts the point on the surfaces as well as doubles can.
+            let q = project_once(leaves, &pair, next, next, scale)?;
+            return (q.is_finite() && q.distance(p) <= reach).then_some(q);
+        }
+        q = next;
+        // The first step goes to the curve, not along it.
+        if step > 0 {
+            if let Some((to, by)) = before {
+                let less = moved - by;
+                let share = moved.dot(less) / less.length_squared();
+                if share.abs() < 1.0 {
+                    q = next - (next - to) * share;
+                }
+            }
+            before = Some((next, moved));
+        }
+    }
+    slow(MOST_STEPS)
+}
+
+/// The point [`nearest`] gives for three leaves. It depends on `p` only by what of several it is, so there is one way to look for it.
+pub(super) fn crossing(leaves: &[Leaf], which: [u32; 3], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
+    settle::<true>(leaves, &which, p, reach, scale)
+}
+
+/// Whether the curve of two leaves is farther than `within` from a point, where two Newton steps tell.
+pub(super) fn is_off(leaves: &[Leaf], pair: [u32; 2], p: DVec3, within: f64) -> Option<bool> {
+    let once = project_once(leaves, &pair, p, p, 0.0)?;
+    let twice = project_once(leaves, &pair, once, once, 0.0)?;
+    let (first, second) = (once.distance(p), twice.distance(once));
+    let settles = second < SETTLES * first;
+    let slack = 2.0 * second + UNSURE * within;
+    if settles && first + slack <= within {
+        Some(false)
+    } else if settles && first - slack > within {
+        Some(true)
+    } else {
+        None
+    }
 }
 
 /// What is to vanish for leaf number `k` of `which` where all of them do.
@@ -171,6 +245,8 @@ const WAYS_APART: u32 = 11;
 pub(crate) struct Meeting<'a> {
     /// The tape that holds at the point.
     pub(crate) tape: &'a Tape,
+    /// It is known to hold in all of this box, which may be empty.
+    pub(crate) holds: Aabb,
     /// What holds at other points.
     pub(crate) bricks: &'a Bricks,
     pub(crate) whole: &'a Tape,
@@ -219,7 +295,8 @@ impl Meeting<'_> {
             // Far apart at first, and none of them along an axis of `u` and `v`, which the other leaves often are.
             let (s, c) = (0.3 + std::f64::consts::TAU * f64::from(k * WAYS_APART % WAYS) / f64::from(WAYS)).sin_cos();
             let p = nearest(self.leaves, &[leaf], q + step * (c * u + s * v), step, self.scale)?;
-            bounds_solid(self.bricks.tape_at(self.whole, p), self.leaves, leaf, p)
+            let tape = if self.holds.contains(p) { self.tape } else { self.bricks.tape_at(self.whole, p) };
+            bounds_solid(tape, self.leaves, leaf, p)
         })
     }
 }

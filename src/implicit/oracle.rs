@@ -38,17 +38,6 @@ pub struct ImplicitOracle<'a> {
     apexes: Option<Vec<(u32, DVec3)>>,
 }
 
-/// The best surface point so far.
-struct Best<'t> {
-    q: DVec3,
-    /// The tape that is valid there.
-    tape: &'t Tape,
-    leaf: u32,
-    distance: f64,
-    /// Which side of the leaf is inside, where that was asked.
-    inside: Option<bool>,
-}
-
 impl<'a> ImplicitOracle<'a> {
     /// An oracle that shares the cells of an extraction.
     pub fn new(model: &'a Implicit, extracted: &Extracted) -> Self {
@@ -91,8 +80,22 @@ impl<'a> ImplicitOracle<'a> {
 
     /// The surroundings of a point.
     pub(super) fn meeting(&self, q: DVec3) -> Meeting<'_> {
+        self.meeting_by(self.tape(q))
+    }
+
+    /// The surroundings of a point at which a tape is valid.
+    fn meeting_by<'t>(&'t self, tape: &'t Tape) -> Meeting<'t> {
         let (whole, leaves) = (&self.model.tape, self.leaves());
-        Meeting { tape: self.tape(q), bricks: &self.bricks, whole, leaves, scale: self.scale }
+        Meeting { tape, holds: Aabb::EMPTY, bricks: &self.bricks, whole, leaves, scale: self.scale }
+    }
+
+    /// The foot of a point on the surface within `reach`, where a tape is valid wherever that leads.
+    pub(super) fn project_by(&self, tape: &Tape, p: DVec3, reach: f64) -> Option<Foot> {
+        Look { oracle: self, tape, valid: true, p, reach, best: None }.foot()
+    }
+
+    pub(super) fn model(&self) -> &Implicit {
+        self.model
     }
 
     pub(super) fn scale(&self) -> f64 {
@@ -129,94 +132,6 @@ impl<'a> ImplicitOracle<'a> {
         both.iter().all(|k| k.is_finite()).then_some(both)
     }
 
-    /// Tries the nearest point of the leaves `which`.
-    fn offer<'t>(&'t self, which: &[u32], p: DVec3, best: &mut Option<Best<'t>>, reach: f64) -> bool {
-        let limit = best.as_ref().map_or(reach, |b| b.distance.min(reach));
-        let Some(q) = nearest(self.leaves(), which, p, limit, self.scale) else { return false };
-        let tape = self.tape(q);
-        let mut inside = None;
-        let valid = match which {
-            [i] => {
-                inside = bounds_solid(tape, self.leaves(), *i, q);
-                inside.is_some()
-            }
-            [i, j] => self.meeting(q).edge(*i, *j, q).is_some(),
-            [i, j, k] => self.meeting(q).corner([*i, *j, *k], q),
-            _ => false,
-        };
-        if valid {
-            *best = Some(Best { q, tape, leaf: which[0], distance: q.distance(p), inside });
-        }
-        valid
-    }
-
-    /// Looks for a surface point nearer than what there is: on the other leaves, then, if some leaf's nearest point is not on
-    /// the boundary, on the edges and corners they make.
-    fn look_around<'t>(
-        &'t self,
-        tape: &Tape,
-        first: Option<u32>,
-        sure: bool,
-        p: DVec3,
-        best: &mut Option<Best<'t>>,
-        reach: f64,
-    ) {
-        let limit = |best: &Option<Best<'t>>| NEARER * best.as_ref().map_or(reach, |b| b.distance);
-        let farthest = limit(best);
-        if sure && !self.any_nearer(tape, first, p, farthest) {
-            return;
-        }
-        let mut near: Vec<(f64, u32)> = leaves_of(tape)
-            .into_iter()
-            .map(|i| {
-                let d = self.leaves()[i as usize].gradient(p);
-                let l = d.g.length();
-                (if l > 0.0 { d.v.abs() / l } else { 0.0 }, i)
-            })
-            .filter(|(d, _)| !(*d > farthest))
-            .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut missed = !sure;
-        for (d, i) in &near {
-            if Some(*i) != first && *d <= limit(best) {
-                missed |= !self.offer(&[*i], p, best, reach);
-            }
-        }
-        if !missed {
-            return;
-        }
-        // an edge or corner is no nearer than any of its leaves
-        for (n, (d, j)) in near.iter().enumerate() {
-            if *d > limit(best) {
-                break;
-            }
-            for (_, i) in &near[..n] {
-                self.offer(&[*i, *j], p, best, reach);
-            }
-        }
-        for (n, (d, k)) in near.iter().enumerate() {
-            if *d > limit(best) {
-                break;
-            }
-            for (m, (_, j)) in near[..n].iter().enumerate() {
-                for (_, i) in &near[..m] {
-                    self.offer(&[*i, *j, *k], p, best, reach);
-                }
-            }
-        }
-    }
-
-    /// Whether a leaf other than `first` may be within `farthest` of a point.
-    fn any_nearer(&self, tape: &Tape, first: Option<u32>, p: DVec3, farthest: f64) -> bool {
-        tape.ops.iter().any(|op| match *op {
-            Op::Leaf { leaf, .. } if Some(leaf) != first => {
-                let d = self.leaves()[leaf as usize].gradient(p);
-                !(d.v.abs() > farthest * d.g.length())
-            }
-            _ => false,
-        })
-    }
-
     /// The tape that lists the leaves worth trying near a point: its cell's, else that of a neighboring cell.
     fn tape_near(&self, p: DVec3) -> &Tape {
         let Some(at) = self.bricks.grid.brick_of(p) else { return &self.model.tape };
@@ -241,6 +156,129 @@ impl<'a> ImplicitOracle<'a> {
     }
 }
 
+/// The best surface point so far.
+struct Best<'t> {
+    q: DVec3,
+    /// The tape that is valid there.
+    tape: &'t Tape,
+    leaf: u32,
+    distance: f64,
+    /// Which side of the leaf is inside, where that was asked.
+    inside: Option<bool>,
+}
+
+/// The search for the surface point nearest to `p`.
+struct Look<'t> {
+    oracle: &'t ImplicitOracle<'t>,
+    /// Lists the leaves worth trying.
+    tape: &'t Tape,
+    /// Whether `tape` is valid wherever `reach` leads, so that no other needs to be asked.
+    valid: bool,
+    p: DVec3,
+    reach: f64,
+    best: Option<Best<'t>>,
+}
+
+impl<'t> Look<'t> {
+    /// The foot of the nearest point there is.
+    fn foot(mut self) -> Option<Foot> {
+        let only = if let [Op::Leaf { leaf, .. }] = self.tape.ops[..] { Some(leaf) } else { None };
+        let first = only.unwrap_or_else(|| self.tape.active(self.oracle.leaves(), self.p).leaf);
+        let first = (first != u32::MAX).then_some(first);
+        let sure = first.is_some_and(|leaf| self.offer(&[leaf]));
+        if !(sure && only.is_some()) {
+            self.look_around(first, sure);
+        }
+        let best = self.best?;
+        self.oracle.foot(best.q, best.tape, best.leaf, best.inside)
+    }
+
+    /// Tries the nearest point of the leaves `which`.
+    fn offer(&mut self, which: &[u32]) -> bool {
+        let (oracle, leaves) = (self.oracle, self.oracle.leaves());
+        let limit = self.best.as_ref().map_or(self.reach, |b| b.distance.min(self.reach));
+        let Some(q) = nearest(leaves, which, self.p, limit, oracle.scale) else { return false };
+        let tape = if self.valid { self.tape } else { oracle.tape(q) };
+        let mut inside = None;
+        let valid = match which {
+            [i] => {
+                inside = bounds_solid(tape, leaves, *i, q);
+                inside.is_some()
+            }
+            [i, j] => oracle.meeting_by(tape).edge(*i, *j, q).is_some(),
+            [i, j, k] => oracle.meeting_by(tape).corner([*i, *j, *k], q),
+            _ => false,
+        };
+        if valid {
+            self.best = Some(Best { q, tape, leaf: which[0], distance: q.distance(self.p), inside });
+        }
+        valid
+    }
+
+    /// No leaf whose distance is estimated to be more can have a surface point nearer than what there is.
+    fn limit(&self) -> f64 {
+        NEARER * self.best.as_ref().map_or(self.reach, |b| b.distance)
+    }
+
+    /// Looks for a surface point nearer than what there is: on the other leaves, then, if some leaf's nearest point is not on
+    /// the boundary, on the edges and corners they make.
+    fn look_around(&mut self, first: Option<u32>, sure: bool) {
+        let farthest = self.limit();
+        if sure && !self.any_nearer(first, farthest) {
+            return;
+        }
+        let mut near: Vec<(f64, u32)> = leaves_of(self.tape)
+            .into_iter()
+            .map(|i| {
+                let d = self.oracle.leaves()[i as usize].gradient(self.p);
+                let l = d.g.length();
+                (if l > 0.0 { d.v.abs() / l } else { 0.0 }, i)
+            })
+            .filter(|(d, _)| !(*d > farthest))
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut missed = !sure;
+        for (d, i) in &near {
+            if Some(*i) != first && *d <= self.limit() {
+                missed |= !self.offer(&[*i]);
+            }
+        }
+        if !missed {
+            return;
+        }
+        // an edge or corner is no nearer than any of its leaves
+        for (n, (d, j)) in near.iter().enumerate() {
+            if *d > self.limit() {
+                break;
+            }
+            for (_, i) in &near[..n] {
+                self.offer(&[*i, *j]);
+            }
+        }
+        for (n, (d, k)) in near.iter().enumerate() {
+            if *d > self.limit() {
+                break;
+            }
+            for (m, (_, j)) in near[..n].iter().enumerate() {
+                for (_, i) in &near[..m] {
+                    self.offer(&[*i, *j, *k]);
+                }
+            }
+        }
+    }
+
+    /// Whether a leaf other than `first` may be within `farthest` of the point.
+    fn any_nearer(&self, first: Option<u32>, farthest: f64) -> bool {
+        self.tape.ops.iter().any(|op| match *op {
+            Op::Leaf { leaf, .. } if Some(leaf) != first => {
+                let d = self.oracle.leaves()[leaf as usize].gradient(self.p);
+                !(d.v.abs() > farthest * d.g.length())
+            }
+            _ => false,
+        })
+    }
+}
+
 /// The first occurrence of a leaf in a tape.
 fn occurrence(tape: &Tape, leaf: u32) -> Option<Active> {
     tape.ops.iter().find_map(|op| match *op {
@@ -251,16 +289,7 @@ fn occurrence(tape: &Tape, leaf: u32) -> Option<Active> {
 
 impl SurfaceOracle for ImplicitOracle<'_> {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
-        let tape = self.tape_near(p);
-        let mut best = None;
-        let active = tape.active(self.leaves(), p);
-        let first = if active.leaf == u32::MAX { None } else { Some(active.leaf) };
-        let sure = first.is_some_and(|leaf| self.offer(&[leaf], p, &mut best, reach));
-        if !(sure && tape.only_face().is_some()) {
-            self.look_around(tape, first, sure, p, &mut best, reach);
-        }
-        let best = best?;
-        self.foot(best.q, best.tape, best.leaf, best.inside)
+        Look { oracle: self, tape: self.tape_near(p), valid: false, p, reach, best: None }.foot()
     }
 
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {

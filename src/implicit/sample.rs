@@ -178,15 +178,26 @@ impl Registers {
         self.weights[(count - 1) * n..].fill(1.0);
         let start = out.len();
         out.resize(start + n, DVec3::ZERO);
+        let mut asked: Vec<usize> = Vec::new();
+        let (mut at, mut slopes) = ([const { Vec::new() }; 3], [const { Vec::new() }; 4]);
         for (i, op) in model.tape.ops.iter().enumerate().rev() {
             let (weights, here) = self.weights.split_at_mut(i * n);
             let (a, b, larger) = match *op {
                 Op::All(_) => continue,
                 Op::Leaf { leaf, negate, .. } => {
                     let leaf = &model.leaves[leaf as usize];
-                    for (k, p) in points.iter().enumerate().filter(|(k, _)| here[*k] != 0.0) {
-                        let w = if negate { -here[k] } else { here[k] };
-                        out[start + k] += leaf.gradient(*p).g * w;
+                    asked.clear();
+                    asked.extend((0..n).filter(|k| here[*k] != 0.0));
+                    let m = asked.len();
+                    for (axis, list) in at.iter_mut().enumerate() {
+                        list.clear();
+                        list.extend(asked.iter().map(|k| points[*k][axis]));
+                    }
+                    slopes.iter_mut().for_each(|list| list.resize(n, 0.0));
+                    leaf.gradients(at.each_ref().map(|list| &list[..]), slopes.each_mut().map(|list| &mut list[..m]));
+                    for (i, k) in asked.iter().enumerate() {
+                        let w = if negate { -here[*k] } else { here[*k] };
+                        out[start + k] += DVec3::new(slopes[0][i], slopes[1][i], slopes[2][i]) * w;
                     }
                     continue;
                 }

@@ -314,11 +314,52 @@ impl Tape {
     /// Whether a point is inside in up to eight cases, one to a bit, when the signs of some leaves are given for each case and
     /// the others have their own.
     pub(crate) fn inside_with(&self, leaves: &[Leaf], p: DVec3, forced: &[(u32, u8)]) -> u8 {
-        self.inside_cases(|leaf| match forced.iter().find(|f| f.0 == leaf) {
+        self.asked(|leaf| match forced.iter().find(|f| f.0 == leaf) {
             // Where it has come to an end its sign is no matter of sides.
             Some(f) if leaves[leaf as usize].reaches(p) => f.1,
             _ => all_cases(leaves[leaf as usize].value(p) >= 0.0),
         })
+    }
+
+    /// [`inside_cases`](Self::inside_cases) where leaves are slow to ask: only those are that others have not made up for. Second
+    /// operands come first: in a chain of operations they are the shorter ones.
+    fn asked(&self, positive: impl Fn(u32) -> u8) -> u8 {
+        // Tapes of cells near corners have up to twenty leaves.
+        const SHORT: usize = 40;
+        const UNKNOWN: u16 = u16::MAX;
+        let n = self.ops.len();
+        let (mut few, mut many) = ([(UNKNOWN, 0u32); SHORT], Vec::new());
+        many.resize(if n <= SHORT { 0 } else { n }, (UNKNOWN, 0));
+        let room = if n <= SHORT { &mut few[..n] } else { &mut many[..] };
+        room[0].1 = n as u32 - 1;
+        let mut waiting = 1;
+        while waiting > 0 {
+            let i = room[waiting - 1].1;
+            let joined =
+                |a: u32, b: u32, decides: u8, join: fn(u8, u8) -> u8| match (room[a as usize].0, room[b as usize].0) {
+                    (_, UNKNOWN) => Err(b),
+                    (_, y) if y as u8 == decides => Ok(decides),
+                    (UNKNOWN, _) => Err(a),
+                    (x, y) => Ok(join(x as u8, y as u8)),
+                };
+            let known = match self.ops[i as usize] {
+                Op::All(inside) => Ok(all_cases(inside)),
+                Op::Leaf { leaf, negate, .. } => Ok(positive(leaf) ^ all_cases(negate)),
+                Op::Min(a, b) => joined(a, b, all_cases(false), |x, y| x & y),
+                Op::Max(a, b) => joined(a, b, all_cases(true), |x, y| x | y),
+            };
+            match known {
+                Ok(cases) => {
+                    room[i as usize].0 = u16::from(cases);
+                    waiting -= 1;
+                }
+                Err(operand) => {
+                    room[waiting].1 = operand;
+                    waiting += 1;
+                }
+            }
+        }
+        room[n - 1].0 as u8
     }
 
     /// Whether a point is inside that lies on the positive side of the leaves `positive` says.

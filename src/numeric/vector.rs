@@ -258,6 +258,7 @@ macro_rules! of_one {
 macro_rules! of_two {
     ($name:ident, $many:ident, $fast:ident, $within:ident, $exact:expr, $what:literal) => {
         #[doc = $what]
+        #[inline]
         pub fn $name(a: f64, b: f64) -> f64 {
             if $within(a, b) { $fast(a, b) } else { $exact(a, b) }
         }

@@ -21,11 +21,11 @@ use super::refine::Wishes;
 use super::report::Report;
 use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result, nearest};
-use crate::geometry::Features;
+use crate::geometry::{Features, SurfaceOracle};
 use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{
-    ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within, surface_points,
-    thin_places, thin_walls,
+    CloseOracle, ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within,
+    surface_points, thin_places, thin_walls,
 };
 use crate::io::Outline;
 use crate::merge::{Merged, Reordered};
@@ -147,8 +147,9 @@ impl Ready {
         points: &[DVec3],
         run: &Run,
     ) -> Result<Check> {
+        let close = CloseOracle::new(oracle, mesh, run)?;
         let features = self.features(mesh, run)?;
-        let against = Against { oracle, features: Some(&features), pieces: Some(oracle), points };
+        let against = Against { oracle: &close, features: Some(&features), pieces: Some(oracle), points };
         check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }
 }
@@ -396,8 +397,9 @@ pub(super) fn mesh_by_cells(
     }
     let points = &points[..];
     // The leaf method does something about distances.
-    let against = Against { points, ..Against::new(&oracle) };
-    let against = (options.measure || options.method.is_exact()).then_some(against);
+    let is_measured = options.measure || options.method.is_exact();
+    let close = if is_measured { Some(CloseOracle::new(&oracle, &mesh, run)?) } else { None };
+    let against = close.as_ref().map(|o| Against { points, ..Against::new(o) });
     let measured = check_tested(&mesh, intersecting, Expectation::default(), against, run)?;
     let many = (THIN * mesh.triangles.len() as f64) as usize;
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
@@ -411,7 +413,8 @@ pub(super) fn mesh_by_cells(
             let [a, b, c] = mesh.corners(t as usize);
             (mesh.centroid(t as usize), (a.distance(b) + b.distance(c) + c.distance(a)) / 6.0)
         };
-        Some(facing_away(&mesh, &oracle, run)?.into_iter().map(half).collect())
+        let near = close.as_ref().map_or(&oracle as &dyn SurfaceOracle, |o| o);
+        Some(facing_away(&mesh, near, run)?.into_iter().map(half).collect())
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };

@@ -6,7 +6,7 @@ use super::super::newton::leaves_of;
 use super::super::slopes::Slopes;
 use super::super::tape::Tape;
 use super::shared::{Shared, common};
-use crate::numeric::{Dual, Interval};
+use crate::numeric::{Dual, Interval, vector};
 use crate::spatial::Aabb;
 use std::fmt;
 
@@ -176,7 +176,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
     for i in 0..n {
         for j in i + 1..n {
             let is_apart = |a: &Local, b: &Local| {
-                let s = a.value.hypot(b.value);
+                let s = vector::hypot(a.value, b.value);
                 let ways = [(a.value / s, b.value / s), (1.0, 1.0), (1.0, -1.0)];
                 ways.iter().any(|(x, y)| apart(&[(a, *x), (b, *y)], half))
             };

@@ -3,6 +3,9 @@
 //!
 //! A step does what its operations do one by one, with a rounding each: values have the same bits in blocks of any length.
 
+mod gradient;
+mod gradients;
+
 use std::cell::RefCell;
 
 use multiversion::multiversion;
@@ -91,6 +94,7 @@ impl Term {
         Term { kind: self.kind, a: f(self.a), b: f(self.b) }
     }
 
+    #[inline(always)]
     fn value(self, r: &impl Fn(Register) -> f64) -> f64 {
         let (a, b) = (r(self.a), r(self.b));
         match self.kind {
@@ -129,6 +133,7 @@ impl Work {
     }
 
     /// The value at one point.
+    #[inline]
     fn value(&self, r: impl Fn(Register) -> f64) -> f64 {
         match *self {
             Work::Add(a, b) => a.value(&r) + b.value(&r),
@@ -311,26 +316,25 @@ impl Program {
     }
 
     /// The value at one point.
-    fn value(&self, p: [f64; 3]) -> f64 {
-        let mut small = [0.0; SMALL];
-        let mut large = Vec::new();
-        let registers = if self.registers <= SMALL {
-            &mut small[..]
-        } else {
-            large.resize(self.registers, 0.0);
-            &mut large[..]
-        };
-        registers[..self.constants.len()].copy_from_slice(&self.constants);
+    pub(super) fn value(&self, p: [f64; 3]) -> f64 {
+        match COORDINATES as usize + self.registers {
+            ..=SMALL => self.value_in(p, &mut [0.0; SMALL]),
+            n => self.value_in(p, &mut vec![0.0; n]),
+        }
+    }
+
+    /// The same with room for coordinates and registers.
+    fn value_in(&self, p: [f64; 3], r: &mut [f64]) -> f64 {
+        let first = COORDINATES as usize;
+        r[..first].copy_from_slice(&p);
+        r[first..first + self.constants.len()].copy_from_slice(&self.constants);
         let mut result = f64::NAN;
         for step in &self.steps {
-            let v = step.work.value(|r| match r {
-                0..COORDINATES => p[r as usize],
-                r => registers[(r - COORDINATES) as usize],
-            });
+            let v = step.work.value(|a| r[a as usize]);
             if step.to == RESULT {
                 result = v;
             } else {
-                registers[(step.to - COORDINATES) as usize] = v;
+                r[step.to as usize] = v;
             }
         }
         result
@@ -569,7 +573,10 @@ fn binary(op: Binary, [a, b]: Pair, out: &mut Lanes, n: usize) {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::numeric::Dual;
 
     /// One operation after the other at one point.
     fn plainly(ops: &[Op], p: [f64; 3]) -> f64 {
@@ -588,6 +595,34 @@ mod tests {
         r[r.len() - 1]
     }
 
+    /// Value and gradient one operation after the other, for those that have no other functions in them.
+    fn dual(ops: &[Op], p: [f64; 3]) -> Option<Dual> {
+        let mut r: Vec<Dual> = Vec::new();
+        for op in ops {
+            let at = |a: u32| r[a as usize];
+            r.push(match *op {
+                Op::Const(c) => Dual::constant(c),
+                Op::Coordinate(k) => Dual::new(p[k as usize], DVec3::AXES[k as usize]),
+                Op::Unary(Unary::Neg, a) => -at(a),
+                Op::Unary(Unary::Sqrt, a) => at(a).chain(at(a).v.sqrt(), 0.5 / at(a).v.sqrt()),
+                Op::Unary(Unary::Exp, a) => at(a).chain(vector::exp(at(a).v), vector::exp(at(a).v)),
+                Op::Unary(Unary::Sin, a) => at(a).chain(vector::sin(at(a).v), vector::cos(at(a).v)),
+                Op::Binary(Binary::Add, a, b) => at(a) + at(b),
+                Op::Binary(Binary::Sub, a, b) => at(a) - at(b),
+                Op::Binary(Binary::Mul, a, b) => at(a) * at(b),
+                Op::Binary(Binary::Div, a, b) => at(a) / at(b),
+                Op::Square(a) => at(a) * at(a),
+                Op::Select(c, a, b) => at(if at(c).v >= 0.0 { a } else { b }),
+                _ => return None,
+            });
+        }
+        r.pop()
+    }
+
+    fn same(a: f64, b: f64) -> bool {
+        a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
+    }
+
     #[test]
     fn batches_of_any_length_have_the_bits_of_operations_one_by_one() {
         let mut state = 1u64;
@@ -598,6 +633,7 @@ mod tests {
         let sums = [Binary::Add, Binary::Sub, Binary::Mul];
         let others = [Binary::Div, Binary::Min, Binary::Max, Binary::Atan2, Binary::Hypot, Binary::Mod, Binary::Pow];
         let unary = [Unary::Neg, Unary::Abs, Unary::Sqrt, Unary::Exp, Unary::Log, Unary::Sin, Unary::Cos, Unary::Wrap];
+        let mut compared = 0;
         for _ in 0..500 {
             let mut ops = vec![Op::Coordinate(0), Op::Coordinate(1), Op::Coordinate(2), Op::Const(0.7), Op::Const(3.0)];
             for _ in 0..1 + next(30) {
@@ -619,11 +655,26 @@ mod tests {
                 let (x, y, z) = (list(n), list(n), list(n));
                 let mut out = vec![0.0; n];
                 program.eval([&x, &y, &z], &mut out);
+                let mut slopes = [(); 4].map(|()| vec![0.0; n]);
+                program.gradients([&x, &y, &z], slopes.each_mut().map(|list| &mut list[..]));
                 for k in 0..n {
-                    let v = plainly(&ops, [x[k], y[k], z[k]]);
-                    assert!(out[k].to_bits() == v.to_bits() || out[k].is_nan() && v.is_nan(), "{ops:?} {} {v}", out[k]);
+                    let p = [x[k], y[k], z[k]];
+                    let v = plainly(&ops, p);
+                    assert!(same(out[k], v), "{ops:?} {} {v}", out[k]);
+                    let alone = program.gradient(p.into());
+                    let many = [0, 1, 2, 3].map(|j| slopes[j][k]);
+                    let [a, b, c] = alone.g.to_array();
+                    assert!(many.iter().zip([a, b, c, v]).all(|(x, y)| same(*x, y)), "{ops:?} {many:?} {alone:?}");
+                    assert!(same(alone.v, v), "{ops:?} {alone:?} {v}");
+                    if let Some(d) = dual(&ops, p) {
+                        // a zero may have another sign
+                        let agree = |j: usize| d.g[j] == alone.g[j] || d.g[j].is_nan() && alone.g[j].is_nan();
+                        assert!((0..3).all(agree), "{ops:?} {alone:?} {d:?}");
+                        compared += 1;
+                    }
                 }
             }
         }
+        assert!(compared > 1000, "{compared}");
     }
 }
