@@ -12,7 +12,7 @@ use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::implicit::{CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points};
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, Observer, Patchwork, patch_pieces, remesh_patches};
+use crate::optimize::exact::{ExactMesh, ExactReport, Observer, Patchwork, patch_pieces, remesh_patches};
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -28,7 +28,7 @@ const COARSER: u8 = 1;
 /// How often cells around what came out at fault are halved more than elsewhere, one attempt after the other.
 const SMALLER: [u8; 4] = [0, 2, 4, 6];
 /// With fewer triangles smaller cells cost a second or two: they are tried before an arrangement is healed.
-const CHEAP: usize = 20_000;
+pub(super) const CHEAP: usize = 20_000;
 /// An arrangement is healed if at most one triangle in so many is at fault.
 const MOST_HEALED: usize = 20;
 /// And it ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
@@ -45,8 +45,9 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
-/// How often triangles stay around what is at fault, each time in places larger by their own size.
+/// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
 const KEPT: usize = 3;
+const ROOM: f64 = 0.5;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
 const LEAST_BESIDE: f64 = 0.05;
 /// Those of some things at some place that a mesh does not come near to.
@@ -86,6 +87,22 @@ fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
     bad.sort_unstable();
     bad.dedup();
     Ok(bad.len())
+}
+
+/// Boxes around places where triangles cross, and around those that are folded, with the length of edges there. Of a long triangle that is
+/// a small part.
+fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
+    let ExactMesh { mesh, report, .. } = made;
+    if report.self_intersections + report.inverted == 0 {
+        return Ok(Vec::new());
+    }
+    let of_pair = |[t, u]: [u32; 2]| {
+        let [a, b] = [t, u].map(|t| Aabb::around(mesh.corners(t as usize)));
+        (a.intersection(&b), a.size().max_element().min(b.size().max_element()))
+    };
+    let pairs = self_intersections(mesh, run)?.into_iter().map(of_pair);
+    let folded = report.faults.iter().skip(report.self_intersections).map(|b| (*b, b.size().max_element()));
+    Ok(pairs.chain(folded).collect())
 }
 
 /// Cells that are tried: which [share](CELLS) of the size, and how much smaller around places that came out at fault.
@@ -180,16 +197,9 @@ impl Scout {
             is_near
         };
         let kept: Vec<u32> = work.mesh.triangles().filter(is_kept).collect();
-        if std::env::var("DBG").is_ok() && !kept.is_empty() {
-            let m = TriMesh { nodes: made.mesh.nodes.clone(), triangles: made.mesh.triangles.clone(), ..TriMesh::default() };
-            let c = |m: &TriMesh| -> Result<usize> {
-                let bad = self_intersections(m, run)?;
-                Ok(bad.iter().filter(|p| { let mut n = false; near.overlapping(&Aabb::around(m.corners(p[0] as usize)), |_| n = true); n }).count())
-            };
-            eprintln!("DBG kept {} of {}, raw crossing in zone {}, after pieces {}", kept.len(), work.mesh.triangle_count(), c(&m)?, c(&work.mesh.to_mesh())?);
-        }
         if !kept.is_empty() {
             work.freeze(&kept, LEAST_BESIDE * ready.size);
+            work.thaws = true;
         }
         let mesh = made.mesh;
         extracted.mesh.labels = made.faces;
@@ -216,9 +226,11 @@ impl Scout {
             exact.report.self_intersections = intersecting(&exact.mesh, run)?;
         }
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
-        let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
+        let mut missed = far(&exact.mesh, &self.points, |x| x.at, reach);
+        missed.retain(|x| !x.is_in_passing(&ready.model));
         let flat = self.flat(&exact.mesh, ready);
-        Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), number: 0, drawn })
+        let crossed = crossed(&exact, run)?;
+        Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), crossed, number: 0, drawn })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -239,6 +251,8 @@ pub(super) struct Trial {
     pub(super) scout: Scout,
     /// The cells it is of.
     pub(super) start: Start,
+    /// Boxes around what is at fault, with the lengths of edges there.
+    crossed: Vec<(Aabb, f64)>,
     /// Its number among the attempts.
     pub(super) number: usize,
     /// Nodes that were drawn back where the solid touches itself.
@@ -273,13 +287,14 @@ impl Trial {
     /// Whether no other attempt is worth it: nothing is wrong, or all was found, so that smaller cells find no more, and what is at
     /// fault can be healed.
     fn ends(&self) -> bool {
+        let is_kept = !self.start.kept.is_empty() && self.faults() == 0 && self.missed.is_empty();
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let triangles = self.exact.mesh.triangles.len();
             let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
             let most = if triangles > CHEAP { MOST_UNPROVED_OF_MANY } else { MOST_UNPROVED };
             few && most * proof.unproved <= proof.cells
         });
-        found || self.is_clean()
+        found || is_kept || self.is_clean()
     }
 
     /// Whether it is sound, or with few faults. Where most triangles cross, walls are thinner than the bends of
@@ -288,9 +303,11 @@ impl Trial {
         MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len()
     }
 
-    /// Triangles that intersect others or are turned over.
+    /// Triangles that intersect others or are turned over. What stayed as it came and was put right has none that were turned over on
+    /// the way: what is left faces as the arrangement does.
     pub(super) fn faults(&self) -> usize {
-        self.exact.report.self_intersections + self.exact.report.inverted
+        let ExactReport { self_intersections, inverted, .. } = self.exact.report;
+        self_intersections + if self.start.kept.is_empty() { inverted } else { 0 }
     }
 
     /// A splinter that the finished mesh does not come near to, if there is one.
@@ -329,8 +346,9 @@ pub(super) struct CellLadder<'a, 'o> {
     before: Option<TriMesh>,
     /// The fewest faults with cells of the same share.
     fewest: usize,
-    /// How often triangles stayed.
+    /// How often triangles stayed, and how many were at fault the last time.
     times_kept: usize,
+    crossing: Option<usize>,
     /// Whether nothing smaller is worth it once smaller cells around places change nothing.
     over: bool,
     /// Triangles of the extraction that gave a mesh without faults, and its cells.
@@ -352,6 +370,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             before: None,
             fewest: usize::MAX,
             times_kept: 0,
+            crossing: None,
             over: false,
             sound: None,
             error: None,
@@ -383,14 +402,17 @@ impl<'a, 'o> CellLadder<'a, 'o> {
 
     /// The cells of the best attempt, with triangles that stay around those at fault in the last one.
     fn keep(&mut self, best: &Trial, last: &Trial) -> Option<Start> {
-        let now = if last.start.kept.is_empty() { best } else { last };
-        if now.faults() == 0 || !now.can_be_healed() || self.times_kept == KEPT {
+        let again = !last.start.kept.is_empty();
+        let now = if again { last } else { best };
+        let stuck = again && self.crossing == Some(now.faults());
+        if now.faults() == 0 || !now.can_be_healed() || self.times_kept == KEPT || stuck {
             return None;
         }
+        self.crossing = again.then(|| now.faults());
         self.times_kept += 1;
         // The arrangement may well be the same.
         self.before = None;
-        let grown = now.exact.report.faults.iter().map(|b| b.grown(self.times_kept as f64 * b.size().max_element()));
+        let grown = now.crossed.iter().map(|(b, length)| b.grown(self.times_kept as f64 * ROOM * length));
         let kept = now.start.kept.iter().copied().chain(grown).collect();
         Some(Start { kept, ..now.start.clone() })
     }
@@ -436,17 +458,6 @@ impl Ladder for CellLadder<'_, '_> {
                 self.before = Some(made.extracted.mesh.clone());
                 let mut trial = made.remesh(work, self.ready, self.options, run, &mut self.observer)?;
                 trial.start = self.start.clone();
-                if std::env::var("DBG").is_ok() {
-                    let near = Bvh::new(trial.start.kept.clone());
-                    let (mut inside, mut all) = (0, 0);
-                    for b in &trial.exact.report.faults[..trial.exact.report.self_intersections] {
-                        let mut n = false;
-                        near.overlapping(b, |_| n = true);
-                        all += 1;
-                        inside += usize::from(n);
-                    }
-                    eprintln!("DBG crossing {all}, {inside} near kept; folded {}", trial.exact.report.inverted);
-                }
                 return Ok(Some(trial.told(attempts, run)));
             }
             if self.before.is_some() && self.over {
@@ -474,7 +485,11 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        if goes_on && last.start.kept.is_empty() && self.start.times + 1 < SMALLER.len() {
+        if goes_on
+            && last.start.kept.is_empty()
+            && last.exact.mesh.triangles.len() <= CHEAP
+            && self.start.times + 1 < SMALLER.len()
+        {
             self.start.times += 1;
             let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
             self.start.places.extend(places);

@@ -1,5 +1,7 @@
 //! Triangles of a patchwork that stay as they are.
 
+use glam::DVec3;
+
 use super::patchwork::Patchwork;
 use crate::mesh::edit::NONE;
 
@@ -35,5 +37,26 @@ impl Patchwork {
         borders.into_iter().for_each(|h| mesh.set_sharp(h, true));
         self.frozen.extend(first..patches.len() as u32);
         self.patches = patches.into();
+        self.thawed = frozen_as;
+    }
+
+    /// Whether a triangle stays as it is for now.
+    pub(super) fn is_frozen(&self, t: u32) -> bool {
+        self.frozen.binary_search(&self.mesh.label(t)).is_ok()
+    }
+
+    /// Gives frozen triangles back to the patches they were of.
+    pub(super) fn unfreeze(&mut self) {
+        let mut of = vec![NONE; self.patches.len()];
+        self.thawed.iter().enumerate().filter(|x| *x.1 != NONE).for_each(|(k, f)| of[*f as usize] = k as u32);
+        let frozen: Vec<u32> = self.mesh.triangles().filter(|t| self.is_frozen(*t)).collect();
+        for t in frozen {
+            let patch = of[self.mesh.label(t) as usize];
+            if patch != NONE {
+                self.mesh.set_surface(t, patch, DVec3::ZERO);
+            }
+        }
+        self.frozen.clear();
+        self.mesh.set_all_changed();
     }
 }
