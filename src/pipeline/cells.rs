@@ -46,7 +46,7 @@ const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
 /// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
-const KEPT: usize = 3;
+const KEPT: usize = 4;
 const ROOM: f64 = 0.5;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
 const LEAST_BESIDE: f64 = 0.05;

@@ -8,12 +8,12 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, is_flat, triangles_cross};
 use crate::spatial::{Aabb, Bvh};
 
-/// Shapes below this are put right: angles of ten degrees.
-const POOR: f64 = 0.3;
+/// Shapes below this are put right: angles of 20 degrees.
+const POOR: f64 = 0.55;
 /// Steps raise the worst shape around them by at least this much: they end.
 const GAIN: f64 = 1e-3;
-/// Passes over all that is poor; hardly anything changes after four.
-const PASSES: usize = 6;
+/// Passes over all that is poor; hardly anything changes after that many.
+const PASSES: usize = 10;
 /// Shares of the way to the middle of its neighbors that a node is moved by.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 
