@@ -34,6 +34,9 @@ const APART: f64 = 1e-9;
 /// Faces that meet in an angle of a smaller sine go the same way.
 const ALIKE: f64 = 1e-4;
 
+/// Sheets and slits thinner than this share of the part are what coordinates that should be equal leave.
+const THINNEST: f64 = 1e-7;
+
 /// A point of the solid's surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SurfacePoint {
@@ -43,6 +46,16 @@ pub(crate) struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// Whether the solid, or what is outside of it, is so thin here that it is a matter of rounding: nothing a [`THINNEST`] of the part away
+    /// is on another side than the rest.
+    pub(crate) fn is_in_passing(&self, model: &Implicit) -> bool {
+        let reach = THINNEST * model.bounds().diagonal();
+        let beside = |k: usize| DVec3::new((k % 3) as f64 - 1.0, (k / 3 % 3) as f64 - 1.0, (k / 9) as f64 - 1.0);
+        let places = (0..27).filter(|k| *k != 13).map(|k| self.at + reach * beside(k).normalize());
+        let inside = places.filter(|p| model.inside(*p)).count();
+        inside == 0 || inside == 26
+    }
+
     /// Whether it is on its face and no other face goes the same way there, to rounding: faces that touch, or lie in each other, have their points in
     /// common.
     pub(crate) fn is_alone(&self, model: &Implicit, extracted: &Extracted) -> bool {

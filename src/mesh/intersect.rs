@@ -184,7 +184,7 @@ fn spread_fans(mesh: &TriMesh) -> Vec<bool> {
 }
 
 /// Exactly without area: the three points lie on a line in all three projections.
-fn is_flat(p: [DVec3; 3]) -> bool {
+pub(crate) fn is_flat(p: [DVec3; 3]) -> bool {
     (0..3).all(|axis| {
         let [a, b, c] = p.map(|v| drop_axis(v, axis));
         orient2d(a, b, c) == 0.0
@@ -200,8 +200,11 @@ fn drop_axis(v: DVec3, axis: usize) -> DVec2 {
 }
 
 fn intersect(mesh: &TriMesh, t: usize, u: usize) -> bool {
-    let (a, b) = (mesh.triangles[t], mesh.triangles[u]);
-    let (p, q) = (mesh.corners(t), mesh.corners(u));
+    triangles_cross([mesh.triangles[t], mesh.triangles[u]], [mesh.corners(t), mesh.corners(u)])
+}
+
+/// Whether two triangles with area meet anywhere but in what they share: see [`self_intersections`].
+pub(crate) fn triangles_cross([a, b]: [[u32; 3]; 2], [p, q]: [[DVec3; 3]; 2]) -> bool {
     let mut pairs = [(0, 0); 3];
     let mut count = 0;
     for i in 0..3 {

@@ -20,6 +20,7 @@ pub(crate) use colors::face_colors;
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
 pub use intersect::{intersecting_groups, intersections_among, self_intersections};
+pub(crate) use intersect::{is_flat, triangles_cross};
 pub use path::{MeshPath, shortest_path};
 pub use prisms::{OuterSide, Prisms};
 pub use trimesh::{Group, TriMesh};

@@ -252,7 +252,7 @@ fn meshed(
     }
     report.stage("check", mesh.triangles.len(), &mut whole, run);
     warn(&solid.brep, &found, &mut report);
-    report.judge(found);
+    report.judge(found, 0.0);
     let meshed = Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None };
     Ok(Numbered { meshed, numbers: numbers.to_vec() })
 }

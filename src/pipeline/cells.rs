@@ -12,7 +12,7 @@ use super::touching::draw_apart;
 use crate::error::{Error, Result};
 use crate::implicit::{CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points};
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, Observer, Patchwork, patch_pieces, remesh_patches};
+use crate::optimize::exact::{ExactMesh, ExactReport, Observer, Patchwork, patch_pieces, remesh_patches};
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -28,7 +28,7 @@ const COARSER: u8 = 1;
 /// How often cells around what came out at fault are halved more than elsewhere, one attempt after the other.
 const SMALLER: [u8; 4] = [0, 2, 4, 6];
 /// With fewer triangles smaller cells cost a second or two: they are tried before an arrangement is healed.
-const CHEAP: usize = 20_000;
+pub(super) const CHEAP: usize = 20_000;
 /// An arrangement is healed if at most one triangle in so many is at fault.
 const MOST_HEALED: usize = 20;
 /// And it ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
@@ -45,6 +45,11 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
+/// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
+const KEPT: usize = 4;
+const ROOM: f64 = 0.5;
+/// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
+const LEAST_BESIDE: f64 = 0.05;
 /// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
     far_from(mesh, things, place, reach, |_, _| true)
@@ -84,6 +89,22 @@ fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
     Ok(bad.len())
 }
 
+/// Boxes around places where triangles cross, and around those that are folded, with the length of edges there. Of a long triangle that is
+/// a small part.
+fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
+    let ExactMesh { mesh, report, .. } = made;
+    if report.self_intersections + report.inverted == 0 {
+        return Ok(Vec::new());
+    }
+    let of_pair = |[t, u]: [u32; 2]| {
+        let [a, b] = [t, u].map(|t| Aabb::around(mesh.corners(t as usize)));
+        (a.intersection(&b), a.size().max_element().min(b.size().max_element()))
+    };
+    let pairs = self_intersections(mesh, run)?.into_iter().map(of_pair);
+    let folded = report.faults.iter().skip(report.self_intersections).map(|b| (*b, b.size().max_element()));
+    Ok(pairs.chain(folded).collect())
+}
+
 /// Cells that are tried: which [share](CELLS) of the size, and how much smaller around places that came out at fault.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Start {
@@ -93,6 +114,8 @@ pub(super) struct Start {
     pub(super) times: usize,
     /// Where they are smaller.
     pub(super) places: Vec<Aabb>,
+    /// Where triangles stay as they come from the arrangement.
+    pub(super) kept: Vec<Aabb>,
 }
 
 impl Start {
@@ -148,6 +171,7 @@ impl Scout {
             coarser: COARSER,
             places: &start.places,
             more: SMALLER[start.times],
+            linear: &start.kept,
             block: None,
         };
         let made = match arranged(&ready.model, &grid, options.memory, run) {
@@ -163,9 +187,20 @@ impl Scout {
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let made = made.made;
-        let Ok(work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
+        let Ok(mut work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
             return Ok(None);
         };
+        let near = Bvh::new(start.kept.clone());
+        let is_kept = |t: &u32| {
+            let mut is_near = false;
+            near.overlapping(&Aabb::around(work.mesh.corner_points(*t)), |_| is_near = true);
+            is_near
+        };
+        let kept: Vec<u32> = work.mesh.triangles().filter(is_kept).collect();
+        if !kept.is_empty() {
+            work.freeze(&kept, LEAST_BESIDE * ready.size);
+            work.thaws = true;
+        }
         let mesh = made.mesh;
         extracted.mesh.labels = made.faces;
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);
@@ -191,9 +226,11 @@ impl Scout {
             exact.report.self_intersections = intersecting(&exact.mesh, run)?;
         }
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
-        let missed = far(&exact.mesh, &self.points, |x| x.at, reach);
+        let mut missed = far(&exact.mesh, &self.points, |x| x.at, reach);
+        missed.retain(|x| !x.is_in_passing(&ready.model));
         let flat = self.flat(&exact.mesh, ready);
-        Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), number: 0, drawn })
+        let crossed = crossed(&exact, run)?;
+        Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), crossed, number: 0, drawn })
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -214,6 +251,8 @@ pub(super) struct Trial {
     pub(super) scout: Scout,
     /// The cells it is of.
     pub(super) start: Start,
+    /// Boxes around what is at fault, with the lengths of edges there.
+    crossed: Vec<(Aabb, f64)>,
     /// Its number among the attempts.
     pub(super) number: usize,
     /// Nodes that were drawn back where the solid touches itself.
@@ -248,13 +287,14 @@ impl Trial {
     /// Whether no other attempt is worth it: nothing is wrong, or all was found, so that smaller cells find no more, and what is at
     /// fault can be healed.
     fn ends(&self) -> bool {
+        let is_kept = !self.start.kept.is_empty() && self.faults() == 0 && self.missed.is_empty();
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let triangles = self.exact.mesh.triangles.len();
             let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
             let most = if triangles > CHEAP { MOST_UNPROVED_OF_MANY } else { MOST_UNPROVED };
             few && most * proof.unproved <= proof.cells
         });
-        found || self.is_clean()
+        found || is_kept || self.is_clean()
     }
 
     /// Whether it is sound, or with few faults. Where most triangles cross, walls are thinner than the bends of
@@ -263,9 +303,11 @@ impl Trial {
         MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len()
     }
 
-    /// Triangles that intersect others or are turned over.
+    /// Triangles that intersect others or are turned over. What stayed as it came and was put right has none that were turned over on
+    /// the way: what is left faces as the arrangement does.
     pub(super) fn faults(&self) -> usize {
-        self.exact.report.self_intersections + self.exact.report.inverted
+        let ExactReport { self_intersections, inverted, .. } = self.exact.report;
+        self_intersections + if self.start.kept.is_empty() { inverted } else { 0 }
     }
 
     /// A splinter that the finished mesh does not come near to, if there is one.
@@ -304,6 +346,9 @@ pub(super) struct CellLadder<'a, 'o> {
     before: Option<TriMesh>,
     /// The fewest faults with cells of the same share.
     fewest: usize,
+    /// How often triangles stayed, and how many were at fault the last time.
+    times_kept: usize,
+    crossing: Option<usize>,
     /// Whether nothing smaller is worth it once smaller cells around places change nothing.
     over: bool,
     /// Triangles of the extraction that gave a mesh without faults, and its cells.
@@ -324,6 +369,8 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             scout: None,
             before: None,
             fewest: usize::MAX,
+            times_kept: 0,
+            crossing: None,
             over: false,
             sound: None,
             error: None,
@@ -350,7 +397,24 @@ impl<'a, 'o> CellLadder<'a, 'o> {
 
     fn go_on(&mut self) {
         self.start = Start { share: self.start.share + 1, ..Start::default() };
-        (self.scout, self.before, self.fewest) = (None, None, usize::MAX);
+        (self.scout, self.before, self.fewest, self.times_kept) = (None, None, usize::MAX, 0);
+    }
+
+    /// The cells of the best attempt, with triangles that stay around those at fault in the last one.
+    fn keep(&mut self, best: &Trial, last: &Trial) -> Option<Start> {
+        let again = !last.start.kept.is_empty();
+        let now = if again { last } else { best };
+        let stuck = again && self.crossing == Some(now.faults());
+        if now.faults() == 0 || !now.can_be_healed() || self.times_kept == KEPT || stuck {
+            return None;
+        }
+        self.crossing = again.then(|| now.faults());
+        self.times_kept += 1;
+        // The arrangement may well be the same.
+        self.before = None;
+        let grown = now.crossed.iter().map(|(b, length)| b.grown(self.times_kept as f64 * ROOM * length));
+        let kept = now.start.kept.iter().copied().chain(grown).collect();
+        Some(Start { kept, ..now.start.clone() })
     }
 
     /// What the cells tell before leaves are arranged; `None` where they are too many, or there is no memory for them.
@@ -421,11 +485,19 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        if goes_on && self.start.times + 1 < SMALLER.len() {
+        if goes_on
+            && last.start.kept.is_empty()
+            && last.exact.mesh.triangles.len() <= CHEAP
+            && self.start.times + 1 < SMALLER.len()
+        {
             self.start.times += 1;
             let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
             self.start.places.extend(places);
             return Some((Change::SmallerCellsHere, "triangles are at fault"));
+        }
+        if let Some(kept) = best.and_then(|b| self.keep(b, last)) {
+            self.start = kept;
+            return Some((Change::KeepHere, "triangles are at fault"));
         }
         if self.over {
             return None;

@@ -365,7 +365,7 @@ impl Asked<'_> {
         if !touching.is_empty() {
             report.shortfalls.push(Fault::Touching { triangles: touching.len() });
         }
-        report.judge(measured);
+        report.judge(measured, 0.0);
         report.stage("check", mesh.triangles.len(), &mut timer, run);
         let meshed = Meshed { mesh, seams, corners, outline: None, report, solid: None };
         Ok(Counted { made: Numbered { meshed, numbers }, flaws })

@@ -197,7 +197,7 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
         made.report.shortfalls.push(Fault::FacingAway { triangles: turned });
     }
     let expected = Expectation { open: true, touching: false };
-    made.report.judge(check(&made.mesh, expected, None, run)?);
+    made.report.judge(check(&made.mesh, expected, None, run)?, 0.0);
     let model = slab.model()?;
     let oracle = ImplicitOracle::with_cells(&model, size, run)?;
     made.report.figure = Some(measured(&made, &outline, &oracle, size));

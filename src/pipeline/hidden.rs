@@ -28,7 +28,8 @@ pub(super) fn hidden_creases(
     attempts: &mut Attempts,
     run: &Run,
 ) -> Result<Option<ByLeaf>> {
-    if made.proved && !ready.model.has_black_boxes() {
+    // Where triangles of the arrangement stay it is bends tighter than cells that are cut off.
+    if !made.start.kept.is_empty() || (made.proved && !ready.model.has_black_boxes()) {
         return Ok(None);
     }
     let oracle = ImplicitOracle::new(&ready.model, &made.extracted);

@@ -10,7 +10,7 @@ use super::wish::{LEAST_SHARE, Wish, own_tolerance};
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Off};
 use crate::optimize::improve;
 use crate::quality::Fault;
 use crate::run::Run;
@@ -40,6 +40,8 @@ pub(super) struct ByLeaf {
     pub(super) proved: bool,
     /// Nodes that were drawn back where the solid touches itself.
     pub(super) drawn: usize,
+    /// Nodes that are not on their surfaces, as triangles would cross if they were.
+    pub(super) off: Vec<Off>,
 }
 
 impl ByLeaf {
@@ -65,6 +67,7 @@ impl ByLeaf {
             start: Start::default(),
             proved: false,
             drawn: 0,
+            off: Vec::new(),
         }
     }
 }
@@ -108,7 +111,7 @@ pub(super) fn by_leaf(mut cells: CellLadder<'_, '_>, attempts: &mut Attempts, ru
         if faults > 0 {
             shortfalls.push(Fault::mended(faults, &best.exact.report.faults));
         }
-        let Trial { exact: ExactMesh { mesh, seams, corners, .. }, scout, start, number, drawn, .. } = best;
+        let Trial { exact: ExactMesh { mesh, seams, corners, report, .. }, scout, start, number, drawn, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let intersecting = (faults == 0).then_some(0);
         let method = options.method;
@@ -125,6 +128,7 @@ pub(super) fn by_leaf(mut cells: CellLadder<'_, '_>, attempts: &mut Attempts, ru
             start,
             proved,
             drawn,
+            off: report.off,
         });
     }
     let [crossing, inverted] = cells.faults;

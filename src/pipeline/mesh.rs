@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::boolean::{holds_foreign, mesh_boolean};
 use super::built::{build, mesh_built};
-use super::cells::{CellLadder, Start, at};
+use super::cells::{CHEAP, CellLadder, Start, at};
 use super::figure::{mesh_figure, no_figure};
 use super::heal::{heal_made, same_places, told};
 use super::hidden::hidden_creases;
@@ -19,7 +19,7 @@ use super::method::Method;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
-use super::wish::DEFAULT_SIZE;
+use super::wish::{DEFAULT_SIZE, Wish};
 use crate::error::{Error, Place, Result, nearest};
 use crate::geometry::{Features, SurfaceOracle};
 use crate::implicit::part::{Part, SizeRequest, glob};
@@ -33,7 +33,7 @@ use crate::mesh::{Group, TriMesh};
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
-use crate::quality::{self, Against, Check, Expectation, Fault, check_tested, facing_away};
+use crate::quality::{self, Against, Check, Deviation, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
 
 /// A finished mesh.
@@ -153,6 +153,10 @@ impl Ready {
         check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
     }
 }
+
+/// Meshes of many triangles are not made again where no more than one in so many faces away within the tolerance: thin walls are not what
+/// they lack, and another mesh costs as much as this one.
+const FEW_AWAY: usize = 1000;
 
 /// Operators that leave less of the length of sharp edges than this in the mesh fall short.
 const RECALL: f64 = 0.99;
@@ -336,6 +340,7 @@ pub(super) fn mesh_by_cells(
         number,
         start,
         drawn,
+        off,
         ..
     } = made;
     let mut report = Report::new(method, ready.size, part.units.clone());
@@ -347,6 +352,11 @@ pub(super) fn mesh_by_cells(
         let what =
             "the solid touches itself along edges: nodes there are drawn back into it by a billionth of its size";
         report.warnings.push(format!("{what}, {drawn} of them"));
+    }
+    if let Some(farthest) = off.iter().max_by(|a, b| a.distance.total_cmp(&b.distance)) {
+        let (count, place) = (off.len(), at(farthest.at));
+        let what = "nodes are not on their surfaces, as triangles would cross if they were";
+        report.warnings.push(format!("{count} {what}: at most {:.2e} from them, near {place}", farthest.distance));
     }
     ready.wishes(options)?;
     if !options.method.is_exact() && !options.refinements.is_empty() {
@@ -405,10 +415,16 @@ pub(super) fn mesh_by_cells(
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
-    report.judge(measured);
+    let tolerance = Wish::new(ready.size, ready.model.bounds().diagonal(), options).tolerance;
+    let few = measured.deviation.is_some_and(|d| few_away(&d, tolerance, &mesh));
+    let tolerance = if method.is_exact() { tolerance } else { 0.0 };
+    report.judge(measured, tolerance);
     report.stage("check", mesh.triangles.len(), &mut clock, run);
     let crossed = attempts.any_fault_since(before);
-    let crowded = if away {
+    // What stayed as it came is as fine as the arrangement there.
+    let crowded = if few || !start.kept.is_empty() {
+        None
+    } else if away {
         let half = |t: u32| {
             let [a, b, c] = mesh.corners(t as usize);
             (mesh.centroid(t as usize), (a.distance(b) + b.distance(c) + c.distance(a)) / 6.0)
@@ -421,6 +437,12 @@ pub(super) fn mesh_by_cells(
     let solid = Some(ready.model.clone());
     let meshed = Meshed { mesh, seams, corners, outline: None, report, solid };
     Ok(Found { meshed, crowded, cell, start, number, extracted })
+}
+
+/// Whether so few triangles face away, and so near to the surface, that another mesh is not worth its time.
+fn few_away(d: &Deviation, tolerance: f64, mesh: &TriMesh) -> bool {
+    let triangles = mesh.triangles.len();
+    d.inverted_distance <= tolerance && FEW_AWAY * (d.inverted + d.across) <= triangles && triangles > CHEAP
 }
 
 /// Why an extraction found no triangle, given a point of the surface if there is one.

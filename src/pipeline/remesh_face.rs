@@ -126,7 +126,7 @@ impl Meshed {
         });
         report.shortfalls.extend(too_far(&measured, size.max(report.size)));
         let triangles = measured.triangles;
-        report.judge(measured);
+        report.judge(measured, 0.0);
         let timed = report.stages.iter().any(|s| s.seconds.is_some());
         report.stage("remesh face", triangles, &mut Clock::new(timed), run);
     }

@@ -132,13 +132,20 @@ impl Report {
         }
     }
 
-    /// Records what was measured, and as shortfalls what no mesh should have.
-    pub(super) fn judge(&mut self, check: Check) {
+    /// Records what was measured, and as shortfalls what no mesh should have. Triangles that face away no farther from the surface than a
+    /// tolerance lie where it bends or comes back within that: they are told, and no more.
+    pub(super) fn judge(&mut self, check: Check, tolerance: f64) {
         self.shortfalls.extend(check.certificate.faults.iter().cloned());
         // Where marching cubes cuts a sharp edge off, triangles face either way.
-        let away = check.deviation.map_or(0, |d| d.inverted);
-        if away > 0 && self.method != Method::MarchingCubes.name() {
-            self.shortfalls.push(Fault::FacingAway { triangles: away });
+        let deviation = check.deviation.filter(|d| d.inverted > 0 && self.method != Method::MarchingCubes.name());
+        if let Some(d) = deviation {
+            if d.inverted_distance <= tolerance {
+                let away = d.inverted_distance;
+                let what = "triangles face away from the surface where it bends or comes back within the tolerance";
+                self.warnings.push(format!("{} {what}, at most {away:.2e} from it", d.inverted));
+            } else {
+                self.shortfalls.push(Fault::FacingAway { triangles: d.inverted });
+            }
         }
         self.check = Some(check);
     }

@@ -2,48 +2,21 @@
 
 use crate::discrete::Discrete;
 use crate::geometry::Pieces;
-use crate::mesh::EditMesh;
-use crate::mesh::edit::NONE;
 use crate::optimize::exact::{Patch, Patchwork, PieceSet};
 
 /// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
 /// theirs, but not shorter than `least`.
-pub(super) fn patchwork(solid: &Discrete, mut sizes: Vec<f64>, kept: &[bool], least: f64) -> Patchwork {
-    let mut mesh: EditMesh = solid.mesh.clone();
+pub(super) fn patchwork(solid: &Discrete, sizes: Vec<f64>, kept: &[bool], least: f64) -> Patchwork {
+    let mesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let faces = solid.face_count() as u32;
-    let mut patches: Vec<Patch> =
+    let patches: Vec<Patch> =
         (0..faces).map(|f| Patch { piece: f, outward: 1.0, plane: solid.plane(f), face: u32::MAX }).collect();
-    let mut frozen_as = vec![u32::MAX; patches.len()];
-    for t in solid.mesh.triangles().filter(|t| kept[*t as usize]) {
-        let face = mesh.label(t) as usize;
-        if frozen_as[face] == u32::MAX {
-            frozen_as[face] = patches.len() as u32;
-            patches.push(patches[face]);
-        }
-        let normal = mesh.area_vector(t).normalize_or_zero();
-        mesh.set_surface(t, frozen_as[face], normal);
-        // Sizes grow from what stays.
-        for h in 3 * t..3 * t + 3 {
-            for v in [mesh.origin(h), mesh.target(h)] {
-                sizes[v as usize] = sizes[v as usize].min(mesh.edge_length(h).max(least));
-            }
-        }
-    }
-    let borders: Vec<u32> = mesh
-        .edges()
-        .filter(|&h| mesh.opposite(h) != NONE && mesh.label(h / 3) != mesh.label(mesh.opposite(h) / 3))
-        .collect();
-    borders.into_iter().for_each(|h| mesh.set_sharp(h, true));
-    let frozen = (faces..patches.len() as u32).collect();
-    Patchwork {
-        lines_from: faces,
-        sizes,
-        frozen,
-        raw: true,
-        fine: solid.smooth,
-        ..Patchwork::new(mesh, sets, patches.into())
-    }
+    let kept: Vec<u32> = mesh.triangles().filter(|t| kept[*t as usize]).collect();
+    let plain = Patchwork::new(mesh, sets, patches.into());
+    let mut work = Patchwork { lines_from: faces, sizes, raw: true, fine: solid.smooth, ..plain };
+    work.freeze(&kept, least);
+    work
 }
 
 #[cfg(test)]

@@ -21,6 +21,10 @@ const REACH: f64 = 4.0;
 /// A triangle that has no side of the surface this share of its longest edge away is turned over.
 const SIDE: f64 = 0.1;
 
+/// Or this share of the mean edge, where that is more: a triangle far smaller than others may be nearer to a side behind it, for which no
+/// other is fine enough. What is as near to a sharp edge counts as on it.
+const NEAR: f64 = 0.02;
+
 /// Points worked on between two looks at the cancel flag.
 const CHUNK: usize = 512;
 
@@ -40,8 +44,10 @@ pub struct Deviation {
     pub unprojected: usize,
     /// Triangles whose normal opposes the surface's (`n . m <= 0`), which eq. 5 cannot see. Where a wall or a gap is thinner than
     /// chords are high, the surface nearest to a triangle may be the other side's: what faces the way of a side within a tenth of
-    /// its longest edge is not turned over.
+    /// its longest edge, or a fiftieth of the mean edge, is not turned over.
     pub inverted: usize,
+    /// Largest distance of the middle of those from the surface.
+    pub inverted_distance: f64,
     /// Those others whose normal opposes that of the surface nearest to them: chords there are higher than a wall is thick.
     pub across: usize,
 }
@@ -75,6 +81,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             from_surface: None,
             unprojected: 0,
             inverted: 0,
+            inverted_distance: 0.0,
             across: 0,
         });
     }
@@ -89,6 +96,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         let [a, b, c] = mesh.corners(t);
         a + (b - a) * u + (c - a) * v
     };
+    let near = NEAR * mesh.mean_edge_length();
     let distance = |p: DVec3| oracle.project(p, reach).map(|f| f.point.distance(p));
     let distances = |n: usize, at: &(dyn Fn(usize) -> DVec3 + Sync)| -> Result<Vec<Option<f64>>> {
         let chunks: Result<Vec<Vec<Option<f64>>>> = run.install(|| {
@@ -109,22 +117,25 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     let hits: Vec<f64> = sampled.iter().flatten().copied().collect();
     let square: f64 = hits.iter().map(|d| d * d).sum();
     run.progress("normals", 0.0);
-    let normals: Result<Vec<(f64, [usize; 2], f64)>> = run.install(|| {
+    let normals: Result<Vec<(f64, [usize; 2], [f64; 2])>> = run.install(|| {
         (0..areas.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
-                let (mut sum, mut turned, mut far) = (0.0, [0; 2], 0.0f64);
+                let (mut sum, mut turned, mut far) = (0.0, [0; 2], [0.0f64; 2]);
                 for t in c * CHUNK..((c + 1) * CHUNK).min(areas.len()) {
                     let p = mesh.centroid(t);
                     if areas[t] > 0.0
                         && let Some(foot) = oracle.project(p, reach)
                     {
-                        far = far.max(foot.point.distance(p));
+                        let away = foot.point.distance(p);
+                        far[0] = far[0].max(away);
                         let dot = mesh.normal(t).dot(foot.normal);
                         sum += areas[t] * (1.0 - dot * dot).max(0.0);
                         if dot <= 0.0 {
-                            turned[usize::from(faces_a_side(mesh, t, oracle, reach))] += 1;
+                            let side = usize::from(faces_a_side(mesh, t, oracle, [near, reach]));
+                            turned[side] += 1;
+                            far[1] = if side == 0 { far[1].max(away) } else { far[1] };
                         }
                     }
                 }
@@ -133,7 +144,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             .collect()
     });
     let normals = normals?;
-    let at_centroids = normals.iter().map(|n| n.2);
+    let at_centroids = normals.iter().map(|n| n.2[0]);
     Ok(Deviation {
         from_surface: from_surface(mesh, points, run)?,
         max: hits.iter().chain(at_nodes.iter().flatten()).copied().chain(at_centroids).fold(0.0, f64::max),
@@ -141,6 +152,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         normal: normals.iter().map(|n| n.0).sum::<f64>() / total,
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
         inverted: normals.iter().map(|n| n.1[0]).sum(),
+        inverted_distance: normals.iter().map(|n| n.2[1]).fold(0.0, f64::max),
         across: normals.iter().map(|n| n.1[1]).sum(),
     })
 }
@@ -206,10 +218,10 @@ pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Res
     Ok(chunks?.concat())
 }
 
-/// Whether, as seen from a bit before or behind a triangle, the surface faces its way.
-fn faces_a_side(mesh: &TriMesh, t: usize, oracle: &dyn SurfaceOracle, reach: f64) -> bool {
+/// Whether, as seen from a bit before or behind a triangle, at least `near`, the surface faces its way.
+fn faces_a_side(mesh: &TriMesh, t: usize, oracle: &dyn SurfaceOracle, [near, reach]: [f64; 2]) -> bool {
     let ([a, b, c], p) = (mesh.corners(t), mesh.centroid(t));
-    let (n, side) = (mesh.normal(t), SIDE * a.distance(b).max(b.distance(c)).max(c.distance(a)));
+    let (n, side) = (mesh.normal(t), (SIDE * a.distance(b).max(b.distance(c)).max(c.distance(a))).max(near));
     [side, -side].into_iter().any(|s| {
         let foot = oracle.project(p + s * n, reach);
         foot.is_some_and(|f| f.normal.dot(n) > 0.0 && f.point.distance(p) <= side)

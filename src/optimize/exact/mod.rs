@@ -10,6 +10,7 @@ mod fans;
 mod field;
 mod flat;
 mod flips;
+mod frozen;
 mod gaps;
 mod grid;
 mod join;
@@ -25,12 +26,14 @@ mod pointed;
 mod remesh;
 mod scatter;
 mod strips;
+mod thaw;
 mod tips;
 
 pub use field::asked_triangles;
 pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 pub use pieced::{patch_open_pieces, patch_pieces};
+pub use thaw::Off;
 
 use glam::DVec3;
 
@@ -155,6 +158,8 @@ pub struct ExactReport {
     pub astray: Vec<DVec3>,
     /// How often surroundings of intersecting triangles were refined.
     pub repairs: usize,
+    /// Nodes that are not on their surfaces, as triangles would cross if they were.
+    pub off: Vec<Off>,
 }
 
 /// A mesh with exact borders, and what its topology is beyond the faces' names.
@@ -327,11 +332,17 @@ fn remesh<'a>(
     if let Some(first) = first.filter(|_| !bad.is_empty()) {
         (r, out, bad) = first;
     }
+    if r.work.thaws && bad.is_empty() && !r.work.frozen.is_empty() {
+        report.off = r.thaw()?;
+        out = finish(mesh, &r);
+        bad = intersecting(&out, run)?;
+    }
     show("mend", &r);
     if narrow {
         report.astray = r.astray();
     }
-    let folded = r.folded();
+    // What stays as it is was not folded here.
+    let folded: Vec<u32> = r.folded().into_iter().filter(|t| !r.work.is_frozen(*t)).collect();
     (report.self_intersections, report.inverted) = (bad.len(), folded.len());
     report.faults = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
     report.faults.extend(folded.iter().map(|t| Aabb::around(r.work.mesh.corner_points(*t))));

@@ -221,6 +221,8 @@ impl Remesher<'_> {
                 by_angles: self.work.by_angles,
                 spaced: false,
                 frozen: Vec::new(),
+                thawed: Vec::new(),
+                thaws: false,
                 filling: self.work.filling,
                 raw: false,
                 fine: false,

@@ -112,6 +112,10 @@ pub struct Patchwork {
     pub lines_from: u32,
     /// Patches that stay as they are: ascending labels.
     pub frozen: Vec<u32>,
+    /// For each patch the one of its frozen triangles, or `u32::MAX`.
+    pub thawed: Vec<u32>,
+    /// Whether what is frozen is put right at last, as far as that makes no triangles cross.
+    pub thaws: bool,
     /// Whether borders are divided by `sizes` already, which then are what nodes want.
     pub spaced: bool,
     /// Whether triangles that face about the way of the surface are judged by their own angles alone.
@@ -136,6 +140,8 @@ impl Patchwork {
             patches,
             lines_from: u32::MAX,
             frozen: Vec::new(),
+            thawed: Vec::new(),
+            thaws: false,
             spaced: false,
             by_angles: false,
             filling: Filling::default(),

@@ -277,7 +277,7 @@ fn finished(
     }
     run.progress("check", 0.0);
     let measured = check(&mesh, Expectation::default(), None, run)?;
-    report.judge(measured);
+    report.judge(measured, 0.0);
     report.stage("check", mesh.triangles.len(), clock, run);
     Ok(Meshed { mesh, seams, corners, outline: None, report, solid: None })
 }

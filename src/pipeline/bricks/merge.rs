@@ -101,7 +101,7 @@ pub(super) fn merged<'a>(plan: &'a BrickPlan, store: Store<'a>, run: &Run) -> Re
         at_hand: Mutex::default(),
         broken: Mutex::default(),
     };
-    report.judge(measured(&mesh, joined, run)?);
+    report.judge(measured(&mesh, joined, run)?, 0.0);
     let made = Meshed { mesh: names, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None };
     Ok(MergedBricks { mesh, made })
 }

@@ -1,0 +1,277 @@
+//! Triangles that stayed as they came are put right at last, one by one. Exact tests let no step make triangles cross.
+
+use glam::DVec3;
+
+use super::remesh::{FAIR, Rank, Remesher};
+use crate::error::Result;
+use crate::mesh::edit::NONE;
+use crate::mesh::{EditMesh, is_flat, triangles_cross};
+use crate::spatial::{Aabb, Bvh};
+
+/// Shapes below this are put right: angles of 20 degrees.
+const POOR: f64 = 0.55;
+/// Steps raise the worst shape around them by at least this much: they end.
+const GAIN: f64 = 1e-3;
+/// Passes over all that is poor; hardly anything changes after that many.
+const PASSES: usize = 10;
+/// Shares of the way to the middle of its neighbors that a node is moved by.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
+
+/// What is farther from its place than this, relative to its coordinates, is not on its surface.
+const ROUNDING: f64 = 1e-9;
+
+/// A node that is not on its surfaces, as triangles would cross if it were.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Off {
+    /// Where it is.
+    pub at: DVec3,
+    /// How far from where it would be.
+    pub distance: f64,
+}
+
+/// A triangle as a step would leave it.
+struct Changed {
+    nodes: [u32; 3],
+    at: [DVec3; 3],
+}
+
+/// Where all triangles are, to see which ones a step would cross.
+struct Guard {
+    tree: Bvh,
+    of: Vec<u32>,
+    /// Triangles that changed since the tree was made.
+    moved: Vec<u32>,
+    is_moved: Vec<bool>,
+}
+
+impl Guard {
+    fn new(m: &EditMesh) -> Self {
+        let of: Vec<u32> = m.triangles().collect();
+        let tree = Bvh::new(of.iter().map(|t| Aabb::around(m.corner_points(*t))).collect());
+        Self { tree, of, moved: Vec::new(), is_moved: vec![false; m.triangle_capacity()] }
+    }
+
+    /// Whether triangles would cross each other, or any but those that are `gone` then, or have no area.
+    fn crosses(&self, m: &EditMesh, new: &[Changed], gone: &[u32]) -> bool {
+        let is_there = |t: u32| m.is_triangle(t) && !gone.contains(&t);
+        new.iter().enumerate().any(|(k, c)| {
+            let own = Aabb::around(c.at);
+            let meets = |t: u32| triangles_cross([c.nodes, m.corners(t)], [c.at, m.corner_points(t)]);
+            let mut found = is_flat(c.at);
+            self.tree.overlapping(&own, |i| {
+                let t = self.of[i as usize];
+                found = found || (!self.is_moved[t as usize] && is_there(t) && meets(t));
+            });
+            let near = |t: &u32| is_there(*t) && Aabb::around(m.corner_points(*t)).overlaps(&own);
+            found
+                || self.moved.iter().any(|t| near(t) && meets(*t))
+                || new[..k].iter().any(|d| triangles_cross([c.nodes, d.nodes], [c.at, d.at]))
+        })
+    }
+
+    fn note(&mut self, triangles: &[u32]) {
+        for &t in triangles {
+            if !self.is_moved[t as usize] {
+                self.is_moved[t as usize] = true;
+                self.moved.push(t);
+            }
+        }
+    }
+}
+
+/// A step that may put a triangle right.
+#[derive(Clone, Copy)]
+enum Step {
+    /// The origin of a side goes to its target, which goes to a place.
+    Collapse(u32, DVec3),
+    Flip(u32),
+    Move(u32, DVec3),
+}
+
+/// What a step would do.
+struct Outcome {
+    new: Vec<Changed>,
+    gone: Vec<u32>,
+    /// The worst shapes now and then.
+    worst: [f64; 2],
+}
+
+impl Remesher<'_> {
+    /// Puts right what stayed as it was. Nodes go back to their surfaces, short edges are collapsed, edges flipped and nodes moved as
+    /// long as that raises the worst shape around and makes no triangles cross.
+    ///
+    /// Returns nodes that could not go back. Errors: cancellation.
+    pub(super) fn thaw(&mut self) -> Result<Vec<Off>> {
+        let mut zone = vec![false; self.work.mesh.triangle_capacity()];
+        let kept: Vec<u32> = self.work.mesh.triangles().filter(|t| self.work.is_frozen(*t)).collect();
+        kept.iter().for_each(|t| zone[*t as usize] = true);
+        self.work.unfreeze();
+        let mut nodes: Vec<u32> = kept.iter().flat_map(|t| self.work.mesh.corners(*t)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.iter().for_each(|v| self.mark_around(*v));
+        let mut guard = Guard::new(&self.work.mesh);
+        for _ in 0..PASSES {
+            self.run.check()?;
+            let mut steps = self.return_nodes(&nodes, &mut guard, &mut zone);
+            let m = &self.work.mesh;
+            let shape = |t: u32| self.work.shape_at(self.surface, m.label(t), m.corner_points(t));
+            let mut poor: Vec<(f64, u32)> =
+                m.triangles().filter(|t| zone[*t as usize]).map(|t| (shape(t), t)).filter(|x| x.0 < POOR).collect();
+            poor.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            for (_, t) in poor {
+                steps += usize::from(self.work.mesh.is_triangle(t) && self.put_right(t, &mut guard, &mut zone));
+            }
+            if steps == 0 {
+                break;
+            }
+            guard = Guard::new(&self.work.mesh);
+        }
+        let far = |v: &u32| {
+            let (at, place) = (self.point(*v), self.place(*v)?);
+            Some(Off { at, distance: at.distance(place) }).filter(|o| o.distance > ROUNDING * at.length().max(1.0))
+        };
+        Ok(nodes.iter().filter(|v| self.work.mesh.is_node(**v)).filter_map(far).collect())
+    }
+
+    /// Where a node's pieces meet near it.
+    fn place(&self, v: u32) -> Option<DVec3> {
+        let (set, p, reach) = (self.work.sets[v as usize], self.point(v), self.want[v as usize]);
+        match set.len() {
+            3 => self.surface.meet(set.as_slice(), p, reach),
+            _ => self.work.settle(self.surface, &set, p, reach),
+        }
+    }
+
+    /// Puts nodes back on their surfaces; how many.
+    fn return_nodes(&mut self, nodes: &[u32], guard: &mut Guard, zone: &mut [bool]) -> usize {
+        let mut count = 0;
+        for &v in nodes {
+            if !self.work.mesh.is_node(v) || self.work.mesh.is_pinned(v) {
+                continue;
+            }
+            let p = self.point(v);
+            let away = |q: &DVec3| q.distance(p) > ROUNDING * p.length().max(1.0);
+            let Some(q) = self.place(v).filter(away) else { continue };
+            let step = Step::Move(v, q);
+            let fine =
+                |o: &Outcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
+            if let Some(o) = self.outcome(step).filter(fine) {
+                count += usize::from(self.take(step, &o, guard, zone));
+            }
+        }
+        count
+    }
+
+    /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
+    fn put_right(&mut self, t: u32, guard: &mut Guard, zone: &mut [bool]) -> bool {
+        let steps: Vec<Step> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
+        let mut all: Vec<(Step, Outcome)> = steps.into_iter().filter_map(|s| Some((s, self.outcome(s)?))).collect();
+        all.retain(|(_, o)| o.worst[1] > o.worst[0] + GAIN);
+        all.sort_by(|a, b| b.1.worst[1].total_cmp(&a.1.worst[1]));
+        let fits = |x: &&(Step, Outcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
+        let Some(k) = all.iter().position(|x| fits(&x)) else { return false };
+        let (step, outcome) = &all[k];
+        self.take(*step, outcome, guard, zone)
+    }
+
+    /// Steps at a side of a triangle and its origin.
+    fn steps(&self, h: u32) -> Vec<Step> {
+        let m = &self.work.mesh;
+        let (a, b, o) = (m.origin(h), m.target(h), m.opposite(h));
+        let mut out = vec![Step::Flip(h)];
+        if o != NONE {
+            let may = |from: u32, to: u32| {
+                let (x, y) = (self.rank[from as usize], self.rank[to as usize]);
+                x <= y && (x == Rank::Face || (x == Rank::Curve && m.is_sharp(h)))
+            };
+            if may(a, b) {
+                out.push(Step::Collapse(h, self.point(b)));
+            }
+            if may(b, a) {
+                out.push(Step::Collapse(o, self.point(a)));
+            }
+        }
+        let near: Vec<DVec3> = match self.rank[a as usize] {
+            Rank::Face => m.neighbors(a).map(|v| self.point(v)).collect(),
+            Rank::Curve => m.sharp_neighbors(a).map(|v| self.point(v)).collect(),
+            Rank::Corner => return out,
+        };
+        let (p, middle) = (self.point(a), near.iter().sum::<DVec3>() / near.len() as f64);
+        let set = self.work.sets[a as usize];
+        let place = |share: f64| self.work.settle(self.surface, &set, p.lerp(middle, share), self.want[a as usize]);
+        out.extend(SHARES.into_iter().filter_map(place).map(|q| Step::Move(a, q)));
+        out
+    }
+
+    /// What a step would do, where the mesh allows it.
+    fn outcome(&self, step: Step) -> Option<Outcome> {
+        let m = &self.work.mesh;
+        let shape = |t: u32, at: [DVec3; 3]| self.work.shape_at(self.surface, m.label(t), at);
+        let (mut new, mut then) = (Vec::new(), f64::INFINITY);
+        let mut add = |t: u32, nodes: [u32; 3], at: [DVec3; 3]| {
+            then = f64::min(then, shape(t, at));
+            new.push(Changed { nodes, at });
+        };
+        let gone: Vec<u32> = match step {
+            Step::Flip(h) => {
+                let o = m.opposite(h);
+                if o == NONE || m.is_sharp(h) || !m.can_flip(h) {
+                    return None;
+                }
+                let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
+                let [a, b, c, d] = nodes;
+                let [p, q, r, s] = nodes.map(|v| self.point(v));
+                add(h / 3, [a, d, c], [p, s, r]);
+                add(o / 3, [d, b, c], [s, q, r]);
+                vec![h / 3, o / 3]
+            }
+            Step::Move(v, p) => {
+                for e in m.outgoing(v) {
+                    let (x, y) = (m.target(e), m.apex(e));
+                    add(e / 3, [v, x, y], [p, self.point(x), self.point(y)]);
+                }
+                m.outgoing(v).map(|e| e / 3).collect()
+            }
+            Step::Collapse(h, p) => {
+                if !m.can_collapse(h) {
+                    return None;
+                }
+                let (a, b) = (m.origin(h), m.target(h));
+                let dying = [h / 3, m.opposite(h) / 3];
+                let around = || m.outgoing(a).chain(m.outgoing(b));
+                for e in around().filter(|e| !dying.contains(&(e / 3))) {
+                    let (x, y) = (m.target(e), m.apex(e));
+                    add(e / 3, [b, x, y], [p, self.point(x), self.point(y)]);
+                }
+                around().map(|e| e / 3).collect()
+            }
+        };
+        let now = gone.iter().map(|t| shape(*t, m.corner_points(*t))).fold(f64::INFINITY, f64::min);
+        Some(Outcome { new, gone, worst: [now, then] })
+    }
+
+    fn take(&mut self, step: Step, outcome: &Outcome, guard: &mut Guard, zone: &mut [bool]) -> bool {
+        let taken = match step {
+            Step::Flip(h) => self.work.mesh.flip(h),
+            Step::Move(v, p) => {
+                self.work.mesh.set_point(v, p);
+                true
+            }
+            Step::Collapse(h, p) => {
+                let to = self.work.mesh.target(h);
+                let collapsed = self.work.mesh.collapse(h, p);
+                if collapsed {
+                    self.mark_around(to);
+                }
+                collapsed
+            }
+        };
+        if taken {
+            let left: Vec<u32> = outcome.gone.iter().copied().filter(|t| self.work.mesh.is_triangle(*t)).collect();
+            left.iter().for_each(|t| zone[*t as usize] = true);
+            guard.note(&left);
+        }
+        taken
+    }
+}
