@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 use rvachev::Run;
+use rvachev::implicit::part::parse;
 use rvachev::implicit::{Placement, Solid};
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, Part, SizeRequest, mesh_part};
@@ -121,4 +122,23 @@ fn solids_that_touch_along_edges_and_in_points_are_sound() {
         assert!(f.recall > 0.99 && f.corners_found == f.corners_true, "{f:?}");
         assert!(f.node_residual_max < 1e-7, "{f:?}");
     }
+}
+
+#[test]
+fn the_crest_of_a_formula_in_a_cylinder_is_as_near_as_any_surface() {
+    // The formula's crest and the cylinder have one surface from z = 2 to 3, by functions that are no multiples of each other.
+    let text = "
+crest = solid(hypot(x, y) <= min(5, 3 + abs(z))).name(\"crest\") & box(lo=(-6, -6, -8), hi=(6, 6, 3)).name(\"end\")
+part(crest | cylinder(5, height=6, at=(0, 0, 5)).name(\"shank\"))
+mesh(size=0.5)
+";
+    let made = mesh_part(&parse(text, &[]).unwrap(), &MeshOptions::default(), &Run::new()).unwrap();
+    assert_eq!((made.report.shortfalls, made.report.attempts.len()), (Vec::new(), 1));
+    let c = made.report.check.unwrap();
+    let (d, f) = (c.deviation.unwrap(), c.features.unwrap());
+    assert!(d.max < 0.02 && d.from_surface.unwrap() < 0.02 && d.inverted + d.unprojected == 0, "{d:?}");
+    assert!(f.recall == 1.0 && f.precision == 1.0 && c.euler == 2, "{f:?}");
+    // Two cylinders of height 6, and two frustums between them.
+    let volume = 2.0 * (6.0 * 25.0 * PI + PI / 3.0 * 2.0 * (25.0 + 15.0 + 9.0));
+    assert!((c.volume.unwrap() / volume - 1.0).abs() < 0.002, "{volume} {:?}", c.volume);
 }

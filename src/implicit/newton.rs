@@ -214,6 +214,29 @@ pub(crate) fn bounds_solid(tape: &Tape, leaves: &[Leaf], leaf: u32, q: DVec3) ->
     (plus != minus).then_some(plus)
 }
 
+/// Surfaces this near to each other, as a share of the scale, are one to rounding,
+const ONE: f64 = 1e-9;
+/// where their normals make an angle of at most so much: a cosine.
+const PARALLEL: f64 = 1.0 - 1e-9;
+
+/// [`bounds_solid`] where surfaces of other leaves lie in this one's, as the crest of a thread may in its shank: all of them change sides
+/// at once. `None` where there is no other.
+pub(crate) fn bounds_together(tape: &Tape, leaves: &[Leaf], leaf: u32, q: DVec3, scale: f64) -> Option<bool> {
+    let n = leaves[leaf as usize].slope(q).try_normalize()?;
+    let alike = |other: u32| {
+        let one = &leaves[other as usize];
+        let along = if one.vanishes(q, ONE * scale) { n.dot(one.slope(q).normalize_or_zero()) } else { 0.0 };
+        (along.abs() >= PARALLEL).then_some((other, if along > 0.0 { 0b10 } else { 0b01 }))
+    };
+    let together: Vec<(u32, u8)> = leaves_of(tape).into_iter().filter_map(alike).collect();
+    if together.len() < 2 {
+        return None;
+    }
+    let inside = tape.inside_with(leaves, q, &together);
+    let [minus, plus] = [0, 1].map(|side| inside >> side & 1 == 1);
+    (plus != minus).then_some(plus)
+}
+
 /// Whether the boundary has an edge at a point of leaves `i` and `j`: the orientations of both, as in [`bounds_solid`].
 pub(crate) fn bounds_edge(tape: &Tape, leaves: &[Leaf], i: u32, j: u32, q: DVec3) -> Option<(bool, bool)> {
     let inside = tape.inside_with(leaves, q, &[(i, 0b1100), (j, 0b1010)]);

@@ -6,7 +6,7 @@ use super::apex::apexes;
 use super::extract::Extracted;
 use super::leaf::Leaf;
 use super::model::Implicit;
-use super::newton::{Meeting, bounds_solid, leaves_of, nearest};
+use super::newton::{Meeting, bounds_solid, bounds_together, leaves_of, nearest};
 use super::octree::Bricks;
 use super::tape::{Active, Op, Tape};
 use crate::error::Result;
@@ -202,7 +202,8 @@ impl<'t> Look<'t> {
         let mut inside = None;
         let valid = match which {
             [i] => {
-                inside = bounds_solid(tape, leaves, *i, q);
+                inside =
+                    bounds_solid(tape, leaves, *i, q).or_else(|| bounds_together(tape, leaves, *i, q, oracle.scale));
                 inside.is_some()
             }
             [i, j] => oracle.meeting_by(tape).edge(*i, *j, q).is_some(),
