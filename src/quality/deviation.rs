@@ -52,6 +52,17 @@ pub struct Deviation {
     pub across: usize,
 }
 
+/// How some triangles face, beside the surface nearest to them.
+#[derive(Default)]
+struct Facing {
+    /// Area times the squared sine of the angle between the normals.
+    turn: f64,
+    /// Those that are turned over, and those that are across from their side.
+    turned: [usize; 2],
+    /// The largest distance of all, and of those that are turned over.
+    far: [f64; 2],
+}
+
 /// Van der Corput's sequence in base `b`: the `i`-th of evenly spread numbers in 0..1.
 fn radical_inverse(mut i: usize, b: usize) -> f64 {
     let (mut r, mut f) = (0.0, 1.0 / b as f64);
@@ -117,43 +128,43 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     let hits: Vec<f64> = sampled.iter().flatten().copied().collect();
     let square: f64 = hits.iter().map(|d| d * d).sum();
     run.progress("normals", 0.0);
-    let normals: Result<Vec<(f64, [usize; 2], [f64; 2])>> = run.install(|| {
+    let normals: Result<Vec<Facing>> = run.install(|| {
         (0..areas.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
-                let (mut sum, mut turned, mut far) = (0.0, [0; 2], [0.0f64; 2]);
+                let mut all = Facing::default();
                 for t in c * CHUNK..((c + 1) * CHUNK).min(areas.len()) {
                     let p = mesh.centroid(t);
                     if areas[t] > 0.0
                         && let Some(foot) = oracle.project(p, reach)
                     {
                         let away = foot.point.distance(p);
-                        far[0] = far[0].max(away);
+                        all.far[0] = all.far[0].max(away);
                         let dot = mesh.normal(t).dot(foot.normal);
-                        sum += areas[t] * (1.0 - dot * dot).max(0.0);
+                        all.turn += areas[t] * (1.0 - dot * dot).max(0.0);
                         if dot <= 0.0 {
                             let side = usize::from(faces_a_side(mesh, t, oracle, [near, reach]));
-                            turned[side] += 1;
-                            far[1] = if side == 0 { far[1].max(away) } else { far[1] };
+                            all.turned[side] += 1;
+                            all.far[1] = if side == 0 { all.far[1].max(away) } else { all.far[1] };
                         }
                     }
                 }
-                Ok((sum, turned, far))
+                Ok(all)
             })
             .collect()
     });
     let normals = normals?;
-    let at_centroids = normals.iter().map(|n| n.2[0]);
+    let at_centroids = normals.iter().map(|n| n.far[0]);
     Ok(Deviation {
         from_surface: from_surface(mesh, points, run)?,
         max: hits.iter().chain(at_nodes.iter().flatten()).copied().chain(at_centroids).fold(0.0, f64::max),
         rms: if hits.is_empty() { 0.0 } else { (square / hits.len() as f64).sqrt() },
-        normal: normals.iter().map(|n| n.0).sum::<f64>() / total,
+        normal: normals.iter().map(|n| n.turn).sum::<f64>() / total,
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
-        inverted: normals.iter().map(|n| n.1[0]).sum(),
-        inverted_distance: normals.iter().map(|n| n.2[1]).fold(0.0, f64::max),
-        across: normals.iter().map(|n| n.1[1]).sum(),
+        inverted: normals.iter().map(|n| n.turned[0]).sum(),
+        inverted_distance: normals.iter().map(|n| n.far[1]).fold(0.0, f64::max),
+        across: normals.iter().map(|n| n.turned[1]).sum(),
     })
 }
 
