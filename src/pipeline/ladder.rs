@@ -10,10 +10,10 @@ use super::report::Report;
 use crate::error::Result;
 use crate::run::Run;
 
-/// All attempts together make at most so many times the triangles of the first one: what a part costs follows from its mesh. Of the parts
-/// and random trees that come out none takes more than 3.2 (a tree of 50 leaves with fillets).
+/// All attempts together make at most so many times the triangles of the largest one: what a part costs follows from its mesh. Of the parts
+/// and random trees that come out none takes more than 3.2 times those of the first one (a tree of 50 leaves with fillets).
 const MOST_MESHES: usize = 8;
-/// Attempts at coarser meshes cost little: the bound is never below that many triangles for the first one.
+/// Attempts at coarser meshes cost little: the bound is never below that many triangles for the largest one.
 const CHEAP: usize = 20_000;
 
 /// What an attempt changed after the one before it.
@@ -122,14 +122,16 @@ pub(super) struct Attempts {
     change: Change,
     because: &'static str,
     budget: Budget,
-    /// Whether the budget is known: it follows from the first attempt.
-    is_bounded: bool,
+    /// The triangles of the largest attempt, from which the budget follows,
+    largest: usize,
+    /// and those that were made for operands.
+    others: usize,
 }
 
 impl Attempts {
     pub(super) fn new(timed: bool) -> Self {
         let (list, change) = (Vec::new(), Change::First);
-        Self { list, clock: Clock::new(timed), change, because: "", budget: Budget::default(), is_bounded: false }
+        Self { list, clock: Clock::new(timed), change, because: "", budget: Budget::default(), largest: 0, others: 0 }
     }
 
     /// Says what the next attempt is made for.
@@ -143,10 +145,8 @@ impl Attempts {
         let attempt = Attempt { change: self.change, because: self.because, seconds, ..attempt };
         run.note("attempt", || attempt.ended());
         self.budget.spent += attempt.triangles;
-        if !self.is_bounded {
-            self.budget.most += MOST_MESHES * attempt.triangles.max(CHEAP);
-            self.is_bounded = true;
-        }
+        self.largest = self.largest.max(attempt.triangles).max(CHEAP);
+        self.budget.most = self.others + MOST_MESHES * self.largest;
         self.list.push(attempt);
         self.list.len() - 1
     }
@@ -155,7 +155,8 @@ impl Attempts {
     pub(super) fn append(&mut self, other: Attempts) {
         self.list.extend(other.list.into_iter().map(|a| a.lacking("an operand")));
         self.budget.spent += other.budget.spent;
-        self.budget.most += other.budget.spent;
+        self.others += other.budget.spent;
+        self.budget.most = self.others + MOST_MESHES * self.largest;
     }
 
     /// Whether the budget allows another attempt.
@@ -257,13 +258,13 @@ mod tests {
 
     #[test]
     fn no_attempt_is_made_after_the_budget_is_spent() {
-        // Each has twice the triangles of the one before it: 1 + 2 + 4 + 8 are more than eight.
-        let growing: Vec<[usize; 2]> = (0..9).map(|k| [9 - k, CHEAP << k]).collect();
-        let (best, attempts) = tried(&growing);
-        assert_eq!((best, attempts.len(), attempts.budget.ended), (Some([6, 8 * CHEAP]), 4, true));
+        // One more each time than the largest, which is the last: nine make more than eight times its triangles.
+        let alike: Vec<[usize; 2]> = (0..12).map(|k| [12 - k, CHEAP + k]).collect();
+        let (best, attempts) = tried(&alike);
+        assert_eq!((best, attempts.len(), attempts.budget.ended), (Some([4, CHEAP + 8]), 9, true));
         let mut report = Report::of("leaf", 1.0, None);
-        attempts.tell(&[3], &mut report);
-        assert_eq!(report.attempts.iter().map(|a| a.kept).collect::<Vec<_>>(), [false, false, false, true]);
+        attempts.tell(&[8], &mut report);
+        assert_eq!(report.attempts.iter().position(|a| a.kept), Some(8));
         assert_eq!(report.warnings.len(), 1);
     }
 }
