@@ -405,7 +405,9 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         let again = !last.start.kept.is_empty();
         let now = if again { last } else { best };
         let stuck = again && self.crossing == Some(now.faults());
-        if now.faults() == 0 || !now.can_be_healed() || self.times_kept == KEPT || stuck {
+        // Where all is proved it is chords that cross, of walls thinner than these are high: shorter edges part them.
+        let is_proved = now.scout.proof.as_ref().is_some_and(|p| p.unproved == 0);
+        if now.faults() == 0 || !now.can_be_healed() || self.times_kept == KEPT || stuck || is_proved {
             return None;
         }
         self.crossing = again.then(|| now.faults());
