@@ -475,3 +475,50 @@ fn bounds_hold_the_solid_where_an_outer_cell_proves_empty() {
         assert!(!model.inside(p) || (b.lo.cmple(p).all() && p.cmple(b.hi).all()), "{p} {b:?}");
     }
 }
+
+#[test]
+fn close_points_have_the_feet_that_all_leaves_give() {
+    let r = generic_rotation();
+    for solid in [
+        cube_with_holes(),
+        cube_with_holes().placed(r),
+        Solid::blend(cube(1.0), Solid::sphere(0.9, v(0.9, 0.3, 0.1)), 0.2),
+    ] {
+        let model = Implicit::new(&solid, RSystem::R0, None).unwrap();
+        let mesh = mesh(&solid, 0.1);
+        let oracle = ImplicitOracle::with_cells(&model, 0.1, &Run::new()).unwrap();
+        let close = CloseOracle::new(&oracle, &mesh, &Run::new()).unwrap();
+        let (mut answered, mut lost) = (0, 0);
+        for t in 0..mesh.triangles.len() {
+            // On both sides of the surface, within the reach of the tapes and beyond it.
+            for away in [0.0, 1e-3, -0.01, 0.07, -0.07] {
+                let p = mesh.centroid(t) + away * mesh.normal(t);
+                let [a, b] = [oracle.project(p, 0.5), close.project(p, 0.5)].map(|f| f.map(|f| f.point.distance(p)));
+                let Some(b) = b else {
+                    assert_eq!(a, None, "{p}");
+                    lost += 1;
+                    continue;
+                };
+                // Where all leaves give none the nearest may still be found among few.
+                let Some(a) = a else { continue };
+                answered += 1;
+                assert!(b <= a + 1e-9 && b >= a - 1e-3 * a.max(1e-6), "{p}: {a} and {b}");
+            }
+        }
+        assert!(answered > 4 * mesh.triangles.len() && lost * 100 < answered, "{answered} {lost}");
+    }
+}
+
+#[test]
+fn sheets_and_slits_of_rounding_are_no_surface() {
+    let at = |x: f64| lost::SurfacePoint { at: v(x, 0.1, 0.2), face: 0 };
+    let slab = |lo: f64, hi: f64| Solid::cuboid(v(lo, -1.0, -1.0), v(hi, 1.0, 1.0));
+    // A slit in a block, and a sheet beside it; the diagonal is about 4.
+    for (thickness, is_none) in [(1e-9, true), (1e-4, false)] {
+        let solid = (slab(-1.0, 1.0) - slab(0.0, thickness)) | slab(1.5, 1.5 + thickness);
+        let model = Implicit::new(&solid, RSystem::R0, None).unwrap();
+        for (x, expected) in [(0.0, is_none), (1.5, is_none), (1.0, false), (-1.0, false)] {
+            assert_eq!(at(x).is_in_passing(&model), expected, "{x} of {thickness}");
+        }
+    }
+}

@@ -112,7 +112,7 @@ pub struct Patchwork {
     pub lines_from: u32,
     /// Patches that stay as they are: ascending labels.
     pub frozen: Vec<u32>,
-    /// For each patch the one of its frozen triangles, or `u32::MAX`.
+    /// The patches these are given back to; empty where they never are.
     pub thawed: Vec<u32>,
     /// Whether what is frozen is put right at last, as far as that makes no triangles cross.
     pub thaws: bool,

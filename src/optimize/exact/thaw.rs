@@ -17,7 +17,7 @@ const PASSES: usize = 10;
 /// Shares of the way to the middle of its neighbors that a node is moved by.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 
-/// What is farther from its place than this, relative to its coordinates, is not on its surface.
+/// What is farther from its place than this share of the mesh is not on its surface.
 const ROUNDING: f64 = 1e-9;
 
 /// A node that is not on its surfaces, as triangles would cross if it were.
@@ -110,10 +110,14 @@ impl Remesher<'_> {
         nodes.sort_unstable();
         nodes.dedup();
         nodes.iter().for_each(|v| self.mark_around(*v));
+        let rounding = ROUNDING * Aabb::around(self.work.mesh.nodes().map(|v| self.point(v))).diagonal();
         let mut guard = Guard::new(&self.work.mesh);
         for _ in 0..PASSES {
             self.run.check()?;
-            let mut steps = self.return_nodes(&nodes, &mut guard, &mut zone);
+            let mut steps = 0;
+            for (v, q, _) in self.off(&nodes, rounding) {
+                steps += usize::from(self.returns(v, q, &mut guard, &mut zone));
+            }
             let m = &self.work.mesh;
             let shape = |t: u32| self.work.shape_at(self.surface, m.label(t), m.corner_points(t));
             let mut poor: Vec<(f64, u32)> =
@@ -127,11 +131,17 @@ impl Remesher<'_> {
             }
             guard = Guard::new(&self.work.mesh);
         }
-        let far = |v: &u32| {
-            let (at, place) = (self.point(*v), self.place(*v)?);
-            Some(Off { at, distance: at.distance(place) }).filter(|o| o.distance > ROUNDING * at.length().max(1.0))
+        let told = |(v, _, distance): (u32, DVec3, f64)| Off { at: self.point(v), distance };
+        Ok(self.off(&nodes, rounding).into_iter().map(told).collect())
+    }
+
+    /// Nodes that are not where their pieces meet, with that place and how far it is.
+    fn off(&self, nodes: &[u32], rounding: f64) -> Vec<(u32, DVec3, f64)> {
+        let of = |v: &u32| {
+            let q = self.place(*v)?;
+            Some((*v, q, q.distance(self.point(*v)))).filter(|o| o.2 > rounding)
         };
-        Ok(nodes.iter().filter(|v| self.work.mesh.is_node(**v)).filter_map(far).collect())
+        nodes.iter().filter(|v| self.work.mesh.is_node(**v)).filter_map(of).collect()
     }
 
     /// Where a node's pieces meet near it.
@@ -143,24 +153,12 @@ impl Remesher<'_> {
         }
     }
 
-    /// Puts nodes back on their surfaces; how many.
-    fn return_nodes(&mut self, nodes: &[u32], guard: &mut Guard, zone: &mut [bool]) -> usize {
-        let mut count = 0;
-        for &v in nodes {
-            if !self.work.mesh.is_node(v) || self.work.mesh.is_pinned(v) {
-                continue;
-            }
-            let p = self.point(v);
-            let away = |q: &DVec3| q.distance(p) > ROUNDING * p.length().max(1.0);
-            let Some(q) = self.place(v).filter(away) else { continue };
-            let step = Step::Move(v, q);
-            let fine =
-                |o: &Outcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
-            if let Some(o) = self.outcome(step).filter(fine) {
-                count += usize::from(self.take(step, &o, guard, zone));
-            }
-        }
-        count
+    /// Puts a node back on its surfaces; whether that could be.
+    fn returns(&mut self, v: u32, q: DVec3, guard: &mut Guard, zone: &mut [bool]) -> bool {
+        let step = Step::Move(v, q);
+        let fine = |o: &Outcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
+        let outcome = if self.work.mesh.is_pinned(v) { None } else { self.outcome(step).filter(fine) };
+        outcome.is_some_and(|o| self.take(step, &o, guard, zone))
     }
 
     /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
