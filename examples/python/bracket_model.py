@@ -19,6 +19,7 @@ class Model:
     tets: np.ndarray  # int64 (m, 4)
     clamped: np.ndarray  # int64 (k,): points that do not move
     forces: np.ndarray  # float64 (n, 3): what pulls at each point
+    filled: rv.Filled  # the same tetrahedra, with the names of the surface
     young: float = 210_000.0
     poisson: float = 0.3
 
@@ -35,7 +36,8 @@ def nodal_forces(filled, name, total):
 def bracket(size=3.0, by="gmsh"):
     """The bracket with 1000 N on its pin, pulling down and a little aside."""
     filled = rv.mesh(PART, size=size).fill(by)
-    return Model(filled.points, filled.tets, filled.nodes("clamped"), nodal_forces(filled, "loaded", (0, 300, -1000)))
+    forces = nodal_forces(filled, "loaded", (0, 300, -1000))
+    return Model(filled.points, filled.tets, filled.nodes("clamped"), forces, filled)
 
 
 def tell(code, model, u):

@@ -1,0 +1,42 @@
+"""Capacitance of a conductor in bempp-cl: its single layer operator on our surface mesh. `pip install bempp-cl`, then run it.
+
+Charge is constant on each triangle, the potential of the conductor is one. In units of 4 pi epsilon times the part's unit: a ball has
+its radius, the unit cube 0.66067815.
+"""
+
+import bempp_cl.api as bem
+import numpy as np
+from capacitance import limit
+
+import rvachev as rv
+
+
+def capacitance(mesh):
+    """In units of 4 pi epsilon times the mesh's unit."""
+    # bempp-cl takes arrays by columns. Labels of faces are its domains, counted from 1 as 0 stands for none.
+    grid = bem.Grid(np.array(mesh.points.T), np.array(mesh.triangles.T, dtype=np.uint32), mesh.labels.astype(np.uint32) + 1)
+    space = bem.function_space(grid, "DP", 0)
+    # numba's kernels: OpenCL is a package and a driver of its own.
+    operator = bem.operators.boundary.laplace.single_layer(space, space, space, device_interface="numba")
+    one = np.array(bem.GridFunction(space, coefficients=np.ones(space.global_dof_count)).projections(space))
+    density = np.linalg.solve(operator.weak_form().to_dense(), one)
+    return density @ one / (4 * np.pi)
+
+
+def series(solid, sizes):
+    """Numbers of triangles and capacitances for edges of several lengths: (n, 2)."""
+    found = []
+    for size in sizes:
+        mesh = rv.mesh(solid, size=size)
+        found.append((len(mesh.triangles), capacitance(mesh)))
+        print(f"  edges {size:g}: {found[-1][0]} triangles, {found[-1][1]:.6f}")
+    return np.array(found)
+
+
+if __name__ == "__main__":
+    for name, solid, sizes, order, truth in [
+        ("unit cube", rv.box(size=(1, 1, 1)), (0.25, 0.125, 0.0625), 4 / 3, 0.66067815),
+        ("unit ball", rv.sphere(1), (0.4, 0.2), 2, 1.0),
+    ]:
+        print(name)
+        print(f"  carried on: {limit(series(solid, sizes), order):.6f}, true {truth}")
