@@ -11,10 +11,15 @@ from capacitance import limit
 import rvachev as rv
 
 
+def grid_of(mesh):
+    """A bempp_cl.api.Grid. Domain i + 1 is the face of `mesh.face_names[i]`: `function_space(..., segments=[i + 1])` is that face's."""
+    # By columns, and contiguous, as its kernels want them.
+    return bem.Grid(mesh.points.T.copy(), mesh.triangles.T.astype(np.uint32, order="C"), mesh.labels + 1)
+
+
 def capacitance(mesh):
     """In units of 4 pi epsilon times the mesh's unit."""
-    # bempp-cl takes arrays by columns. Labels of faces are its domains, counted from 1 as 0 stands for none.
-    grid = bem.Grid(np.array(mesh.points.T), np.array(mesh.triangles.T, dtype=np.uint32), mesh.labels.astype(np.uint32) + 1)
+    grid = grid_of(mesh)
     space = bem.function_space(grid, "DP", 0)
     # numba's kernels: OpenCL is a package and a driver of its own.
     operator = bem.operators.boundary.laplace.single_layer(space, space, space, device_interface="numba")
