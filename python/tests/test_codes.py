@@ -24,11 +24,16 @@ def examples(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def filled():
+def surface():
     """A plate of 2 by 2 by 1 with a bore of radius a half along z."""
     part = rv.Part(rv.box(size=(2, 2, 1)).name("plate") - rv.cylinder(0.5).name("bore"))
     part.group("ends", "plate.z*")
-    return part.mesh(size=0.2).fill("gmsh")
+    return part.mesh(size=0.2)
+
+
+@pytest.fixture(scope="module")
+def filled(surface):
+    return surface.fill("gmsh")
 
 
 def area(filled, face):
@@ -41,6 +46,7 @@ AREAS = {
     **{f"plate.{side}": 2.0 for side in ("xmin", "xmax", "ymin", "ymax")},
     **dict.fromkeys(("plate.zmin", "plate.zmax"), 4 - math.pi / 4),
     "bore": math.pi,
+    "ends": 8 - math.pi / 2,
 }
 
 
@@ -71,9 +77,8 @@ def test_bempp_takes_faces_for_domains(examples):
     for i, face in enumerate(cube.face_names):
         space = bem.function_space(grid, "DP", 0, segments=[i + 1])
         assert space.global_dof_count == len(cube.faces[face])
-        one = bem.GridFunction(space, coefficients=np.ones(space.global_dof_count))
         # A side of the cube, and its normal points out of it.
-        assert one.integrate()[0] == pytest.approx(1, rel=1e-12)
+        assert grid.volumes[grid.domain_indices == i + 1].sum() == pytest.approx(1, rel=1e-12)
         axis, sign = "xyz".index(face[-4]), 1 if face.endswith("max") else -1
         assert grid.normals[cube.faces[face], axis] == pytest.approx(sign, abs=1e-12)
 
@@ -105,22 +110,55 @@ def test_ngsolve_solves_poisson_between_faces_by_name(examples, filled):
     assert math.sqrt(ng.Integrate((found - truth) ** 2, mesh)) < 1e-9
 
 
-def test_mfem_reads_boundary_attributes_by_name(filled, tmp_path):
+def measured_by_mfem(mesh, attribute, on_boundary):
+    """Length or area of what has an attribute: the sum of a linear form of one."""
+    import mfem.ser as mfem
+
+    # Named, as a space does not keep what it is made of.
+    elements = mfem.H1_FECollection(1, 3)
+    space = mfem.FiniteElementSpace(mesh, elements)
+    one = mfem.ConstantCoefficient(1.0)
+    form = mfem.LinearForm(space)
+    most = (mesh.bdr_attributes if on_boundary else mesh.attributes).Max()
+    marker = mfem.intArray([int(k + 1 == attribute) for k in range(most)])
+    if on_boundary:
+        form.AddBoundaryIntegrator(mfem.BoundaryLFIntegrator(one), marker)
+    else:
+        form.AddDomainIntegrator(mfem.DomainLFIntegrator(one), marker)
+    form.Assemble()
+    return form.Sum()
+
+
+def test_mfem_reads_the_filled_mesh_with_boundary_attributes_by_name(filled, tmp_path):
     import mfem.ser as mfem
 
     filled.write(tmp_path / "plate.msh")
     mesh = mfem.Mesh(str(tmp_path / "plate.msh"))
     assert (mesh.GetNE(), mesh.GetNBE(), mesh.GetNV()) == (len(filled.tets), len(filled.triangles), len(filled.points))
+    assert set(mesh.bdr_attribute_sets.GetAttributeSetNames()) == set(filled.face_names)
     found = np.array([mesh.GetBdrAttribute(i) for i in range(mesh.GetNBE())])
-    space = mfem.FiniteElementSpace(mesh, mfem.H1_FECollection(1, 3))
-    one = mfem.ConstantCoefficient(1.0)
-    for face, truth in AREAS.items():
+    for face in filled.face_names:
         (attribute,) = mesh.bdr_attribute_sets.GetAttributeSet(face).ToList()
         assert np.array_equal(np.flatnonzero(found == attribute), filled.faces[face])
-        marker = mfem.intArray([int(k + 1 == attribute) for k in range(mesh.bdr_attributes.Max())])
-        form = mfem.LinearForm(space)
-        form.AddBoundaryIntegrator(mfem.BoundaryLFIntegrator(one), marker)
-        form.Assemble()
-        assert form.Sum() == pytest.approx(area(filled, face), rel=1e-12) and form.Sum() == pytest.approx(truth, rel=1e-2)
-    assert mesh.attribute_sets.GetAttributeSet("solid").Size() == 1
+        theirs = measured_by_mfem(mesh, attribute, True)
+        assert theirs == pytest.approx(area(filled, face), rel=1e-12) and theirs == pytest.approx(AREAS[face], rel=1e-2)
+    assert set(mesh.attribute_sets.GetAttributeSetNames()) == {"solid"}
     assert sum(mesh.GetElementVolume(i) for i in range(mesh.GetNE())) == pytest.approx(filled.volumes.sum(), rel=1e-12)
+
+
+def test_mfem_reads_the_surface_with_faces_and_edges_by_name(surface, tmp_path):
+    import mfem.ser as mfem
+
+    surface.write(tmp_path / "plate.msh", groups="user", msh_version="2.2")
+    mesh = mfem.Mesh(str(tmp_path / "plate.msh"))
+    assert (mesh.Dimension(), mesh.SpaceDimension(), mesh.GetNE()) == (2, 3, len(surface.triangles))
+    assert mesh.GetNBE() == len(surface.feature_edges)
+    faces = {"ends", "bore", "plate.xmin", "plate.xmax", "plate.ymin", "plate.ymax"}
+    assert set(mesh.attribute_sets.GetAttributeSetNames()) == faces
+    for face in faces:
+        (attribute,) = mesh.attribute_sets.GetAttributeSet(face).ToList()
+        assert measured_by_mfem(mesh, attribute, False) == pytest.approx(AREAS[face], rel=1e-2)
+    # Curves lie between faces, and are called after both.
+    for curve, truth in [("plate.zmax|bore", math.pi), ("plate.xmax|plate.ymin", 1), ("plate.xmin|plate.zmax", 2)]:
+        (attribute,) = mesh.bdr_attribute_sets.GetAttributeSet(curve).ToList()
+        assert measured_by_mfem(mesh, attribute, True) == pytest.approx(truth, rel=1e-2)
