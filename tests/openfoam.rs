@@ -3,15 +3,12 @@
 //!
 //! Needs OpenFOAM (Debian: `apt install --no-install-recommends openfoam`). Where it is missing the test fails, saying so.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::done;
 use rvachev::DVec3;
 
 /// A case's mesh: its points, and the faces of each patch, which look out of the cells.
@@ -101,9 +98,9 @@ fn patches_of_a_wind_tunnel_are_the_faces_of_the_part() {
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/openfoam/run.sh");
-    let out = done(Command::new("bash").arg(script).arg(env!("CARGO_BIN_EXE_rvachev")).arg(&folder));
-    let said = String::from_utf8_lossy(&out.unwrap_or_else(|why| panic!("{why}")).stdout).into_owned();
-    assert!(said.contains("Mesh OK"), "{said}");
+    let out = Command::new("bash").arg(script).arg(env!("CARGO_BIN_EXE_rvachev")).arg(&folder).output().unwrap();
+    let said = String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned();
+    assert!(out.status.success() && said.contains("Mesh OK"), "{said}");
 
     let case = Case::read(&folder);
     let sides = ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"].map(|side| format!("part_block.{side}"));

@@ -4,7 +4,6 @@ The bracket, which four codes compute, is in test_fill.py; what users read is in
 """
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
