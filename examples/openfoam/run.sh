@@ -3,14 +3,14 @@
 #
 #     examples/openfoam/run.sh [RVACHEV [FOLDER]]
 #
-# RVACHEV is the program; the case is made in FOLDER, ./wind if not said. Needs OpenFOAM 1912 or newer of openfoam.com's line (Debian:
-# openfoam). Patches are part_bore and so on: the name of the surface in snappyHexMeshDict, and that of the face.
+# RVACHEV is the program; the case is made in FOLDER, ./wind if not said. Needs OpenFOAM, tested with 1912 (Debian: apt install
+# --no-install-recommends openfoam). Patches are part_bore and so on: the name of the surface in snappyHexMeshDict, and that of the face.
 set -euo pipefail
 rvachev=${1:-rvachev}
 case=${2:-wind}
 here=$(cd "$(dirname "$0")" && pwd)
 for need in blockMesh snappyHexMesh checkMesh; do
-    command -v "$need" >/dev/null || { echo "there is no $need: install OpenFOAM (Debian: apt install openfoam)" >&2; exit 1; }
+    command -v "$need" >/dev/null || { echo "there is no $need: install OpenFOAM (Debian: apt install --no-install-recommends openfoam)" >&2; exit 1; }
 done
 # Debian's programs look for their settings here, and are told so by nobody.
 if [ -z "${WM_PROJECT_DIR:-}" ] && [ -d /usr/share/openfoam/etc ]; then

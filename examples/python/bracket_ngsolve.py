@@ -1,4 +1,4 @@
-"""The bracket in NGSolve: the same tetrahedra, boundary conditions by name, elements of any order. `pip install ngsolve gmsh`, then run it."""
+"""The bracket in NGSolve: tetrahedra with boundary conditions by name, of any order. `pip install ngsolve gmsh`, then run it."""
 
 import ngsolve as ng
 import numpy as np
