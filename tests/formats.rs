@@ -1,8 +1,8 @@
-//! Our files, read by gmsh, meshio and trimesh: every triangle comes, once, under the name it should have.
+//! Our files, read by other programs: every triangle comes, once, under the name it should have.
 //!
 //! The first use makes a virtual environment below `target/formats-env` from `tests/formats/requirements.txt`; that needs
-//! Python 3.10 or newer with `venv`, the package index, and what gmsh is linked against (Debian: libglu1-mesa libxrender1
-//! libxcursor1 libxft2 libxinerama1).
+//! Python 3.10 or newer with `venv`, the package index, what gmsh is linked against (Debian: libglu1-mesa libxrender1
+//! libxcursor1 libxft2 libxinerama1), CalculiX (calculix-ccx) and OpenFOAM (openfoam). What is missing fails, saying so.
 
 mod common;
 
@@ -102,13 +102,18 @@ fn each_triangle_is_in_one_physical_group() {
 fn faces_in_two_groups_are_a_part_of_their_own() {
     let dir = TempDir::new().unwrap();
     let source = cube() + "group(\"held\", faces(\"body.x*\"))\n";
-    let names = mesh(&dir, &source, &["-o", "a.msh"]);
+    let names = mesh(&dir, &source, &["-o", "a.msh", "-o", "a.med"]);
     let user = parts(&names);
     assert!(user.contains_key("clamped+held") && user.contains_key("loaded+held"), "{user:?}");
     assert!(!user.contains_key("clamped") && !user.contains_key("held"), "{user:?}");
     let held = names["groups"].as_array().unwrap().iter().find(|g| g["name"] == "held").unwrap();
     assert_eq!(held["parts"], serde_json::json!(["clamped+held", "loaded+held"]));
     assert_eq!(ask("gmsh", &dir, "a.msh")["most"], 1);
+    // Groups of MED overlap: both have what they share.
+    let med = surfaces(&ask("gmsh", &dir, "a.med"));
+    assert_eq!(med["held"], user["clamped+held"] + user["loaded+held"]);
+    assert_eq!((med["clamped"], med["loaded"]), (user["clamped+held"], user["loaded+held"]));
+    assert_eq!(med.len(), 4 + 4, "{med:?}");
 
     let faces = parts(&mesh(&dir, &source, &["-o", "a.msh", "--groups", "faces"]));
     assert_eq!(faces.len(), 8);
@@ -175,9 +180,7 @@ fn a_script_that_cannot_fill_all_falls_short() {
     }
 }
 
-/// Needs `ccx` (Debian: calculix-ccx).
 #[test]
-#[ignore = "needs CalculiX"]
 fn calculix_computes_on_the_sets() {
     let dir = TempDir::new().unwrap();
     let names = mesh(&dir, &cube(), &["-o", "a.inp"]);
@@ -371,9 +374,7 @@ fn prisms_are_read_with_their_volumes_and_names() {
     }
 }
 
-/// Needs `ccx` (Debian: calculix-ccx).
 #[test]
-#[ignore = "needs CalculiX"]
 fn calculix_presses_on_prisms_by_name() {
     let dir = TempDir::new().unwrap();
     let prisms = swept_plate();
@@ -437,12 +438,13 @@ enum Kept {
 }
 
 /// Rows of the table: what the format is called, the file, what it keeps.
-const FORMATS: [(&str, &str, Kept); 18] = [
+const FORMATS: [(&str, &str, Kept); 19] = [
     ("`.msh` 4.1", "a.msh", Kept::FacesAndGroups),
     ("`.msh` 2.2", "old.msh", Kept::Faces),
     ("`.geo`", "a.geo", Kept::FacesAndGroups),
     ("`.inp`", "a.inp", Kept::FacesAndGroups),
     ("`.bdf`", "a.bdf", Kept::FacesAndGroups),
+    ("`.med`", "a.med", Kept::FacesAndGroups),
     ("`.mesh`", "a.mesh", Kept::Faces),
     ("`.su2`", "a.su2", Kept::Faces),
     ("`.emesh`", "a.emesh", Kept::Nothing),
@@ -568,7 +570,8 @@ fn the_table_of_readers_is_true() {
     }
 
     let document = fs::read_to_string(here("docs/formats.md")).unwrap();
-    let told = document.split_once("<!-- readers -->\n").and_then(|(_, rest)| rest.split_once("<!-- end of readers -->"));
+    let told =
+        document.split_once("<!-- readers -->\n").and_then(|(_, rest)| rest.split_once("<!-- end of readers -->"));
     let told = told.expect("docs/formats.md has two markers around its table of readers").0;
     if told != table {
         let fresh = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("readers.md");

@@ -124,7 +124,7 @@ impl Content {
         // The library of MED 4 is built on HDF5 1.10, which reads files of 1.8.
         file.with_libver_bounds(LibVer::V18, LibVer::V18);
         let mut version = file.create_group("INFOS_GENERALES");
-        // Salome 8.3 reads no file of a version later than 3.0; newer ones read them all.
+        // Versions of Salome before 9 refuse later ones; the library of MED 4.1 reads this one.
         for (key, value) in [("MAJ", 3), ("MIN", 0), ("REL", 0)] {
             version.set_attr(key, whole(value));
         }
@@ -196,5 +196,21 @@ impl Content {
         all.add_group(of_mesh.finish());
         file.add_group(all.finish());
         file.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn names_are_cut_at_letters_and_stay_apart() {
+        let long = "é".repeat(60);
+        let named = vec![vec![long.clone() + "a", long.clone() + "b"], vec!["bore\0".into(), String::new(), "bore_".into()]];
+        let (called, renamed) = shortened(&named);
+        assert_eq!(called[&(long.clone() + "a")], "é".repeat(40));
+        assert_eq!(called[&(long + "b")], "é".repeat(39) + "_2");
+        assert_eq!([&called["bore\0"], &called[""], &called["bore_"]], ["bore_", "_2", "bore__2"]);
+        assert_eq!(renamed.len(), 5);
     }
 }

@@ -81,6 +81,9 @@ def of_meshio():
         for name, (number, dimension) in mesh.field_data.items():
             if int(dimension) == 2:
                 names.setdefault(name, numbers[str(int(number) + first)])
+        for number, groups in getattr(mesh, "cell_tags", {}).items():
+            for group in groups:
+                names[group] += numbers[str(int(number))]
         return found(triangles, names, numbers)
 
     return read
