@@ -206,7 +206,8 @@ mod tests {
     #[test]
     fn names_are_cut_at_letters_and_stay_apart() {
         let long = "é".repeat(60);
-        let named = vec![vec![long.clone() + "a", long.clone() + "b"], vec!["bore\0".into(), String::new(), "bore_".into()]];
+        let named =
+            vec![vec![long.clone() + "a", long.clone() + "b"], vec!["bore\0".into(), String::new(), "bore_".into()]];
         let (called, renamed) = shortened(&named);
         assert_eq!(called[&(long.clone() + "a")], "é".repeat(40));
         assert_eq!(called[&(long + "b")], "é".repeat(39) + "_2");

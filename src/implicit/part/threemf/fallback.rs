@@ -79,7 +79,10 @@ fn whole(node: &Expr, parts: &[Whole]) -> Whole {
             let branch = |k: usize| parts[k].guard.clone().unwrap_or_else(|| Expr::constant(1.0));
             let taken = Expr::select(value(0), branch(1), branch(2));
             let guards = [parts[0].guard.clone(), Some(taken)];
-            return Whole { value: Expr::select(value(0), value(1), value(2)), guard: least(guards.into_iter().flatten()) };
+            return Whole {
+                value: Expr::select(value(0), value(1), value(2)),
+                guard: least(guards.into_iter().flatten()),
+            };
         }
     };
     Whole { value, guard: least(guards().chain(own)) }
@@ -99,10 +102,10 @@ fn is_positive(e: &Expr, depth: usize) -> bool {
         ExprNode::Const(c) => *c >= 0.0,
         ExprNode::Unary(op, _) => matches!(op, Unary::Abs | Unary::Sqrt | Unary::Exp | Unary::Cosh | Unary::Acos),
         ExprNode::Binary(Binary::Hypot, ..) => true,
-        ExprNode::Binary(Binary::Mul, a, b) => {
-            is_one(a, b) || is_positive(a, depth) && is_positive(b, depth)
+        ExprNode::Binary(Binary::Mul, a, b) => is_one(a, b) || is_positive(a, depth) && is_positive(b, depth),
+        ExprNode::Binary(Binary::Add | Binary::Div | Binary::Min, a, b) => {
+            is_positive(a, depth) && is_positive(b, depth)
         }
-        ExprNode::Binary(Binary::Add | Binary::Div | Binary::Min, a, b) => is_positive(a, depth) && is_positive(b, depth),
         ExprNode::Binary(Binary::Max, a, b) => is_positive(a, depth) || is_positive(b, depth),
         ExprNode::Binary(Binary::Pow, _, b) => b.as_constant().is_some_and(|b| b % 2.0 == 0.0),
         _ => false,
