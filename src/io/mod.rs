@@ -1,5 +1,5 @@
 //! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF and gmsh
-//! MSH both ways; SVG of plane figures, VTU, VTP, XDMF, GLB, gmsh GEO, Abaqus INP, Nastran BDF, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
+//! MSH both ways; SVG of plane figures, VTU, VTP, XDMF, GLB, gmsh GEO, Abaqus INP, Nastran BDF, MED, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -36,6 +36,7 @@ mod grid;
 mod inp;
 mod layout;
 mod line;
+mod med;
 mod medit;
 mod msh;
 mod msh_read;
@@ -103,6 +104,8 @@ pub enum Format {
     Inp,
     /// Nastran bulk data, extension `bdf` or `nas`; written only.
     Bdf,
+    /// MED of Salome and code_aster, extension `med`; written only.
+    Med,
     /// Medit mesh with ridges and corners, extension `mesh`; written only.
     Medit,
     /// SU2 boundary with markers, extension `su2`; written only.
@@ -123,7 +126,7 @@ pub enum Format {
 
 impl Format {
     /// Every extension known, with its format.
-    pub const EXTENSIONS: [(&'static str, Format); 20] = [
+    pub const EXTENSIONS: [(&'static str, Format); 21] = [
         ("stl", Format::StlBinary),
         ("stla", Format::StlAscii),
         ("ast", Format::StlAscii),
@@ -136,6 +139,7 @@ impl Format {
         ("inp", Format::Inp),
         ("bdf", Format::Bdf),
         ("nas", Format::Bdf),
+        ("med", Format::Med),
         ("mesh", Format::Medit),
         ("su2", Format::Su2),
         ("emesh", Format::EMesh),
@@ -148,7 +152,7 @@ impl Format {
 
     /// Whether files of this format name sets of triangles, so that a list of [`Names`] belongs beside them.
     pub fn has_sets(self) -> bool {
-        matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf | Self::Medit | Self::Su2 | Self::Vtp)
+        matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf | Self::Med | Self::Medit | Self::Su2 | Self::Vtp)
     }
 
     /// Whether files of this format are written in the order in which a mesh is read, without a copy of its triangles.
@@ -266,7 +270,7 @@ pub struct Written {
 /// Writes a mesh in the format of the path's extension; the file appears complete or not at all.
 ///
 /// The mesh is read as it is kept, in arrays or in fragments; formats with named sets take a copy of the triangles. Cells of more than three corners stay as
-/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, GLB, XDMF, INP and BDF get fans around their first corners. MSH has a number for triangles and
+/// they are in OBJ, PLY, OFF and VTU files; STL, 3MF, GLB, XDMF, INP, BDF and MED get fans around their first corners. MSH has a number for triangles and
 /// one for quadrilaterals, and none for other cells. A script (GEO) gets its mesh beside it, `a.msh` for `a.geo`.
 ///
 /// # Errors
@@ -316,7 +320,7 @@ fn write_script(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &
 
 /// Writes a mesh as `format` to any stream; [`write()`] without a file.
 ///
-/// STL, OBJ, OFF, XDMF, GLB, INP and BDF have one encoding each and ignore that of the options.
+/// STL, OBJ, OFF, XDMF, GLB, INP, BDF and MED have one encoding each and ignore that of the options.
 ///
 /// # Errors
 /// As [`write()`], without those about the path; [`Error::Usage`] for a script, which is about a file beside it.
@@ -360,6 +364,12 @@ fn encode_sets(
         threemf::write(out, mesh, &layout, options.unit.as_deref(), run)?;
         return Ok(Written::default());
     }
+    let overlapping = &regions.sets[regions.parts..];
+    let apart = matches!(format, Format::Medit | Format::Su2) || format == Format::Msh && options.old_msh;
+    if apart && !overlapping.is_empty() {
+        let names: Vec<_> = overlapping.iter().map(|set| &set.name[..]).collect();
+        written.warnings.push(format!("sets of this format do not overlap, left out are {}", names.join(", ")));
+    }
     if format == Format::Msh {
         let gmsh = msh::Gmsh { mesh, layout: &layout, regions: &regions };
         if options.old_msh {
@@ -378,11 +388,6 @@ fn encode_sets(
         emesh::write(out, mesh, &sharp)?;
         return Ok(written);
     }
-    let overlapping = &regions.sets[regions.parts..];
-    if !overlapping.is_empty() && matches!(format, Format::Medit | Format::Su2) {
-        let names: Vec<_> = overlapping.iter().map(|set| &set.name[..]).collect();
-        written.warnings.push(format!("sets of this format do not overlap, left out are {}", names.join(", ")));
-    }
     let cleaned = regions.clean(format);
     written.renamed = cleaned.changed;
     let sets = sets::Sets::new(mesh, &regions, cleaned.names)?;
@@ -393,6 +398,10 @@ fn encode_sets(
             Some(rims) => su2::write_flat(out, &sets, rims, run),
             None => su2::write(out, &sets, run),
         },
+        Format::Med => {
+            written.renamed = med::write(out, &sets, run)?;
+            Ok(())
+        }
         Format::Medit => medit::write(out, &sets, &sharp::SharpEdges::new(mesh, &layout, options, run)?, run),
         _ => bdf::write(out, &sets, run),
     }?;

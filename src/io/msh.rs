@@ -21,7 +21,7 @@ use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
 use super::layout::{Layout, NodeOwner, SurfaceEntity};
 use super::line::Line;
-use super::regions::Regions;
+use super::regions::{NamedSet, Regions};
 use super::text::escape;
 
 /// gmsh's number of the two-node line.
@@ -129,9 +129,8 @@ impl Gmsh<'_> {
     }
 
     /// Names for the section of physical names, curves before surfaces.
-    fn names(&self, row: &mut Row) -> Result<()> {
+    fn names(&self, row: &mut Row, sets: &[NamedSet]) -> Result<()> {
         let curves = self.curve_names();
-        let sets = &self.regions.sets;
         row.text(&format!("$PhysicalNames\n{}", curves.len() + sets.len()))?;
         let mut curves: Vec<_> = curves.into_values().collect();
         curves.sort_unstable();
@@ -178,7 +177,7 @@ impl Gmsh<'_> {
         let mut row = Row { out, binary, line: Line::default() };
         row.head()?;
         self.comments(&mut row)?;
-        self.names(&mut row)?;
+        self.names(&mut row, &self.regions.sets)?;
         self.entities(&mut row)?;
         self.nodes(&mut row, run)?;
         self.elements(&mut row, &blocks, run)
@@ -277,14 +276,15 @@ impl Gmsh<'_> {
         row.close("Elements")
     }
 
-    /// Version 2.2, as text. An element of several physical surfaces comes once for each, as gmsh itself writes them.
+    /// Version 2.2, as text. Its elements have one physical surface each: their part. An element that came once for each of
+    /// several would be several elements to whoever reads the file.
     pub(super) fn write_old(&self, out: &mut dyn Write, run: &Run) -> Result<()> {
         self.check()?;
         let blocks = blocks(self.mesh, &self.layout.surfaces)?;
         let mut row = Row { out, binary: false, line: Line::default() };
         row.text("$MeshFormat\n2.2 0 8\n$EndMeshFormat")?;
         self.comments(&mut row)?;
-        self.names(&mut row)?;
+        self.names(&mut row, &self.regions.sets[..self.regions.parts])?;
         row.text(&format!("$Nodes\n{}", self.mesh.node_count()))?;
         let mut number = 0;
         each_node(self.mesh, 0..self.mesh.node_count(), run, |p: DVec3| {
@@ -292,23 +292,18 @@ impl Gmsh<'_> {
             row.line.whole(number).reals(p);
             row.end()
         })?;
-        let tags: Vec<Vec<i32>> = self.layout.surfaces.iter().map(|s| self.surface_tags(s.label)).collect();
         let lines: usize = self.layout.curves.iter().map(|c| c.nodes.len() - 1).sum();
-        let repeated: usize = blocks.iter().map(|b| (tags[b.surface].len() - 1) * b.cells.len()).sum();
         let cells = self.mesh.cell_count();
-        row.text(&format!("$EndNodes\n$Elements\n{}", cells + repeated + lines))?;
+        row.text(&format!("$EndNodes\n$Elements\n{}", cells + lines))?;
         let mut next = cells as u64;
         for Block { surface, corners, cells } in &blocks {
             let kind = if *corners == 3 { TRIANGLE } else { QUADRILATERAL };
-            for (k, tag) in tags[*surface].iter().enumerate() {
-                each_listed(self.mesh, cells, run, |number, cell| {
-                    next += u64::from(k > 0);
-                    let number = if k == 0 { u64::from(number) + 1 } else { next };
-                    row.line.whole(number).wholes([kind, 2, *tag, *surface as i32 + 1]);
-                    row.line.wholes(cell.iter().map(|v| u64::from(*v) + 1));
-                    row.end()
-                })?;
-            }
+            let part = self.regions.part_of_face[self.layout.surfaces[*surface].label as usize] as i32 + 1;
+            each_listed(self.mesh, cells, run, |number, cell| {
+                row.line.whole(u64::from(number) + 1).wholes([kind, 2, part, *surface as i32 + 1]);
+                row.line.wholes(cell.iter().map(|v| u64::from(*v) + 1));
+                row.end()
+            })?;
         }
         let names = self.curve_names();
         for (c, curve) in self.layout.curves.iter().enumerate() {

@@ -117,8 +117,8 @@ impl<'a> Whole<'a> {
         let mut a = Arrays { out, binary, run };
         a.line("<?xml version=\"1.0\"?>")?;
         a.line(r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
-        a.names(names)?;
         a.line("<UnstructuredGrid>")?;
+        a.names(names)?;
         a.line(&format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">\n<Points>", nodes.len()))?;
         let three = r#"type="Float64" Name="Points" NumberOfComponents="3""#;
         let places = |run: &Run, take: &mut dyn FnMut(f64) -> Result<()>| {

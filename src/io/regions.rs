@@ -190,6 +190,8 @@ impl Regions {
         let names = self.sets.iter().map(|set| &set.name[..]);
         match format {
             Format::Inp | Format::Su2 => clean(names, super::inp::LONGEST_NAME),
+            // MED shortens names itself: those of groups are not all among these.
+            Format::Med => Cleaned { names: names.map(str::to_owned).collect(), changed: Vec::new() },
             // Names are comments there: any that stay on their line will do.
             _ => {
                 let names = names.map(|name| escape(name).into_owned());

@@ -282,7 +282,7 @@ fn formats_by_extension() {
         let message = Format::from_path(Path::new(bad)).unwrap_err().to_string();
         assert!(
             message.contains(
-                ".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas, .mesh, .su2, .emesh, .vtp, .svg, .3mf, .glb, .xdmf"
+                ".stl, .stla, .ast, .obj, .ply, .off, .vtu, .msh, .geo, .inp, .bdf, .nas, .med, .mesh, .su2, .emesh, .vtp, .svg, .3mf, .glb, .xdmf"
             ),
             "{message}"
         );

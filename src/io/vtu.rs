@@ -58,11 +58,15 @@ impl Arrays<'_> {
         self.line("</DataArray>")
     }
 
-    /// Comments that tell which number of the array `face` means which face.
+    /// Arrays of the whole file, one for each face: its number in the array `face`, and its dimension. meshio has the names of
+    /// gmsh's files so; it reads no array of strings.
     pub(super) fn names(&mut self, names: &[String]) -> Result<()> {
-        // Two hyphens would end the comment.
-        let mut named = names.iter().enumerate();
-        named.try_for_each(|(i, name)| self.line(&format!("<!-- face {i}: {} -->", attribute(name).replace('-', "‐"))))
+        self.line("<FieldData>")?;
+        for (number, name) in names.iter().enumerate() {
+            let head = format!("type=\"Int64\" Name=\"{}\" NumberOfTuples=\"2\"", attribute(name));
+            self.line(&format!("<DataArray {head} format=\"ascii\">\n{number} 2\n</DataArray>"))?;
+        }
+        self.line("</FieldData>")
     }
 
     pub(super) fn line(&mut self, text: &str) -> Result<()> {
@@ -132,8 +136,8 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
     let mut a = Arrays { out, binary, run };
     a.line("<?xml version=\"1.0\"?>")?;
     a.line(r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
-    a.names(mesh.face_names())?;
     a.line("<UnstructuredGrid>")?;
+    a.names(mesh.face_names())?;
     a.line(&format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">"))?;
     a.line("<Points>")?;
     let three = r#"type="Float64" Name="Points" NumberOfComponents="3""#;

@@ -1,6 +1,7 @@
 //! 3MF packages with level sets: implicit functions, negative inside, each within the box or the convex body of a mesh.
 
 mod domain;
+mod fallback;
 mod graph;
 mod values;
 
@@ -16,6 +17,7 @@ use super::{MeshDefaults, Part};
 use crate::error::{Error, Place, Result};
 use crate::io::threemf::{Model, Placed, attribute, model_text, number, parsed, real, transform, wrong};
 use domain::within;
+use fallback::with_fallback;
 use graph::Graphs;
 use values::Value;
 
@@ -76,6 +78,16 @@ fn feature_size(placed: &Placed<'_>) -> Result<Option<f64>> {
     Ok(Some(size).filter(|s| s.is_finite() && *s > 0.0))
 }
 
+/// What stands for the function where it has no value. None where that is 0, which is neither inside nor outside.
+fn fallback_value(placed: &Placed<'_>) -> Result<Option<f64>> {
+    let name = "fallbackvalue";
+    if placed.shape.attribute(name).is_none() {
+        return Ok(None);
+    }
+    let value = real(placed.shape, name)?;
+    Ok(Some(value).filter(|v| *v != 0.0))
+}
+
 /// The solid of a level set where it is placed.
 fn levelset<'a>(model: &Model<'a>, placed: &Placed<'a>, name: &str) -> Result<Solid> {
     let shape = placed.shape;
@@ -91,7 +103,10 @@ fn levelset<'a>(model: &Model<'a>, placed: &Placed<'a>, name: &str) -> Result<So
     let Some(formula) = found.get(channel).and_then(Value::scalar) else {
         return Err(wrong(shape, format!("the output {channel:?} of function {id} is no scalar")));
     };
-    let formula = balanced_chains(&formula);
+    let formula = balanced_chains(&match fallback_value(placed)? {
+        Some(value) => with_fallback(&formula, value),
+        None => formula,
+    });
     let inside = match formula.as_constant() {
         Some(c) if c >= 0.0 => {
             return Err(wrong(shape, format!("function {id} is nowhere negative: the level set is empty")));
