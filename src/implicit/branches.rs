@@ -39,7 +39,7 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
         let jump = match e.node() {
             ExprNode::Const(_) | ExprNode::Coordinate(_) => Some(0.0),
             ExprNode::Unary(Unary::Neg, a) => of(a).map(|j| -j),
-            ExprNode::Unary(Unary::Sin | Unary::Cos | Unary::Swing, a) => match of(a) {
+            ExprNode::Unary(Unary::Sin | Unary::Cos | Unary::Swing | Unary::Fold, a) => match of(a) {
                 Some(0.0) => Some(0.0),
                 Some(j) if (j - j.round()).abs() < WHOLE => other(a, &jumps, 0).map(|o| {
                     found.insert(key, o);

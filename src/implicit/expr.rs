@@ -29,6 +29,8 @@ pub enum Unary {
     Wrap,
     /// The angle less whole turns up to 5/6 pi either way, and from there back to 0 at half a turn: without a jump, radians.
     Swing,
+    /// The distance of an angle from whole turns, 0 to pi, radians: continuous, with creases at both ends.
+    Fold,
     /// `a`, but three times that where it is negative.
     Steepened,
     /// Inverse sine in radians; NaN outside of -1 to 1.
@@ -260,6 +262,7 @@ impl Unary {
             Unary::Cos => vector::cos(a),
             Unary::Tan => a.tan(),
             Unary::Wrap => a - TAU * (a / TAU).round(),
+            Unary::Fold => Unary::Wrap.apply(a).abs(),
             Unary::Steepened => {
                 if a < 0.0 {
                     a * STEEPENED

@@ -6,13 +6,32 @@ use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::Terms;
 use super::steps::{linear, rewritten};
 
-/// `|mod(a, m) - m/2|` as the absolute value of an angle, which falls into two leaves however many periods there are. Where `a` is
-/// linear its periods are planes: steps are better there.
+/// `|mod(a, m) - m/2|` as the absolute value of an angle, which falls into two leaves however many periods there are. Within a root of
+/// squares or a square it is folded: that has no jump. Where `a` is linear its periods are planes: steps are better there.
 pub(super) fn with_waves(e: &Expr) -> Expr {
     rewritten(e, |e| match e.node() {
         ExprNode::Unary(Unary::Abs, d) => wave(d),
+        ExprNode::Binary(Binary::Hypot, a, b) => {
+            let (p, q) = (folded(a), folded(b));
+            let is_other = p.is_some() || q.is_some();
+            let or = |f: Option<Expr>, e: &Expr| f.unwrap_or_else(|| e.clone());
+            is_other.then(|| Expr::binary(Binary::Hypot, or(p, a), or(q, b)))
+        }
+        ExprNode::Binary(Binary::Pow, a, n) if n.as_constant().is_some_and(|n| n % 2.0 == 0.0) => {
+            Some(Expr::binary(Binary::Pow, folded(a)?, n.clone()))
+        }
+        ExprNode::Binary(Binary::Mul, a, b) if a == b => folded(a).map(|f| f.clone() * f),
         _ => None,
     })
+}
+
+/// What has the same size, without a jump.
+fn folded(d: &Expr) -> Option<Expr> {
+    let waved = wave(d);
+    let ExprNode::Binary(Binary::Mul, size, k) = waved.as_ref().unwrap_or(d).node() else { return None };
+    let ExprNode::Unary(Unary::Abs, turns) = size.node() else { return None };
+    let ExprNode::Unary(Unary::Wrap, angle) = turns.node() else { return None };
+    k.as_constant().map(|k| Expr::unary(Unary::Fold, angle.clone()) * k)
 }
 
 fn wave(d: &Expr) -> Option<Expr> {
@@ -75,6 +94,10 @@ mod tests {
             (un(Unary::Abs, modulo(turn.clone() * 3.0, 1.5) - 0.75), true),
             (un(Unary::Abs, modulo(turn.clone() + z.clone(), -0.8) + 0.4), true),
             (un(Unary::Abs, Expr::constant(-0.5) + modulo(turn.clone(), 1.0)), true),
+            (bi(Binary::Hypot, x.clone(), modulo(turn.clone() * 3.0, 1.5) - 0.75), true),
+            (bi(Binary::Hypot, un(Unary::Abs, modulo(turn.clone(), 1.0) - 0.5), z.clone()), true),
+            (bi(Binary::Pow, modulo(turn.clone() - z.clone(), 0.7) - 0.35, Expr::constant(2.0)), true),
+            (bi(Binary::Hypot, x.clone(), modulo(turn.clone(), 1.5) - 0.7), false),
             (un(Unary::Abs, modulo(x.clone(), 1.0) - 0.5), false),
             (un(Unary::Abs, modulo(turn.clone(), 1.0) - 0.3), false),
         ] {

@@ -259,6 +259,7 @@ impl Formula {
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
                         Unary::Wrap => a.wrap(),
+                        Unary::Fold => a.fold(),
                         Unary::Steepened => a.steepened(STEEPENED),
                         Unary::Swing => a.swing(SWING),
                         Unary::Asin => a.asin(),
@@ -275,6 +276,7 @@ impl Formula {
                         Unary::Sin => x.sin(),
                         Unary::Cos => x.cos(),
                         Unary::Swing => x.swing(SWING),
+                        Unary::Fold => x.fold(),
                         _ => x.wrap(),
                     };
                     both(of(reg(a)), of(reg(b)))

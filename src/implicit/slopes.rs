@@ -70,6 +70,7 @@ impl Slopes {
             Unary::Steepened => v.steepened(STEEPENED),
             Unary::Swing => v.swing(SWING),
             Unary::Wrap => v.wrap(),
+            Unary::Fold => v.fold(),
             Unary::Asin => v.asin(),
             Unary::Acos => v.acos(),
             Unary::Sinh => v.sinh(),
@@ -190,6 +191,11 @@ pub(super) fn slope(op: Unary, v: Interval, value: Interval) -> Option<Interval>
             let ahead = w.lo >= -SWING && w.hi <= SWING;
             Interval { lo: if ahead { 1.0 } else { -SWUNG_BACK }, hi: 1.0 }
         }
+        Unary::Fold => {
+            let w = v.wrap();
+            let (rises, falls) = (w.lo >= 0.0 && w.hi <= PI, w.hi <= 0.0 && w.lo >= -PI);
+            Interval { lo: if rises { 1.0 } else { -1.0 }, hi: if falls { -1.0 } else { 1.0 } }
+        }
         // Wide means that it may jump.
         Unary::Wrap if value.lo <= -PI && value.hi >= PI => return None,
         Unary::Wrap => one,
@@ -290,6 +296,7 @@ mod tests {
             bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
             un(Unary::Steepened, x.clone() + y.clone()) * z.clone() - un(Unary::Steepened, z.clone()),
             un(Unary::Swing, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Swing, z.clone() * 7.0),
+            un(Unary::Fold, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Fold, z.clone() * 7.0),
             bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
             un(Unary::Log, bi(Binary::Pow, x.clone() + 2.0, y.clone() + 0.5))
                 - bi(Binary::Pow, z.clone(), Expr::constant(3.0)),

@@ -339,9 +339,9 @@ impl Splitter {
         let (p, q) = (self.condition(&rising, factor, rest, depth)?, self.condition(&falling, factor, rest, depth)?);
         let (larger, smaller) = (p.clone() | q.clone(), p.clone() & q.clone());
         let (near, far) = if factor > 0.0 { (larger, smaller) } else { (smaller, larger) };
-        let ahead = right.clone() & left.clone() & near;
-        let behind = !right.clone() & !left.clone() & far;
-        Some(ahead | behind | (right.clone() & !left.clone() & p) | (!right & left & q))
+        // By cases within cases: where all are decided alike nothing is left to ask.
+        let cases = |at: &Solid, yes: Solid, no: Solid| (at.clone() & yes) | (!at.clone() & no);
+        Some(cases(&right, cases(&left, near, p), cases(&left, q, far)))
     }
 }
 

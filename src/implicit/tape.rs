@@ -5,6 +5,8 @@
 //! positive on the whole box, a disjunct that is negative. The pruned tape has the same sign at every point of the box,
 //! not the same value, so values of differently pruned tapes are never mixed.
 
+mod prune;
+
 use glam::DVec3;
 use multiversion::multiversion;
 
@@ -93,9 +95,6 @@ const BATCH_REGISTERS: usize = 1 << 16;
 
 /// The register that stands for the batch's result.
 const RESULT: u32 = u32::MAX;
-
-/// Operands with more operations than this are not compared: cases of formulas have a handful where little can be decided.
-const MOST_COMPARED: usize = 64;
 
 /// Value of "everything": far from zero, so that it decides nothing.
 pub(super) const EVERYTHING: f64 = f64::MAX;
@@ -430,125 +429,11 @@ impl Tape {
             });
         }
     }
-
-    /// Drops what cannot decide the sign on the box.
-    pub(crate) fn prune(&self, leaves: &[Leaf], cell: &Aabb, scratch: &mut Scratch) -> Pruned {
-        let r = &mut scratch.intervals;
-        self.ranges(leaves, cell, r);
-        let root = r[r.len() - 1];
-        if root.hi < 0.0 {
-            return Pruned::Outside;
-        }
-        if root.lo > 0.0 {
-            return Pruned::Inside;
-        }
-        // `renumber[i]`: what stands for operation i. An operand that is decided never is needed: if it decided the
-        // operation, that would be decided too, and so on up to the root, which is not.
-        const UNUSED: u32 = u32::MAX;
-        let n = self.ops.len();
-        let alias = &mut scratch.renumber;
-        alias.clear();
-        alias.resize(2 * n, UNUSED);
-        let (alias, needed) = alias.split_at_mut(n);
-        for (i, op) in self.ops.iter().enumerate() {
-            alias[i] = match *op {
-                Op::Min(a, _) if r[a as usize].lo > 0.0 => alias_of(self.ops[i], alias, true),
-                Op::Min(a, b) if r[b as usize].lo > 0.0 => alias[a as usize],
-                Op::Max(a, _) if r[a as usize].hi < 0.0 => alias_of(self.ops[i], alias, true),
-                Op::Max(a, b) if r[b as usize].hi < 0.0 => alias[a as usize],
-                _ => self.undivided(i, alias).unwrap_or(i as u32),
-            };
-        }
-        let top = alias[n - 1] as usize;
-        needed[top] = 0;
-        let mut count = 0;
-        for i in (0..=top).rev() {
-            if needed[i] == UNUSED {
-                continue;
-            }
-            count += 1;
-            if let Op::Min(a, b) | Op::Max(a, b) = self.ops[i] {
-                needed[alias[a as usize] as usize] = 0;
-                needed[alias[b as usize] as usize] = 0;
-            }
-        }
-        if count == n {
-            return Pruned::Same;
-        }
-        let mut ops = Vec::with_capacity(count);
-        for i in 0..=top {
-            if needed[i] == UNUSED {
-                continue;
-            }
-            let at = |a: u32, needed: &[u32]| needed[alias[a as usize] as usize];
-            ops.push(match self.ops[i] {
-                Op::Min(a, b) => Op::Min(at(a, needed), at(b, needed)),
-                Op::Max(a, b) => Op::Max(at(a, needed), at(b, needed)),
-                other => other,
-            });
-            needed[i] = ops.len() as u32 - 1;
-        }
-        Pruned::Smaller(Tape { ops })
-    }
-}
-
-impl Tape {
-    /// What is on both sides of a leaf, where an operation only parts one thing by it: X for `(d & X) | (!d & X)`. Formulas by cases
-    /// become that where their cases agree. `alias` stands for operations before this one.
-    fn undivided(&self, i: usize, alias: &[u32]) -> Option<u32> {
-        let (a, b, joins) = match self.ops[i] {
-            Op::Max(a, b) => (a, b, true),
-            Op::Min(a, b) => (a, b, false),
-            _ => return None,
-        };
-        let parts = |i: u32| match self.ops[alias[i as usize] as usize] {
-            Op::Min(x, y) if joins => Some([(x, y), (y, x)]),
-            Op::Max(x, y) if !joins => Some([(x, y), (y, x)]),
-            _ => None,
-        };
-        let (here, there) = (parts(a)?, parts(b)?);
-        let agree = |p: &(u32, u32), q: &(u32, u32)| {
-            self.opposite(alias[p.0 as usize], alias[q.0 as usize]) && self.same(p.1, q.1, alias)
-        };
-        here.iter().find(|p| there.iter().any(|q| agree(p, q))).map(|p| alias[p.1 as usize])
-    }
-
-    /// Whether two operations are the two sides of a leaf.
-    fn opposite(&self, a: u32, b: u32) -> bool {
-        match (self.ops[a as usize], self.ops[b as usize]) {
-            (Op::Leaf { leaf: a, negate: p, .. }, Op::Leaf { leaf: b, negate: q, .. }) => a == b && p != q,
-            _ => false,
-        }
-    }
-
-    /// Whether two operations are one by their operands, as far as few of them tell.
-    fn same(&self, a: u32, b: u32, alias: &[u32]) -> bool {
-        let mut stack = vec![(a, b)];
-        for _ in 0..MOST_COMPARED {
-            let Some((a, b)) = stack.pop() else { return true };
-            let (a, b) = (alias[a as usize], alias[b as usize]);
-            match (self.ops[a as usize], self.ops[b as usize]) {
-                _ if a == b => {}
-                (Op::Min(a, c), Op::Min(b, d)) | (Op::Max(a, c), Op::Max(b, d)) => stack.extend([(a, b), (c, d)]),
-                (Op::Leaf { .. } | Op::All(_), _) if self.ops[a as usize] == self.ops[b as usize] => {}
-                _ => return false,
-            }
-        }
-        stack.is_empty()
-    }
 }
 
 /// The same in all of eight cases.
 fn all_cases(inside: bool) -> u8 {
     if inside { u8::MAX } else { 0 }
-}
-
-/// What stands for the second (or first) operand of an operation.
-fn alias_of(op: Op, alias: &[u32], second: bool) -> u32 {
-    match op {
-        Op::Min(a, b) | Op::Max(a, b) => alias[if second { b } else { a } as usize],
-        _ => u32::MAX,
-    }
 }
 
 /// A tape whose operations have registers.

@@ -38,6 +38,12 @@ impl TriMesh {
         Self { nodes, triangles, labels, faces: vec!["surface".into()], groups: Vec::new() }
     }
 
+    /// A box around the place where two triangles cross, and the length of edges there: of a long triangle it is a small part.
+    pub(crate) fn meeting(&self, pair: [u32; 2]) -> (Aabb, f64) {
+        let [a, b] = pair.map(|t| Aabb::around(self.corners(t as usize)));
+        (a.intersection(&b), a.size().max_element().min(b.size().max_element()))
+    }
+
     /// The corner points of triangle `t`.
     #[inline]
     pub fn corners(&self, t: usize) -> [DVec3; 3] {

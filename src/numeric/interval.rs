@@ -170,6 +170,13 @@ impl Interval {
         if w.lo >= -most && w.hi <= most { w } else { wide(-most, most) }
     }
 
+    /// The distance of an angle in radians from whole turns, 0 to pi.
+    pub fn fold(self) -> Self {
+        let (near, far) = (self.wrap(), (self - Self::point(PI)).wrap());
+        let (a, b) = (near.abs(), (Self::point(PI) - far.abs()));
+        Self { lo: a.lo.max(b.lo).max(0.0), hi: a.hi.min(b.hi) }
+    }
+
     /// `k` times what is negative, and what is not as it is; `k` is at least 1.
     pub fn steepened(self, k: f64) -> Self {
         let r = wide(self.lo * k, self.hi * k);

@@ -10,7 +10,9 @@ use super::mesh::{Ready, nothing_found};
 use super::options::MeshOptions;
 use super::touching::draw_apart;
 use crate::error::{Error, Result};
-use crate::implicit::{CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points};
+use crate::implicit::{
+    Arranged, CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points,
+};
 use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactReport, Observer, Patchwork, patch_pieces, remesh_patches};
 use crate::quality::Fault;
@@ -50,6 +52,7 @@ const KEPT: usize = 4;
 const ROOM: f64 = 0.5;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
 const LEAST_BESIDE: f64 = 0.05;
+
 /// Those of some things at some place that a mesh does not come near to.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
     far_from(mesh, things, place, reach, |_, _| true)
@@ -96,11 +99,7 @@ fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
     if report.self_intersections + report.inverted == 0 {
         return Ok(Vec::new());
     }
-    let of_pair = |[t, u]: [u32; 2]| {
-        let [a, b] = [t, u].map(|t| Aabb::around(mesh.corners(t as usize)));
-        (a.intersection(&b), a.size().max_element().min(b.size().max_element()))
-    };
-    let pairs = self_intersections(mesh, run)?.into_iter().map(of_pair);
+    let pairs = self_intersections(mesh, run)?.into_iter().map(|pair| mesh.meeting(pair));
     let folded = report.faults.iter().skip(report.self_intersections).map(|b| (*b, b.size().max_element()));
     Ok(pairs.chain(folded).collect())
 }
@@ -115,7 +114,7 @@ pub(super) struct Start {
     /// Where they are smaller.
     pub(super) places: Vec<Aabb>,
     /// Where triangles stay as they come from the arrangement.
-    pub(super) kept: Vec<Aabb>,
+    kept: Vec<Aabb>,
 }
 
 impl Start {
@@ -123,6 +122,16 @@ impl Start {
     pub(super) fn below(cell: f64, size: f64) -> Self {
         let share = CELLS.iter().position(|share| share * size < 0.75 * cell).unwrap_or(CELLS.len());
         Self { share, ..Self::default() }
+    }
+
+    /// Whether cells are the same, whatever stays as it comes.
+    fn has_cells_of(&self, other: &Self) -> bool {
+        (self.share, self.times, &self.places) == (other.share, other.times, &other.places)
+    }
+
+    /// Whether triangles stay as they come somewhere.
+    pub(super) fn keeps(&self) -> bool {
+        !self.kept.is_empty()
     }
 
     /// How many shares there are from here on.
@@ -158,35 +167,20 @@ impl Scout {
         Ok(Self { extracted, cell, finest: cell, points, splinters, proof: None, touches: false })
     }
 
-    /// The boundary of the leaves' arrangement in place of what was extracted; see [`arranged`].
-    fn arranged(
+    /// The boundary of the leaves' arrangement in place of what was extracted, in patches. Where its triangles cross near what `start` says
+    /// came out at fault, they stay as they come.
+    fn with(
         &self,
+        mut arranged: Arranged,
         ready: &Ready,
-        options: &MeshOptions,
         start: &Start,
         run: &Run,
     ) -> Result<Option<(Self, Patchwork)>> {
-        let grid = CellGrid {
-            size: ARRANGED * self.cell,
-            coarser: COARSER,
-            places: &start.places,
-            more: SMALLER[start.times],
-            linear: &start.kept,
-            block: None,
-        };
-        let made = match arranged(&ready.model, &grid, options.memory, run) {
-            Ok(made) => made,
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // Too many cells, or too much in one: there are other ways.
-            Err(_) => return Ok(None),
-        };
-        if made.made.mesh.triangles.is_empty() {
-            return Ok(None);
-        }
-        let (proof, touches) = (Proof::of(&made), made.touches);
+        arranged.retreat(&start.kept, run)?;
+        let (proof, touches) = (Proof::of(&arranged), arranged.touches);
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
-        let made = made.made;
+        let made = arranged.made;
         let Ok(mut work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
             return Ok(None);
         };
@@ -287,7 +281,7 @@ impl Trial {
     /// Whether no other attempt is worth it: nothing is wrong, or all was found, so that smaller cells find no more, and what is at
     /// fault can be healed.
     fn ends(&self) -> bool {
-        let is_kept = !self.start.kept.is_empty() && self.faults() == 0 && self.missed.is_empty();
+        let is_kept = self.start.keeps() && self.faults() == 0 && self.missed.is_empty();
         let found = self.scout.proof.as_ref().is_some_and(|proof| {
             let triangles = self.exact.mesh.triangles.len();
             let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
@@ -307,7 +301,7 @@ impl Trial {
     /// the way: what is left faces as the arrangement does.
     pub(super) fn faults(&self) -> usize {
         let ExactReport { self_intersections, inverted, .. } = self.exact.report;
-        self_intersections + if self.start.kept.is_empty() { inverted } else { 0 }
+        self_intersections + if !self.start.keeps() { inverted } else { 0 }
     }
 
     /// A splinter that the finished mesh does not come near to, if there is one.
@@ -342,8 +336,8 @@ pub(super) struct CellLadder<'a, 'o> {
     observer: Option<&'a mut Observer<'o>>,
     start: Start,
     scout: Option<Scout>,
-    /// The last arrangement of the same share.
-    before: Option<TriMesh>,
+    /// The last arrangement of the same share, and of which cells it is.
+    arranged: Option<(Start, Arranged)>,
     /// The fewest faults with cells of the same share.
     fewest: usize,
     /// How often triangles stayed, and how many were at fault the last time.
@@ -367,7 +361,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             observer: None,
             start,
             scout: None,
-            before: None,
+            arranged: None,
             fewest: usize::MAX,
             times_kept: 0,
             crossing: None,
@@ -397,12 +391,12 @@ impl<'a, 'o> CellLadder<'a, 'o> {
 
     fn go_on(&mut self) {
         self.start = Start { share: self.start.share + 1, ..Start::default() };
-        (self.scout, self.before, self.fewest, self.times_kept) = (None, None, usize::MAX, 0);
+        (self.scout, self.arranged, self.fewest, self.times_kept) = (None, None, usize::MAX, 0);
     }
 
     /// The cells of the best attempt, with triangles that stay around those at fault in the last one.
     fn keep(&mut self, best: &Trial, last: &Trial) -> Option<Start> {
-        let again = !last.start.kept.is_empty();
+        let again = last.start.keeps();
         let now = if again { last } else { best };
         let stuck = again && self.crossing == Some(now.faults());
         // Where all is proved it is chords that cross, of walls thinner than these are high: shorter edges part them.
@@ -412,11 +406,39 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         }
         self.crossing = again.then(|| now.faults());
         self.times_kept += 1;
-        // The arrangement may well be the same.
-        self.before = None;
-        let grown = now.crossed.iter().map(|(b, length)| b.grown(self.times_kept as f64 * ROOM * length));
+        let far = self.times_kept as f64 * ROOM;
+        let grown = now.crossed.iter().map(|(b, length)| b.grown(far * length));
         let kept = now.start.kept.iter().copied().chain(grown).collect();
         Some(Start { kept, ..now.start.clone() })
+    }
+
+    /// The arrangement of the leaves; see [`arranged`]. None where there is none, or where it is as it was.
+    fn arrange(&mut self, cell: f64, run: &Run) -> Result<Option<Arranged>> {
+        if let Some((of, before)) = self.arranged.as_ref().filter(|_| self.start.keeps())
+            && of.has_cells_of(&self.start)
+        {
+            return Ok(Some(before.clone()));
+        }
+        let grid = CellGrid {
+            size: ARRANGED * cell,
+            coarser: COARSER,
+            places: &self.start.places,
+            more: SMALLER[self.start.times],
+            block: None,
+        };
+        let made = match arranged(&self.ready.model, &grid, self.options.memory, run) {
+            Ok(made) => made,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // Too many cells, or too much in one: there are other ways.
+            Err(_) => return Ok(None),
+        };
+        // Where all is proved at those places cells are as they were, and the rest would be, too.
+        let as_before = self.arranged.as_ref().is_some_and(|b| b.1.made.mesh == made.made.mesh && !self.start.keeps());
+        if as_before || made.made.mesh.triangles.is_empty() {
+            return Ok(None);
+        }
+        self.arranged = Some((self.start.clone(), made.clone()));
+        Ok(Some(made))
     }
 
     /// What the cells tell before leaves are arranged; `None` where they are too many, or there is no memory for them.
@@ -451,18 +473,21 @@ impl Ladder for CellLadder<'_, '_> {
             if self.scout.is_none() {
                 self.scout = self.scout(share, run)?;
             }
-            let made = match &self.scout {
-                Some(scout) => scout.arranged(self.ready, self.options, &self.start, run)?,
+            let cell = self.scout.as_ref().map(|s| s.cell);
+            let made = match cell {
+                Some(cell) => self.arrange(cell, run)?,
                 None => None,
             };
-            // Where all is proved at those places cells are as they were, and the rest would be, too.
-            if let Some((made, work)) = made.filter(|(m, _)| self.before.as_ref() != Some(&m.extracted.mesh)) {
-                self.before = Some(made.extracted.mesh.clone());
+            let work = match (made, &self.scout) {
+                (Some(made), Some(scout)) => scout.with(made, self.ready, &self.start, run)?,
+                _ => None,
+            };
+            if let Some((made, work)) = work {
                 let mut trial = made.remesh(work, self.ready, self.options, run, &mut self.observer)?;
                 trial.start = self.start.clone();
                 return Ok(Some(trial.told(attempts, run)));
             }
-            if self.before.is_some() && self.over {
+            if self.arranged.is_some() && self.over {
                 return Ok(None);
             }
             self.go_on();
@@ -488,7 +513,7 @@ impl Ladder for CellLadder<'_, '_> {
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
         if goes_on
-            && last.start.kept.is_empty()
+            && !last.start.keeps()
             && last.exact.mesh.triangles.len() <= CHEAP
             && self.start.times + 1 < SMALLER.len()
         {

@@ -29,7 +29,7 @@ pub(super) fn hidden_creases(
     run: &Run,
 ) -> Result<Option<ByLeaf>> {
     // Where triangles of the arrangement stay it is bends tighter than cells that are cut off.
-    if !made.start.kept.is_empty() || (made.proved && !ready.model.has_black_boxes()) {
+    if made.start.keeps() || (made.proved && !ready.model.has_black_boxes()) {
         return Ok(None);
     }
     let oracle = ImplicitOracle::new(&ready.model, &made.extracted);

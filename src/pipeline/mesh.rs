@@ -422,7 +422,7 @@ pub(super) fn mesh_by_cells(
     report.stage("check", mesh.triangles.len(), &mut clock, run);
     let crossed = attempts.any_fault_since(before);
     // What stayed as it came is as fine as the arrangement there.
-    let crowded = if few || !start.kept.is_empty() {
+    let crowded = if few || start.keeps() {
         None
     } else if away {
         let half = |t: u32| {

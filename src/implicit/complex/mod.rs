@@ -46,7 +46,6 @@ pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
-use retreat::retreat;
 use settle::Nodes;
 use shared::{Curves, Shared, beside, existing, with};
 
@@ -88,6 +87,8 @@ pub(crate) struct Arranged {
     pub(crate) unproved: Vec<(DVec3, Unproved)>,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
     pub(crate) astray: Vec<u32>,
+    /// Where the linear interpolants vanish, for each node; empty of a block.
+    linear: Vec<DVec3>,
     /// Nodes where a block ends, ascending, and by what they are known to the blocks beside it.
     pub(crate) ends: Vec<(u32, EndKey)>,
 }
@@ -105,8 +106,6 @@ pub(crate) struct CellGrid<'a> {
     /// Places where smaller cells may be halved this often more than elsewhere.
     pub(crate) places: &'a [Aabb],
     pub(crate) more: u8,
-    /// Places where nodes leave their surfaces for the linear interpolants' as far as triangles cross else.
-    pub(crate) linear: &'a [Aabb],
     /// What is wanted of it, if not all.
     pub(crate) block: Option<GridBlock>,
 }
@@ -118,7 +117,7 @@ pub(crate) struct CellGrid<'a> {
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
 pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: &Run) -> Result<Arranged> {
-    let CellGrid { size: seen, coarser, places, more, linear, block } = *grid;
+    let CellGrid { size: seen, coarser, places, more, block } = *grid;
     let size = seen * f64::from(1u32 << coarser);
     run.install(|| {
         let ends = model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)));
@@ -171,14 +170,11 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let names: Vec<Key> = copies.iter().map(|c| keys[*c as usize]).collect();
         let stay = if block.is_some() { at_ends(&triangles) } else { Vec::new() };
         let by_name = block.is_some().then_some(&names[..]);
-        let before: Vec<DVec3> = if linear.is_empty() { Vec::new() } else { Vec::clone(&places) };
+        let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, names: by_name };
         let mut astray = nodes.settle();
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;
-        if !linear.is_empty() {
-            retreat(&mut places, &before, &triangles, linear, run)?;
-        }
         let mut ends = Vec::new();
         let mut on = on;
         if block.is_some() {
@@ -202,6 +198,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             cells: held.len(),
             unproved,
             astray,
+            linear,
             ends,
         })
     })

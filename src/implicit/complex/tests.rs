@@ -166,13 +166,7 @@ fn signs_are_exact_and_ties_are_those_of_shifted_leaves() {
 
 fn made(solid: &Solid, size: f64) -> Arranged {
     let model = Implicit::new(solid, RSystem::R0, Some(Aabb::new(DVec3::splat(-3.0), DVec3::splat(3.0)))).unwrap();
-    arranged(
-        &model,
-        &CellGrid { size, coarser: 0, places: &[], more: 0, linear: &[], block: None },
-        1 << 32,
-        &Run::new(),
-    )
-    .unwrap()
+    arranged(&model, &CellGrid { size, coarser: 0, places: &[], more: 0, block: None }, 1 << 32, &Run::new()).unwrap()
 }
 
 fn sound(a: &Arranged) {
@@ -301,13 +295,8 @@ fn blocks_of_a_grid_give_what_the_whole_grid_gives() {
     let cells = cells_along(&model.bounds(), size);
     // One block that is all of the grid: nodes around folded triangles move in the order of their names, as in the others.
     let block = Some(GridBlock { lo: [0; 3], hi: cells });
-    let whole = arranged(
-        &model,
-        &CellGrid { size, coarser: 0, places: &[], more: 0, linear: &[], block },
-        1 << 32,
-        &Run::new(),
-    )
-    .unwrap();
+    let whole =
+        arranged(&model, &CellGrid { size, coarser: 0, places: &[], more: 0, block }, 1 << 32, &Run::new()).unwrap();
     sound(&whole);
     let mut all: Vec<[[u64; 3]; 3]> = Vec::new();
     let mut known: FxHashMap<EndKey, [u64; 3]> = FxHashMap::default();
@@ -317,13 +306,8 @@ fn blocks_of_a_grid_give_what_the_whole_grid_gives() {
         let at = [k % 2, k / 2 % 3, k / 6];
         let bound = |d: u32| std::array::from_fn(|i| cells[i] * (at[i] + d) / n[i]);
         let block = Some(GridBlock { lo: bound(0), hi: bound(1) });
-        let some = arranged(
-            &model,
-            &CellGrid { size, coarser: 0, places: &[], more: 0, linear: &[], block },
-            1 << 32,
-            &Run::new(),
-        )
-        .unwrap();
+        let some = arranged(&model, &CellGrid { size, coarser: 0, places: &[], more: 0, block }, 1 << 32, &Run::new())
+            .unwrap();
         all.extend(placed(&some));
         let mut here: Vec<EndKey> = some.ends.iter().map(|e| e.1).collect();
         for (v, key) in &some.ends {

@@ -70,6 +70,10 @@ fn unary(list: &mut Operations, op: Unary, a: u32) -> u32 {
             let (sin, cos) = (list.line("sin", &[a]), list.line("cos", &[a]));
             return list.line("atan2", &[sin, cos]);
         }
+        Unary::Fold => {
+            let angle = unary(list, Unary::Wrap, a);
+            return list.line("abs", &[angle]);
+        }
         Unary::Steepened => {
             let steeper = list.times(a, STEEPENED);
             return list.line("min", &[a, steeper]);

@@ -42,7 +42,9 @@ impl Lowerer {
             c.name = Some(self.base_name(solid, "formula").into());
         }
         let whole = Leaf::Formula(Formula::compile(e, &c.place));
-        let known = if c.negate || self.waits(e) { None } else { Implicit::box_of(whole) };
+        // Steps wait in what is cut off, too.
+        let waits = self.waits(e);
+        let known = if c.negate || waits { None } else { Implicit::box_of(whole) };
         // Steps that are left in the parts stay there.
         let within = self.within.take();
         let part = self.tree_from(&parts, c);

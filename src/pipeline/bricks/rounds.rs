@@ -178,14 +178,8 @@ impl Maker<'_> {
     /// What the leaves' arrangement gives in a brick.
     fn arranged(&self, brick: u32) -> Result<Given> {
         let Self { plan, ready, run, .. } = self;
-        let grid = CellGrid {
-            size: plan.cell(),
-            coarser: 0,
-            places: &[],
-            more: 0,
-            linear: &[],
-            block: Some(plan.blocks().block(brick)),
-        };
+        let grid =
+            CellGrid { size: plan.cell(), coarser: 0, places: &[], more: 0, block: Some(plan.blocks().block(brick)) };
         let made = arranged(&ready.model, &grid, plan.options.memory, run)?;
         let proof = Proof::of(&made);
         let (ends, made) = (made.ends, made.made);

@@ -1,0 +1,156 @@
+//! What of a tape can decide the sign on a box.
+
+use super::super::leaf::Leaf;
+use super::{EVERYTHING, Op, Pruned, Scratch, Tape};
+use crate::numeric::Interval;
+use crate::spatial::Aabb;
+
+/// Operands with more operations than this are not compared: cases of formulas have a handful where little can be decided.
+const MOST_COMPARED: usize = 64;
+
+impl Tape {
+    /// Drops what cannot decide the sign on the box.
+    pub(crate) fn prune(&self, leaves: &[Leaf], cell: &Aabb, scratch: &mut Scratch) -> Pruned {
+        let r = &mut scratch.intervals;
+        self.ranges(leaves, cell, r);
+        // `renumber[i]`: what stands for operation i. An operand that is decided never is needed: if it decided the
+        // operation, that would be decided too, and so on up to the root, which is not.
+        const UNUSED: u32 = u32::MAX;
+        let n = self.ops.len();
+        let alias = &mut scratch.renumber;
+        alias.clear();
+        alias.resize(2 * n, UNUSED);
+        let (alias, needed) = alias.split_at_mut(n);
+        for (i, op) in self.ops.iter().enumerate() {
+            // What is known of operands by their opposites is not yet in the range.
+            match *op {
+                Op::Min(a, b) => r[i] = r[a as usize].min(r[b as usize]),
+                Op::Max(a, b) => r[i] = r[a as usize].max(r[b as usize]),
+                _ => {}
+            }
+            if let Some(inside) = self.by_opposites(i, alias) {
+                r[i] = Interval::point(if inside { EVERYTHING } else { -EVERYTHING });
+            }
+            alias[i] = match *op {
+                Op::Min(a, _) if r[a as usize].lo > 0.0 => alias_of(self.ops[i], alias, true),
+                Op::Min(a, b) if r[b as usize].lo > 0.0 => alias[a as usize],
+                Op::Max(a, _) if r[a as usize].hi < 0.0 => alias_of(self.ops[i], alias, true),
+                Op::Max(a, b) if r[b as usize].hi < 0.0 => alias[a as usize],
+                _ => self.undivided(i, alias).unwrap_or(i as u32),
+            };
+        }
+        if r[n - 1].hi < 0.0 {
+            return Pruned::Outside;
+        }
+        if r[n - 1].lo > 0.0 {
+            return Pruned::Inside;
+        }
+        let top = alias[n - 1] as usize;
+        needed[top] = 0;
+        let mut count = 0;
+        for i in (0..=top).rev() {
+            if needed[i] == UNUSED {
+                continue;
+            }
+            count += 1;
+            if let Op::Min(a, b) | Op::Max(a, b) = self.ops[i] {
+                needed[alias[a as usize] as usize] = 0;
+                needed[alias[b as usize] as usize] = 0;
+            }
+        }
+        if count == n {
+            return Pruned::Same;
+        }
+        let mut ops = Vec::with_capacity(count);
+        for i in 0..=top {
+            if needed[i] == UNUSED {
+                continue;
+            }
+            let at = |a: u32, needed: &[u32]| needed[alias[a as usize] as usize];
+            ops.push(match self.ops[i] {
+                Op::Min(a, b) => Op::Min(at(a, needed), at(b, needed)),
+                Op::Max(a, b) => Op::Max(at(a, needed), at(b, needed)),
+                other => other,
+            });
+            needed[i] = ops.len() as u32 - 1;
+        }
+        Pruned::Smaller(Tape { ops })
+    }
+}
+
+impl Tape {
+    /// What is on both sides of a leaf, where an operation only parts one thing by it: X for `(d & X) | (!d & X)`. Formulas by cases
+    /// become that where their cases agree. `alias` stands for operations before this one.
+    fn undivided(&self, i: usize, alias: &[u32]) -> Option<u32> {
+        let (a, b, joins) = match self.ops[i] {
+            Op::Max(a, b) => (a, b, true),
+            Op::Min(a, b) => (a, b, false),
+            _ => return None,
+        };
+        let parts = |i: u32| match self.ops[alias[i as usize] as usize] {
+            Op::Min(x, y) if joins => Some([(x, y), (y, x)]),
+            Op::Max(x, y) if !joins => Some([(x, y), (y, x)]),
+            _ => None,
+        };
+        let (here, there) = (parts(a)?, parts(b)?);
+        let agree = |p: &(u32, u32), q: &(u32, u32)| self.opposite(p.0, q.0, alias) && self.same(p.1, q.1, alias);
+        here.iter().find(|p| there.iter().any(|q| agree(p, q))).map(|p| alias[p.1 as usize])
+    }
+
+    /// What `d | !d` and `d & !d` are: what is divided is decided on both sides alike.
+    fn by_opposites(&self, i: usize, alias: &[u32]) -> Option<bool> {
+        match self.ops[i] {
+            Op::Max(a, b) => self.opposite(a, b, alias).then_some(true),
+            Op::Min(a, b) => self.opposite(a, b, alias).then_some(false),
+            _ => None,
+        }
+    }
+
+    /// Whether one operation is the complement of the other by their operands, as far as few of them tell.
+    fn opposite(&self, a: u32, b: u32, alias: &[u32]) -> bool {
+        self.alike(a, b, &Compared { alias, opposite: true }, &mut { MOST_COMPARED })
+    }
+
+    /// Whether two operations are one by their operands, as far as few of them tell.
+    fn same(&self, a: u32, b: u32, alias: &[u32]) -> bool {
+        self.alike(a, b, &Compared { alias, opposite: false }, &mut { MOST_COMPARED })
+    }
+
+    fn alike(&self, a: u32, b: u32, how: &Compared<'_>, left: &mut usize) -> bool {
+        if *left == 0 {
+            return false;
+        }
+        *left -= 1;
+        let (a, b) = (how.alias[a as usize], how.alias[b as usize]);
+        match (self.ops[a as usize], self.ops[b as usize]) {
+            (Op::Min(a, c), Op::Min(b, d)) | (Op::Max(a, c), Op::Max(b, d)) if !how.opposite => {
+                self.alike(a, b, how, left) && self.alike(c, d, how, left)
+            }
+            (Op::Min(a, c), Op::Max(b, d)) | (Op::Max(a, c), Op::Min(b, d)) if how.opposite => {
+                self.alike(a, b, how, left) && self.alike(c, d, how, left)
+            }
+            (Op::Leaf { leaf: a, negate: p, .. }, Op::Leaf { leaf: b, negate: q, .. }) if how.opposite => {
+                a == b && p != q
+            }
+            (Op::All(a), Op::All(b)) if how.opposite => a != b,
+            (p @ (Op::Leaf { .. } | Op::All(_)), q) => p == q && !how.opposite,
+            _ => false,
+        }
+    }
+}
+
+/// How operations are compared.
+struct Compared<'a> {
+    /// What stands for each.
+    alias: &'a [u32],
+    /// Whether one is to be the complement of the other.
+    opposite: bool,
+}
+
+/// What stands for the second (or first) operand of an operation.
+fn alias_of(op: Op, alias: &[u32], second: bool) -> u32 {
+    match op {
+        Op::Min(a, b) | Op::Max(a, b) => alias[if second { b } else { a } as usize],
+        _ => u32::MAX,
+    }
+}

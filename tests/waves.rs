@@ -1,0 +1,96 @@
+//! Formulas that repeat by `mod`: rows of slots and holes, springs, knurls. Surfaces at which `mod` jumps are none of the part's.
+
+use std::f64::consts::PI;
+
+use rvachev::Run;
+use rvachev::implicit::part::parse;
+use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, mesh_part};
+use rvachev::quality::Check;
+
+/// The part's mesh, which comes out at the first attempt with all edges and corners.
+fn meshed(text: &str, share: f64) -> (Meshed, Check) {
+    let part = parse(text, &[]).unwrap();
+    let options = MeshOptions { size: Some(SizeRequest::Relative(share)), ..MeshOptions::default() };
+    let meshed = mesh_part(&part, &options, &Run::new()).unwrap();
+    let check = meshed.report.check.clone().unwrap();
+    let report = &meshed.report;
+    assert_eq!((report.method, report.attempts.len(), &report.shortfalls), ("leaf", 1, &Vec::new()), "{text}");
+    assert!(check.certificate.is_sound(), "{:?}", check.certificate);
+    (meshed, check)
+}
+
+#[test]
+fn rows_of_slots_are_cut_out_as_they_are_left_standing() {
+    // Slots of 0.8 in steps of one: of three the outer ones are cut by the plate's ends.
+    let slots = "slots = solid(abs(mod(x + 0.5, 1) - 0.5) <= 0.4).name('slots') & box(size=(5, 1, 1)).name('ends')\n\
+                 plate = box(size=(2.6, 2.4, 0.24)).name('plate')\n";
+    let cut = 0.24 * (0.7 + 0.8 + 0.7);
+    for (operation, volume, corners) in
+        [("part(plate - slots)", 2.6 * 2.4 * 0.24 - cut, 32), ("part(plate & slots)", cut, 24)]
+    {
+        let (_, check) = meshed(&format!("{slots}{operation}"), 0.04);
+        assert!((check.volume.unwrap() - volume).abs() < 1e-12, "{operation}: {:?}", check.volume);
+        let features = check.features.unwrap();
+        assert_eq!((features.corners_found, features.corners_true), (corners, corners), "{operation}");
+        assert!(features.recall > 0.999 && features.precision > 0.999, "{operation}: {features:?}");
+    }
+}
+
+#[test]
+fn hexagonal_holes_repeat_in_two_directions() {
+    // A hexagon of inradius 0.4 has the area 2 sqrt(3) 0.4^2; three rows of one, two, and one half of two fit the plate.
+    let text = "def hexagon(a, b):\n    return max(abs(a), abs(a)/2 + abs(b)*sqrt(3)/2)\n\
+                s = sqrt(3)\n\
+                first = hexagon(mod(x + 0.5, 1) - 0.5, mod(y + s/2, s) - s/2)\n\
+                second = hexagon(mod(x, 1) - 0.5, mod(y, s) - s/2)\n\
+                plate = box(size=(3, 3, 0.3)).name('plate')\n\
+                part(plate - solid(min(first, second) <= 0.4).name('holes'))\n";
+    let (_, check) = meshed(text, 0.04);
+    let hole = 2.0 * 3f64.sqrt() * 0.16;
+    // Centers at x = -1, 0, 1 in the middle row; at y = -0.866, 0.866 there are whole ones at -0.5, 0.5 and halves at -1.5, 1.5.
+    // Of the middle row all three are whole, as 1 + 0.4 is less than 1.5. The rows at y = 1.732 begin outside.
+    let volume = 0.3 * (9.0 - hole * (3.0 + 2.0 * (2.0 + 1.0)));
+    assert!((check.volume.unwrap() - volume).abs() < 1e-9, "{:?} {volume}", check.volume);
+}
+
+#[test]
+fn a_spring_by_mod_is_one_smooth_wire() {
+    // By planes through the axis the wire's sections are circles: each turn has the volume of a ring.
+    let (radius, wire, pitch) = (8.0, 1.1, 4.0);
+    for off in ["mod(z - 4*atan2(y, x)/(2*pi) + 2, 4) - 2", "abs(mod(z - 4*atan2(y, x)/(2*pi), 4) - 2)"] {
+        let text = format!(
+            "part(solid(hypot(hypot(x, y) - {radius}, {off}) <= {wire}).name('wire') & \
+             box(lo=(-10, -10, -{pitch}), hi=(10, 10, {pitch})).name('ends'))"
+        );
+        let (meshed, check) = meshed(&text, 0.03);
+        let volume = 2.0 * (2.0 * PI * radius) * (PI * wire * wire);
+        assert!((check.volume.unwrap() / volume - 1.0).abs() < 4e-3, "{off}: {:?}, in truth {volume}", check.volume);
+        let features = check.features.unwrap();
+        assert!(features.recall > 0.999 && features.precision > 0.999, "{off}: {features:?}");
+        // Where `mod` jumps, between the turns, there is nothing.
+        let labels = meshed.mesh.faces.iter().position(|f| f == "wire").unwrap() as u32;
+        let wire_only = meshed.mesh.triangles.iter().zip(&meshed.mesh.labels).filter(|t| *t.1 == labels);
+        for v in wire_only.flat_map(|t| *t.0) {
+            let p = meshed.mesh.nodes[v as usize];
+            let turn = p.z - pitch * p.y.atan2(p.x) / (2.0 * PI);
+            let off = turn - pitch * (turn / pitch).round();
+            let off = if off.abs() > wire + 0.1 { pitch / 2.0 - off.abs() } else { off };
+            assert!(((p.x.hypot(p.y) - radius).hypot(off) - wire).abs() < 1e-9, "{p}");
+        }
+    }
+}
+
+#[test]
+fn knurls_are_proved_in_cells_as_large_as_their_waves_allow() {
+    let text = "r = hypot(x, y)\npace = 2*pi/36\n\
+                wave = abs(mod(atan2(y, x) + z/14, pace) - pace/2)\n\
+                part(solid(r <= 12.6 - 8*wave).name('grip') & box(lo=(-20, -20, 0), hi=(20, 20, 1)).name('ends'))\n";
+    let (meshed, check) = meshed(text, 0.03);
+    // The mean of (12.6 - 8 w)^2 over w from 0 to pi/36, for each angle.
+    let most = 8.0 * PI / 36.0;
+    let mean = 12.6 * 12.6 - 12.6 * most + most * most / 3.0;
+    assert!((check.volume.unwrap() / (PI * mean) - 1.0).abs() < 2e-3, "{:?}", check.volume);
+    let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
+    // Deep inside the surfaces that part the waves make no difference: cells there hold nothing of the part's.
+    assert!(proof.unproved == 0 && proof.cells < 60_000, "{} of {}", proof.unproved, proof.cells);
+}
