@@ -388,6 +388,20 @@ fn workers_that_are_killed_or_run_twice_at_once_leave_what_one_makes() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+#[test]
+fn a_plan_read_back_is_the_plan_to_the_last_bit() {
+    let folder = folder("read_back");
+    for percent in (1..40).map(|k| 2.0 + 0.1 * f64::from(k)) {
+        let size = percent / 100.0 * 12f64.sqrt();
+        let job = folder.join(percent.to_string());
+        fs::create_dir_all(&job).unwrap();
+        let plan = planned(HOLES, size, [1, 1, 1], &job);
+        let again = BrickPlan::load(&job).unwrap();
+        assert_eq!((&again, again.digest()), (&plan, plan.digest()), "{percent}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// A limit to the size of files stands for a full disk: writing more fails in the same way.
 #[cfg(unix)]
 #[test]
