@@ -68,23 +68,32 @@ fn a_cube_with_holes_is_as_good_in_bricks_as_in_one() {
 }
 
 #[test]
-fn shares_in_any_order_give_the_same_bytes() {
-    let bytes = |shares: u32, name: &str| {
-        let folder = folder(name);
-        let plan = planned(HOLES, 0.03, [2, 2, 2], &folder);
-        for round in 0..3 {
-            for number in (1..=shares).rev() {
-                make_bricks(&plan, &folder, Share { number, of: shares }, Some(round), &Run::new()).unwrap();
+fn shares_in_any_order_give_the_same_bytes_in_8_and_27_and_64_bricks() {
+    let [volume, area] = holes();
+    for n in [2, 3, 4] {
+        let made = |shares: u32| {
+            let name = format!("shares{n}-{shares}");
+            let folder = folder(&name);
+            let plan = planned(HOLES, 0.02, [n; 3], &folder);
+            assert_eq!(plan.bricks(), [n; 3]);
+            for round in 0..3 {
+                for number in (1..=shares).rev() {
+                    make_bricks(&plan, &folder, Share { number, of: shares }, Some(round), &Run::new()).unwrap();
+                }
             }
+            let Meshed { mesh, report, .. } = merge_bricks(&plan, &folder, &Run::new()).unwrap();
+            fs::remove_dir_all(folder).unwrap();
+            (mesh, report.check.unwrap())
+        };
+        let (one, c) = made(1);
+        assert!(c.certificate.is_sound() && c.euler == -4, "{n}: {:?}", c.certificate);
+        assert!((c.volume.unwrap() - volume).abs() < 2e-4 * volume, "{n}: {:?} {volume}", c.volume);
+        assert!((c.area - area).abs() < 2e-4 * area, "{n}: {} {area}", c.area);
+        for shares in [2, 7] {
+            let (other, same) = made(shares);
+            assert_eq!((&one.nodes, &one.triangles, &one.labels), (&other.nodes, &other.triangles, &other.labels));
+            assert_eq!(same, c);
         }
-        let mesh = merge_bricks(&plan, &folder, &Run::new()).unwrap().mesh;
-        fs::remove_dir_all(folder).unwrap();
-        mesh
-    };
-    let one = bytes(1, "one");
-    for shares in [2, 7] {
-        let other = bytes(shares, &format!("shares{shares}"));
-        assert_eq!((&one.nodes, &one.triangles, &one.labels), (&other.nodes, &other.triangles, &other.labels));
     }
 }
 
@@ -127,6 +136,78 @@ fn parts_smaller_than_a_brick_walls_along_its_wall_and_an_edge_in_it_come_out() 
     let volume = 8.0 - 2.0 * 0.03 * 1.2 * 1.3 + 7.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.03f64.powi(3);
     assert!(c.certificate.is_sound() && c.components == 8, "{:?}", c.certificate);
     assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{:?} {volume}", c.volume);
+}
+
+/// Where the walls between bricks of the first round are, along each axis.
+fn walls(plan: &BrickPlan) -> [Vec<f64>; 3] {
+    let json: serde_json::Value = serde_json::from_str(&plan.to_json().unwrap()).unwrap();
+    let whole = |name: &str, k: usize| json[name][k].as_u64().unwrap();
+    let cell = json["cell"].as_f64().unwrap();
+    std::array::from_fn(|k| {
+        let (cells, n) = (whole("cells", k), whole("bricks", k));
+        (1..n).map(|i| json["origin"][k].as_f64().unwrap() + cell * (cells * i / n) as f64).collect()
+    })
+}
+
+#[test]
+fn faces_edges_and_corners_in_the_walls_of_bricks_come_out() {
+    // All of these have the bounds of the cube, and so its walls.
+    let plate =
+        |x: f64| format!("(box(lo=(-2, -2, 0), hi=({x:?}, 2, 2)) | box(lo=({:?}, -2, 0), hi=(2, 2, 2)))", x + 0.015);
+    let aside = folder("walls");
+    let [x, y, z] = walls(&planned("part(box(size=(2, 2, 2)))\n", 0.03, [2, 2, 2], &aside)).map(|w| w[0]);
+    fs::remove_dir_all(aside).unwrap();
+    let cases = [
+        // Three faces in walls, and their corner where all walls meet.
+        (
+            "corner",
+            format!("box(lo=({x:?}, {y:?}, {z:?}), hi=(2, 2, 2))"),
+            (1.0 - x) * (1.0 - y) * (1.0 - z),
+            [2, 2, 2],
+        ),
+        // An edge in a wall whose faces are not.
+        (
+            "oblique",
+            format!("(half_space((1, 0, -1), at=({x:?}, 0, 0.5)) & half_space((-1, 0, -1), at=({x:?}, 0, 0.5)))"),
+            0.5,
+            [2, 2, 2],
+        ),
+        // A face in a wall, and the edge below it.
+        ("face", format!("box(lo=({x:?}, -2, {z:?}), hi=(2, 2, 2))"), (1.0 - x) * 2.0 * (1.0 - z), [2, 1, 1]),
+        // A plate half as thick as an edge is long beside the wall, one of its faces in it.
+        ("plate", plate(x), 2.0 * (2.0 - 0.015), [2, 1, 1]),
+        // And nearly in it where walls cross.
+        ("near", plate(x + 1e-4), 2.0 * (2.0 - 0.015), [2, 2, 2]),
+    ];
+    for (name, less, volume, bricks) in cases {
+        let (_, c) = made(&format!("part(box(size=(2, 2, 2)) - {less})\n"), 0.03, bricks, name);
+        assert!(c.certificate.is_sound() && c.euler == 2 && c.components == 1, "{name}: {:?}", c.certificate);
+        let left = 8.0 - volume;
+        assert!((c.volume.unwrap() - left).abs() < 1e-9 * left, "{name}: {:?} {left}", c.volume);
+    }
+    // Where a face goes through points of the grid and through a wall across it names run out: refused, with what helps.
+    let folder = folder("grid");
+    let (part, out) = (folder.join("part.py"), folder.join("a.stl"));
+    fs::write(&part, format!("part(box(size=(2, 2, 2)) - {})\n", plate(x))).unwrap();
+    let [part, out] = [&part, &out].map(|p| p.to_str().unwrap());
+    fails(&["mesh", part, "--size", "0.03", "--bricks", "2x2x2", "-o", out], 3, "a size that is a little different");
+    assert!(command(&["mesh", part, "--size", "0.0299", "--bricks", "2x2x2", "-o", out]).status.success());
+}
+
+#[test]
+fn what_cannot_be_proved_is_named_by_the_brick_it_is_in() {
+    let folder = folder("unproved");
+    // Two cylinders of one radius whose axes meet: their surfaces touch in (0.5, +-0.3, 0), which is in the second brick.
+    let text = "part(cylinder(0.3, at=(0.5, 0, 0), height=2) | cylinder(0.3, axis='x', height=2))\n";
+    let plan = planned(text, 0.04, [2, 1, 1], &folder);
+    make_bricks(&plan, &folder, Share::ALL, None, &Run::new()).unwrap();
+    let report = merge_bricks(&plan, &folder, &Run::new()).unwrap().report;
+    fs::remove_dir_all(folder).unwrap();
+    let proof = report.attempts[0].proof.as_ref().unwrap();
+    let [b] = proof.bricks[..] else { panic!("{proof:?}") };
+    assert!(b.brick == 1 && b.unproved == proof.unproved && b.cells < proof.cells, "{proof:?}");
+    let near = DVec3::new(0.5, 0.3 * b.first.at[1].signum(), 0.0);
+    assert!(DVec3::from_array(b.first.at).distance(near) < 0.04, "{proof:?}");
 }
 
 #[test]
@@ -213,4 +294,182 @@ fn what_is_missing_damaged_or_of_another_plan_is_named_and_not_merged() {
             .count(),
         0
     );
+}
+
+/// Plans the cube with bores in 12 bricks, at `folder`/job.
+fn job_of_12(folder: &Path) -> PathBuf {
+    let job = folder.join("job");
+    fs::create_dir_all(&job).unwrap();
+    planned(HOLES, 0.04, [3, 2, 2], &job);
+    job
+}
+
+/// Bytes of the merged mesh of a job; none if something lacks, which must be named.
+fn merged(job: &Path) -> Option<Vec<u8>> {
+    let out = job.with_file_name("merged.stl");
+    let said = command(&["merge", job.to_str().unwrap(), "-o", out.to_str().unwrap(), "-q"]);
+    let text = String::from_utf8_lossy(&said.stderr);
+    if said.status.success() {
+        let bytes = fs::read(&out).unwrap();
+        fs::remove_file(out).unwrap();
+        return Some(bytes);
+    }
+    assert!(said.status.code() == Some(3) && text.contains("not made: brick "), "{text}");
+    assert!(!out.exists());
+    None
+}
+
+/// Pieces that are there, of all rounds, and files of pieces not finished.
+fn pieces(job: &Path) -> [usize; 2] {
+    let mut count = [0, 0];
+    for round in ["round1", "round2", "round3"] {
+        for file in fs::read_dir(job.join(round)).into_iter().flatten() {
+            count[usize::from(file.unwrap().path().extension().is_none_or(|e| e != "piece"))] += 1;
+        }
+    }
+    count
+}
+
+/// Makes all that is missing, and says what the command said.
+fn finished(job: &Path) -> String {
+    let out = command(&["brick", job.to_str().unwrap()]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8_lossy(&out.stdout).trim().into()
+}
+
+#[test]
+fn workers_that_are_killed_or_run_twice_at_once_leave_what_one_makes() {
+    let folder = folder("killed");
+    let job = job_of_12(&folder);
+    finished(&job);
+    let [all, _] = pieces(&job);
+    let whole = merged(&job).unwrap();
+    fs::remove_dir_all(&job).unwrap();
+    let job = job_of_12(&folder);
+    let start = || Command::new(env!("CARGO_BIN_EXE_rvachev")).args(["brick", "-q"]).arg(&job).spawn().unwrap();
+    // Killed again and again, each time when there is a piece more at least.
+    loop {
+        let mut worker = start();
+        let [before, _] = pieces(&job);
+        let done = loop {
+            if let Some(status) = worker.try_wait().unwrap() {
+                assert!(status.success());
+                break true;
+            }
+            if pieces(&job)[0] > before {
+                worker.kill().unwrap();
+                worker.wait().unwrap();
+                break false;
+            }
+            std::thread::yield_now();
+        };
+        let [after, _] = pieces(&job);
+        if done || after == all {
+            break;
+        }
+        assert_eq!(merged(&job), None);
+    }
+    assert_eq!(finished(&job), "0 pieces made");
+    assert!(merged(&job).unwrap() == whole);
+    // What lacks is made again, and only that.
+    fs::remove_file(job.join("round1").join("000003.piece")).unwrap();
+    assert_eq!(merged(&job), None);
+    assert_eq!(finished(&job), "1 pieces made");
+    assert!(merged(&job).unwrap() == whole);
+    // Two workers at all of it, at once.
+    fs::remove_dir_all(&job).unwrap();
+    let job = job_of_12(&folder);
+    let workers = [start(), start()];
+    for mut w in workers {
+        assert!(w.wait().unwrap().success());
+    }
+    assert_eq!(pieces(&job), [all, 0]);
+    assert!(merged(&job).unwrap() == whole);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_plan_read_back_is_the_plan_to_the_last_bit() {
+    let folder = folder("read_back");
+    for percent in (1..40).map(|k| 2.0 + 0.1 * f64::from(k)) {
+        let size = percent / 100.0 * 12f64.sqrt();
+        let job = folder.join(percent.to_string());
+        fs::create_dir_all(&job).unwrap();
+        let plan = planned(HOLES, size, [1, 1, 1], &job);
+        let again = BrickPlan::load(&job).unwrap();
+        assert_eq!((&again, again.digest()), (&plan, plan.digest()), "{percent}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// A limit to the size of files stands for a full disk: writing more fails in the same way.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_an_error_that_leaves_nothing_behind() {
+    let folder = folder("full");
+    let job = job_of_12(&folder);
+    let full = |blocks: u32, args: &[&str]| {
+        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let out = Command::new("sh").args(["-c", &limited, env!("CARGO_BIN_EXE_rvachev")]).args(args).output().unwrap();
+        let text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(4), "{args:?}: {text}");
+        text
+    };
+    let (part, out) = (job.join("part.py"), folder.join("full.stl"));
+    let [part, out, job_] = [&part, &out, &job].map(|p| p.to_str().unwrap());
+    let said = full(16, &["brick", job_]);
+    assert!(said.contains(".piece"), "{said}");
+    let [_, unfinished] = pieces(&job);
+    assert_eq!(unfinished, 0);
+    assert_eq!(merged(&job), None);
+    finished(&job);
+    let whole = merged(&job).unwrap();
+    let said = full(16, &["merge", job_, "-o", out]);
+    assert!(said.contains("full.stl"), "{said}");
+    let before = fs::read_dir(&folder).unwrap().count();
+    for blocks in [16, 600] {
+        full(blocks, &["mesh", part, "--size", "0.04", "--bricks", "3x2x2", "-o", out]);
+    }
+    // No mesh, no part of one, no folder of pieces.
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), before);
+    assert!(!Path::new(out).exists());
+    assert!(merged(&job).unwrap() == whole);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_plan_of_another_version_is_refused_by_all() {
+    let folder = folder("version");
+    let job = job_of_12(&folder);
+    let path = job.join("plan.json");
+    let text = fs::read_to_string(&path).unwrap();
+    let other = text.replace(concat!("\"", env!("CARGO_PKG_VERSION"), "\""), "\"0.0.1\"");
+    assert_ne!(other, text);
+    fs::write(&path, other).unwrap();
+    let (job, out, part) = (job.to_str().unwrap(), folder.join("a.stl"), job.join("part.py"));
+    let (out, part) = (out.to_str().unwrap(), part.to_str().unwrap());
+    fails(&["brick", job], 3, "a plan of version 0.0.1");
+    fails(&["merge", job, "-o", out], 3, "a plan of version 0.0.1");
+    fails(&["plan", part, "--size", "0.04", "--bricks", "3x2x2", "-o", job], 3, "a plan of version 0.0.1");
+    assert_eq!(pieces(Path::new(job)), [0, 0]);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn formats_that_take_the_mesh_into_memory_say_so() {
+    let folder = folder("formats");
+    let job = job_of_12(&folder);
+    finished(&job);
+    let said = |name: &str| {
+        let out = command(&["merge", job.to_str().unwrap(), "-o", folder.join(name).to_str().unwrap()]);
+        assert!(out.status.success());
+        String::from_utf8_lossy(&out.stderr).contains("all of the mesh into memory")
+    };
+    for name in ["a.stl", "a.obj", "a.ply", "a.off", "a.vtu", "a.xdmf"] {
+        assert!(!said(name), "{name}");
+    }
+    for name in ["a.msh", "a.inp", "a.bdf", "a.mesh", "a.su2", "a.vtp", "a.3mf", "a.glb", "a.med"] {
+        assert!(said(name), "{name}");
+    }
+    fs::remove_dir_all(folder).unwrap();
 }

@@ -1,8 +1,11 @@
 """Meshes brick by brick by executors of Python's: the same arrays whoever makes the bricks."""
 
 import pickle
+import subprocess
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,6 +52,20 @@ def test_dask_gives_the_same(tasks, here):
 
     with Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
         assert same(rv.merge(client.get_executor().map(rv.mesh_brick, tasks)), here)
+
+
+def test_mpi_gives_the_same_bytes(tmp_path, here):
+    part, out, alone = (tmp_path / name for name in ("part.py", "a.stl", "alone.stl"))
+    part.write_text(TEXT)
+    script = Path(__file__).parents[2] / "examples" / "cluster" / "mpi.py"
+    # Open MPI of the same environment, whichever else the system has; it refuses root without being told.
+    mpirun = [Path(sys.executable).with_name("mpirun"), "--allow-run-as-root", "--oversubscribe", "-n", "4"]
+    python = [sys.executable, "-m", "mpi4py.futures", script, part, "0.04", "2x2x1", out]
+    said = subprocess.run([*mpirun, *python], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert said.returncode == 0, said.stdout + said.stderr
+    assert f"{len(here.triangles)} triangles of 4 bricks by 3 processes" in said.stdout
+    here.write(alone)
+    assert out.read_bytes() == alone.read_bytes()
 
 
 def test_what_lacks_or_does_not_fit_is_an_error(tasks):

@@ -190,13 +190,19 @@ fn finish(merged: &MergedBricks<'_>, to: &Outputs<'_>, common: &Common, run: rva
         note("falls short", &made.report.shortfalls);
         return Err(refusal);
     }
-    let formats: Vec<Format> = to.meshes.iter().map(|p| Format::from_path(p)).collect::<Result<_>>()?;
     let how = WriteOptions { unit: made.report.units.clone(), ..written_as(to.files) };
-    let told = if formats.into_iter().all(Format::is_streamed) {
-        write_meshes(to.meshes, mesh, &how, &run)
+    let mut whole = Vec::new();
+    for path in to.meshes {
+        whole.extend((!Format::from_path(path)?.is_streamed()).then(|| path.display().to_string()));
+    }
+    let told = if whole.is_empty() {
+        write_meshes(to.meshes, mesh, &how, &run)?
     } else {
-        write_meshes(to.meshes, &mesh.collected()?, &how, &run)
-    }?;
+        let mut told = write_meshes(to.meshes, &mesh.collected()?, &how, &run)?;
+        let what = "takes all of the mesh into memory; STL, OBJ, PLY, OFF, VTU and XDMF files do not";
+        told.warnings.extend(whole.iter().map(|name| format!("{name}: this format {what}")));
+        told
+    };
     drop(run);
     Ok(ended(made, &told, common.quiet))
 }

@@ -45,6 +45,22 @@ pub struct Proof {
     pub places: Vec<UnprovedPlace>,
     /// Nodes that were not put on their surfaces, edges and corners before remeshing, as these do not pass nearby.
     pub astray: usize,
+    /// Of a mesh of bricks, those that hold cells not proved, in the order of their numbers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bricks: Vec<UnprovedBrick>,
+}
+
+/// What was not proved in one brick of the first round.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct UnprovedBrick {
+    /// The number of the brick.
+    pub brick: u32,
+    /// Its cells that hold some of the surface.
+    pub cells: usize,
+    /// In how many of these the leaves are not shown to be arranged as planes are.
+    pub unproved: usize,
+    /// The first of these.
+    pub first: UnprovedPlace,
 }
 
 /// A place where the arrangement of leaves was not proved.
@@ -61,11 +77,18 @@ impl Proof {
         let Arranged { cells, unproved, astray, .. } = made;
         let place = |(at, reason): &(DVec3, Unproved)| UnprovedPlace { at: at.to_array(), reason: *reason };
         let places = unproved.iter().take(NAMED).map(place).collect();
-        Self { cells: *cells, unproved: unproved.len(), places, astray: astray.len() }
+        Self { cells: *cells, unproved: unproved.len(), places, astray: astray.len(), bricks: Vec::new() }
     }
 
-    /// Adds what was shown in another block of the grid.
-    pub(super) fn add(&mut self, other: &Self) {
+    /// Adds what was shown in a brick.
+    pub(super) fn add(&mut self, other: &Self, brick: u32) {
+        let named = |first: &UnprovedPlace| UnprovedBrick {
+            brick,
+            cells: other.cells,
+            unproved: other.unproved,
+            first: *first,
+        };
+        self.bricks.extend(other.places.first().map(named));
         self.cells += other.cells;
         self.unproved += other.unproved;
         self.astray += other.astray;

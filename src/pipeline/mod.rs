@@ -61,7 +61,7 @@ pub use discrete::{FaceInfo, SoupInfo, SoupOptions, is_mesh, load_mesh, mesh_sou
 pub use distance::Distance;
 pub use figure::{BorderLength, FigureReport};
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
-pub use history::{Attempt, Proof, Stage, Tried, UnprovedPlace};
+pub use history::{Attempt, Proof, Stage, Tried, UnprovedBrick, UnprovedPlace};
 pub use ladder::{Budget, Change};
 pub use load::{files_read, is_3mf, is_vm, levelset_bytes, load_part, parse_part, part_text, vm_text};
 pub use mesh::{Meshed, against, distances_to, mesh_part};

@@ -198,7 +198,7 @@ impl Piece {
             w.u32(*v);
             id.iter().for_each(|x| w.u64(*x));
         }
-        let Proof { cells, unproved, astray, places } = &self.proof;
+        let Proof { cells, unproved, astray, places, .. } = &self.proof;
         [*cells, *unproved, *astray, places.len()].iter().for_each(|n| w.u64(*n as u64));
         for p in places {
             w.point(p.at);
@@ -242,7 +242,7 @@ impl Piece {
         for _ in 0..r.count(28)? {
             places.push(UnprovedPlace { at: r.point()?, reason: *REASONS.get(r.u32()? as usize)? });
         }
-        p.proof = Proof { cells, unproved, astray, places };
+        p.proof = Proof { cells, unproved, astray, places, bricks: Vec::new() };
         r.0.is_empty().then_some(p)
     }
 }

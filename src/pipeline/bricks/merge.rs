@@ -120,7 +120,7 @@ struct Numbering {
 
 impl Numbering {
     fn add(&mut self, piece: &Piece, which: Which) -> Result<()> {
-        self.proof.add(&piece.proof);
+        self.proof.add(&piece.proof, which.brick);
         let (node, cell) =
             self.spans.last().map_or((0, 0), |s| (s.first.node as usize + s.nodes, s.first.cell as usize + s.cells));
         if node + piece.nodes.len() >= NONE as usize || cell + piece.triangles.len() >= NONE as usize {

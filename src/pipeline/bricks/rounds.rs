@@ -81,7 +81,8 @@ impl Given {
         let p = self.mesh.nodes[v as usize];
         match self.ends.insert(bits(p), id) {
             Some(other) if other != id => {
-                let what = "two nodes where bricks meet are in one place: move the walls, by another number of bricks";
+                let what = "two nodes where bricks meet are in one place, as a face or an edge passes through points of the grid: \
+                            a size that is a little different moves them";
                 Err(Error::input(Place::Point(p), what))
             }
             _ => Ok(()),
