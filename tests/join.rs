@@ -80,7 +80,7 @@ fn no_triangle_collapses_however_far_nodes_are_matched() {
         assert!(joined.report.farthest <= within);
     }
     // Parts of three sides have nodes of their own along edges between these, which stay apart.
-    assert_eq!(join(&parts, 0.01, &Run::new()).unwrap().report.open_edges > 0, true);
+    assert!(join(&parts, 0.01, &Run::new()).unwrap().report.open_edges > 0);
 }
 
 #[test]
@@ -108,6 +108,20 @@ fn names_and_groups_of_equal_names_are_one() {
     assert_eq!(mesh.faces, ["wall", "lid"]);
     assert_eq!(mesh.labels, [[0; 50], [1; 50], [0; 50]].concat());
     assert_eq!((mesh.groups.len(), &mesh.groups[0].faces), (1, &vec![0, 1]));
+}
+
+#[test]
+fn what_cannot_be_joined_is_refused_and_meshes_of_nothing_are_alone() {
+    let parts = [unit(&[0]), TriMesh::default(), unit(&[2]), TriMesh::default()];
+    let joined = join(&parts, 1e-9, &Run::new()).unwrap();
+    assert_eq!((joined.report.matched, joined.report.alone), (6, vec![1, 3]));
+    assert_eq!(join(&[TriMesh::default()], 1.0, &Run::new()).unwrap().report.nodes, 0);
+    for (parts, within) in [(&parts[..0], 1.0), (&parts[..], -1.0), (&parts[..], f64::NAN), (&parts[..], f64::INFINITY)] {
+        assert_eq!(join(parts, within, &Run::new()).unwrap_err().exit_code(), 2);
+    }
+    let mut broken = unit(&[1]);
+    broken.nodes[3].y = f64::NAN;
+    assert!(join(&[unit(&[0]), broken], 1.0, &Run::new()).unwrap_err().to_string().contains("node 3"));
 }
 
 fn off(mesh: &TriMesh) -> String {
