@@ -6,7 +6,7 @@ use std::fs;
 
 use rvachev::implicit::part::parse;
 use rvachev::io::{Encoding, WriteOptions, write_prisms};
-use rvachev::mesh::{Hexahedra, OuterSide, Prisms, TriMesh};
+use rvachev::mesh::{Prisms, TriMesh};
 use rvachev::pipeline::{MeshOptions, SizeRequest, mesh_part};
 use rvachev::{DVec3, Run};
 
@@ -262,83 +262,6 @@ fn what_cannot_be_swept_is_refused() {
     broken.labels.push(mesh.labels[0]);
     let said = Prisms::swept(&broken, TOP, DVec3::Z, 1).unwrap_err().to_string();
     assert!(said.contains("do not form a sheet"), "{said}");
-}
-
-/// Volume of a hexahedron with parallel sides below and above, by the corners of its bottom and the way up.
-fn hexahedron(mesh: &Hexahedra, cell: &[u32; 8]) -> f64 {
-    let p = cell.map(|v| mesh.nodes[v as usize]);
-    0.5 * (p[2] - p[0]).cross(p[3] - p[1]).dot(p[4] - p[0])
-}
-
-/// Every side has two cells or is on the boundary once, and the boundary is closed, looks outward and holds this volume.
-fn sound_hexahedra(mesh: &Hexahedra, volume: f64) {
-    let sorted = |mut side: Vec<u32>| {
-        side.sort_unstable();
-        side
-    };
-    let mut sides: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
-    let cells = mesh.hexahedra.len();
-    for cell in 0..(cells + mesh.prisms.len()) as u32 {
-        for side in 0..if (cell as usize) < cells { 6 } else { 5 } {
-            *sides.entry(sorted(mesh.corners(&OuterSide { cell, side, label: 0 }))).or_default() += 1;
-        }
-    }
-    assert!(sides.values().all(|n| *n <= 2));
-    let once: BTreeSet<Vec<u32>> = sides.into_iter().filter(|x| x.1 == 1).map(|x| x.0).collect();
-    let outer: Vec<Vec<u32>> = mesh.outer.iter().map(|o| sorted(mesh.corners(o))).collect();
-    assert_eq!(outer.len(), once.len());
-    assert_eq!(outer.into_iter().collect::<BTreeSet<_>>(), once);
-    let mut skin = TriMesh { nodes: mesh.nodes.clone(), faces: mesh.names.clone(), ..TriMesh::default() };
-    for o in &mesh.outer {
-        let corners = mesh.corners(o);
-        for k in 2..corners.len() {
-            skin.triangles.push([corners[0], corners[k - 1], corners[k]]);
-            skin.labels.push(o.label);
-        }
-    }
-    skin.drop_unused_nodes();
-    let defects = skin.defects();
-    assert!(defects.is_closed() && defects.is_manifold() && defects.is_oriented());
-    assert!((skin.volume() - volume).abs() < 1e-12, "{} {volume}", skin.volume());
-    for side in
-        ["plate.xmin", "plate.xmax", "plate.ymin", "plate.ymax"].iter().filter(|s| mesh.names.contains(&s.to_string()))
-    {
-        assert!((area(&skin, side) - 2.0 * 3.0).abs() < 1e-12, "{side}");
-    }
-}
-
-#[test]
-fn pairs_of_prisms_become_hexahedra_and_what_is_left_stays() {
-    // Squares cut along either diagonal are squares again, away from the face and into the room behind it.
-    let n = 6;
-    let mut face = TriMesh::new(Vec::new(), Vec::new());
-    face.nodes = (0..(n + 1) * (n + 1)).map(|k| DVec3::new((k % (n + 1)) as f64, (k / (n + 1)) as f64, 0.0)).collect();
-    for k in 0..n * n {
-        let [a, b, c, d] = [0, 1, n + 2, n + 1].map(|s| (k / n * (n + 1) + k % n + s) as u32);
-        let two = if k % 3 == 0 { [[a, b, c], [a, c, d]] } else { [[b, c, d], [b, d, a]] };
-        face.triangles.extend(two);
-        face.labels.extend([0, 0]);
-    }
-    for height in [3.0, -3.0] {
-        let prisms = Prisms::swept(&face, "surface", DVec3::new(0.0, 0.0, height), 2).unwrap();
-        let mesh = prisms.hexahedra(45.0).unwrap();
-        assert_eq!((mesh.hexahedra.len(), mesh.prisms.len()), (2 * n * n, 0));
-        assert!(mesh.hexahedra.iter().all(|c| (hexahedron(&mesh, c) - 1.5).abs() < 1e-12));
-        sound_hexahedra(&mesh, prisms.volume());
-        // Nothing is as near to a right angle as less than nothing.
-        let none = prisms.hexahedra(-1.0).unwrap();
-        assert_eq!((none.hexahedra.len(), none.prisms.len(), &none.outer), (0, prisms.cells.len(), &prisms.outer));
-    }
-    for layers in [1, 4] {
-        let prisms = Prisms::swept(&plate(), TOP, DVec3::new(0.0, 0.0, -3.0), layers).unwrap();
-        let mesh = prisms.hexahedra(45.0).unwrap();
-        assert_eq!(2 * mesh.hexahedra.len() + mesh.prisms.len(), prisms.cells.len());
-        assert!(mesh.hexahedra.len() > 2 * mesh.prisms.len(), "{} {}", mesh.hexahedra.len(), mesh.prisms.len());
-        assert!(mesh.hexahedra.iter().all(|c| hexahedron(&mesh, c) > 0.0));
-        sound_hexahedra(&mesh, prisms.volume());
-    }
-    let broken = Prisms { cells: vec![[0; 6]; 3], ..Prisms::default() };
-    assert_eq!(broken.hexahedra(45.0).unwrap_err().exit_code(), 3);
 }
 
 #[test]
