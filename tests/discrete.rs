@@ -1,5 +1,6 @@
 //! From triangles whose truth is known to meshes: soundness, features to rounding, quality, borders, names.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use rvachev::mesh::TriMesh;
@@ -303,6 +304,14 @@ fn info_tells_the_model() {
     assert_eq!(info.faces.iter().filter(|f| f.plane).count(), 2);
     let wall = info.faces.iter().find(|f| !f.plane).unwrap();
     assert_eq!(wall.neighbors.len(), 2);
+    // The wall has both rims as loops, and each rim is a closed edge as long as the polygon of 24 sides.
+    assert_eq!(wall.loops.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1]);
+    for (e, rim) in info.graph.iter().enumerate() {
+        assert_eq!(rim.ends[0], rim.ends[1]);
+        assert!(rim.faces.contains(&wall.name) && rim.faces.len() == 2);
+        assert!((rim.length - 48.0 * (PI / 24.0).sin()).abs() < 1e-9, "{}", rim.length);
+        assert!(info.faces.iter().filter(|f| f.loops.contains(&vec![e as u32])).count() == 2);
+    }
     assert!(info.to_string().contains("3 faces"));
 }
 

@@ -8,12 +8,13 @@ use predicates::prelude::*;
 use predicates::str::contains;
 use tempfile::TempDir;
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "mesh",
     "view",
     "compare",
     "check",
     "heal",
+    "join",
     "info",
     "eval",
     "grid",

@@ -292,6 +292,75 @@ fn gyroid_agrees_with_peers() {
     agree(&mesh, &Truth { euler, volume, area: None, within: 1e-2 });
 }
 
+/// A cuboid of 4 by 3 by 2, without its upper side if it is open.
+fn cuboid(name: &str, open: bool) -> PathBuf {
+    let file = scratch(name);
+    let corner = |k: usize| format!("{} {} {}\n", 4 * (k & 1), 3 * (k >> 1 & 1), 2 * (k >> 2 & 1));
+    let sides = [[0, 2, 3, 1], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
+    let shown = &sides[..if open { 5 } else { 6 }];
+    let triangles = shown.iter().map(|[a, b, c, d]| format!("3 {a} {b} {c}\n3 {a} {c} {d}\n"));
+    let text = (0..8).map(corner).chain(triangles).collect::<String>();
+    fs::write(&file, format!("OFF\n8 {} 0\n{text}", 2 * shown.len())).unwrap();
+    file
+}
+
+const CUBOID: Truth = Truth { euler: 2, volume: 24.0, area: Some(52.0), within: 1e-9 };
+
+/// Runs a command whose last argument is the mesh it writes.
+fn written(name: &str, arguments: &[&std::ffi::OsStr]) -> PathBuf {
+    let mesh = scratch(name);
+    let _ = fs::remove_file(&mesh);
+    done(rvachev().args(arguments).arg("-q").arg("-o").arg(&mesh)).unwrap_or_else(|e| panic!("{e}"));
+    mesh
+}
+
+#[test]
+fn step_models_agree_with_peers() {
+    let torus = Truth { euler: 0, volume: TAU * 3.0 * PI, area: Some(TAU * 3.0 * TAU), within: 1e-2 };
+    agree(&mesh_file(&here("data/step/torus.step"), "torus_step", "0.2"), &torus);
+}
+
+#[test]
+fn solids_built_from_edges_agree_with_peers() {
+    let square = "polyline([(0, 0, 0), (4, 0, 0), (4, 3, 0), (0, 3, 0)], closed=True)";
+    agree(&mesh_text(&format!("part(extrude_edges({square}, (0, 0, 1), 2))\n"), "built", "0.3"), &CUBOID);
+}
+
+#[test]
+fn remeshed_triangles_agree_with_peers() {
+    agree(&mesh_file(&cuboid("soup_in.off", false), "soup", "0.3"), &CUBOID);
+}
+
+#[test]
+fn healed_meshes_agree_with_peers() {
+    let open = cuboid("without_lid.off", true);
+    agree(&written("healed.off", &["heal".as_ref(), open.as_ref()]), &CUBOID);
+}
+
+#[test]
+fn operators_agree_with_peers() {
+    let part = here("data/cube_with_holes.py");
+    let how = ["--size", "0.08", "--method", "operators"].map(AsRef::as_ref);
+    let mesh = written("operators.off", &[&["mesh".as_ref(), part.as_ref()], &how[..]].concat());
+    agree(&mesh, &Truth { within: 1e-2, ..cube_with_holes() });
+}
+
+#[test]
+fn merged_bricks_agree_with_peers() {
+    let part = here("data/cube_with_holes.py");
+    let how = ["--size", "0.08", "--bricks", "2x1x2"].map(AsRef::as_ref);
+    let mesh = written("bricks.off", &[&["mesh".as_ref(), part.as_ref()], &how[..]].concat());
+    agree(&mesh, &Truth { within: 5e-3, ..cube_with_holes() });
+}
+
+#[test]
+fn joined_meshes_agree_with_peers() {
+    let open = cuboid("joined_box.off", true);
+    let lid = scratch("joined_lid.off");
+    fs::write(&lid, "OFF\n4 2 0\n0 0 2\n4 0 2\n4 3.000001 2\n0 3 2\n3 0 1 2\n3 0 2 3\n").unwrap();
+    agree(&written("joined.off", &["join".as_ref(), open.as_ref(), lid.as_ref()]), &CUBOID);
+}
+
 #[test]
 fn curvature_of_a_sphere_is_one_over_its_radius() {
     let r = 1.5;

@@ -10,7 +10,7 @@ use rvachev::quality::Check;
 /// The part's mesh, which comes out at the first attempt with all edges and corners.
 fn meshed(text: &str, share: f64) -> (Meshed, Check) {
     let part = parse(text, &[]).unwrap();
-    let options = MeshOptions { size: Some(SizeRequest::Relative(share)), ..MeshOptions::default() };
+    let options = MeshOptions { size: Some(SizeRequest::Share(share)), ..MeshOptions::default() };
     let meshed = mesh_part(&part, &options, &Run::new()).unwrap();
     let check = meshed.report.check.clone().unwrap();
     let report = &meshed.report;

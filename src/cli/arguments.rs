@@ -31,6 +31,8 @@ pub enum Command {
     Check(Check),
     /// Repair a mesh: close holes, join borders, part what intersects
     Heal(Heal),
+    /// Join mesh files to one mesh where their nodes match
+    Join(super::join::Join),
     /// Tell what is in a part
     Info(Info),
     /// Walk over a mesh from one point to another by the shortest way
@@ -556,7 +558,7 @@ fn size(s: &str) -> Result<SizeRequest, String> {
     s.parse().map_err(|e: rvachev::Error| e.to_string())
 }
 
-fn width(s: &str) -> Result<SizeRequest, String> {
+pub(super) fn width(s: &str) -> Result<SizeRequest, String> {
     if s.trim() == "0" { Ok(SizeRequest::Length(0.0)) } else { size(s) }
 }
 

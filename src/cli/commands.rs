@@ -68,7 +68,7 @@ pub(super) fn soup_options(t: &Triangles) -> SoupOptions {
     }
 }
 
-fn to_json(value: &impl Serialize) -> Result<String> {
+pub(super) fn to_json(value: &impl Serialize) -> Result<String> {
     serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))
 }
 

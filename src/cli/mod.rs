@@ -7,6 +7,7 @@ mod compare;
 mod console;
 mod gates;
 mod http;
+mod join;
 mod manual;
 mod path;
 mod progress;
@@ -40,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Compare(a) => compare::compare(&a),
         Command::Check(a) => commands::check(&a),
         Command::Heal(a) => commands::heal(&a),
+        Command::Join(a) => join::join(&a),
         Command::Info(a) => commands::info(&a),
         Command::Path(a) => path::path(&a),
         Command::Eval(a) => sample::eval(&a),

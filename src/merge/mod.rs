@@ -16,6 +16,7 @@
 
 mod blocks;
 mod edit;
+mod join;
 mod numbering;
 mod reordered;
 pub mod sets;
@@ -30,5 +31,6 @@ mod tests;
 
 pub use blocks::{Block, Blocks};
 pub use edit::{Addition, Detached};
+pub use join::{JoinReport, Joined, join};
 pub use reordered::Reordered;
 pub use view::{Merged, Place, Replacement};

@@ -1,5 +1,6 @@
-//! Triangle meshes: storage, connectivity and edits, curvature, defects; prisms over the triangles of a face.
+//! Triangle meshes: storage, connectivity and edits, curvature, defects, values carried; prisms over the triangles of a face.
 
+mod carry;
 mod colors;
 pub mod curvature;
 mod defects;
@@ -16,6 +17,7 @@ pub(crate) mod sides;
 mod trimesh;
 pub mod view;
 
+pub use carry::{Carried, carry};
 pub(crate) use colors::face_colors;
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;

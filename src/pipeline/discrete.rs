@@ -1,10 +1,7 @@
 //! From a triangle soup to a mesh: what is damaged is healed, a model is found in the triangles, its faces are remeshed.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::path::Path;
-
-use serde::Serialize;
 
 use super::faults::{Touching, keep_shells};
 use super::heal::told;
@@ -74,46 +71,6 @@ impl Default for SoupOptions {
     }
 }
 
-/// What was found in a soup.
-#[derive(Debug, Clone, Serialize)]
-pub struct SoupInfo {
-    /// Triangles as read.
-    pub triangles: usize,
-    /// What healing did before anything else; nothing where the triangles were sound.
-    pub healed: Vec<String>,
-    /// Whether there is no open border.
-    pub closed: bool,
-    /// Smallest coordinates of the box around the triangles.
-    pub lo: [f64; 3],
-    /// Largest coordinates.
-    pub hi: [f64; 3],
-    /// Connected parts.
-    pub shells: usize,
-    /// Geometric vertices.
-    pub vertices: usize,
-    /// Geometric edges.
-    pub edges: usize,
-    /// Geometric faces.
-    pub faces: Vec<FaceInfo>,
-    /// Names of groups.
-    pub groups: Vec<String>,
-}
-
-/// One face found in a soup.
-#[derive(Debug, Clone, Serialize)]
-pub struct FaceInfo {
-    /// Its name.
-    pub name: String,
-    /// Its area.
-    pub area: f64,
-    /// Triangles of the input on it.
-    pub triangles: usize,
-    /// Whether it is a plane to the precision of its nodes.
-    pub plane: bool,
-    /// Its neighbors in the relation graph, by name.
-    pub neighbors: Vec<String>,
-}
-
 /// Whether a path is that of a mesh file that can be read. A 3MF package is one unless it has a level set, for which it is looked at.
 pub fn is_mesh(path: &Path) -> bool {
     if is_3mf(path) {
@@ -130,7 +87,7 @@ pub fn load_mesh(path: &Path, run: &Run) -> Result<TriMesh> {
 /// A soup that the discrete gate can work on.
 pub(super) struct Prepared {
     pub(super) mesh: TriMesh,
-    healed: Vec<String>,
+    pub(super) healed: Vec<String>,
 }
 
 impl Prepared {
@@ -380,72 +337,5 @@ fn tell_removed(solid: &Discrete, report: &mut Report) {
     }
     if solid.removed.len() > NAMED {
         report.warnings.push(format!("and {} more features not kept", solid.removed.len() - NAMED));
-    }
-}
-
-/// Finds the model in a soup, as [`mesh_soup`] does, and tells what it is made of.
-///
-/// Errors: those of [`mesh_soup`].
-pub fn soup_info(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<SoupInfo> {
-    let prepared = prepare(input, soup.close, run)?;
-    let size = length(options.size, &prepared.mesh);
-    let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
-    let named = solid.named();
-    let model = solid.model()?.model;
-    let mut faces: Vec<FaceInfo> = named
-        .faces
-        .iter()
-        .enumerate()
-        .map(|(f, name)| FaceInfo {
-            name: name.clone(),
-            area: 0.0,
-            triangles: 0,
-            plane: crate::geometry::Pieces::plane(&solid, f as u32).is_some(),
-            neighbors: Vec::new(),
-        })
-        .collect();
-    for (t, l) in named.labels.iter().enumerate() {
-        faces[*l as usize].triangles += 1;
-        faces[*l as usize].area += 0.5 * named.area_vector(t).length();
-    }
-    for around in model.faces_of_edges() {
-        for f in &around {
-            for g in around.iter().filter(|g| *g != f) {
-                let [a, b] = [f, g].map(|x| model.faces[*x as usize].label as usize);
-                let name = named.faces[b].clone();
-                if a != b && !faces[a].neighbors.contains(&name) {
-                    faces[a].neighbors.push(name);
-                }
-            }
-        }
-    }
-    let b = solid.bounds();
-    Ok(SoupInfo {
-        triangles: input.triangles.len(),
-        healed: prepared.healed,
-        closed: named.defects().is_closed(),
-        lo: b.lo.to_array(),
-        hi: b.hi.to_array(),
-        shells: model.shells.len(),
-        vertices: model.vertices.len(),
-        edges: model.edges.len(),
-        faces,
-        groups: named.groups.iter().map(|g| g.name.clone()).collect(),
-    })
-}
-
-impl fmt::Display for SoupInfo {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let closed = if self.closed { "closed" } else { "open" };
-        writeln!(f, "{} triangles, {closed}, {} shell(s)", self.triangles, self.shells)?;
-        writeln!(f, "box from {:?} to {:?}", self.lo, self.hi)?;
-        self.healed.iter().try_for_each(|h| writeln!(f, "{h}"))?;
-        writeln!(f, "{} vertices, {} edges, {} faces:", self.vertices, self.edges, self.faces.len())?;
-        for face in &self.faces {
-            let plane = if face.plane { ", plane" } else { "" };
-            let next = if face.neighbors.is_empty() { "nothing".into() } else { face.neighbors.join(", ") };
-            writeln!(f, "  {}: area {:.6}, {} triangles{plane}; beside {next}", face.name, face.area, face.triangles)?;
-        }
-        write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
     }
 }
