@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 
 use common::{done, environment};
 use rvachev::implicit::part::parse;
-use rvachev::io::{Encoding, WriteOptions, write_prisms};
+use rvachev::io::{Encoding, WriteOptions, write_hexahedra, write_prisms};
 use rvachev::mesh::Prisms;
 use rvachev::pipeline::{MeshOptions, SizeRequest, mesh_part};
 use rvachev::{DVec3, Run};
@@ -375,10 +375,66 @@ fn prisms_are_read_with_their_volumes_and_names() {
 }
 
 #[test]
-fn calculix_presses_on_prisms_by_name() {
+fn hexahedra_are_read_with_their_volume_and_names() {
     let dir = TempDir::new().unwrap();
     let prisms = swept_plate();
-    write_prisms(&dir.path().join("a.inp"), &prisms, &WriteOptions::default(), &Run::new()).unwrap();
+    let mesh = prisms.hexahedra(45.0).unwrap();
+    assert!(!mesh.hexahedra.is_empty() && !mesh.prisms.is_empty());
+    let mut sides: BTreeMap<String, u64> = BTreeMap::new();
+    mesh.outer.iter().for_each(|o| *sides.entry(mesh.names[o.label as usize].clone()).or_default() += 1);
+    let near = |x: f64| (x - prisms.volume()).abs() < 1e-9;
+    let [usual, text, binary] = [Encoding::Usual, Encoding::Text, Encoding::Binary];
+    for (file, encoding, old_msh) in [
+        ("a.msh", usual, false),
+        ("b.msh", binary, false),
+        ("old.msh", usual, true),
+        ("a.vtu", usual, false),
+        ("text.vtu", text, false),
+        ("a.inp", usual, false),
+    ] {
+        let options = WriteOptions { encoding, old_msh, ..WriteOptions::default() };
+        write_hexahedra(&dir.path().join(file), &mesh, &options, &Run::new()).unwrap();
+        let found = ask("meshio", &dir, file);
+        assert_eq!(found["nodes"].as_u64(), Some(mesh.nodes.len() as u64), "{file}");
+        let volumes =
+            |kind: &str| -> Vec<f64> { found[kind].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect() };
+        let [hexahedra, left] = ["hexahedra", "prisms"].map(volumes);
+        assert_eq!([hexahedra.len(), left.len()], [mesh.hexahedra.len(), mesh.prisms.len()], "{file}");
+        assert!(hexahedra.iter().chain(&left).all(|v| *v > 0.0), "{file}");
+        assert!(near(hexahedra.iter().chain(&left).sum()), "{file}");
+        if file.ends_with(".inp") {
+            let sets = found["point_sets"].as_object().unwrap();
+            assert!(sides.keys().all(|name| sets.contains_key(&name.replace('.', "_"))), "{sets:?}");
+        } else {
+            let whole = found["triangles"].as_u64().unwrap() + found["quads"].as_u64().unwrap();
+            assert_eq!(whole, mesh.outer.len() as u64, "{file}");
+        }
+        if file.ends_with(".msh") {
+            let gmsh = ask("gmsh", &dir, file);
+            assert_eq!(surfaces(&gmsh), sides, "{file}");
+            assert_eq!(gmsh["groups"]["3 volume"].as_u64(), Some((mesh.hexahedra.len() + mesh.prisms.len()) as u64));
+            assert!(near(gmsh["volume"].as_f64().unwrap()), "{file}: {gmsh}");
+        }
+    }
+}
+
+#[test]
+fn calculix_presses_on_prisms_and_hexahedra_by_name() {
+    let prisms = swept_plate();
+    for hexahedra in [false, true] {
+        pressed(&prisms, hexahedra);
+    }
+}
+
+/// CalculiX presses on the plate.
+fn pressed(prisms: &Prisms, hexahedra: bool) {
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("a.inp");
+    match hexahedra {
+        true => write_hexahedra(&path, &prisms.hexahedra(45.0).unwrap(), &WriteOptions::default(), &Run::new()),
+        false => write_prisms(&path, prisms, &WriteOptions::default(), &Run::new()),
+    }
+    .unwrap();
     // A pressure of one on a wall of 2 by 1, and on the end, which has the prisms' volume for each unit of height, is borne by the side
     // across.
     for (held, pressed, truth) in

@@ -6,7 +6,7 @@ use std::fs;
 
 use rvachev::implicit::part::parse;
 use rvachev::io::{Encoding, WriteOptions, write_prisms};
-use rvachev::mesh::{Prisms, TriMesh};
+use rvachev::mesh::{Hexahedra, OuterSide, Prisms, TriMesh};
 use rvachev::pipeline::{MeshOptions, SizeRequest, mesh_part};
 use rvachev::{DVec3, Run};
 
@@ -262,6 +262,209 @@ fn what_cannot_be_swept_is_refused() {
     broken.labels.push(mesh.labels[0]);
     let said = Prisms::swept(&broken, TOP, DVec3::Z, 1).unwrap_err().to_string();
     assert!(said.contains("do not form a sheet"), "{said}");
+}
+
+/// The determinant of the map from the unit cube to a hexahedron, linear along each of the cube's edges, at a place in the cube.
+fn jacobian(p: &[DVec3; 8], at: [f64; 3]) -> f64 {
+    let mut columns = [DVec3::ZERO; 3];
+    for (k, corner) in p.iter().enumerate() {
+        let ends = [[0, 1, 1, 0][k % 4], [0, 0, 1, 1][k % 4], k / 4];
+        let share = |d: usize| if ends[d] == 1 { at[d] } else { 1.0 - at[d] };
+        for (d, column) in columns.iter_mut().enumerate() {
+            let slope = if ends[d] == 1 { 1.0 } else { -1.0 };
+            *column += *corner * slope * share((d + 1) % 3) * share((d + 2) % 3);
+        }
+    }
+    columns[0].cross(columns[1]).dot(columns[2])
+}
+
+/// The integral of the determinant over the cube, in which it has degree two along each edge: two places of Gauss are exact. It must be
+/// positive at the corners and at the places.
+fn hexahedron(mesh: &Hexahedra, cell: &[u32; 8]) -> f64 {
+    let p = cell.map(|v| mesh.nodes[v as usize]);
+    let eight =
+        |low: f64| (0..8).map(move |k| [k & 1, k >> 1 & 1, k >> 2].map(|x| if x == 0 { low } else { 1.0 - low }));
+    let at = |low: f64| eight(low).map(|at| jacobian(&p, at)).collect::<Vec<_>>();
+    let [corners, inside] = [0.0, 0.5 - 0.5 / 3f64.sqrt()].map(at);
+    assert!(corners.iter().chain(&inside).all(|x| *x > 0.0), "{corners:?} {inside:?}");
+    inside.iter().sum::<f64>() / 8.0
+}
+
+/// Cells have positive volumes with this sum. Every side has two cells with the same corners there, or is on the boundary once. No side
+/// of four corners lies on triangles. The boundary is closed, looks outward and holds the volume. Returns it cut into triangles.
+fn sound_hexahedra(mesh: &Hexahedra, volume: f64) -> TriMesh {
+    let prisms = Prisms { nodes: mesh.nodes.clone(), cells: mesh.prisms.clone(), ..Prisms::default() };
+    let mut all: Vec<f64> = mesh.hexahedra.iter().map(|c| hexahedron(mesh, c)).collect();
+    all.extend((0..mesh.prisms.len()).map(|j| prisms.volume_of(j)));
+    assert!(all.iter().all(|v| *v > 0.0));
+    let sum: f64 = all.iter().sum();
+    assert!((sum - volume).abs() < 1e-12 * volume.max(1.0), "{sum} {volume}");
+
+    let sorted = |mut side: Vec<u32>| {
+        side.sort_unstable();
+        side
+    };
+    let mut sides: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
+    let cells = mesh.hexahedra.len();
+    for cell in 0..all.len() as u32 {
+        for side in 0..if (cell as usize) < cells { 6 } else { 5 } {
+            *sides.entry(sorted(mesh.corners(&OuterSide { cell, side, label: 0 }).collect())).or_default() += 1;
+        }
+    }
+    assert!(sides.values().all(|n| *n <= 2));
+    for side in sides.keys().filter(|s| s.len() == 4) {
+        assert!((0..4).all(|left| {
+            let three: Vec<u32> = (0..4).filter(|k| *k != left).map(|k| side[k]).collect();
+            !sides.contains_key(&three)
+        }));
+    }
+    let once: BTreeSet<Vec<u32>> = sides.into_iter().filter(|x| x.1 == 1).map(|x| x.0).collect();
+    let outer: Vec<Vec<u32>> = mesh.outer.iter().map(|o| sorted(mesh.corners(o).collect())).collect();
+    assert_eq!(outer.len(), once.len());
+    assert_eq!(outer.into_iter().collect::<BTreeSet<_>>(), once);
+
+    let mut skin = TriMesh { nodes: mesh.nodes.clone(), faces: mesh.names.clone(), ..TriMesh::default() };
+    for o in &mesh.outer {
+        let corners: Vec<u32> = mesh.corners(o).collect();
+        for k in 2..corners.len() {
+            skin.triangles.push([corners[0], corners[k - 1], corners[k]]);
+            skin.labels.push(o.label);
+        }
+    }
+    skin.drop_unused_nodes();
+    let defects = skin.defects();
+    assert!(defects.is_closed() && defects.is_manifold() && defects.is_oriented());
+    assert!((skin.volume() - volume).abs() < 1e-12 * volume.max(1.0), "{} {volume}", skin.volume());
+    skin
+}
+
+/// Unit squares, `n` by `n`, cut in two along one diagonal or the other, and bent.
+fn squares(n: usize, bend: f64) -> TriMesh {
+    let mut face = TriMesh::new(Vec::new(), Vec::new());
+    let node = |k: usize| [k % (n + 1), k / (n + 1)].map(|x| x as f64);
+    face.nodes =
+        (0..(n + 1) * (n + 1)).map(node).map(|[x, y]| DVec3::new(x, y, bend * (x * x - 0.5 * x * y))).collect();
+    for k in 0..n * n {
+        let [a, b, c, d] = [0, 1, n + 2, n + 1].map(|s| (k / n * (n + 1) + k % n + s) as u32);
+        let two = if k % 3 == 0 { [[a, b, c], [a, c, d]] } else { [[b, c, d], [b, d, a]] };
+        face.triangles.extend(two);
+        face.labels.extend([0, 0]);
+    }
+    face
+}
+
+/// Two triangles with a common edge of length 1 along y, each with its third corner beside the edge's middle.
+fn two_triangles(third: [DVec3; 2]) -> TriMesh {
+    TriMesh::new(vec![DVec3::ZERO, DVec3::Y, third[0], third[1]], vec![[1, 0, 2], [0, 1, 3]])
+}
+
+#[test]
+fn squares_cut_in_two_become_cubes_again() {
+    let n = 6;
+    // Away from the face and into the room behind it, straight and slanted; what is bent and shifted along z holds as much as if flat.
+    for (bend, along) in [
+        (0.0, DVec3::new(0.0, 0.0, 3.0)),
+        (0.0, DVec3::new(0.0, 0.0, -3.0)),
+        (0.0, DVec3::new(1.0, 2.0, 3.0)),
+        (0.02, DVec3::new(0.0, 0.0, 3.0)),
+        (0.02, DVec3::new(0.0, 0.0, -3.0)),
+    ] {
+        let prisms = Prisms::swept(&squares(n, bend), "surface", along, 2).unwrap();
+        let mesh = prisms.hexahedra(45.0).unwrap();
+        assert_eq!((mesh.hexahedra.len(), mesh.prisms.len()), (2 * n * n, 0));
+        assert!(mesh.hexahedra.iter().all(|c| (hexahedron(&mesh, c) - 1.5).abs() < 1e-12));
+        let skin = sound_hexahedra(&mesh, 3.0 * (n * n) as f64);
+        assert_eq!(mesh.names, ["surface", "opposite", "side"]);
+        if bend == 0.0 {
+            assert!(["surface", "opposite"].iter().all(|end| (area(&skin, end) - (n * n) as f64).abs() < 1e-12));
+        }
+        // Nothing is as near to a right angle as less than nothing.
+        let none = prisms.hexahedra(-1.0).unwrap();
+        assert_eq!((none.hexahedra.len(), &none.prisms, &none.outer), (0, &prisms.cells, &prisms.outer));
+        assert_eq!(prisms.hexahedra(f64::NAN).unwrap(), none);
+    }
+}
+
+#[test]
+fn pairs_of_prisms_become_hexahedra_and_what_is_left_stays() {
+    let plate = plate();
+    let face = area(&plate, TOP);
+    for layers in [1, 4] {
+        let prisms = Prisms::swept(&plate, TOP, DVec3::new(0.0, 0.0, -3.0), layers).unwrap();
+        let mesh = prisms.hexahedra(45.0).unwrap();
+        assert_eq!(2 * mesh.hexahedra.len() + mesh.prisms.len(), prisms.cells.len());
+        assert!(mesh.hexahedra.len() > 2 * mesh.prisms.len(), "{} {}", mesh.hexahedra.len(), mesh.prisms.len());
+        let skin = sound_hexahedra(&mesh, 3.0 * face);
+        for side in ["plate.xmin", "plate.xmax", "plate.ymin", "plate.ymax"] {
+            assert!((area(&skin, side) - 2.0 * 3.0).abs() < 1e-12, "{side}");
+        }
+        assert!([TOP, "opposite"].iter().all(|end| (area(&skin, end) - face).abs() < 1e-12));
+        let walls = boundary(&prisms);
+        assert!((area(&skin, "bore") - area(&walls, "bore")).abs() < 1e-12);
+        // As many degrees as asked for, and not more.
+        for cell in &mesh.hexahedra {
+            let p = [0, 1, 2, 3].map(|k| mesh.nodes[cell[k] as usize]);
+            let angle = |k: usize| (p[(k + 1) % 4] - p[k]).angle_between(p[(k + 3) % 4] - p[k]).to_degrees();
+            assert!((0..4).all(|k| (angle(k) - 90.0).abs() <= 45.0 + 1e-9));
+        }
+    }
+    // Between two faces that are there already.
+    let walled = walled(&plate, 1.0);
+    let prisms = Prisms::between(&walled, BOTTOM, TOP, 2).unwrap();
+    let mesh = prisms.hexahedra(45.0).unwrap();
+    assert!(mesh.hexahedra.len() > 2 * mesh.prisms.len());
+    let skin = sound_hexahedra(&mesh, face);
+    assert!([TOP, BOTTOM].iter().all(|end| (area(&skin, end) - face).abs() < 1e-12));
+}
+
+#[test]
+fn only_good_quadrilaterals_become_hexahedra() {
+    let count = |face: &TriMesh, along: DVec3, off: f64| {
+        Prisms::swept(face, "surface", along, 1).unwrap().hexahedra(off).unwrap().hexahedra.len()
+    };
+    // Equilateral triangles have angles of 60 and 120 degrees together.
+    let height = 0.75f64.sqrt();
+    let even = two_triangles([-height, height].map(|x| DVec3::new(x, 0.5, 0.0)));
+    assert_eq!([29.999, 30.001].map(|off| count(&even, DVec3::Z, off)), [0, 1]);
+    // An angle of 180 degrees and one of more, whatever may be.
+    for y in [1.0, 1.5] {
+        let flat = two_triangles([DVec3::new(-1.0, 1.0, 0.0), DVec3::new(1.0, y, 0.0)]);
+        assert_eq!(count(&flat, DVec3::Z, 1000.0), 0);
+    }
+    // Folded by a right angle.
+    let folded = two_triangles([DVec3::new(0.0, 0.5, 1.0), DVec3::new(1.0, 0.5, 0.0)]);
+    assert_eq!([45.0, 89.9, 90.1].map(|off| count(&folded, DVec3::new(1.0, 0.0, 1.0), off)), [0, 0, 1]);
+    // Two names at the bottom or at the top keep two sides there.
+    let prisms = Prisms::swept(&squares(1, 0.0), "surface", DVec3::Z, 2).unwrap();
+    assert_eq!(prisms.hexahedra(1.0).unwrap().hexahedra.len(), 2);
+    for outer in [0, 2] {
+        let mut named = prisms.clone();
+        named.outer[outer].label = 2;
+        assert_eq!(named.hexahedra(1.0).unwrap().outer, named.outer);
+    }
+}
+
+#[test]
+fn prisms_that_are_not_in_layers_make_no_hexahedra() {
+    let prisms = Prisms::swept(&squares(2, 0.0), "surface", DVec3::Z, 3).unwrap();
+    let changes: [fn(&mut Prisms); 9] = [
+        |p| p.cells.clear(),
+        |p| p.cells.truncate(p.cells.len() - 1),
+        |p| p.cells.swap(3, 20),
+        |p| p.cells[3][5] = u32::MAX,
+        |p| p.outer.clear(),
+        |p| p.outer[0].cell = 23,
+        |p| p.outer[1].cell = 0,
+        |p| p.outer.last_mut().unwrap().side = 5,
+        |p| p.outer.last_mut().unwrap().label = 3,
+    ];
+    for (k, change) in changes.iter().enumerate() {
+        let mut broken = prisms.clone();
+        change(&mut broken);
+        assert_eq!(broken.hexahedra(45.0).unwrap_err().exit_code(), 3, "{k}");
+    }
+    let broken = Prisms { cells: vec![[0; 6]; 3], ..Prisms::default() };
+    assert_eq!(broken.hexahedra(45.0).unwrap_err().exit_code(), 3);
 }
 
 #[test]

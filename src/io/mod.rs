@@ -75,7 +75,7 @@ pub use grid::{GridFormat, SampledGrid, write_grid};
 pub use names::{NamedPart, NamedVolume, NamedWhole, Names, Renamed};
 pub use outline::{ClosedLine, Outline};
 pub use points::{PointRows, PointSample, no_rows, write_rows};
-pub use prisms::write_prisms;
+pub use prisms::{write_hexahedra, write_prisms};
 pub use regions::Grouping;
 
 /// How many items a loop handles between two looks at the cancel flag: some 0.1 ms of work.

@@ -1,4 +1,4 @@
-//! Triangle meshes: storage, connectivity and edits, curvature, defects, values carried; prisms over the triangles of a face.
+//! Triangle meshes: storage, connectivity and edits, curvature, defects, values carried; prisms over the triangles of a face, hexahedra of pairs of them.
 
 mod carry;
 mod colors;
@@ -7,6 +7,7 @@ mod defects;
 #[cfg(test)]
 mod defects_tests;
 pub mod edit;
+mod hexahedra;
 mod intersect;
 mod path;
 #[cfg(test)]
@@ -21,6 +22,8 @@ pub use carry::{Carried, carry};
 pub(crate) use colors::face_colors;
 pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
+pub use hexahedra::Hexahedra;
+pub(crate) use hexahedra::side_of;
 pub use intersect::{intersecting_groups, intersections_among, self_intersections};
 pub(crate) use intersect::{is_flat, triangles_cross};
 pub use path::{MeshPath, shortest_path};

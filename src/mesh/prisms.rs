@@ -133,7 +133,15 @@ impl Prisms {
     /// Where there is no such side or prism.
     pub fn corners(&self, outer: &OuterSide) -> impl ExactSizeIterator<Item = u32> + use<> {
         let cell = self.cells[outer.cell as usize];
-        CORNERS[usize::from(outer.side)].iter().map(move |k| cell[*k])
+        Self::side(outer.side).iter().map(move |k| cell[*k])
+    }
+
+    /// The corners of a side, by their places in a prism.
+    ///
+    /// # Panics
+    /// Where there is no such side.
+    pub(super) fn side(side: u8) -> &'static [usize] {
+        CORNERS[usize::from(side)]
     }
 
     /// The volume of a prism: that of the map which is linear along its triangles and across, for bent walls, too.

@@ -1,7 +1,7 @@
 """What gmsh, meshio and trimesh find in mesh files, as JSON.
 
     read.py gmsh FILE ...      physical groups with how many elements they have; a script is filled first
-    read.py meshio FILE ...    nodes, triangles, names of sets with how many triangles they have, prisms with their volumes
+    read.py meshio FILE ...    nodes, triangles, names of sets with how many triangles they have, prisms and hexahedra with their volumes
     read.py arrays FILE ...    by meshio, bits of coordinates, corners of triangles, cell data, numbers by name
     read.py trimesh FILE ...   materials with their triangles, areas and normals; the scene's box and volume, what else is said
 """
@@ -59,6 +59,10 @@ def of_meshio(path):
     found["quads"] = sum(len(block.data) for block in mesh.cells if block.type == "quad")
     prisms = [block.data for block in mesh.cells if block.type == "wedge"]
     found["prisms"] = sorted(v for cells in prisms for v in volumes(mesh.points[cells]))
+    hexahedra = [block.data for block in mesh.cells if block.type == "hexahedron"]
+    # Halves of a hexahedron on both sides of the plane through two of its walls' corners are prisms.
+    halves = ([0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7])
+    found["hexahedra"] = sorted(sum(v) for cells in hexahedra for v in zip(*(volumes(mesh.points[cells[:, half]]) for half in halves)))
     return found
 
 
