@@ -434,6 +434,14 @@ fn only_good_quadrilaterals_become_hexahedra() {
     // Folded by a right angle.
     let folded = two_triangles([DVec3::new(0.0, 0.5, 1.0), DVec3::new(1.0, 0.5, 0.0)]);
     assert_eq!([45.0, 89.9, 90.1].map(|off| count(&folded, DVec3::new(1.0, 0.0, 1.0), off)), [0, 0, 1]);
+    // The middle two of a row of four make a square, but then the outer two have no partners.
+    let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [-1.0, 0.0], [2.0, 1.0]];
+    let nodes = places.map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+    let row = TriMesh::new(nodes, vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [1, 5, 2]]);
+    assert_eq!([10.0, 60.0].map(|off| count(&row, DVec3::Z, off)), [1, 2]);
+    for off in [10.0, 60.0] {
+        sound_hexahedra(&Prisms::swept(&row, "surface", DVec3::Z, 3).unwrap().hexahedra(off).unwrap(), 2.0);
+    }
     // Two names at the bottom or at the top keep two sides there.
     let prisms = Prisms::swept(&squares(1, 0.0), "surface", DVec3::Z, 2).unwrap();
     assert_eq!(prisms.hexahedra(1.0).unwrap().hexahedra.len(), 2);

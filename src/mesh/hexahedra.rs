@@ -27,6 +27,9 @@ pub struct Hexahedra {
     pub names: Vec<String>,
 }
 
+/// How many triangles are reached in search of a partner. A hundred lie within some five edges: farther away good pairs would
+/// be changed for the sake of one, and searches of large faces would take long.
+const REACH: usize = 100;
 /// No name.
 const NONE: u32 = u32::MAX;
 
@@ -88,10 +91,10 @@ fn is_convex(p: [DVec3; 8]) -> bool {
 }
 
 impl Prisms {
-    /// Makes hexahedra of pairs of prisms beside each other, in all layers alike. The pairs nearest to rectangles come first. On either end
-    /// no angle of their quadrilaterals is farther than `off` degrees from a right one, and no two triangles are folded by more. Two
-    /// equilateral triangles make a quadrilateral that is 30 degrees off. What finds no partner stays a prism, and so do triangles
-    /// whose ends have different names.
+    /// Makes hexahedra of pairs of prisms beside each other, in all layers alike. The pairs nearest to rectangles come first, and some
+    /// are exchanged where this makes more of them. On either end no angle of their quadrilaterals is farther than `off` degrees from a
+    /// right one, and no two triangles are folded by more. Two equilateral triangles make a quadrilateral that is 30 degrees off.
+    /// What finds no partner stays a prism. Triangles whose ends have different names are no partners.
     ///
     /// *Guarantees*: the nodes, the volume and the names are those of the prisms. A side of a cell has two cells, both with the same
     /// corners there, or is in [`outer`](Hexahedra::outer) once. At each corner of a hexahedron its edges span a positive volume.
@@ -204,14 +207,68 @@ impl Prisms {
             }
         }
         found.sort_by(|a, b| a.off.total_cmp(&b.off).then(a.triangles.cmp(&b.triangles)));
-        let mut taken = vec![false; m];
-        found.retain(|p| {
-            let free = p.triangles.iter().all(|t| !taken[*t as usize]);
-            p.triangles.iter().for_each(|t| taken[*t as usize] |= free);
-            free
-        });
+        let chosen = choose(&found, m);
+        let mut number = 0..;
+        found.retain(|p| chosen[p.triangles[0] as usize] == number.next());
         found.sort_by_key(|p| p.triangles);
         found
+    }
+}
+
+/// The pair of each triangle, out of pairs the best of which come first.
+fn choose(pairs: &[Pair], triangles: usize) -> Vec<Option<usize>> {
+    let mut of = vec![None; triangles];
+    let mut around: Vec<Vec<usize>> = vec![Vec::new(); triangles];
+    for (k, pair) in pairs.iter().enumerate() {
+        let both = pair.triangles.map(|t| t as usize);
+        both.iter().for_each(|t| around[*t].push(k));
+        if both.iter().all(|t| of[*t].is_none()) {
+            both.iter().for_each(|t| of[*t] = Some(k));
+        }
+    }
+    for start in 0..triangles {
+        if of[start].is_none() {
+            exchange(pairs, &around, &mut of, start);
+        }
+    }
+    of
+}
+
+/// Finds a partner for a triangle, and other partners for those who lose theirs by it: along a way of pairs that might be and pairs
+/// that are, in turns, to another triangle without a partner. The shortest way is taken.
+fn exchange(pairs: &[Pair], around: &[Vec<usize>], of: &mut [Option<usize>], start: usize) {
+    let other = |k: usize, t: usize| {
+        let [a, b] = pairs[k].triangles.map(|t| t as usize);
+        if a == t { b } else { a }
+    };
+    // By which pair a triangle is reached.
+    let mut by: FxHashMap<usize, usize> = FxHashMap::default();
+    let (mut reached, mut at) = (vec![start], 0);
+    while at < reached.len() && reached.len() <= REACH {
+        let from = reached[at];
+        at += 1;
+        for k in &around[from] {
+            let mut to = other(*k, from);
+            if to == start || by.contains_key(&to) {
+                continue;
+            }
+            by.insert(to, *k);
+            if let Some(own) = of[to] {
+                let partner = other(own, to);
+                by.insert(partner, own);
+                reached.push(partner);
+                continue;
+            }
+            loop {
+                let new = by[&to];
+                let from = other(new, to);
+                of[to] = Some(new);
+                let Some(old) = of[from].replace(new) else {
+                    return;
+                };
+                to = other(old, from);
+            }
+        }
     }
 }
 
