@@ -1,4 +1,4 @@
-//! Volumes swept by a face of a finished mesh, as prisms: volumes, areas and names against closed forms, and what is refused.
+//! Volumes swept by a face of a finished mesh, as prisms and hexahedra: volumes, areas and names against closed forms, and what is refused.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
