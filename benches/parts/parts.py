@@ -409,6 +409,21 @@ part(sheet - solid(min(first, second) <= 0.4).name("holes"))
 """
 
 
+@part("snail cam, its radius by atan2, with a wall where that jumps")
+def snail_cam():
+    return """
+cam = solid(hypot(x, y) <= 1 + atan2(y, x)/(4*pi)).name("cam") & box(size=(4, 4, 0.5)).name("ends")
+part(cam - cylinder(0.3).name("bore"))
+"""
+
+
+@part("spiral ramp by atan2 in a drum, with a step where that jumps")
+def spiral_ramp():
+    return """
+part(solid(z <= 0.3*atan2(y, x)).name("ramp") & cylinder(1, height=3).name("drum"))
+"""
+
+
 @part("six metaballs with a flat, one formula")
 def metaballs():
     terms = " + ".join(f"1/((x - {a})**2 + (y - {b})**2 + (z - {c})**2 + 0.01)"

@@ -335,7 +335,7 @@ impl<'a> Whole<'a> {
     fn inp(&self, out: &mut dyn Write, names: &[String], run: &Run) -> Result<()> {
         let nodes = self.nodes;
         let (volume, mut line) = (names.last().map_or(VOLUME, String::as_str), Line::default());
-        writeln!(out, "*HEADING\nrvachev: prisms over triangles\n*NODE, NSET=ALL_NODES").map_err(write_failed)?;
+        writeln!(out, "*HEADING\nrvachev: cells over triangles\n*NODE, NSET=ALL_NODES").map_err(write_failed)?;
         each(nodes.iter().enumerate(), run, |(v, p)| {
             line.commas(|l| _ = l.whole(v + 1).narrow(*p, NUMBER));
             line.end(out)

@@ -162,8 +162,15 @@ def program(name, package):
     return path
 
 
+class NotStarted(BaseException):
+    """A program that is there but does not start: not a file that is not read."""
+
+
 def said(*command, **more):
-    return subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=300, **more).stdout
+    try:
+        return subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=300, **more).stdout
+    except OSError as why:
+        raise NotStarted(f"{command[0]} does not start: {why}") from why
 
 
 def of_calculix():
