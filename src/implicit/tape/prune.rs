@@ -154,3 +154,36 @@ fn alias_of(op: Op, alias: &[u32], second: bool) -> u32 {
         _ => u32::MAX,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::implicit::lower::lower;
+    use crate::implicit::solid::Solid;
+
+    #[test]
+    fn what_both_sides_of_a_divider_agree_on_is_decided() {
+        let below = |axis: DVec3, at: f64| Solid::half_space(axis, axis * at);
+        let (d, e) = (below(DVec3::X, 0.0), below(DVec3::Y, 0.1));
+        // Planes far above the box, so that all of it is inside, and far below.
+        let (all, more) = (below(DVec3::Z, 8.0), below(DVec3::Z, 9.0));
+        let (none, less) = (below(DVec3::Z, -8.0), below(DVec3::Z, -9.0));
+        let cases = |at: &Solid, yes: &Solid, no: &Solid| (at.clone() & yes.clone()) | (!at.clone() & no.clone());
+        let cell = Aabb::new(DVec3::splat(-1.0), DVec3::splat(1.0));
+        let pruned = |solid: &Solid| {
+            let low = lower(solid).unwrap();
+            low.tape.prune(&low.leaves, &cell, &mut Scratch::default())
+        };
+        for at in [&d, &!d.clone(), &(d.clone() & e.clone()), &(d.clone() | !e.clone())] {
+            assert!(matches!(pruned(&cases(at, &all, &more)), Pruned::Inside), "{at:?}");
+            assert!(matches!(pruned(&cases(at, &none, &less)), Pruned::Outside), "{at:?}");
+            let within = cases(&e, &cases(at, &all, &more), &all);
+            assert!(matches!(pruned(&within), Pruned::Inside), "{at:?}");
+            // Where they differ the divider is the surface.
+            let Pruned::Smaller(tape) = pruned(&cases(at, &all, &none)) else { panic!("{at:?}") };
+            assert!(tape.ops.iter().any(|op| matches!(op, Op::Leaf { .. })), "{at:?}");
+        }
+    }
+}
