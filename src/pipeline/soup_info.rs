@@ -82,9 +82,9 @@ fn loops(all: &[Vec<u32>]) -> String {
     }
 }
 
-/// Finds the model in a soup, as [`mesh_soup`] does, and tells what it is made of.
+/// Finds the model in a soup, as [`mesh_soup`](super::mesh_soup) does, and tells what it is made of.
 ///
-/// Errors: those of [`mesh_soup`].
+/// Errors: those of [`mesh_soup`](super::mesh_soup).
 pub fn soup_info(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<SoupInfo> {
     let prepared = prepare(input, soup.close, run)?;
     let size = length(options.size, &prepared.mesh);
