@@ -167,8 +167,8 @@ impl Scout {
         Ok(Self { extracted, cell, finest: cell, points, splinters, proof: None, touches: false })
     }
 
-    /// The boundary of the leaves' arrangement in place of what was extracted, in patches. Where its triangles cross near what `start` says
-    /// came out at fault, they stay as they come.
+    /// The boundary of the leaves' arrangement in place of what was extracted, in patches. Triangles stay as they come where `start`
+    /// says so.
     fn with(
         &self,
         mut arranged: Arranged,
