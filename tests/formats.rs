@@ -326,6 +326,19 @@ fn swept_plate() -> Prisms {
     Prisms::swept(&made.mesh, "plate.zmax", DVec3::new(0.0, 0.0, -1.0), 3).unwrap()
 }
 
+/// Files of cells, one in each format and encoding.
+fn spellings() -> [(&'static str, WriteOptions); 6] {
+    [
+        ("a.msh", Encoding::Usual, false),
+        ("b.msh", Encoding::Binary, false),
+        ("old.msh", Encoding::Usual, true),
+        ("a.vtu", Encoding::Usual, false),
+        ("text.vtu", Encoding::Text, false),
+        ("a.inp", Encoding::Usual, false),
+    ]
+    .map(|(file, encoding, old_msh)| (file, WriteOptions { encoding, old_msh, ..WriteOptions::default() }))
+}
+
 #[test]
 fn prisms_are_read_with_their_volumes_and_names() {
     let dir = TempDir::new().unwrap();
@@ -335,16 +348,7 @@ fn prisms_are_read_with_their_volumes_and_names() {
     assert_eq!(sides.len(), 7);
     let count = prisms.cells.len() as u64;
     let near = |x: f64| (x - prisms.volume()).abs() < 1e-9;
-    let [usual, text, binary] = [Encoding::Usual, Encoding::Text, Encoding::Binary];
-    for (file, encoding, old_msh) in [
-        ("a.msh", usual, false),
-        ("b.msh", binary, false),
-        ("old.msh", usual, true),
-        ("a.vtu", usual, false),
-        ("text.vtu", text, false),
-        ("a.inp", usual, false),
-    ] {
-        let options = WriteOptions { encoding, old_msh, ..WriteOptions::default() };
+    for (file, options) in spellings() {
         write_prisms(&dir.path().join(file), &prisms, &options, &Run::new()).unwrap();
         let found = ask("meshio", &dir, file);
         assert_eq!(found["nodes"].as_u64(), Some(prisms.nodes.len() as u64), "{file}");
@@ -383,16 +387,7 @@ fn hexahedra_are_read_with_their_volume_and_names() {
     let mut sides: BTreeMap<String, u64> = BTreeMap::new();
     mesh.outer.iter().for_each(|o| *sides.entry(mesh.names[o.label as usize].clone()).or_default() += 1);
     let near = |x: f64| (x - prisms.volume()).abs() < 1e-9;
-    let [usual, text, binary] = [Encoding::Usual, Encoding::Text, Encoding::Binary];
-    for (file, encoding, old_msh) in [
-        ("a.msh", usual, false),
-        ("b.msh", binary, false),
-        ("old.msh", usual, true),
-        ("a.vtu", usual, false),
-        ("text.vtu", text, false),
-        ("a.inp", usual, false),
-    ] {
-        let options = WriteOptions { encoding, old_msh, ..WriteOptions::default() };
+    for (file, options) in spellings() {
         write_hexahedra(&dir.path().join(file), &mesh, &options, &Run::new()).unwrap();
         let found = ask("meshio", &dir, file);
         assert_eq!(found["nodes"].as_u64(), Some(mesh.nodes.len() as u64), "{file}");

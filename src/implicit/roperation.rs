@@ -438,6 +438,10 @@ pub(super) fn never_negative(e: &Expr) -> bool {
             ExprNode::Binary(Binary::Mod, _, b) => b.as_constant().is_some_and(|b| b > 0.0),
             ExprNode::Binary(Binary::Pow, a, n) => n.as_constant().is_some_and(even) || below(a),
             ExprNode::Binary(Binary::Mul, a, b) if Arc::ptr_eq(&a.0, &b.0) => true,
+            // Graphs of nodes have coordinates of their own at each place.
+            ExprNode::Binary(Binary::Mul, a, b) if matches!((a.node(), b.node()), (ExprNode::Coordinate(p), ExprNode::Coordinate(q)) if p == q) => {
+                true
+            }
             ExprNode::Binary(Binary::Add | Binary::Mul | Binary::Div | Binary::Min, a, b) => below(a) && below(b),
             ExprNode::Binary(Binary::Max, a, b) => below(a) || below(b),
             _ => false,

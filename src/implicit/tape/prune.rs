@@ -76,9 +76,7 @@ impl Tape {
         }
         Pruned::Smaller(Tape { ops })
     }
-}
 
-impl Tape {
     /// What is on both sides of a leaf, where an operation only parts one thing by it: X for `(d & X) | (!d & X)`. Formulas by cases
     /// become that where their cases agree. `alias` stands for operations before this one.
     fn undivided(&self, i: usize, alias: &[u32]) -> Option<u32> {
@@ -122,6 +120,9 @@ impl Tape {
         }
         *left -= 1;
         let (a, b) = (how.alias[a as usize], how.alias[b as usize]);
+        if a == b {
+            return !how.opposite;
+        }
         match (self.ops[a as usize], self.ops[b as usize]) {
             (Op::Min(a, c), Op::Min(b, d)) | (Op::Max(a, c), Op::Max(b, d)) if !how.opposite => {
                 self.alike(a, b, how, left) && self.alike(c, d, how, left)

@@ -2,7 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
-use super::super::super::expr::{Binary, Expr, ExprNode, Unary};
+use crate::implicit::expr::{Binary, Expr, ExprNode, Unary};
+use crate::implicit::roperation::never_negative;
+use crate::implicit::steps::operands;
 
 /// A formula that has a value everywhere, and where that is the value of the formula it was made from.
 #[derive(Clone)]
@@ -20,12 +22,7 @@ pub(super) fn with_fallback(formula: &Expr, fallback: f64) -> Expr {
     let mut stack = vec![formula];
     while let Some(top) = stack.last().copied() {
         let before = stack.len();
-        let below: Vec<&Expr> = match top.node() {
-            ExprNode::Const(_) | ExprNode::Coordinate(_) => Vec::new(),
-            ExprNode::Unary(_, a) => vec![a],
-            ExprNode::Binary(_, a, b) => vec![a, b],
-            ExprNode::Select(a, b, c) => vec![a, b, c],
-        };
+        let below = operands(top);
         if !known.contains_key(&key(top)) {
             stack.extend(below.iter().filter(|e| !known.contains_key(&key(e))));
         }
@@ -55,10 +52,10 @@ fn whole(node: &Expr, parts: &[Whole]) -> Whole {
     let at_least = |e: Expr, least: f64| Expr::binary(Binary::Max, e, Expr::constant(least));
     let (value, own) = match node.node() {
         ExprNode::Const(_) | ExprNode::Coordinate(_) => (node.clone(), None),
-        ExprNode::Unary(Unary::Sqrt, _) if !is_positive(&value(0), DEEPEST) => {
+        ExprNode::Unary(Unary::Sqrt, _) if !never_negative(&value(0)) => {
             (Expr::unary(Unary::Sqrt, at_least(value(0), 0.0)), Some(value(0)))
         }
-        ExprNode::Unary(Unary::Log, _) if !is_positive(&value(0), DEEPEST) => {
+        ExprNode::Unary(Unary::Log, _) if !never_negative(&value(0)) => {
             (Expr::unary(Unary::Log, at_least(value(0), f64::MIN_POSITIVE)), Some(value(0)))
         }
         ExprNode::Unary(op @ (Unary::Asin | Unary::Acos), _) => {
@@ -66,7 +63,7 @@ fn whole(node: &Expr, parts: &[Whole]) -> Whole {
             (Expr::unary(*op, clamped), Some(Expr::constant(1.0) - Expr::unary(Unary::Abs, value(0))))
         }
         ExprNode::Binary(Binary::Pow, _, exponent)
-            if exponent.as_constant().is_none_or(|b| b.fract() != 0.0) && !is_positive(&value(0), DEEPEST) =>
+            if exponent.as_constant().is_none_or(|b| b.fract() != 0.0) && !never_negative(&value(0)) =>
         {
             (Expr::binary(Binary::Pow, at_least(value(0), f64::MIN_POSITIVE), value(1)), Some(value(0)))
         }
@@ -90,33 +87,4 @@ fn whole(node: &Expr, parts: &[Whole]) -> Whole {
 
 fn least(guards: impl Iterator<Item = Expr>) -> Option<Expr> {
     guards.reduce(|a, b| Expr::binary(Binary::Min, a, b))
-}
-
-/// How deep a formula is looked into for its sign: lengths and norms are a few operations deep.
-const DEEPEST: usize = 16;
-
-/// Whether a formula is seen to be nowhere negative.
-fn is_positive(e: &Expr, depth: usize) -> bool {
-    let Some(depth) = depth.checked_sub(1) else { return false };
-    match e.node() {
-        ExprNode::Const(c) => *c >= 0.0,
-        ExprNode::Unary(op, _) => matches!(op, Unary::Abs | Unary::Sqrt | Unary::Exp | Unary::Cosh | Unary::Acos),
-        ExprNode::Binary(Binary::Hypot, ..) => true,
-        ExprNode::Binary(Binary::Mul, a, b) => is_one(a, b) || is_positive(a, depth) && is_positive(b, depth),
-        ExprNode::Binary(Binary::Add | Binary::Div | Binary::Min, a, b) => {
-            is_positive(a, depth) && is_positive(b, depth)
-        }
-        ExprNode::Binary(Binary::Max, a, b) => is_positive(a, depth) || is_positive(b, depth),
-        ExprNode::Binary(Binary::Pow, _, b) => b.as_constant().is_some_and(|b| b % 2.0 == 0.0),
-        _ => false,
-    }
-}
-
-/// Whether two formulas are one object or one coordinate: more would take long where nodes are shared.
-fn is_one(a: &Expr, b: &Expr) -> bool {
-    match (a.node(), b.node()) {
-        _ if key(a) == key(b) => true,
-        (ExprNode::Coordinate(p), ExprNode::Coordinate(q)) => p == q,
-        _ => false,
-    }
 }
