@@ -3,28 +3,11 @@
 import ngsolve as ng
 import numpy as np
 from bracket_model import bracket, tell
-from netgen import meshing
-
-
-def mesh_of(filled):
-    """An ngsolve.Mesh of what a generator filled. Boundaries are called as the groups of their faces, or else as the faces."""
-    out = meshing.Mesh(dim=3)
-    numbers = [out.Add(meshing.MeshPoint(meshing.Pnt(*p))) for p in filled.points.tolist()]
-    faces = []
-    for i, face in enumerate(filled.face_names):
-        faces.append(out.Add(meshing.FaceDescriptor(surfnr=i + 1, domin=1, domout=0, bc=i + 1)))
-        groups = (name for name, list_ in filled.groups.items() if (filled.labels[list_] == i).any())
-        out.SetBCName(i, next(groups, face))
-    for triangle, face in zip(filled.triangles.tolist(), filled.labels.tolist()):
-        out.Add(meshing.Element2D(faces[face], [numbers[v] for v in triangle]))
-    for tet in filled.tets.tolist():
-        out.Add(meshing.Element3D(1, [numbers[v] for v in tet]))
-    return ng.Mesh(out)
 
 
 def displacements(model, order=1):
     """float64 (n, 3): at the points of the mesh, whatever the order. `clamped` does not move, the force is spread over `loaded`."""
-    mesh = mesh_of(model.filled)
+    mesh = ng.Mesh(model.filled.to_netgen())
     space = ng.VectorH1(mesh, order=order, dirichlet="clamped")
     u, v = space.TnT()
     young, poisson = model.young, model.poisson

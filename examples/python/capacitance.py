@@ -40,8 +40,9 @@ def potentials(at, corners):
     return total
 
 
-def capacitance(points, triangles):
-    """In units of 4 pi epsilon times the points' unit."""
+def capacitance(mesh):
+    """In units of 4 pi epsilon times the mesh's unit."""
+    points, triangles = mesh
     corners = points[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     matrix = np.zeros((len(corners), len(corners)))
@@ -54,12 +55,12 @@ def capacitance(points, triangles):
     return charge @ area
 
 
-def series(solid, sizes):
-    """Numbers of triangles and capacitances for edges of several lengths: (n, 2)."""
+def series(solid, sizes, of=capacitance):
+    """Numbers of triangles and capacitances, as `of` a mesh gives them, for edges of several lengths: (n, 2)."""
     found = []
     for size in sizes:
-        points, triangles = rv.mesh(solid, size=size)
-        found.append((len(triangles), capacitance(points, triangles)))
+        mesh = rv.mesh(solid, size=size)
+        found.append((len(mesh.triangles), of(mesh)))
         print(f"  edges {size:g}: {found[-1][0]} triangles, {found[-1][1]:.6f}")
     return np.array(found)
 

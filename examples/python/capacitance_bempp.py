@@ -6,7 +6,7 @@ its radius, the unit cube 0.66067815.
 
 import bempp_cl.api as bem
 import numpy as np
-from capacitance import limit
+from capacitance import limit, series
 
 import rvachev as rv
 
@@ -28,20 +28,10 @@ def capacitance(mesh):
     return density @ grid.volumes / (4 * np.pi)
 
 
-def series(solid, sizes):
-    """Numbers of triangles and capacitances for edges of several lengths: (n, 2)."""
-    found = []
-    for size in sizes:
-        mesh = rv.mesh(solid, size=size)
-        found.append((len(mesh.triangles), capacitance(mesh)))
-        print(f"  edges {size:g}: {found[-1][0]} triangles, {found[-1][1]:.6f}")
-    return np.array(found)
-
-
 if __name__ == "__main__":
     for name, solid, sizes, order, truth in [
         ("unit cube", rv.box(size=(1, 1, 1)), (0.25, 0.125, 0.0625), 4 / 3, 0.66067815),
         ("unit ball", rv.sphere(1), (0.4, 0.2), 2, 1.0),
     ]:
         print(name)
-        print(f"  carried on: {limit(series(solid, sizes), order):.6f}, true {truth}")
+        print(f"  carried on: {limit(series(solid, sizes, capacitance), order):.6f}, true {truth}")

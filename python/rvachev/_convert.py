@@ -39,17 +39,20 @@ def to_pyvista(mesh):
     return out
 
 
-def to_netgen(mesh):
+def to_netgen(mesh, names=None, tets=()):
+    """Boundaries are called by `names`, one for each face: without them as the faces are."""
     from netgen import meshing
 
     out = meshing.Mesh(dim=3)
     numbers = [out.Add(meshing.MeshPoint(meshing.Pnt(*p))) for p in mesh.points.tolist()]
     faces = []
-    for i, name in enumerate(mesh.face_names):
+    for i, name in enumerate(mesh.face_names if names is None else names):
         faces.append(out.Add(meshing.FaceDescriptor(surfnr=i + 1, domin=1, domout=0, bc=i + 1)))
         out.SetBCName(i, name)
     for (a, b, c), face in zip(mesh.triangles.tolist(), mesh.labels.tolist()):
         out.Add(meshing.Element2D(faces[face], [numbers[a], numbers[b], numbers[c]]))
+    for tet in tets:
+        out.Add(meshing.Element3D(1, [numbers[v] for v in tet]))
     return out
 
 

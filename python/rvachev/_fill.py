@@ -72,6 +72,16 @@ class Filled:
             point_sets={name: self.nodes(name) for name in names},
         )
 
+    def to_netgen(self):
+        """As a netgen.meshing.Mesh, which `ngsolve.Mesh` takes. A boundary is called as the first group with its face, or else as the face."""
+        from ._convert import to_netgen
+
+        def name(face, called):
+            holding = (group for group, list_ in self.groups.items() if (self.labels[list_] == face).any())
+            return next(holding, called)
+
+        return to_netgen(self, [name(i, called) for i, called in enumerate(self.face_names)], self.tets.tolist())
+
     def write(self, *paths, **options):
         """Writes files by meshio, formats by extension; options go to meshio.write.
 
