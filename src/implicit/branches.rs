@@ -3,20 +3,32 @@
 
 use std::f64::consts::PI;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::roperation::never_negative;
+use super::steps::operands;
 
 /// Sums and multiples are followed this deep to the angle.
 const DEEPEST: usize = 32;
 /// A number of turns is whole up to the rounding of factors.
 const WHOLE: f64 = 1e-9;
 
-/// For each sine and cosine whose argument jumps by whole turns, the argument with `atan2(y, x)` in the form `atan2(-y, -x) + pi`,
-/// which jumps elsewhere.
-pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
+fn is_whole(turns: f64) -> bool {
+    (turns - turns.round()).abs() < WHOLE
+}
+
+/// Where a formula jumps.
+pub(super) struct Branches {
+    /// For each sine and cosine whose argument jumps by whole turns, the argument with `atan2(y, x)` in the form
+    /// `atan2(-y, -x) + pi`, which jumps elsewhere.
+    pub(super) found: FxHashMap<*const ExprNode, Expr>,
+    /// By how many turns each subformula jumps; `None` where it does something else at a jump.
+    jumps: FxHashMap<*const ExprNode, Option<f64>>,
+}
+
+pub(super) fn branches(e: &Expr) -> Branches {
     let mut found = FxHashMap::default();
-    // By how many turns each subformula jumps; `None` where it does something else at a jump.
     let mut jumps: FxHashMap<*const ExprNode, Option<f64>> = FxHashMap::default();
     let mut stack = vec![(e, false)];
     while let Some((e, ready)) = stack.pop() {
@@ -26,12 +38,7 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
         }
         if !ready {
             stack.push((e, true));
-            match e.node() {
-                ExprNode::Const(_) | ExprNode::Coordinate(_) => {}
-                ExprNode::Unary(_, a) => stack.push((a, false)),
-                ExprNode::Binary(_, a, b) => stack.extend([(a, false), (b, false)]),
-                ExprNode::Select(a, b, c) => stack.extend([(a, false), (b, false), (c, false)]),
-            }
+            stack.extend(operands(e).into_iter().map(|x| (x, false)));
             continue;
         }
         let of = |e: &Expr| jumps.get(&std::ptr::from_ref(e.node())).copied().flatten();
@@ -39,9 +46,12 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
         let jump = match e.node() {
             ExprNode::Const(_) | ExprNode::Coordinate(_) => Some(0.0),
             ExprNode::Unary(Unary::Neg, a) => of(a).map(|j| -j),
-            ExprNode::Unary(Unary::Sin | Unary::Cos | Unary::Swing | Unary::Fold, a) => match of(a) {
+            ExprNode::Unary(
+                Unary::Sin | Unary::Cos | Unary::Swing | Unary::Fold | Unary::Upward | Unary::Downward,
+                a,
+            ) => match of(a) {
                 Some(0.0) => Some(0.0),
-                Some(j) if (j - j.round()).abs() < WHOLE => other(a, &jumps, 0).map(|o| {
+                Some(j) if is_whole(j) => other(a, &jumps, 0).map(|o| {
                     found.insert(key, o);
                     0.0
                 }),
@@ -49,7 +59,7 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
             },
             ExprNode::Unary(Unary::Wrap, a) => match of(a) {
                 Some(0.0) => Some(1.0),
-                Some(j) if (j - j.round()).abs() < WHOLE => other(a, &jumps, 0).map(|o| {
+                Some(j) if is_whole(j) => other(a, &jumps, 0).map(|o| {
                     found.insert(key, o);
                     1.0
                 }),
@@ -69,13 +79,40 @@ pub(super) fn branches(e: &Expr) -> FxHashMap<*const ExprNode, Expr> {
                 Some(k) => of(a).map(|j| j / k),
                 None => smooth(&[a, b]),
             },
-            ExprNode::Binary(Binary::Atan2, a, b) => smooth(&[a, b]).map(|_| 1.0),
+            ExprNode::Binary(Binary::Atan2, a, b) => {
+                let turns = if never_negative(a) || never_negative(b) { 0.0 } else { 1.0 };
+                smooth(&[a, b]).map(|_| turns)
+            }
             ExprNode::Binary(_, a, b) => smooth(&[a, b]),
             ExprNode::Select(a, b, c) => smooth(&[a, b, c]),
         };
         jumps.insert(key, jump);
     }
-    found
+    Branches { found, jumps }
+}
+
+impl Branches {
+    /// An angle whose jump the formula shows: `atan2` of what does not jump, or an angle less whole turns.
+    pub(super) fn seen<'a>(&self, e: &'a Expr) -> Option<&'a Expr> {
+        let jump = |e: &Expr| self.jumps.get(&std::ptr::from_ref(e.node())).copied().flatten();
+        let mut looked_at = FxHashSet::default();
+        let mut stack = vec![e];
+        while let Some(e) = stack.pop() {
+            if jump(e) == Some(0.0) || !looked_at.insert(std::ptr::from_ref(e.node())) {
+                continue;
+            }
+            let is_angle = match e.node() {
+                ExprNode::Binary(Binary::Atan2, y, x) => [y, x].iter().all(|e| jump(e) == Some(0.0)),
+                ExprNode::Unary(Unary::Wrap, t) => jump(t).is_some_and(is_whole),
+                _ => false,
+            };
+            if is_angle {
+                return Some(e);
+            }
+            stack.extend(operands(e));
+        }
+        None
+    }
 }
 
 /// A sum of angles with each `atan2` in its other form.

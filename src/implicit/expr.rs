@@ -29,6 +29,10 @@ pub enum Unary {
     Wrap,
     /// The angle less whole turns up to 5/6 pi either way, and from there back to 0 at half a turn: without a jump, radians.
     Swing,
+    /// The angle less whole turns, from -150 to 210 degrees, radians: it goes on upward where [`Wrap`](Self::Wrap) jumps.
+    Upward,
+    /// The angle less whole turns, from -210 to 150 degrees, radians: it goes on downward where [`Wrap`](Self::Wrap) jumps.
+    Downward,
     /// The distance of an angle from whole turns, 0 to pi, radians: continuous, with creases at both ends.
     Fold,
     /// `a`, but three times that where it is negative.
@@ -190,6 +194,10 @@ impl Expr {
 /// How many times steeper [`Unary::Steepened`] is below zero.
 pub(crate) const STEEPENED: f64 = 3.0;
 
+/// How far [`Unary::Upward`] and [`Unary::Downward`] go on beyond half a turn. Behind by less than 150 degrees they are the same, so that
+/// one can follow the other at 121 degrees, and a cell is between there and where either jumps, but next to the origin.
+pub(crate) const BEYOND: f64 = PI / 6.0;
+
 /// Where [`Unary::Swing`] turns back, and how steeply it does.
 pub(crate) const SWING: f64 = 5.0 * PI / 6.0;
 pub(crate) const SWUNG_BACK: f64 = 5.0;
@@ -250,6 +258,11 @@ fn angle_on_circle(y: &Expr, x: &Expr) -> Option<Expr> {
 }
 
 impl Unary {
+    /// Whether it is an angle beyond half a turn.
+    pub(crate) fn goes_on(self) -> bool {
+        matches!(self, Unary::Upward | Unary::Downward)
+    }
+
     /// The operation on numbers.
     pub fn apply(self, a: f64) -> f64 {
         match self {
@@ -274,6 +287,8 @@ impl Unary {
                 let w = Unary::Wrap.apply(a);
                 if w.abs() > SWING { (PI - w.abs()).copysign(w) * SWUNG_BACK } else { w }
             }
+            Unary::Upward => a - TAU * ((a - BEYOND) / TAU).round(),
+            Unary::Downward => a - TAU * ((a + BEYOND) / TAU).round(),
             Unary::Asin => a.asin(),
             Unary::Acos => a.acos(),
             Unary::Sinh => a.sinh(),

@@ -4,6 +4,7 @@ mod adjoint;
 mod program;
 mod written;
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -11,11 +12,12 @@ use rustc_hash::FxHashMap;
 
 use self::program::Program;
 use super::branches::branches;
-use super::expr::{Binary, Expr, ExprNode, STEEPENED, SWING, Unary};
+use super::expr::{BEYOND, Binary, Expr, ExprNode, STEEPENED, SWING, Unary};
 use super::joints::is_smooth;
 use super::slopes::Slopes;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
+use crate::spatial::Aabb;
 
 /// One operation; operands are indices of earlier operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,7 +140,7 @@ impl Formula {
             let row = inverse.row(k) / placement.scale;
             b.affine(row, -row.dot(placement.shift))
         });
-        let others = branches(expr);
+        let others = branches(expr).found;
         let mut done: FxHashMap<*const ExprNode, u32> = FxHashMap::default();
         let mut stack = vec![(expr, false)];
         while let Some((e, ready)) = stack.pop() {
@@ -193,18 +195,41 @@ impl Formula {
 
     /// A number that is equal for equal formulas.
     pub(crate) fn fingerprint(&self) -> u64 {
+        self.hashed(|u| u)
+    }
+
+    /// If the formula has angles that go on beyond half a turn, a number that is equal for formulas which are the same elsewhere.
+    pub(crate) fn kin(&self) -> Option<u64> {
+        let goes_on = |op: &Op| matches!(op, Op::Unary(u, _) | Op::Turn(u, ..) if u.goes_on());
+        self.ops.iter().any(goes_on).then(|| self.hashed(|u| if u.goes_on() { Unary::Wrap } else { u }))
+    }
+
+    /// Whether no angle goes on beyond half a turn in a box: there it is the same as its kin bit by bit.
+    pub(crate) fn is_same_as_kin(&self, cell: &Aabb) -> bool {
+        let [x, y, z] = std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        let ranges = self.ranges(x, y, z);
+        self.ops.iter().all(|op| match *op {
+            Op::Unary(u, a) | Op::Turn(u, a, _) if u.goes_on() => {
+                let turn = ranges[a as usize];
+                turn.lo > BEYOND - PI && turn.hi < PI - BEYOND
+            }
+            _ => true,
+        })
+    }
+
+    fn hashed(&self, of: impl Fn(Unary) -> Unary) -> u64 {
         use std::hash::{BuildHasher, Hash, Hasher};
         let mut h = rustc_hash::FxBuildHasher.build_hasher();
         for op in &self.ops {
             match *op {
                 Op::Const(c) => c.to_bits().hash(&mut h),
                 Op::Coordinate(k) => (1u8, k).hash(&mut h),
-                Op::Unary(u, a) => (2u8, u, a).hash(&mut h),
+                Op::Unary(u, a) => (2u8, of(u), a).hash(&mut h),
                 Op::Binary(o, a, b) => (3u8, o, a, b).hash(&mut h),
                 Op::Square(a) => (4u8, a).hash(&mut h),
                 Op::Select(c, a, b) => (5u8, c, a, b).hash(&mut h),
                 Op::Joined(c, a, b) => (7u8, c, a, b).hash(&mut h),
-                Op::Turn(u, a, b) => (6u8, u, a, b).hash(&mut h),
+                Op::Turn(u, a, b) => (6u8, of(u), a, b).hash(&mut h),
             }
         }
         h.finish()
@@ -259,6 +284,8 @@ impl Formula {
                         Unary::Cos => a.cos(),
                         Unary::Tan => a.tan(),
                         Unary::Wrap => a.wrap(),
+                        Unary::Upward => a.turned(BEYOND),
+                        Unary::Downward => a.turned(-BEYOND),
                         Unary::Fold => a.fold(),
                         Unary::Steepened => a.steepened(STEEPENED),
                         Unary::Swing => a.swing(SWING),
@@ -277,6 +304,8 @@ impl Formula {
                         Unary::Cos => x.cos(),
                         Unary::Swing => x.swing(SWING),
                         Unary::Fold => x.fold(),
+                        Unary::Upward => x.turned(BEYOND),
+                        Unary::Downward => x.turned(-BEYOND),
                         _ => x.wrap(),
                     };
                     both(of(reg(a)), of(reg(b)))

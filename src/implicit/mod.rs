@@ -22,6 +22,7 @@ mod forms;
 mod formula;
 mod grid;
 mod joints;
+mod jumps;
 mod leaf;
 mod levelset;
 mod lost;

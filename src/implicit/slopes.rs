@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::expr::{Binary, STEEPENED, SWING, SWUNG_BACK, Unary};
+use super::expr::{BEYOND, Binary, STEEPENED, SWING, SWUNG_BACK, Unary};
 use super::leaf::{Frame, Leaf};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
@@ -70,6 +70,8 @@ impl Slopes {
             Unary::Steepened => v.steepened(STEEPENED),
             Unary::Swing => v.swing(SWING),
             Unary::Wrap => v.wrap(),
+            Unary::Upward => v.turned(BEYOND),
+            Unary::Downward => v.turned(-BEYOND),
             Unary::Fold => v.fold(),
             Unary::Asin => v.asin(),
             Unary::Acos => v.acos(),
@@ -198,7 +200,8 @@ pub(super) fn slope(op: Unary, v: Interval, value: Interval) -> Option<Interval>
         }
         // Wide means that it may jump.
         Unary::Wrap if value.lo <= -PI && value.hi >= PI => return None,
-        Unary::Wrap => one,
+        Unary::Upward | Unary::Downward if value.hi - value.lo >= 2.0 * PI => return None,
+        Unary::Wrap | Unary::Upward | Unary::Downward => one,
         Unary::Asin => one / (one - v.square()).sqrt(),
         Unary::Acos => -(one / (one - v.square()).sqrt()),
         Unary::Sinh => v.cosh(),

@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::joints::is_smooth;
+use super::jumps::{cases, swinging};
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::Solid;
@@ -214,6 +215,11 @@ impl Splitter {
                     {
                         return self.condition(e, factor * c, rest, deeper);
                     }
+                    if let Some(e) =
+                        self.scaled_inside(Binary::Mul, a, b).or_else(|| self.scaled_inside(Binary::Mul, b, a))
+                    {
+                        return self.condition(&e, factor, rest, deeper);
+                    }
                 }
                 ExprNode::Binary(Binary::Div, a, b) => {
                     if let Some(c) = b.as_constant()
@@ -222,6 +228,9 @@ impl Splitter {
                     {
                         return self.condition(a, factor / c, rest, deeper);
                     }
+                    if let Some(e) = self.scaled_inside(Binary::Div, a, b) {
+                        return self.condition(&e, factor, rest, deeper);
+                    }
                 }
                 _ => {}
             }
@@ -229,6 +238,28 @@ impl Splitter {
         let whole = plus(rest.done, e, factor);
         let alone = rest.is_nothing();
         if alone { Some(Solid::formula(whole)) } else { self.ended(&Rest { done: Some(&whole), ..*rest }, deeper) }
+    }
+
+    /// A switch times or by what is never negative, as a switch of products.
+    fn scaled_inside(&mut self, op: Binary, switch: &Expr, by: &Expr) -> Option<Expr> {
+        if self.switches.held(switch) != Holds::Switch || self.switches.within(by) || !never_negative(by) {
+            return None;
+        }
+        let scaled = |e: &Expr| Expr::binary(op, e.clone(), by.clone());
+        let e = match switch.node() {
+            ExprNode::Unary(u @ (Unary::Abs | Unary::Neg), a) => Expr::unary(*u, scaled(a)),
+            ExprNode::Binary(o @ (Binary::Min | Binary::Max | Binary::Add | Binary::Sub), a, b) => {
+                Expr::binary(*o, scaled(a), scaled(b))
+            }
+            ExprNode::Binary(o @ (Binary::Mul | Binary::Div), a, k) if k.as_constant().is_some() => {
+                Expr::binary(*o, scaled(a), k.clone())
+            }
+            ExprNode::Binary(Binary::Mul, k, a) if k.as_constant().is_some() => scaled(a) * k.clone(),
+            ExprNode::Select(c, a, b) => Expr::select(c.clone(), scaled(a), scaled(b)),
+            _ => return None,
+        };
+        self.switches.look_at(&e);
+        Some(e)
     }
 
     /// `factor * |e| + rest >= 0`
@@ -273,7 +304,7 @@ impl Splitter {
 
 /// The tangent of about 31 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
 /// other surfaces like to end there (a thread's root is at 135). The nearer to the creases, the farther leaves go on before they turn back.
-const DIVIDED: f64 = 0.611;
+pub(super) const DIVIDED: f64 = 0.611;
 
 /// `times * atan2(y, x)`, where `times` is never negative.
 struct Angle {
@@ -327,20 +358,13 @@ impl Splitter {
         self.taken_apart = true;
         let Angle { y, x, times } = of;
         let scaled = |e: Expr| times.as_ref().map_or(e.clone(), |k| e * k.clone());
-        let angle = |y: Expr, x: Expr| Expr::binary(Binary::Atan2, y, x);
-        let swing = |e: Expr| match e.node() {
-            ExprNode::Unary(Unary::Wrap, t) => Expr::unary(Unary::Swing, t.clone()),
-            _ => Expr::unary(Unary::Swing, e),
-        };
-        let rising = scaled(swing(angle(-x.clone(), y.clone())) + FRAC_PI_2);
-        let falling = scaled(-swing(angle(x.clone(), -y.clone())) + FRAC_PI_2);
+        let rising = scaled(swinging(-x.clone(), y.clone()) + FRAC_PI_2);
+        let falling = scaled(-swinging(x.clone(), -y.clone()) + FRAC_PI_2);
         let mut place = |e: Expr| self.condition(&e, 1.0, &Rest::default(), depth);
         let (right, left) = (place(x.clone() * DIVIDED + y.clone())?, place(x.clone() * DIVIDED - y.clone())?);
         let (p, q) = (self.condition(&rising, factor, rest, depth)?, self.condition(&falling, factor, rest, depth)?);
         let (larger, smaller) = (p.clone() | q.clone(), p.clone() & q.clone());
         let (near, far) = if factor > 0.0 { (larger, smaller) } else { (smaller, larger) };
-        // By cases within cases: where all are decided alike nothing is left to ask.
-        let cases = |at: &Solid, yes: Solid, no: Solid| (at.clone() & yes) | (!at.clone() & no);
         Some(cases(&right, cases(&left, near, p), cases(&left, q, far)))
     }
 }

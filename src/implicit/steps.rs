@@ -157,10 +157,9 @@ pub(super) fn flat(e: &Expr) -> bool {
 }
 
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
-pub(super) fn taken_apart(e: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
-    let e = with_waves(&without_signs(e));
-    let given = sheet(&e).unwrap_or(e);
-    let e = by_cases(&given);
+pub(super) fn taken_apart(given: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
+    let e = with_waves(&without_signs(given));
+    let e = by_cases(&sheet(&e).unwrap_or(e));
     if let Some(within) = within
         && has_steps(&e)
     {

@@ -152,15 +152,21 @@ impl Interval {
 
     /// Less whole turns, from -pi to pi; all of that where a jump may lie inside.
     pub fn wrap(self) -> Self {
+        self.turned(0.0)
+    }
+
+    /// Less whole turns, from `ahead - pi` to `ahead + pi`; all of that where a jump may lie inside.
+    pub fn turned(self, ahead: f64) -> Self {
         const TURN: f64 = 2.0 * PI;
         // Wider than the rounding of the number of turns below `LARGE`; only makes the result larger.
         const SLACK: f64 = 1e-8;
         const LARGE: f64 = 1e7;
-        let (first, last) = ((self.lo / TURN - SLACK).round(), (self.hi / TURN + SLACK).round());
+        let turns = |x: f64, slack: f64| ((x - ahead) / TURN + slack).round();
+        let (first, last) = (turns(self.lo, -SLACK), turns(self.hi, SLACK));
         if first == last && first.abs() < LARGE {
             self - Self::point(TURN * first)
         } else {
-            Self { lo: -PI.next_up(), hi: PI.next_up() }
+            wide((ahead - PI).next_down(), (ahead + PI).next_up())
         }
     }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::cell::{Crossed, Facet, Vertex};
+use super::cell::{Crossed, Facet, Named, Vertex};
 use super::grid::{Octree, Point};
 
 /// What a node is: the grid points of the simplex it lies in, and the leaves that vanish there, both ascending.
@@ -76,19 +76,18 @@ impl Skin {
     pub(super) fn add(&mut self, tree: &Octree, corners: &[Point; 4], cut: &Crossed<'_>, facets: &[Facet]) {
         let (points, own) = (corners.map(|p| tree.point(p)), self.own);
         for f in facets {
-            let leaf = cut.leaves[f.leaf as usize];
             let mut rings: Vec<Vec<(u32, DVec3)>> = Vec::new();
             for ring in &f.loops {
                 let mut nodes = Vec::with_capacity(ring.len());
                 for v in ring {
-                    let (key, place) = (key(corners, cut, v), place(corners, &points, cut, v));
+                    let (key, place) = (key(corners, cut, facets, v), place(corners, &points, cut, v));
                     let n = self.node(key, place);
                     nodes.push((n, self.places[n as usize]));
                 }
                 rings.push(nodes);
             }
             let ring = bridged(rings);
-            let (plus, face) = (f.plus, f.face);
+            let (plus, Named { leaf, face }) = (f.plus, f.named);
             triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus, face, own }));
         }
     }
@@ -101,7 +100,15 @@ impl Skin {
     }
 }
 
-fn key(corners: &[Point; 4], cut: &Crossed<'_>, v: &Vertex) -> Key {
+/// The leaf that a point on one lies on by name: that of the facets around it, if these agree.
+fn named(cut: &Crossed<'_>, facets: &[Facet], place: u8, v: &Vertex) -> u32 {
+    let first = cut.leaves[place as usize];
+    let mut around = facets.iter().filter(|f| f.leaf == place && f.loops.iter().any(|l| l.contains(v)));
+    let Some(name) = around.next().map(|f| f.named.leaf) else { return first };
+    if around.all(|f| f.named.leaf == name) { name } else { first }
+}
+
+fn key(corners: &[Point; 4], cut: &Crossed<'_>, facets: &[Facet], v: &Vertex) -> Key {
     let mut points = [u64::MAX; 4];
     let mut n = 0;
     for c in (0..4).filter(|c| v.corners >> c & 1 == 1) {
@@ -112,6 +119,12 @@ fn key(corners: &[Point; 4], cut: &Crossed<'_>, v: &Vertex) -> Key {
     let mut leaves = [NONE; 3];
     for (k, l) in v.leaves.iter().take(n - 1).enumerate() {
         leaves[k] = cut.leaves[*l as usize];
+    }
+    if facets.iter().any(|f| f.named.leaf != cut.leaves[f.leaf as usize]) {
+        for (k, l) in v.leaves.iter().take(n - 1).enumerate() {
+            leaves[k] = named(cut, facets, *l, v);
+        }
+        leaves.sort_unstable();
     }
     Key { points, leaves }
 }

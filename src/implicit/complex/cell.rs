@@ -36,18 +36,27 @@ pub(super) struct Facet {
     pub(super) leaf: u8,
     /// Whether the leaf's positive side is inside.
     pub(super) plus: bool,
-    /// The face it is of.
-    pub(super) face: u32,
+    /// What it is of.
+    pub(super) named: Named,
     /// Loops of one connected part; the first need not be the outer one.
     pub(super) loops: Vec<Vec<Vertex>>,
+}
+
+/// What a piece of the boundary is called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Named {
+    /// The leaf's number: that of a twin where this makes the boundary.
+    pub(super) leaf: u32,
+    /// The face it is of.
+    pub(super) face: u32,
 }
 
 /// A Boolean of the leaves in a tetrahedron, asked with the sides of them by their places in the list.
 pub(super) struct Boolean<'a> {
     /// Whether inside is there.
     pub(super) inside: &'a dyn Fn(&[bool]) -> bool,
-    /// The face that a leaf makes beside these sides of the others.
-    pub(super) face: &'a dyn Fn(u8, &[bool]) -> u32,
+    /// What a leaf makes beside these sides of the others.
+    pub(super) named: &'a dyn Fn(u8, &[bool]) -> Named,
 }
 
 /// What a piece of the boundary is of: pieces of one owner side by side are one.
@@ -55,7 +64,7 @@ pub(super) struct Boolean<'a> {
 struct Owner {
     leaf: u8,
     plus: bool,
-    face: u32,
+    named: Named,
 }
 
 /// Leaves that change sign in a tetrahedron.
@@ -177,7 +186,7 @@ impl Crossed<'_> {
 
     /// The boundary of a Boolean.
     pub(super) fn boundary(&self, solid: &Boolean<'_>) -> Vec<Facet> {
-        let Boolean { inside, face } = solid;
+        let Boolean { inside, named } = solid;
         if self.leaves.len() == 1 {
             // Nearly always: nothing to cut, nothing to join.
             let plus = inside(&[true]);
@@ -188,7 +197,7 @@ impl Crossed<'_> {
             if !plus {
                 ring.reverse();
             }
-            return vec![Facet { leaf: 0, plus, face: face(0, &[true]), loops: vec![ring] }];
+            return vec![Facet { leaf: 0, plus, named: named(0, &[true]), loops: vec![ring] }];
         }
         let mut edges: Vec<Directed> = Vec::new();
         let mut count = 0u32;
@@ -209,7 +218,7 @@ impl Crossed<'_> {
                     let (from, to) = if plus { (from, to) } else { (to, from) };
                     edges.push(Directed { from, to, carrier, piece: count, gone: false });
                 }
-                owners.push(Owner { leaf, plus, face: face(leaf, &sides) });
+                owners.push(Owner { leaf, plus, named: named(leaf, &sides) });
                 count += 1;
             }
         }
@@ -260,9 +269,9 @@ impl Crossed<'_> {
                     None => break,
                 }
             }
-            let Owner { leaf, plus, face } = owners[part as usize];
+            let Owner { leaf, plus, named } = owners[part as usize];
             let slot = *of_part[part as usize].get_or_insert_with(|| {
-                facets.push(Facet { leaf, plus, face, loops: Vec::new() });
+                facets.push(Facet { leaf, plus, named, loops: Vec::new() });
                 facets.len() - 1
             });
             if ring.len() >= 3 {
@@ -287,7 +296,7 @@ impl Crossed<'_> {
                 let face = FACES.iter().position(|f| *f == v.corners).unwrap_or(0) as Carrier;
                 let there = edges.iter().filter(at).filter(|x| x.carrier == face);
                 let on: Vec<Owner> = there.map(|x| owners[x.piece as usize]).collect();
-                on.len() == 2 && (on[0].leaf, on[0].face) == (on[1].leaf, on[1].face)
+                on.len() == 2 && on[0].named == on[1].named
             } else {
                 // Inside: no boundary turns there.
                 edges.iter().filter(at).filter(|x| x.from == v).all(|x| {

@@ -26,6 +26,9 @@ mod settle;
 mod shared;
 #[cfg(test)]
 mod tests;
+mod twins;
+
+use std::iter::once;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -41,13 +44,14 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted};
-use cell::{Boolean, Crossed};
+use cell::{Boolean, Crossed, Named};
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
 use settle::Nodes;
 use shared::{Curves, Shared, beside, existing, with};
+use twins::Twins;
 
 /// How often cells of the size asked for are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
 /// a 20th of a cell wide, as in `data/small_features.py`.
@@ -123,13 +127,15 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let ends = model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)));
         let banded: Option<Vec<Leaf>> = ends.then(|| model.leaves.iter().map(|l| l.banded(seen)).collect());
         let (leaves, scale) = (banded.as_deref().unwrap_or(&model.leaves), model.bounds().diagonal());
+        let twins = Twins::new(leaves);
+        let twins = &twins;
         let most = (memory / BYTES_PER_CELL) as usize;
         let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + coarser);
         let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block };
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,
-            &|t, b| judged(t, &Asked { leaves, cell: *b, scale, seen, briefly: true }).unproved,
+            &|t, b| judged(t, &Asked { leaves, twins, cell: *b, scale, seen, briefly: true }).unproved,
             run,
         )?;
         let deeper = tree.deeper;
@@ -139,7 +145,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let known: Vec<Judged> = held
             .par_iter()
             .filter_map(|i| {
-                let asked = Asked { leaves, cell: box_of(i), scale, seen, briefly: false };
+                let asked = Asked { leaves, twins, cell: box_of(i), scale, seen, briefly: false };
                 Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
             })
             .collect();
@@ -154,7 +160,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let share = Share { groups: &groups, deeper, block };
+        let share = Share { groups: &groups, twins, deeper, block };
         let mut all = skin(leaves, &tree, &curves, &share, run)?;
         if !curves.is_empty() && !is_closed(&all.triangles, block.is_some()) {
             // Some sliver goes on where its curve was not seen.
@@ -219,6 +225,7 @@ fn own_nodes(triangles: &mut Vec<Triangle>, count: usize) -> Vec<u32> {
 /// What there is to arrange: tetrahedra by their owners, and the block of them that is asked for.
 struct Share<'a> {
     groups: &'a [&'a [Tetrahedron]],
+    twins: &'a Twins,
     /// How often the largest cells may be halved.
     deeper: u8,
     block: Option<GridBlock>,
@@ -226,14 +233,14 @@ struct Share<'a> {
 
 /// The boundary in all tetrahedra.
 fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, share: &Share<'_>, run: &Run) -> Result<Skin> {
-    let Share { groups, deeper, block } = share;
+    let Share { groups, twins, deeper, block } = share;
     let pieces: Result<Vec<Skin>> = groups
         .par_chunks(GROUPS)
         .map(|some| {
             run.check()?;
             let mut piece = Skin::default();
             some.iter().try_for_each(|g| {
-                within(&Around { leaves, tree, curves, deeper: *deeper, block: *block }, g, &mut piece)
+                within(&Around { leaves, twins, tree, curves, deeper: *deeper, block: *block }, g, &mut piece)
             })?;
             Ok(piece)
         })
@@ -253,6 +260,7 @@ fn extent(tree: &Octree, key: &Key) -> f64 {
 /// What is known in all tetrahedra.
 struct Around<'a> {
     leaves: &'a [Leaf],
+    twins: &'a Twins,
     tree: &'a Octree,
     curves: &'a Curves,
     deeper: u8,
@@ -261,7 +269,7 @@ struct Around<'a> {
 
 /// The boundary in the tetrahedra that one cell owns.
 fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
-    let Around { leaves, tree, curves, deeper, block } = around;
+    let Around { leaves, twins, tree, curves, deeper, block } = around;
     let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
     let tape: &Tape = tape;
     let mine = leaves_of(tape);
@@ -316,8 +324,10 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<
             let at = tree.point(t.corners[0]);
             return Err(Error::Failed(format!("more than {MOST_CUTTING} surfaces pass a cell near {at}")));
         }
+        let same = twins.taken_out(&mut cutting, &mut cut_values);
+        let first = |leaf: u32| same.iter().find(|t| t.leaf == leaf).map_or(leaf, |t| t.first);
         let cut = Crossed { leaves: &cutting, values: &cut_values };
-        let positive = |leaf: u32, sides: &[bool]| match cutting.binary_search(&leaf) {
+        let positive = |leaf: u32, sides: &[bool]| match cutting.binary_search(&first(leaf)) {
             Ok(k) => sides[k],
             Err(_) => fixed[mine.binary_search(&leaf).unwrap_or(0)],
         };
@@ -328,10 +338,15 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<
                 let changed = existing(&near, &of, &sides);
                 of(&|l| with(&changed, &sides, l))
             },
-            face: &|leaf, sides| {
+            named: &|leaf, sides| {
                 let leaf = cutting[leaf as usize];
                 let other = beside(&near, &of, leaf, &|l| positive(l, sides));
-                tape.owner(leaf, &|l| positive(l, sides) != (Some(l) == other))
+                let sides = |l: u32| positive(l, sides) != (Some(l) == other);
+                // Of twins the one that makes the boundary alone.
+                let alone = |which: &u32| of(&|l| sides(l) != (l == *which)) != of(&sides);
+                let others = same.iter().filter(|t| t.first == leaf).map(|t| t.leaf);
+                let leaf = if same.is_empty() { leaf } else { once(leaf).chain(others).find(alone).unwrap_or(leaf) };
+                Named { leaf, face: tape.owner(leaf, &sides) }
             },
         });
         out.own = block.is_none_or(|b| t.is_in(&b, *deeper, 0));

@@ -6,6 +6,7 @@ use super::super::newton::leaves_of;
 use super::super::slopes::Slopes;
 use super::super::tape::Tape;
 use super::shared::{Shared, common};
+use super::twins::Twins;
 use crate::numeric::{Dual, Interval, vector};
 use crate::spatial::Aabb;
 use std::fmt;
@@ -113,6 +114,7 @@ pub(super) struct Judged {
 /// A box with what is asked of it.
 pub(super) struct Asked<'a> {
     pub(super) leaves: &'a [Leaf],
+    pub(super) twins: &'a Twins,
     pub(super) cell: Aabb,
     /// The size of the part.
     pub(super) scale: f64,
@@ -124,7 +126,7 @@ pub(super) struct Asked<'a> {
 
 /// Whether the leaves of a tape are shown to be arranged simply in a box.
 pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
-    let Asked { leaves, cell, seen, briefly, .. } = asked;
+    let Asked { leaves, twins, cell, seen, briefly, .. } = asked;
     let half = cell.size() * 0.5;
     let mut all = Judged { unproved: None, shared: Vec::new() };
     let mut here: Vec<Local> = Vec::new();
@@ -180,7 +182,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 let ways = [(a.value / s, b.value / s), (1.0, 1.0), (1.0, -1.0)];
                 ways.iter().any(|(x, y)| apart(&[(a, *x), (b, *y)], half))
             };
-            if is_apart(&here[i], &here[j]) {
+            if is_apart(&here[i], &here[j]) || twins.are_one(leaves, [numbers[i], numbers[j]], cell) {
                 continue;
             }
             if let Some(between) = touching(leaves, numbers[i], numbers[j]) {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cell::{Crossed, Facet, Vertex};
+use super::cell::{Crossed, Facet, Named, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
 use crate::implicit::{Expr, RSystem, Solid};
@@ -32,7 +32,8 @@ fn boundary(values: &[[f64; 4]], inside: fn(&[bool; 3]) -> bool) -> Vec<Facet> {
         }
         inside(&all)
     };
-    let mut facets = cut.boundary(&Boolean { inside: &inside, face: &|_, _| 0 });
+    let mut facets =
+        cut.boundary(&Boolean { inside: &inside, named: &|l, _| Named { leaf: cut.leaves[l as usize], face: 0 } });
     // By the leaves' own numbers.
     for f in &mut facets {
         f.leaf = leaves[f.leaf as usize] as u8;

@@ -548,6 +548,8 @@ fn unary(op: Unary, a: &Lanes, out: &mut Lanes, n: usize) {
         Unary::Floor => fill(out, |k| a[k].floor()),
         Unary::Wrap => fill(out, |k| Unary::Wrap.apply(a[k])),
         Unary::Swing => fill(out, |k| Unary::Swing.apply(a[k])),
+        Unary::Upward => fill(out, |k| Unary::Upward.apply(a[k])),
+        Unary::Downward => fill(out, |k| Unary::Downward.apply(a[k])),
         Unary::Fold => fill(out, |k| Unary::Fold.apply(a[k])),
         Unary::Steepened => fill(out, |k| Unary::Steepened.apply(a[k])),
         Unary::Tan | Unary::Asin | Unary::Acos | Unary::Sinh | Unary::Cosh | Unary::Tanh | Unary::Sign => {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Formula, Op};
-use crate::implicit::expr::{Binary, STEEPENED, SWUNG_BACK, Unary};
+use crate::implicit::expr::{BEYOND, Binary, STEEPENED, SWUNG_BACK, Unary};
 use crate::implicit::written::{Operations, Words};
 
 /// Powers up to this are written as products, which more programs know.
@@ -69,6 +69,12 @@ fn unary(list: &mut Operations, op: Unary, a: u32) -> u32 {
         Unary::Wrap => {
             let (sin, cos) = (list.line("sin", &[a]), list.line("cos", &[a]));
             return list.line("atan2", &[sin, cos]);
+        }
+        Unary::Upward | Unary::Downward => {
+            let by = if op == Unary::Upward { BEYOND } else { -BEYOND };
+            let back = list.plus(a, -by);
+            let angle = unary(list, Unary::Wrap, back);
+            return list.plus(angle, by);
         }
         Unary::Fold => {
             let angle = unary(list, Unary::Wrap, a);

@@ -3,6 +3,7 @@
 use super::{Context, Lowered, Lowerer, Part, Primitive, Result, Solid};
 use crate::implicit::expr::Expr;
 use crate::implicit::formula::Formula;
+use crate::implicit::jumps::beside_jump;
 use crate::implicit::leaf::Leaf;
 use crate::implicit::model::Implicit;
 use crate::implicit::solid::Placement;
@@ -34,7 +35,7 @@ pub(in crate::implicit) fn lower_within(solid: &Solid, within: Within) -> Result
 
 impl Lowerer {
     pub(super) fn formula(&mut self, solid: &Solid, e: &Expr, mut c: Context) -> Result<Part> {
-        let Some(parts) = taken_apart(e, &c.place, self.within.as_ref()) else {
+        let Some(parts) = taken_apart(e, &c.place, self.within.as_ref()).or_else(|| beside_jump(e)) else {
             return self.primitive(solid, &Primitive::Formula(e.clone()), &c);
         };
         // All parts are one face to the user.

@@ -139,7 +139,7 @@ fn unary(op: Unary, x: Slope, turns: &mut Turns) -> Slope {
             let v = value();
             x.chain(v, 1.0 + v * v)
         }
-        Unary::Wrap => x.chain(value(), 1.0),
+        Unary::Wrap | Unary::Upward | Unary::Downward => x.chain(value(), 1.0),
         Unary::Fold => x.chain(value(), 1f64.copysign(Unary::Wrap.apply(a))),
         Unary::Steepened => x.chain(value(), if a < 0.0 { STEEPENED } else { 1.0 }),
         Unary::Swing => {
