@@ -25,6 +25,7 @@ from ._rvachev import (
     Built,
     Edges,
     Expr,
+    Hexahedra,
     Mesh,
     Part,
     Piece,
@@ -33,8 +34,10 @@ from ._rvachev import (
     Task,
     __version__,
     blend,
+    carry,
     check,
     evaluate,
+    expected_triangles,
     field,
     grid,
     heal,
@@ -45,6 +48,7 @@ from ._rvachev import (
     plan,
     read_triangles,
     remesh,
+    shortest_path,
     solid,
     union,
     x,
@@ -54,12 +58,12 @@ from ._rvachev import (
 from ._rvachev import made as _made
 
 __all__ = [
-    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Prisms", "Shortfall", "Solid", "Task", "Told",
-    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "chain", "check", "circle", "cone", "conic", "cylinder",
-    "diamond", "ellipse", "ellipsoid", "evaluate", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
+    "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "Hexahedra", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Prisms", "Shortfall", "Solid", "Task", "Told",
+    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "carry", "chain", "check", "circle", "cone", "conic", "cylinder",
+    "diamond", "ellipse", "ellipsoid", "evaluate", "expected_triangles", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
     "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "lagrange", "loft", "merge", "mesh", "mesh_brick",
     "nurbs", "nurbs_surface", "parabola", "plan", "polygon", "polyline", "polynomial", "read_triangles", "remesh", "revolve",
-    "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "solid", "sphere", "spline", "spline_surface",
+    "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "shortest_path", "solid", "sphere", "spline", "spline_surface",
     "sweep_edges", "torus", "union", "x", "y", "z",
 ]
 

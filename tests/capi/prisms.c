@@ -117,6 +117,54 @@ int main(int argc, char **argv) {
     snprintf(path, sizeof path, "%s/block.stl", argv[2]);
     WRONG(rv_prisms_write(prisms, path, NULL, &error), RV_USAGE, "vtu, msh or inp");
 
+    /* A point is told where linear values are what they are there; a way over an edge is that of the net. */
+    double linear[5000], at[6] = {0.3, 0.7, 1, 1, 1, 3}, carried[4], away[2], from[3] = {1.5, 0.5, 1}, to[3] = {2, 1.5, 0.5}, length;
+    rv_path *way;
+    NEED(rv_mesh_points(mesh, &p, &n, &error));
+    if (2 * n > 5000) return 7;
+    for (size_t i = 0; i < n; i++) linear[2 * i] = p[3 * i] + 2 * p[3 * i + 1], linear[2 * i + 1] = p[3 * i + 2];
+    rv_carry carry = {.values = linear, .width = 2, .xyz = at, .count = 2, .carried = carried, .distances = away};
+    NEED(rv_mesh_carry(mesh, &carry, &error));
+    printf("carried a %.9f b %.9f c %.9f d %.9f near %.9f far %.9f\n", carried[0], carried[1], carried[2], carried[3], away[0], away[1]);
+    carry.distances = NULL;
+    NEED(rv_mesh_carry(mesh, &carry, &error));
+    WRONG(rv_mesh_carry(NULL, &carry, &error), RV_USAGE, "mesh is NULL");
+    WRONG(rv_mesh_carry(mesh, NULL, &error), RV_USAGE, "what is NULL");
+    carry.width = (size_t)-1;
+    WRONG(rv_mesh_carry(mesh, &carry, &error), RV_USAGE, "items");
+    carry.width = 2, carry.carried = NULL;
+    WRONG(rv_mesh_carry(mesh, &carry, &error), RV_USAGE, "carried is NULL");
+    carry.carried = carried, carry.values = NULL;
+    WRONG(rv_mesh_carry(mesh, &carry, &error), RV_USAGE, "values is NULL");
+    carry.values = linear, at[0] = NAN;
+    WRONG(rv_mesh_carry(mesh, &carry, &error), RV_INPUT, "");
+    NEED(rv_mesh_path(mesh, from, to, &way, &error));
+    NEED(rv_path_points(way, &p, &n, &error));
+    NEED(rv_path_length(way, &length, &error));
+    printf("way length %.9f ends %.9f %.9f\n", length, p[0], p[3 * n - 1]);
+    rv_path_free(way), rv_path_free(NULL);
+    WRONG(rv_mesh_path(mesh, from, NULL, &way, &error), RV_USAGE, "to is NULL");
+    WRONG(rv_mesh_path(NULL, from, to, &way, &error), RV_USAGE, "mesh is NULL");
+    WRONG(rv_path_points(NULL, &p, &n, &error), RV_USAGE, "path is NULL");
+    WRONG(rv_path_length(NULL, &length, &error), RV_USAGE, "path is NULL");
+
+    rv_prisms *paired, *twice;
+    NEED(rv_prisms_hexahedra(prisms, &cells, &n, &error));
+    if (n) return 8;
+    NEED(rv_prisms_pair(prisms, 45, &paired, &error));
+    NEED(rv_prisms_hexahedra(paired, &cells, &n, &error));
+    NEED(rv_prisms_cells(paired, &cells, &k, &error));
+    NEED(rv_prisms_volume(paired, &volume, &error));
+    NEED(rv_prisms_name(paired, 1, &name, &error));
+    printf("paired hexahedra %zu prisms %zu volume %.9f top %s\n", n, k, volume, name);
+    snprintf(path, sizeof path, "%s/block.inp", argv[2]);
+    NEED(rv_prisms_write(paired, path, NULL, &error));
+    WRONG(rv_prisms_pair(NULL, 45, &twice, &error), RV_USAGE, "prisms is NULL");
+    WRONG(rv_prisms_pair(prisms, NAN, &twice, &error), RV_USAGE, "off");
+    WRONG(rv_prisms_pair(paired, 45, &twice, &error), RV_USAGE, "partner");
+    WRONG(rv_prisms_hexahedra(NULL, &cells, &n, &error), RV_USAGE, "prisms is NULL");
+    rv_prisms_free(paired);
+
     sweep = (rv_sweep){.face = "floor", .to = "roof", .layers = 3};
     NEED(rv_mesh_sweep(cube, &sweep, &between, &error));
     NEED(rv_prisms_cells(between, &cells, &m, &error));

@@ -1,0 +1,89 @@
+"""What is told before meshing and asked of a mesh: numbers of triangles, values at other points, ways, progress."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import rvachev as rv
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return rv.mesh(rv.box(lo=(0, 0, 0), hi=(2, 2, 1)), size=0.2)
+
+
+def test_triangles_are_told_before_meshing(tmp_path):
+    ball = rv.Part(rv.sphere(1))
+    about = rv.expected_triangles(ball, 0.1)
+    # The area over that of an equilateral triangle.
+    assert isinstance(about, int) and about == pytest.approx(4 * np.pi / (0.1**2 * np.sqrt(3) / 4), rel=0.1)
+    assert len(ball.mesh(0.1).triangles) == pytest.approx(about, rel=0.1)
+    assert rv.expected_triangles(rv.sphere(1), size=0.1) == about
+    (tmp_path / "p.py").write_text("r = 1\npart(sphere(r))\n")
+    assert rv.expected_triangles(tmp_path / "p.py", 0.1) == about
+    assert rv.expected_triangles(tmp_path / "p.py", 0.1, define={"r": 2}) == pytest.approx(4 * about, rel=0.1)
+    with pytest.raises(rv.InputError):
+        rv.expected_triangles(ball, -1)
+    with pytest.raises(rv.Error):
+        rv.expected_triangles(tmp_path / "none.py")
+
+
+def test_linear_values_are_carried_exactly(mesh):
+    def f(p):
+        return p @ np.array([(1, 2, 3, -1), (0, 1, 0, 5), (2, 0, 1, 0)]) + (1, 0, 0, 2)
+
+    finer = rv.mesh(rv.box(lo=(0, 0, 0), hi=(2, 2, 1)), size=0.13)
+    values, distances = rv.carry(mesh, f(mesh.points), finer)
+    assert values.shape == (len(finer.points), 4) and np.abs(values - f(finer.points)).max() < 1e-12
+    assert distances.shape == (len(finer.points),) and distances.max() < 1e-12
+    one, away = rv.carry(mesh, mesh.points[:, 2], [(1, 1, 3), (0.3, 0.4, -1)])
+    assert one.tolist() == pytest.approx([1, 0]) and away.tolist() == pytest.approx([2, 1])
+    many, _ = rv.carry(mesh, np.broadcast_to(np.eye(3), (len(mesh.points), 3, 3)), finer.points[:5])
+    assert np.abs(many - np.eye(3)).max() < 1e-12
+    nothing, far = rv.carry(mesh, np.zeros((len(mesh.points), 0)), [(1, 1, 3)])
+    assert nothing.shape == (1, 0) and far[0] == pytest.approx(2)
+    with pytest.raises(rv.InputError, match="values"):
+        rv.carry(mesh, np.zeros(7), finer)
+    with pytest.raises(rv.InputError):
+        rv.carry(mesh, np.zeros(len(mesh.points)), [(np.nan, 0, 0)])
+    with pytest.raises(TypeError, match="number"):
+        rv.carry(mesh, 1.0, finer)
+
+
+def test_the_shortest_way_goes_around_the_edge(mesh):
+    # Over the edge x = 2, z = 1: laid flat, 0.5 + 0.5 across and 1 along.
+    points, length = rv.shortest_path(mesh, (1.5, 0.5, 1), (2, 1.5, 0.5))
+    assert length == pytest.approx(np.sqrt(2), abs=1e-9)
+    assert points[[0, -1]] == pytest.approx(np.array([(1.5, 0.5, 1), (2, 1.5, 0.5)]))
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(length)
+    apart = rv.mesh(rv.union(rv.sphere(1), rv.sphere(1, at=(4, 0, 0))), size=0.3)
+    with pytest.raises(rv.InputError, match="hang together"):
+        rv.shortest_path(apart, (0, 0, 1), (4, 0, 1))
+    with pytest.raises(TypeError):
+        rv.shortest_path(mesh, (0, 0), (1, 1))
+
+
+def test_progress_is_a_bar_of_tqdm_if_there_is_one(capsys, monkeypatch):
+    from tqdm.auto import tqdm
+
+    started = []
+    made = tqdm.__init__
+    monkeypatch.setattr(tqdm, "__init__", lambda self, *a, **k: (started.append(k), made(self, *a, **k))[1])
+    rv.mesh(rv.sphere(1), size=0.02, progress=True)
+    shown = capsys.readouterr().err
+    assert len(started) == 1 and "%|" in shown and not tqdm._instances
+    # Taken away also where the mesh is refused.
+    with pytest.raises(rv.Error):
+        rv.mesh("none.step", progress=True)
+    assert len(started) == 2 and not tqdm._instances
+    rv.mesh(rv.sphere(1), size=0.1, progress=False)
+    assert len(started) == 2
+
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    capsys.readouterr()
+    rv.mesh(rv.sphere(1), size=0.02, progress=True)
+    shown = capsys.readouterr().err
+    assert "%|" not in shown and "[===" in shown and shown.endswith("\r")
+    monkeypatch.setattr(sys, "stderr", None)
+    rv.mesh(rv.sphere(1), size=0.1, progress=True)
