@@ -254,6 +254,9 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     // Half a unit to the edge and half from it, one along.
     assert!(near(number(&text, "way", "length"), 2f64.sqrt(), 1e-8), "{text}");
     assert!(text.contains("ends 1.500000000 0.500000000\n") && text.contains(" top opposite\n"), "{text}");
+    assert!(text.contains("\napart 1 mesh 1 has no node in common with the others\n"), "{text}");
+    assert_eq!(number(&text, "joined", "fewer"), number(&text, "joined", "lid"), "{text}");
+    assert!(text.contains(" faces 12 report 1\n"), "{text}");
     assert!(fs::read_to_string(folder.join("block.inp")).unwrap().contains("C3D8"));
     assert_eq!(number(&text, "between", "cells"), 6.0, "{text}");
     assert!(near(number(&text, "between", "volume"), 8.0, 1e-9), "{text}");
@@ -281,7 +284,7 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert_eq!(number(&text, "cells", "above"), 0.0, "{text}");
     assert!(near(number(&text, "cells", "volume"), 8.0, 1e-9), "{text}");
     assert!(near(number(&text, "cells", "lowest"), -2.0, 1e-9), "{text}");
-    assert!(text.contains("first b.zmin names 6 sides 0\n") && text.contains("\nfew 2\n"), "{text}");
+    assert!(text.contains("first b.zmin names 6 sides 0\n") && text.contains("\nfew 2\njoined 2\n"), "{text}");
     paired(&text, number(&text, "cells", "cells"), 8.0);
     assert_eq!(number(&text, "paired", "least"), 1.0, "{text}");
     assert!(near(number(&text, "carried", "carried"), 0.25, 1e-8), "{text}");
@@ -556,6 +559,15 @@ fn of_header() -> Prototypes {
         assert!(all.insert(head[at..].to_string(), (returned, arguments)).is_none(), "{} twice", &head[at..]);
     }
     all
+}
+
+#[test]
+fn bindings_have_the_version_of_the_library() {
+    for member in ["capi", "python"] {
+        let text = fs::read_to_string(root().join(member).join("Cargo.toml")).unwrap();
+        let own = text.lines().find_map(|l| l.strip_prefix("version = ")).unwrap();
+        assert_eq!(own.trim_matches('"'), env!("CARGO_PKG_VERSION"), "{member}");
+    }
 }
 
 #[test]

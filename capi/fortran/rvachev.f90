@@ -707,6 +707,15 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_mesh_join(meshes, count, options, joined, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), intent(in) :: meshes(*)
+            integer(c_size_t), value :: count
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: joined
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         function rv_mesh_path(mesh, from, to, path, error) bind(c) result(status)
             import :: c_double, c_int, c_ptr
             type(c_ptr), value :: mesh
@@ -1064,6 +1073,7 @@ module rvachev
         procedure :: sweep => mesh_sweep
         procedure :: carry => mesh_carry
         procedure :: path => mesh_path
+        procedure :: join => mesh_join
         procedure :: page => mesh_page
         procedure :: write => mesh_write
         procedure :: free => mesh_free
@@ -2462,6 +2472,23 @@ contains
         what%count = size(xyz, 2)
         what%carried = c_loc(carried)
         status = rv_mesh_carry(self%handle, what, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Meshes joined to one where their nodes match, up to the option 'within'.
+    subroutine mesh_join(self, meshes, options, failure)
+        class(rv_mesh), intent(inout) :: self
+        type(rv_mesh), intent(in) :: meshes(:)
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: made, error
+        integer(c_int) :: status
+        type(c_ptr) :: handles(size(meshes))
+        integer :: i
+        handles = [(meshes(i)%handle, i=1, size(meshes))]
+        status = rv_mesh_join(handles, size(meshes, kind=c_size_t), handle_of(options), made, error)
+        call self%free()
+        self%handle = made
         call keep(status, error, failure)
     end subroutine
 

@@ -76,7 +76,7 @@ int rv_options_new(rv_options **options, rv_error **error);
 /* Options have the names and values of the command: size ("2%" of the diagonal, or a length), method, sequence (of operators, which
  * stands for the method that runs it), angle, tol (a length, or "0.1%" of the diagonal), volume (a share), grading, size-min, trim,
  * thickness, refine and without (a remedy left out; both may be said often), eps, memory (GiB); for triangles feature-angle, min-area,
- * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for files groups ("user", "faces", "all"),
+ * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for meshes to be joined within; for files groups ("user", "faces", "all"),
  * msh-version; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false" measures only what makes a mesh
  * sound), define ("radius=0.3", may be said often).
  * Wherever options are asked for NULL stands for none. */
@@ -298,6 +298,12 @@ typedef struct rv_carry {
 /* A point has the values at the nearest point of the mesh, linear within each triangle. No point is refused for being far away.
  * RV_INPUT for a mesh without triangles and for points that are not finite. */
 int rv_mesh_carry(const rv_mesh *mesh, const rv_carry *what, rv_error **error);
+
+/* Meshes joined to one: a node of one and the nearest node of another are one where they are no farther apart than the option "within",
+ * a length or a share of the diagonal of all, 0.0001% unless said otherwise. Joined nodes stand where the first mesh has them, and
+ * triangles keep their order. Faces, and groups, of the same name are one. RV_SHORT where a mesh shares no node with any other. The
+ * report is JSON of `rvachev join --json`: it counts edges that are open, or of meshes that are inside out. */
+int rv_mesh_join(const rv_mesh *const *meshes, size_t count, const rv_options *options, rv_mesh **joined, rv_error **error);
 
 /* The shortest way over a mesh between the points of it that are nearest to two points; it may cross triangles. No change nearby makes
  * it shorter. Where ways on several sides of an obstacle are about as long, it may be none of the shortest. RV_INPUT where pieces of

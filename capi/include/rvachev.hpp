@@ -263,6 +263,12 @@ public:
     static mesh read(const std::string &path, const options &o = {}) {
         return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_mesh_read(path.c_str(), o.get(), m, e); }));
     }
+    // Meshes joined to one where their nodes match, up to the option "within".
+    static mesh joined(const std::vector<mesh> &meshes, const options &o = {}) {
+        std::vector<const rv_mesh *> all;
+        for (const auto &m : meshes) all.push_back(m.get());
+        return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_mesh_join(all.data(), all.size(), o.get(), m, e); }));
+    }
 
     view<point> points() const & { return lent<point, double>(rv_mesh_points); }
     view<std::array<std::uint32_t, 3>> triangles() const & {

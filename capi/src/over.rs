@@ -1,12 +1,15 @@
-//! What is asked of a finished mesh as a surface: values carried to other points, and ways over it.
+//! What is asked of finished meshes as surfaces: values carried to other points, ways over one, and several joined to one.
 
 use std::ffi::c_int;
 
 use rvachev::DVec3;
-use rvachev::mesh::{MeshPath, carry, shortest_path};
+use rvachev::mesh::{MeshPath, TriMesh, carry, shortest_path};
+use rvachev::pipeline::{SizeRequest, join};
+use rvachev::spatial::Aabb;
 
-use crate::errors::{ErrorOut, GOOD, entry, given, release, slot, usage};
-use crate::mesh::{RvMesh, lend};
+use crate::errors::{ErrorOut, Failure, GOOD, entry, given, release, slot, usage};
+use crate::mesh::{RvMesh, Source, give, lend};
+use crate::options::{RvOptions, asked};
 use crate::pass::{Items, Out, Room, flat, point};
 use crate::work::work;
 
@@ -78,6 +81,29 @@ pub extern "C" fn rv_mesh_path(
         let made = work(None, 0, |run| Ok(shortest_path(mesh, from, to, run)?))?;
         out.write(Box::into_raw(Box::new(RvPath(made))));
         Ok(GOOD)
+    })
+}
+
+/// Joins meshes to one where their nodes match.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_mesh_join(
+    meshes: Items<Option<&RvMesh>>,
+    count: usize,
+    options: Option<&RvOptions>,
+    joined: Out<'_, *mut RvMesh>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(joined, std::ptr::null_mut(), "joined")?;
+        let all = meshes.slice(count, "meshes")?.iter();
+        let all: Vec<TriMesh> = all.map(|m| Ok(given(*m, "a mesh")?.mesh().clone())).collect::<Result<_, Failure>>()?;
+        let asked = asked(options);
+        let within = match asked.within {
+            SizeRequest::Length(length) => length,
+            SizeRequest::Share(share) => share * all.iter().fold(Aabb::EMPTY, |b, m| b.union(&m.bounds())).diagonal(),
+        };
+        let made = work(asked.run.as_ref(), asked.threads, |run| Ok(join(&all, within, run)?))?;
+        give(Source::Joined(made), &asked, Some(out))
     })
 }
 

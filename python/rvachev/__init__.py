@@ -36,12 +36,14 @@ from ._rvachev import (
     blend,
     carry,
     check,
+    compare,
     evaluate,
     expected_triangles,
     field,
     grid,
     heal,
     intersection,
+    join,
     merge,
     mesh,
     mesh_brick,
@@ -50,6 +52,8 @@ from ._rvachev import (
     remesh,
     shortest_path,
     solid,
+    step_check,
+    step_info,
     union,
     x,
     y,
@@ -59,12 +63,12 @@ from ._rvachev import made as _made
 
 __all__ = [
     "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "Hexahedra", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Prisms", "Shortfall", "Solid", "Task", "Told",
-    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "carry", "chain", "check", "circle", "cone", "conic", "cylinder",
+    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "carry", "chain", "check", "circle", "compare", "cone", "conic", "cylinder",
     "diamond", "ellipse", "ellipsoid", "evaluate", "expected_triangles", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
-    "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "lagrange", "loft", "merge", "mesh", "mesh_brick",
+    "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "join", "lagrange", "loft", "merge", "mesh", "mesh_brick",
     "nurbs", "nurbs_surface", "parabola", "plan", "polygon", "polyline", "polynomial", "read_triangles", "remesh", "revolve",
-    "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "shortest_path", "solid", "sphere", "spline", "spline_surface",
-    "sweep_edges", "torus", "union", "x", "y", "z",
+    "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "shortest_path", "solid", "sphere", "spline", "spline_surface", "step_check",
+    "step_info", "sweep_edges", "torus", "union", "x", "y", "z",
 ]
 
 # What part files call numpy's functions.

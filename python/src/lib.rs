@@ -9,6 +9,7 @@ mod errors;
 mod expr;
 mod field;
 mod mesh;
+mod model;
 mod options;
 mod over;
 mod part;
@@ -52,6 +53,10 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(mesh::read_triangles, m)?)?;
     m.add_function(wrap_pyfunction!(over::carry, m)?)?;
     m.add_function(wrap_pyfunction!(over::shortest_path, m)?)?;
+    m.add_function(wrap_pyfunction!(over::join, m)?)?;
+    m.add_function(wrap_pyfunction!(model::step_check, m)?)?;
+    m.add_function(wrap_pyfunction!(model::step_info, m)?)?;
+    m.add_function(wrap_pyfunction!(model::compare, m)?)?;
     m.add_function(wrap_pyfunction!(pickle::mesh_again, m)?)?;
     m.add_function(wrap_pyfunction!(pickle::part_again, m)?)?;
     m.add_function(wrap_pyfunction!(bricks::plan, m)?)?;

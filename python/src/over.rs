@@ -1,13 +1,18 @@
-//! What is asked of a finished mesh as a surface: values carried to other points, and ways over it.
+//! What is asked of finished meshes as surfaces: values carried to other points, ways over one, and several joined to one.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use rvachev::DVec3;
-use rvachev::mesh::{carry as carried, shortest_path as shortest};
+use rvachev::mesh::{TriMesh, carry as carried, shortest_path as shortest};
+use rvachev::pipeline::{self, Joined, SizeRequest};
+use rvachev::spatial::Aabb;
 
 use crate::arrays::{floats, table};
-use crate::mesh::PyMesh;
+use crate::errors::raise;
+use crate::mesh::{PyMesh, to_json};
+use crate::options::size;
+use crate::pickle::About;
 use crate::work::Listeners;
 
 /// Three numbers as a point.
@@ -78,4 +83,44 @@ pub fn shortest_path<'py>(
     let way = Listeners::default().work(py, |run| shortest(mesh, start, end, run))?;
     let flat: Vec<f64> = way.points.iter().flat_map(|p| p.to_array()).collect();
     Ok((flat.into_pyarray(py).reshape([way.points.len(), 3])?, way.length))
+}
+
+/// join(meshes, within=None): meshes joined to one where their nodes match.
+///
+/// meshes: an iterable of Mesh. within: a length, or a share of the diagonal of all, 0.0001% unless it is said; 0 for the same coordinates alone. A node of one
+/// mesh and the nearest node of another are one where they are no farther apart. Joined nodes stand where the mesh that comes
+/// first has them, triangles keep their order; faces, and groups, of the same name are one. `report` counts edges that are open, that
+/// have more than two triangles, and that are of meshes which are inside out. A mesh without a node in common is a `Shortfall`.
+/// Errors: `InputError` for no meshes and a length that is negative.
+#[pyfunction]
+#[pyo3(signature = (meshes, within=None))]
+pub fn join(py: Python<'_>, meshes: &Bound<'_, PyAny>, within: Option<&Bound<'_, PyAny>>) -> PyResult<PyMesh> {
+    let mut all: Vec<TriMesh> = Vec::new();
+    for item in meshes.try_iter()? {
+        all.push(item?.cast::<PyMesh>()?.get().mesh().clone());
+    }
+    let diagonal = all.iter().fold(Aabb::EMPTY, |b, m| b.union(&m.bounds())).diagonal();
+    let within = match within {
+        Some(v) if v.extract::<f64>().is_ok_and(|x| x == 0.0) => 0.0,
+        Some(v) => match size(v)? {
+            SizeRequest::Length(length) => length,
+            SizeRequest::Share(share) => share * diagonal,
+        },
+        // Some ten times what single precision leaves of a coordinate, as for the command.
+        None => 1e-6 * diagonal,
+    };
+    let Joined { mesh, report } = Listeners::default().work(py, |run| pipeline::join(&all, within, run))?;
+    let alone = |i: &usize| format!("mesh {i} has no node in common with the others");
+    let about = About {
+        faces: mesh.faces.clone(),
+        groups: mesh.groups.iter().map(|g| (g.name.clone(), g.faces.clone())).collect(),
+        seams: Vec::new(),
+        corners: Vec::new(),
+        shortfalls: report.alone.iter().map(alone).collect(),
+        report: to_json(&report).map_err(|e| raise(py, &e))?,
+        certificate: "null".into(),
+    };
+    let joined = PyMesh::again(mesh, about);
+    joined.tell(py, false)?;
+    Ok(joined)
 }

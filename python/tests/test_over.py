@@ -64,6 +64,41 @@ def test_the_shortest_way_goes_around_the_edge(mesh):
         rv.shortest_path(mesh, (0, 0), (1, 1))
 
 
+def test_meshes_are_joined_where_nodes_match(mesh):
+    upper = rv.mesh(rv.box(lo=(0, 0, 1.01), hi=(2, 2, 2.01)).name("upper"), size=0.2)
+    with pytest.warns(rv.Shortfall, match="mesh 1 has no node in common"):
+        apart = rv.join([mesh, upper])
+    assert len(apart.points) == len(mesh.points) + len(upper.points) and apart.report["matched"] == 0
+    joined = rv.join(iter([mesh, upper]), within=0.02)
+    lid = np.count_nonzero(mesh.points[:, 2] == 1)
+    assert joined.report["matched"] == lid and len(joined.points) == len(apart.points) - lid
+    assert joined.report["farthest"] == pytest.approx(0.01) and joined.face_names == [*mesh.face_names, *upper.face_names]
+    assert len(joined.triangles) == len(mesh.triangles) + len(upper.triangles)
+    assert joined.points[: len(mesh.points)].tobytes() == mesh.points.tobytes()
+    for wrong, within in (([], None), ([mesh], -1)):
+        with pytest.raises(rv.InputError):
+            rv.join(wrong, within)
+    with pytest.raises(TypeError):
+        rv.join([mesh, "a.stl"])
+
+
+def test_models_are_told_of_and_methods_compared(tmp_path):
+    square = rv.polyline([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True)
+    rv.Part(rv.extrude_edges(square, direction="z", distance=2), units="mm").write(tmp_path / "b.step")
+    assert rv.step_check(tmp_path / "b.step")["sound"] is True
+    told = rv.step_info(tmp_path / "b.step")
+    assert len(told["faces"]) == 6 or len(told["bodies"]) == 1
+    assert told["bodies"][0]["volume"] == pytest.approx(2)
+    found = rv.compare(rv.Part(rv.sphere(1)), size=0.3)
+    assert {row["method"] for row in found["rows"]} >= {"leaf", "operators", "mc"}
+    with pytest.raises(rv.InputError, match="volume"):
+        rv.compare(rv.Part(rv.sphere(1)), volume=0.1)
+    (tmp_path / "c.step").write_text("nothing")
+    for look in (rv.step_check, rv.step_info):
+        with pytest.raises(rv.InputError, match="c.step"):
+            look(tmp_path / "c.step")
+
+
 def test_progress_is_a_bar_of_tqdm_if_there_is_one(capsys, monkeypatch):
     from tqdm.auto import tqdm
 

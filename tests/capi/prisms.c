@@ -148,6 +148,38 @@ int main(int argc, char **argv) {
     WRONG(rv_path_points(NULL, &p, &n, &error), RV_USAGE, "path is NULL");
     WRONG(rv_path_length(NULL, &length, &error), RV_USAGE, "path is NULL");
 
+    /* Two blocks a hundredth of their size apart have no node in common, and become one within a length. */
+    rv_part *beside;
+    rv_mesh *next, *joined;
+    rv_options *wide;
+    const char *text;
+    NEED(rv_part_parse("part(box(lo=(0, 0, 1.01), hi=(2, 2, 2.01)).name(\"c\"))", NULL, &beside, &error));
+    NEED(rv_options_new(&wide, &error));
+    NEED(rv_options_set(wide, "size", "0.4", &error));
+    NEED(rv_part_mesh(beside, wide, &next, &error));
+    const rv_mesh *both[2] = {mesh, next}, *hollow[2] = {mesh, NULL};
+    if (rv_mesh_join(both, 2, NULL, &joined, &error) != RV_SHORT) return 9;
+    NEED(rv_mesh_shortfall(joined, 1, &text, &error));
+    NEED(rv_mesh_points(joined, &p, &k, &error));
+    NEED(rv_mesh_points(next, &p, &m, &error));
+    NEED(rv_mesh_points(mesh, &p, &n, &error));
+    printf("apart %d %s\n", k == n + m, text);
+    rv_mesh_free(joined);
+    NEED(rv_options_set(wide, "within", "0.02", &error));
+    NEED(rv_mesh_join(both, 2, wide, &joined, &error));
+    NEED(rv_mesh_points(joined, &p, &k, &error));
+    NEED(rv_mesh_face_count(joined, &finer, &error));
+    NEED(rv_mesh_report(joined, &text, &error));
+    NEED(rv_mesh_nodes_of(mesh, "b.zmax", &t, &coarse, &error));
+    printf("joined fewer %zu lid %zu faces %zu report %d\n", n + m - k, coarse, finer, strstr(text, "\"matched\"") != NULL);
+    rv_mesh_free(joined);
+    WRONG(rv_mesh_join(both, 0, NULL, &joined, &error), RV_USAGE, "");
+    WRONG(rv_mesh_join(NULL, 2, NULL, &joined, &error), RV_USAGE, "meshes is NULL");
+    WRONG(rv_mesh_join(hollow, 2, NULL, &joined, &error), RV_USAGE, "a mesh is NULL");
+    WRONG(rv_options_set(wide, "within", "-1", &error), RV_USAGE, "");
+    rv_mesh_free(next), rv_part_free(beside), rv_options_free(wide);
+
+    NEED(rv_mesh_triangles_of(mesh, "b.zmax", &t, &coarse, &error));
     rv_prisms *paired, *twice;
     NEED(rv_prisms_hexahedra(prisms, &cells, &n, &error));
     if (n) return 8;

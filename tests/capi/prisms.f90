@@ -5,7 +5,7 @@ program prisms_of_a_block
     implicit none
     type(rv_part) :: part
     type(rv_options) :: options, finer
-    type(rv_mesh) :: mesh, fine
+    type(rv_mesh) :: mesh, fine, both
     type(rv_prisms) :: prisms, paired
     type(rv_failure) :: failure
     real(c_double), pointer :: points(:, :)
@@ -34,7 +34,9 @@ program prisms_of_a_block
     print '(3(a, f0.9))', 'carried ', carried(1), ' length ', length, ' from ', way(1, 1)
     call mesh%carry([1.0_c_double], points, carried, failure)
     print '(a, i0)', 'few ', failure%status
-    call paired%free(); call prisms%free()
+    call both%join([mesh, fine])
+    print '(a, i0)', 'joined ', (size(both%triangles(), 2) - size(fine%triangles(), 2)) * 2 / size(mesh%triangles(), 2)
+    call both%free(); call paired%free(); call prisms%free()
     call mesh%sweep(prisms, 'b.zmin', 2, to='b.xmax', failure=failure)
     print '(a, i0)', 'refused ', failure%status
     call prisms%free(); call fine%free(); call mesh%free(); call options%free(); call finer%free(); call part%free()
