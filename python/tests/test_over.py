@@ -65,14 +65,17 @@ def test_the_shortest_way_goes_around_the_edge(mesh):
 
 
 def test_meshes_are_joined_where_nodes_match(mesh):
-    upper = rv.mesh(rv.box(lo=(0, 0, 1.01), hi=(2, 2, 2.01)).name("upper"), size=0.2)
+    # Upside down above the mesh, a hundredth apart: nodes of the lids match.
+    upper = rv.heal(mesh.points * (1, 1, -1) + (0, 0, 2.01), mesh.triangles[:, ::-1])
+    assert len(upper.points) == len(mesh.points)
     with pytest.warns(rv.Shortfall, match="mesh 1 has no node in common"):
         apart = rv.join([mesh, upper])
     assert len(apart.points) == len(mesh.points) + len(upper.points) and apart.report["matched"] == 0
     joined = rv.join(iter([mesh, upper]), within=0.02)
     lid = np.count_nonzero(mesh.points[:, 2] == 1)
     assert joined.report["matched"] == lid and len(joined.points) == len(apart.points) - lid
-    assert joined.report["farthest"] == pytest.approx(0.01) and joined.face_names == [*mesh.face_names, *upper.face_names]
+    assert joined.report["farthest"] == pytest.approx(0.01)
+    assert joined.face_names == [*mesh.face_names, *upper.face_names]
     assert len(joined.triangles) == len(mesh.triangles) + len(upper.triangles)
     assert joined.points[: len(mesh.points)].tobytes() == mesh.points.tobytes()
     for wrong, within in (([], None), ([mesh], -1)):
