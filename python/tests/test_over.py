@@ -3,6 +3,7 @@
 import sys
 
 import numpy as np
+import psutil
 import pytest
 
 import rvachev as rv
@@ -125,3 +126,34 @@ def test_progress_is_a_bar_of_tqdm_if_there_is_one(capsys, monkeypatch):
     assert "%|" not in shown and "[===" in shown and shown.endswith("\r")
     monkeypatch.setattr(sys, "stderr", None)
     rv.mesh(rv.sphere(1), size=0.1, progress=True)
+
+
+def resident():
+    """Memory of this process, in bytes."""
+    return psutil.Process().memory_info().rss
+
+
+def test_ten_thousand_calls_leak_nothing(mesh):
+    part = rv.Part(rv.box(size=(1, 1, 1)))
+    at = np.random.default_rng(0).normal(size=(100, 3))
+    upper = np.count_nonzero(mesh.points[:, 2])
+
+    def calls(n):
+        for _ in range(n):
+            rv.evaluate(part, at, gradient=True)
+            arrays = mesh.points, mesh.triangles, mesh.labels, mesh.normals, mesh.feature_edges, mesh.nodes("*.zmax"), mesh.faces
+            assert len(arrays[0]) > upper
+            with pytest.raises(KeyError):
+                mesh.nodes("none")
+
+    calls(300)
+    before = resident()
+    calls(1000)
+    # Some ten calls in each round: a tenth of an array of points would be seen.
+    assert resident() - before < 1000 * mesh.points.nbytes / 10
+    # Allocators keep what the first meshes gave back.
+    for n in (50, 80):
+        before = resident()
+        for _ in range(n):
+            made = part.mesh(size=0.1)
+    assert resident() - before < n * (made.points.nbytes + made.triangles.nbytes) / 3
