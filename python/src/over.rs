@@ -21,6 +21,9 @@ fn place(v: &Bound<'_, PyAny>, name: &str) -> PyResult<DVec3> {
     Ok(table(&row, name)?[0])
 }
 
+/// Values, and how far their points are from the mesh.
+type Carried<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// carry(mesh, values, to): values at a mesh's points carried to other points, such as those of a finer mesh.
 ///
 /// values: (n,) or (n, ...), for each of the mesh's n points. to: points (k, 3), or a Mesh, whose points are meant.
@@ -34,7 +37,7 @@ pub fn carry<'py>(
     mesh: &Bound<'py, PyMesh>,
     values: &Bound<'py, PyAny>,
     to: &Bound<'py, PyAny>,
-) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<Carried<'py>> {
     let points = match to.cast::<PyMesh>() {
         Ok(other) => other.get().mesh().nodes.clone(),
         Err(_) => table(to, "to")?,
