@@ -247,6 +247,16 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert!(near(number(&text, "swept", "volume"), 12.0, 1e-9), "{text}");
     assert!(near(number(&text, "swept", "roof"), 4.0, 1e-9), "{text}");
     assert_eq!(number(&text, "swept", "names"), 6.0, "{text}");
+    paired(&text, number(&text, "swept", "cells"), 12.0);
+    for (word, truth) in [("a", 1.7), ("b", 1.0), ("c", 3.0), ("d", 1.0), ("near", 0.0), ("far", 2.0)] {
+        assert!((number(&text, "carried", word) - truth).abs() < 1e-8, "{word} in {text}");
+    }
+    // Half a unit to the edge and half from it, one along.
+    assert!(near(number(&text, "way", "length"), 2f64.sqrt(), 1e-8), "{text}");
+    assert!(text.contains("ends 1.500000000 0.500000000\n") && text.contains(" top opposite\n"), "{text}");
+    assert!(text.contains("\napart 1 mesh 1 has no node in common with the others\n"), "{text}");
+    assert!(text.contains("\njoined fewer 1 faces 12 report 1\ntwin 1 1\n"), "{text}");
+    assert!(fs::read_to_string(folder.join("block.inp")).unwrap().contains("C3D8"));
     assert_eq!(number(&text, "between", "cells"), 6.0, "{text}");
     assert!(near(number(&text, "between", "volume"), 8.0, 1e-9), "{text}");
     // The unit is in the file that has a place for it.
@@ -262,6 +272,8 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert!(number(&text, "units", "after") > 1.5 * number(&text, "units", "before"), "{text}");
     assert!(near(number(&text, "units", "volume"), 8.0, 1e-9), "{text}");
     assert!(number(&text, "units", "xmin") > 0.0, "{text}");
+    paired(&text, number(&text, "units", "cells"), 8.0);
+    assert!(text.contains("carried 0.250000000 way from 1.500000000 to 1.500000000\n"), "{text}");
 
     let sources = ["capi/fortran/rvachev.f90", "tests/capi/prisms.f90"];
     let text = said(&mut Command::new(FORTRAN.program("prisms_fortran", &sources)));
@@ -271,7 +283,18 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert_eq!(number(&text, "cells", "above"), 0.0, "{text}");
     assert!(near(number(&text, "cells", "volume"), 8.0, 1e-9), "{text}");
     assert!(near(number(&text, "cells", "lowest"), -2.0, 1e-9), "{text}");
-    assert!(text.contains("first b.zmin names 6 sides 0\n"), "{text}");
+    assert!(text.contains("first b.zmin names 6 sides 0\n") && text.contains("\nfew 2\njoined 2\n"), "{text}");
+    paired(&text, number(&text, "cells", "cells"), 8.0);
+    assert_eq!(number(&text, "paired", "least"), 1.0, "{text}");
+    assert!(near(number(&text, "carried", "carried"), 0.25, 1e-8), "{text}");
+    assert!(near(number(&text, "carried", "length"), 2f64.sqrt(), 1e-8), "{text}");
+}
+
+/// Most of the prisms are in pairs, and no volume is lost.
+fn paired(text: &str, prisms: f64, volume: f64) {
+    let [pairs, left] = ["hexahedra", "prisms"].map(|word| number(text, "paired", word));
+    assert!(pairs > left && 2.0 * pairs + left == prisms, "{text}");
+    assert!(near(number(text, "paired", "volume"), volume, 1e-9), "{text}");
 }
 
 /// What is told before meshing is within a tenth of what is made.
@@ -535,6 +558,15 @@ fn of_header() -> Prototypes {
         assert!(all.insert(head[at..].to_string(), (returned, arguments)).is_none(), "{} twice", &head[at..]);
     }
     all
+}
+
+#[test]
+fn bindings_have_the_version_of_the_library() {
+    for member in ["capi", "python"] {
+        let text = fs::read_to_string(root().join(member).join("Cargo.toml")).unwrap();
+        let own = text.lines().find_map(|l| l.strip_prefix("version = ")).unwrap();
+        assert_eq!(own.trim_matches('"'), env!("CARGO_PKG_VERSION"), "{member}");
+    }
 }
 
 #[test]

@@ -32,6 +32,16 @@ module rvachev_c
         integer(c_size_t) :: layers = 0
     end type
 
+    ! rv_carry of rvachev.h.
+    type, bind(c) :: c_carry
+        type(c_ptr) :: values = c_null_ptr
+        integer(c_size_t) :: width = 0
+        type(c_ptr) :: xyz = c_null_ptr
+        integer(c_size_t) :: count = 0
+        type(c_ptr) :: carried = c_null_ptr
+        type(c_ptr) :: distances = c_null_ptr
+    end type
+
     ! rv_share of rvachev.h.
     type, bind(c) :: c_share
         integer(c_int32_t) :: number = 1
@@ -674,6 +684,66 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_prisms_pair(prisms, off, paired, error) bind(c) result(status)
+            import :: c_double, c_int, c_ptr
+            type(c_ptr), value :: prisms
+            real(c_double), value :: off
+            type(c_ptr), intent(out) :: paired
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_prisms_hexahedra(prisms, nodes, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: prisms
+            type(c_ptr), intent(out) :: nodes
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_carry(mesh, what, error) bind(c) result(status)
+            import :: c_carry, c_int, c_ptr
+            type(c_ptr), value :: mesh
+            type(c_carry), intent(in) :: what
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_join(meshes, count, options, joined, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), intent(in) :: meshes(*)
+            integer(c_size_t), value :: count
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: joined
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_path(mesh, from, to, path, error) bind(c) result(status)
+            import :: c_double, c_int, c_ptr
+            type(c_ptr), value :: mesh
+            real(c_double), intent(in) :: from(3)
+            real(c_double), intent(in) :: to(3)
+            type(c_ptr), intent(out) :: path
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_path_points(path, xyz, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: path
+            type(c_ptr), intent(out) :: xyz
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_path_length(path, length, error) bind(c) result(status)
+            import :: c_double, c_int, c_ptr
+            type(c_ptr), value :: path
+            real(c_double), intent(out) :: length
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        subroutine rv_path_free(path) bind(c)
+            import :: c_ptr
+            type(c_ptr), value :: path
+        end subroutine
         function rv_prisms_sides(prisms, nodes, count, error) bind(c) result(status)
             import :: c_int, c_ptr, c_size_t
             type(c_ptr), value :: prisms
@@ -1001,6 +1071,9 @@ module rvachev
         procedure :: units => mesh_units
         procedure :: remesh_face => mesh_remesh_face
         procedure :: sweep => mesh_sweep
+        procedure :: carry => mesh_carry
+        procedure :: path => mesh_path
+        procedure :: join => mesh_join
         procedure :: page => mesh_page
         procedure :: write => mesh_write
         procedure :: free => mesh_free
@@ -1027,6 +1100,8 @@ module rvachev
         procedure :: points => prisms_points
         ! Copies.
         procedure :: cells => prisms_cells
+        procedure :: hexahedra => prisms_hexahedra
+        procedure :: pair => prisms_pair
         procedure :: sides => prisms_sides
         procedure :: labels => prisms_labels
         procedure :: name_count => prisms_name_count
@@ -2344,6 +2419,103 @@ contains
         numbers = reshape(numbered(data, 6 * n, first), [6_c_size_t, n])
         call keep(status, error, failure)
     end function
+
+    ! Points of hexahedra (8, m): four of the bottom, and those across from them; none unless these were paired.
+    function prisms_hexahedra(self, first, failure) result(numbers)
+        class(rv_prisms), intent(in) :: self
+        integer, intent(in), optional :: first
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int32_t), allocatable :: numbers(:, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_prisms_hexahedra(self%handle, data, n, error)
+        numbers = reshape(numbered(data, 8 * n, first), [8_c_size_t, n])
+        call keep(status, error, failure)
+    end function
+
+    ! Hexahedra in place of pairs of prisms, at most `off` degrees (45) off rectangles; cells are those without a partner.
+    subroutine prisms_pair(self, paired, off, failure)
+        class(rv_prisms), intent(in) :: self
+        type(rv_prisms), intent(out) :: paired
+        real(c_double), intent(in), optional :: off
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        real(c_double) :: most
+        integer(c_int) :: status
+        most = 45
+        if (present(off)) most = off
+        status = rv_prisms_pair(self%handle, most, paired%handle, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Values at a mesh's points, carried to other points (3, k): each has the value of the nearest point of the mesh.
+    subroutine mesh_carry(self, values, xyz, carried, failure)
+        class(rv_mesh), intent(in) :: self
+        real(c_double), intent(in), target, contiguous :: values(:), xyz(:, :)
+        real(c_double), intent(out), allocatable, target :: carried(:)
+        type(rv_failure), intent(out), optional :: failure
+        type(c_carry) :: what
+        type(c_ptr) :: points, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        allocate(carried(size(xyz, 2)))
+        status = rv_mesh_points(self%handle, points, n, error)
+        if (status /= rv_good) then
+            call keep(status, error, failure)
+            return
+        end if
+        ! Of too few values NULL is made, which is told as an error.
+        if (size(values) >= n) what%values = c_loc(values)
+        what%width = 1
+        what%xyz = c_loc(xyz)
+        what%count = size(xyz, 2)
+        what%carried = c_loc(carried)
+        status = rv_mesh_carry(self%handle, what, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Meshes joined to one where their nodes match, up to the option 'within'.
+    subroutine mesh_join(self, meshes, options, failure)
+        class(rv_mesh), intent(inout) :: self
+        type(rv_mesh), intent(in) :: meshes(:)
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: made, error
+        integer(c_int) :: status
+        type(c_ptr) :: handles(size(meshes))
+        integer :: i
+        handles = [(meshes(i)%handle, i=1, size(meshes))]
+        status = rv_mesh_join(handles, size(meshes, kind=c_size_t), handle_of(options), made, error)
+        call self%free()
+        self%handle = made
+        call keep(status, error, failure)
+    end subroutine
+
+    ! The points (3, k) of the shortest way over the mesh between the points of it that are nearest to two points; and its length.
+    subroutine mesh_path(self, from, to, xyz, length, failure)
+        class(rv_mesh), intent(in) :: self
+        real(c_double), intent(in) :: from(3), to(3)
+        real(c_double), intent(out), allocatable :: xyz(:, :)
+        real(c_double), intent(out) :: length
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), pointer :: lent(:, :)
+        type(c_ptr) :: path, data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        length = 0
+        status = rv_mesh_path(self%handle, from, to, path, error)
+        if (status == rv_good) status = rv_path_length(path, length, error)
+        if (status == rv_good) status = rv_path_points(path, data, n, error)
+        if (status == rv_good) then
+            call c_f_pointer(data, lent, [3_c_size_t, n])
+            xyz = lent
+        else
+            allocate(xyz(3, 0))
+        end if
+        call rv_path_free(path)
+        call keep(status, error, failure)
+    end subroutine
 
     ! Points of sides on the boundary (4, k); a triangle has its third one twice.
     function prisms_sides(self, first, failure) result(numbers)

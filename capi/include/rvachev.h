@@ -44,6 +44,7 @@ typedef struct rv_solid rv_solid;
 typedef struct rv_part rv_part;
 typedef struct rv_mesh rv_mesh;
 typedef struct rv_prisms rv_prisms;
+typedef struct rv_path rv_path;
 typedef struct rv_samples rv_samples;
 typedef struct rv_text rv_text;
 
@@ -75,9 +76,9 @@ int rv_options_new(rv_options **options, rv_error **error);
 /* Options have the names and values of the command: size ("2%" of the diagonal, or a length), method, sequence (of operators, which
  * stands for the method that runs it), angle, tol (a length, or "0.1%" of the diagonal), volume (a share), grading, size-min, trim,
  * thickness, refine and without (a remedy left out; both may be said often), eps, memory (GiB); for triangles feature-angle, min-area,
- * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for files groups ("user", "faces", "all"),
- * msh-version; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false" measures only what makes a mesh
- * sound), define ("radius=0.3", may be said often).
+ * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for meshes to be joined within; for files
+ * groups ("user", "faces", "all"), msh-version; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false"
+ * measures only what makes a mesh sound), define ("radius=0.3", may be said often).
  * Wherever options are asked for NULL stands for none. */
 int rv_options_set(rv_options *options, const char *name, const char *value, rv_error **error);
 
@@ -284,6 +285,35 @@ int rv_mesh_remesh_face(const rv_mesh *mesh, const char *face, const rv_options 
 int rv_mesh_page(const rv_mesh *mesh, const char *title, rv_text **page, rv_error **error);
 void rv_mesh_free(rv_mesh *mesh);
 
+/* Values at a mesh's nodes, to be carried to other points, such as the nodes of a finer mesh. */
+typedef struct rv_carry {
+    const double *values; /* `width` numbers of each node of the mesh, in the order of its nodes */
+    size_t width;
+    const double *xyz; /* the points */
+    size_t count;
+    double *carried;   /* room for `width` numbers of each point */
+    double *distances; /* room for how far each point is from the mesh, or NULL */
+} rv_carry;
+
+/* A point has the values at the nearest point of the mesh, linear within each triangle. No point is refused for being far away.
+ * RV_INPUT for a mesh without triangles and for points that are not finite. */
+int rv_mesh_carry(const rv_mesh *mesh, const rv_carry *what, rv_error **error);
+
+/* Meshes joined to one: a node of one and the nearest node of another are one where they are no farther apart than the option "within",
+ * a length or a share of the diagonal of all, 0.0001% unless said otherwise. Joined nodes stand where the first mesh has them, and
+ * triangles keep their order. Faces, and groups, of the same name are one. RV_SHORT where a mesh shares no node with any other. The
+ * report is JSON of `rvachev join --json`: it counts edges that are open, or of meshes that are inside out. */
+int rv_mesh_join(const rv_mesh *const *meshes, size_t count, const rv_options *options, rv_mesh **joined, rv_error **error);
+
+/* The shortest way over a mesh between the points of it that are nearest to two points; it may cross triangles. No change nearby makes
+ * it shorter. Where ways on several sides of an obstacle are about as long, it may be none of the shortest. RV_INPUT where pieces of
+ * the mesh do not hang together. */
+int rv_mesh_path(const rv_mesh *mesh, const double *from, const double *to, rv_path **path, rv_error **error);
+/* Lent; between two points it runs straight through one triangle. */
+int rv_path_points(const rv_path *path, const double **xyz, size_t *count, rv_error **error);
+int rv_path_length(const rv_path *path, double *length, rv_error **error);
+void rv_path_free(rv_path *path);
+
 /* ------------------------------------------------------------------------------------------------------------ prisms */
 
 /* What is to be filled with layers of prisms: what a face sweeps along a vector, or the room between two faces of a mesh that have
@@ -309,6 +339,13 @@ int rv_prisms_labels(const rv_prisms *prisms, const uint32_t **names, size_t *co
 int rv_prisms_name_count(const rv_prisms *prisms, size_t *count, rv_error **error);
 int rv_prisms_name(const rv_prisms *prisms, size_t index, const char **name, rv_error **error);
 int rv_prisms_volume(const rv_prisms *prisms, double *volume, rv_error **error);
+/* Hexahedra in place of pairs of prisms beside each other, in all layers alike; the prisms stay as they are. No angle of a
+ * quadrilateral at the bottom or the top is farther than `off` degrees from a right one, and no two triangles are folded by more:
+ * two equilateral ones are 30 degrees off. Of what is made rv_prisms_cells are those without a partner; points, names, volume stay. */
+int rv_prisms_pair(const rv_prisms *prisms, double off, rv_prisms **paired, rv_error **error);
+/* Eight nodes of each hexahedron: four of the bottom, and those across from them, as VTK, gmsh and Abaqus have them. 0 for prisms
+ * that were not paired. */
+int rv_prisms_hexahedra(const rv_prisms *prisms, const uint32_t **nodes, size_t *count, rv_error **error);
 /* By extension: vtu, msh, inp, with sides by name. Of the options msh-version is heeded. */
 int rv_prisms_write(const rv_prisms *prisms, const char *path, const rv_options *options, rv_error **error);
 void rv_prisms_free(rv_prisms *prisms);

@@ -161,6 +161,14 @@ public:
     view<std::array<std::uint32_t, 6>> cells() const & {
         return lent<std::array<std::uint32_t, 6>, std::uint32_t>(rv_prisms_cells);
     }
+    // Four nodes of the bottom, and those across from them; none unless paired() made these.
+    view<std::array<std::uint32_t, 8>> hexahedra() const & {
+        return lent<std::array<std::uint32_t, 8>, std::uint32_t>(rv_prisms_hexahedra);
+    }
+    // Hexahedra in place of pairs of prisms, at most so many degrees off rectangles; cells() are those without a partner.
+    prisms paired(double off = 45) const {
+        return prisms(detail::made<rv_prisms>([&](rv_prisms **p, rv_error **e) { return rv_prisms_pair(get(), off, p, e); }));
+    }
     // Sides on the boundary; a triangle has its third node twice.
     view<std::array<std::uint32_t, 4>> sides() const & {
         return lent<std::array<std::uint32_t, 4>, std::uint32_t>(rv_prisms_sides);
@@ -169,6 +177,7 @@ public:
     view<std::uint32_t> labels() const & { return lent<std::uint32_t, std::uint32_t>(rv_prisms_labels); }
     void points() const && = delete;
     void cells() const && = delete;
+    void hexahedra() const && = delete;
     void sides() const && = delete;
     void labels() const && = delete;
     std::vector<std::string> names() const {
@@ -254,6 +263,12 @@ public:
     static mesh read(const std::string &path, const options &o = {}) {
         return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_mesh_read(path.c_str(), o.get(), m, e); }));
     }
+    // Meshes joined to one where their nodes match, up to the option "within".
+    static mesh joined(const std::vector<mesh> &meshes, const options &o = {}) {
+        std::vector<const rv_mesh *> all;
+        for (const auto &m : meshes) all.push_back(m.get());
+        return mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_mesh_join(all.data(), all.size(), o.get(), m, e); }));
+    }
 
     view<point> points() const & { return lent<point, double>(rv_mesh_points); }
     view<std::array<std::uint32_t, 3>> triangles() const & {
@@ -311,6 +326,27 @@ public:
     // HTML.
     std::string page(const std::string &title) const {
         return detail::taken(detail::made<rv_text>([&](rv_text **t, rv_error **e) { return rv_mesh_page(get(), title.c_str(), t, e); }));
+    }
+    // Values at the mesh's points, carried to other points: each has the value of the nearest point of the mesh.
+    std::vector<double> carry(const std::vector<double> &values, const std::vector<point> &to) const {
+        std::size_t n = points().size();
+        if (values.size() != n) throw std::invalid_argument("one value for each point of the mesh is wanted");
+        std::vector<double> out(to.size());
+        static_assert(sizeof(point) == 3 * sizeof(double), "arrays have no padding");
+        rv_carry what{values.data(), 1, reinterpret_cast<const double *>(to.data()), to.size(), out.data(), nullptr};
+        detail::run([&](rv_error **e) { return rv_mesh_carry(get(), &what, e); });
+        return out;
+    }
+    // The points of the shortest way over the mesh between the points of it that are nearest to two points.
+    std::vector<point> path(const point &from, const point &to) const {
+        std::unique_ptr<rv_path, void (*)(rv_path *)> way(
+            detail::made<rv_path>([&](rv_path **p, rv_error **e) { return rv_mesh_path(get(), from.data(), to.data(), p, e); }), rv_path_free);
+        const double *xyz = nullptr;
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_path_points(way.get(), &xyz, &n, e); });
+        std::vector<point> all(n);
+        for (std::size_t i = 0; i < n; i++) all[i] = {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
+        return all;
     }
     // What a face sweeps along a vector, in layers of prisms.
     prisms sweep(const std::string &face, const point &along, std::size_t layers) const {

@@ -12,6 +12,7 @@ mod mesh;
 mod model;
 mod options;
 mod outline;
+mod over;
 mod page;
 mod part;
 mod pass;

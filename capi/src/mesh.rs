@@ -9,7 +9,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use rvachev::implicit::part::glob;
 use rvachev::io::{self, Format, Names, Outline, Renamed, WriteOptions, Written};
 use rvachev::mesh::{MeshView, TriMesh};
-use rvachev::pipeline::{Healed, Meshed};
+use rvachev::pipeline::{Healed, Joined, Meshed};
 use rvachev::quality::{Expectation, check};
 use rvachev::{Error, Run};
 
@@ -27,6 +27,8 @@ pub enum Source {
     Healed(Healed),
     /// A file, as it is.
     Read(TriMesh),
+    /// Other meshes.
+    Joined(Joined),
 }
 
 /// What a name stands for.
@@ -65,10 +67,14 @@ impl RvMesh {
             Source::Made(m) => (c_strings(&m.report.shortfalls), c_strings(&m.report.warnings)),
             Source::Healed(h) => (c_strings(&h.report.shortfalls), Vec::new()),
             Source::Read(_) => (Vec::new(), Vec::new()),
+            Source::Joined(j) => {
+                let alone = |i| c_string(&format!("mesh {i} has no node in common with the others"));
+                (j.report.alone.iter().map(alone).collect(), Vec::new())
+            }
         };
         let units = match &source {
             Source::Made(m) => m.report.units.as_deref().map(c_string),
-            Source::Healed(_) | Source::Read(_) => None,
+            Source::Healed(_) | Source::Read(_) | Source::Joined(_) => None,
         };
         let mut made = RvMesh {
             source,
@@ -95,6 +101,7 @@ impl RvMesh {
             Source::Made(m) => &m.mesh,
             Source::Healed(h) => &h.mesh,
             Source::Read(m) => m,
+            Source::Joined(j) => &j.mesh,
         }
     }
 
@@ -109,7 +116,7 @@ impl RvMesh {
     pub fn outline(&self) -> Option<&Outline> {
         match &self.source {
             Source::Made(m) => m.outline.as_ref(),
-            Source::Healed(_) | Source::Read(_) => None,
+            Source::Healed(_) | Source::Read(_) | Source::Joined(_) => None,
         }
     }
 
@@ -193,7 +200,7 @@ pub fn sound(made: &Meshed, force: bool) -> Result<bool, Failure> {
 pub fn give(source: Source, asked: &Asked, out: Out<'_, *mut RvMesh>) -> Result<c_int, Failure> {
     let short = match &source {
         Source::Made(m) => !sound(m, asked.force)?,
-        Source::Healed(_) | Source::Read(_) => false,
+        Source::Healed(_) | Source::Read(_) | Source::Joined(_) => false,
     };
     let mesh = RvMesh::new(source);
     let status = if short || !mesh.shortfalls.is_empty() { SHORT } else { GOOD };
@@ -465,6 +472,7 @@ pub extern "C" fn rv_mesh_report(mesh: Option<&RvMesh>, text: Out<'_, *const c_c
                 Source::Made(made) => json(&made.report)?,
                 Source::Healed(h) => json(&h.report)?,
                 Source::Read(_) => c_string("null"),
+                Source::Joined(j) => json(&j.report)?,
             };
             let _ = m.report.set(made);
         }

@@ -13,7 +13,7 @@ use crate::pass::{Chars, Out};
 use crate::work::RvRun;
 
 /// All options there are.
-const NAMES: [&str; 30] = [
+const NAMES: [&str; 31] = [
     "size",
     "method",
     "sequence",
@@ -39,6 +39,7 @@ const NAMES: [&str; 30] = [
     "step",
     "margin",
     "gradient",
+    "within",
     "groups",
     "msh-version",
     "threads",
@@ -60,6 +61,8 @@ pub struct Asked {
     pub heal: HealOptions,
     /// Of grids; the memory is that of meshing.
     grid: GridOptions,
+    /// Up to which distance nodes of different meshes are one.
+    pub within: SizeRequest,
     /// The method that was said.
     pub method: Option<Method>,
     /// Threads; 0 for as many as there are cores.
@@ -83,6 +86,8 @@ impl Default for Asked {
             soup: SoupOptions::default(),
             heal: HealOptions::default(),
             grid: GridOptions::default(),
+            // Some ten times what single precision leaves of a coordinate, as for the command.
+            within: SizeRequest::Share(1e-6),
             method: None,
             threads: 0,
             force: false,
@@ -183,6 +188,7 @@ impl Asked {
             "step" => self.grid.spacing = GridSpacing::Step(positive(v, known)?),
             "margin" => self.grid.margin = width(v)?,
             "gradient" => self.grid.gradients = switch(v, known)?,
+            "within" => self.within = width(v)?,
             "groups" => self.groups = v.trim().parse().map_err(usage)?,
             "msh-version" => {
                 self.old_msh = match v.trim() {

@@ -26,7 +26,7 @@ pub extern "C" fn rv_mesh_page(
             let told = match &mesh.source {
                 Source::Made(m) => shown(m, title),
                 Source::Healed(h) => shown_healed(h, title, run)?,
-                Source::Read(_) => PageText { title: title.into(), ..PageText::default() },
+                Source::Read(_) | Source::Joined(_) => PageText { title: title.into(), ..PageText::default() },
             };
             Ok(self::page(mesh.mesh(), &told, run)?)
         })?;

@@ -1,10 +1,11 @@
-//! Volumes swept by a face of a mesh, in layers of prisms; and a face of a mesh made anew.
+//! Volumes swept by a face of a mesh, in layers of prisms or hexahedra; and a face of a mesh made anew.
 
 use std::ffi::{CString, c_char, c_int};
 use std::ptr::null;
 
-use rvachev::io::{WriteOptions, check_writable, write_prisms};
-use rvachev::mesh::Prisms;
+use rvachev::DVec3;
+use rvachev::io::{WriteOptions, check_writable, write_hexahedra, write_prisms};
+use rvachev::mesh::{Hexahedra, Prisms};
 use rvachev::pipeline::SizeRequest;
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot, usage};
@@ -22,24 +23,58 @@ pub struct RvSweep {
     layers: usize,
 }
 
+/// The cells of a volume mesh.
+enum Cells {
+    Prisms(Prisms),
+    /// Some of them in pairs.
+    Paired(Hexahedra),
+}
+
 /// A volume mesh. Nothing in it changes, so pointers into it are good until it is freed.
 pub struct RvPrisms {
-    prisms: Prisms,
+    cells: Cells,
+    volume: f64,
     names: Vec<CString>,
     /// Four corners of each outer side: a triangle has its third one twice.
     sides: Vec<[u32; 4]>,
     labels: Vec<u32>,
 }
 
+/// A side by four corners.
+fn four(corners: impl Iterator<Item = u32>) -> [u32; 4] {
+    let all: Vec<u32> = corners.collect();
+    std::array::from_fn(|k| all[k.min(all.len() - 1)])
+}
+
 impl RvPrisms {
-    fn new(prisms: Prisms) -> Self {
-        let side = |o| {
-            let corners: Vec<u32> = prisms.corners(o).collect();
-            std::array::from_fn(|k| corners[k.min(corners.len() - 1)])
+    fn new(cells: Cells, volume: f64) -> Self {
+        let (outer, names, sides) = match &cells {
+            Cells::Prisms(p) => (&p.outer, &p.names, p.outer.iter().map(|o| four(p.corners(o))).collect()),
+            Cells::Paired(h) => (&h.outer, &h.names, h.outer.iter().map(|o| four(h.corners(o))).collect()),
         };
-        let (names, sides) = (c_strings(&prisms.names), prisms.outer.iter().map(side).collect());
-        let labels = prisms.outer.iter().map(|o| o.label).collect();
-        RvPrisms { prisms, names, sides, labels }
+        let (labels, names) = (outer.iter().map(|o| o.label).collect(), c_strings(names));
+        RvPrisms { cells, volume, names, sides, labels }
+    }
+
+    fn nodes(&self) -> &[DVec3] {
+        match &self.cells {
+            Cells::Prisms(p) => &p.nodes,
+            Cells::Paired(h) => &h.nodes,
+        }
+    }
+
+    fn prisms(&self) -> &[[u32; 6]] {
+        match &self.cells {
+            Cells::Prisms(p) => &p.cells,
+            Cells::Paired(h) => &h.prisms,
+        }
+    }
+
+    fn hexahedra(&self) -> &[[u32; 8]] {
+        match &self.cells {
+            Cells::Prisms(_) => &[],
+            Cells::Paired(h) => &h.hexahedra,
+        }
     }
 }
 
@@ -91,8 +126,46 @@ pub extern "C" fn rv_mesh_sweep(
             (true, false) => Prisms::swept(mesh, face, point(&sweep.along, "along")?, layers)?,
             _ => return Err(usage("a face is swept to another one or along a vector: one of the two is to be said")),
         };
-        out.write(Box::into_raw(Box::new(RvPrisms::new(made))));
+        let volume = made.volume();
+        out.write(Box::into_raw(Box::new(RvPrisms::new(Cells::Prisms(made), volume))));
         Ok(GOOD)
+    })
+}
+
+/// Hexahedra in place of pairs of prisms; the prisms stay.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_prisms_pair(
+    prisms: Option<&RvPrisms>,
+    off: f64,
+    paired: Out<'_, *mut RvPrisms>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(paired, std::ptr::null_mut(), "paired")?;
+        let from = given(prisms, "prisms")?;
+        if !(off > 0.0 && off.is_finite()) {
+            return Err(usage(format!("off must be a positive number of degrees, not {off}")));
+        }
+        let Cells::Prisms(all) = &from.cells else {
+            return Err(usage("these prisms are those that found no partner: pair the ones they come of"));
+        };
+        let made = RvPrisms::new(Cells::Paired(all.hexahedra(off)?), from.volume);
+        out.write(Box::into_raw(Box::new(made)));
+        Ok(GOOD)
+    })
+}
+
+/// Eight nodes of each hexahedron, `count` hexahedra.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_prisms_hexahedra(
+    prisms: Option<&RvPrisms>,
+    nodes: Out<'_, *const u32>,
+    count: Out<'_, usize>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    lend(nodes, count, error, || {
+        let cells = given(prisms, "prisms")?.hexahedra();
+        Ok((cells.as_flattened().as_ptr(), cells.len()))
     })
 }
 
@@ -105,7 +178,7 @@ pub extern "C" fn rv_prisms_points(
     error: ErrorOut<'_>,
 ) -> c_int {
     lend(xyz, count, error, || {
-        let nodes = &given(prisms, "prisms")?.prisms.nodes;
+        let nodes = given(prisms, "prisms")?.nodes();
         Ok((flat(nodes).as_ptr(), nodes.len()))
     })
 }
@@ -119,7 +192,7 @@ pub extern "C" fn rv_prisms_cells(
     error: ErrorOut<'_>,
 ) -> c_int {
     lend(nodes, count, error, || {
-        let cells = &given(prisms, "prisms")?.prisms.cells;
+        let cells = given(prisms, "prisms")?.prisms();
         Ok((cells.as_flattened().as_ptr(), cells.len()))
     })
 }
@@ -174,7 +247,7 @@ pub extern "C" fn rv_prisms_name(
 pub extern "C" fn rv_prisms_volume(prisms: Option<&RvPrisms>, volume: Out<'_, f64>, error: ErrorOut<'_>) -> c_int {
     entry(error, || {
         let out = slot(volume, 0.0, "volume")?;
-        out.write(given(prisms, "prisms")?.prisms.volume());
+        out.write(given(prisms, "prisms")?.volume);
         Ok(GOOD)
     })
 }
@@ -188,12 +261,15 @@ pub extern "C" fn rv_prisms_write(
     error: ErrorOut<'_>,
 ) -> c_int {
     entry(error, || {
-        let prisms = &given(prisms, "prisms")?.prisms;
+        let cells = &given(prisms, "prisms")?.cells;
         let (path, asked) = (path.path("path")?, asked(options));
         let how = WriteOptions { old_msh: asked.old_msh, ..WriteOptions::default() };
         work(asked.run.as_ref(), asked.threads, |run| {
             check_writable(&path)?;
-            write_prisms(&path, prisms, &how, run)?;
+            match cells {
+                Cells::Prisms(p) => write_prisms(&path, p, &how, run)?,
+                Cells::Paired(h) => write_hexahedra(&path, h, &how, run)?,
+            };
             Ok::<_, Failure>(GOOD)
         })
     })

@@ -95,15 +95,16 @@ def to_gmsh(mesh, name):
     return name
 
 
-def prisms_to_meshio(prisms):
+def cells_to_meshio(volume, cells):
+    """Cells of several kinds, then the sides of the boundary."""
     import meshio
 
-    sides, names = prisms.sides, prisms.faces
+    sides, names = volume.sides, volume.faces
     flat = sides[:, 2] == sides[:, 3]
     # Where each side is among those of its kind.
     place = numpy.where(flat, numpy.cumsum(flat), numpy.cumsum(~flat)) - 1
-    none = numpy.empty(0, numpy.int64)
-    sets = {name: [none, place[list_[flat[list_]]], place[list_[~flat[list_]]]] for name, list_ in names.items()}
-    sets["volume"] = [numpy.arange(len(prisms.cells)), none, none]
-    blocks = [("wedge", prisms.cells), ("triangle", sides[flat, :3]), ("quad", sides[~flat])]
-    return meshio.Mesh(prisms.points, blocks, cell_sets=sets)
+    none = [numpy.empty(0, numpy.int64)] * len(cells)
+    sets = {name: [*none, place[list_[flat[list_]]], place[list_[~flat[list_]]]] for name, list_ in names.items()}
+    sets["volume"] = [*(numpy.arange(len(rows)) for _, rows in cells), *[numpy.empty(0, numpy.int64)] * 2]
+    blocks = [*cells, ("triangle", sides[flat, :3]), ("quad", sides[~flat])]
+    return meshio.Mesh(volume.points, blocks, cell_sets=sets)

@@ -209,6 +209,37 @@ class Prisms:
         """Sides of each name, (j,)."""
     @property
     def volume(self) -> float: ...
+    def hexahedra(self, off: Number = 45.0) -> Hexahedra:
+        """Pairs of prisms as hexahedra whose quadrilaterals have angles at most off degrees from right ones."""
+    def write(self, *paths: Path, msh_version: Literal["4.1", "2.2"] = "4.1") -> None: ...
+    def to_meshio(self) -> Any: ...
+
+@final
+class Hexahedra:
+    """A volume in layers of hexahedra, and of prisms without a partner: what Prisms.hexahedra gives."""
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(n, 3), in the part's unit; those of the prisms."""
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """(m, 8): four points of the bottom, and those across from them."""
+    @property
+    def prisms(self) -> NDArray[np.int64]:
+        """(l, 6), those that stay."""
+    @property
+    def sides(self) -> NDArray[np.int64]:
+        """(k, 4), the boundary, counter-clockwise seen from outside; a triangle has its third point twice."""
+    @property
+    def labels(self) -> NDArray[np.uint32]:
+        """(k,), indices into names."""
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def faces(self) -> dict[str, NDArray[np.int64]]:
+        """Sides of each name, (j,)."""
+    @property
+    def volume(self) -> float: ...
     def write(self, *paths: Path, msh_version: Literal["4.1", "2.2"] = "4.1") -> None: ...
     def to_meshio(self) -> Any: ...
 
@@ -287,6 +318,10 @@ def field(
 ) -> Solid: ...
 def grid(values: ArrayLike, origin: Vector = (0, 0, 0), spacing: Number | Vector = 1.0) -> Solid: ...
 def mesh(source: Part | Solid | Built | Path, size: Size | None = None, **options: Unpack[Options]) -> Mesh: ...
+def expected_triangles(
+    source: Part | Solid | Built | Path, size: Size | None = None, **options: Unpack[Options]
+) -> int:
+    """About how many triangles mesh gives with these arguments; no mesh is made."""
 def remesh(
     points: ArrayLike | Mesh, triangles: ArrayLike | None = None, size: Size | None = None, **options: Unpack[Options]
 ) -> Mesh: ...
@@ -307,3 +342,12 @@ def task_again(plan: str, brick: int) -> Task: ...
 def piece_again(plan: str, brick: int, bytes: bytes) -> Piece: ...
 def evaluate(part: Part | Solid, points: ArrayLike, gradient: bool = False) -> Any: ...
 def read_triangles(path: Path, **options: Unpack[Run]) -> tuple[NDArray[np.float64], NDArray[np.int64]]: ...
+def carry(mesh: Mesh, values: ArrayLike, to: Mesh | ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Values at a mesh's points, (n, ...), at other points, (k, ...), and how far these are from the mesh, (k,)."""
+def shortest_path(mesh: Mesh, start: Vector, end: Vector) -> tuple[NDArray[np.float64], float]:
+    """The points, (k, 3), and the length of the shortest way over a mesh."""
+def join(meshes: Iterable[Mesh], within: Size | None = None) -> Mesh:
+    """Meshes joined to one where nodes are no farther apart than within (0.0001% of the diagonal of all)."""
+def step_check(path: Path, **options: Unpack[Run]) -> dict[str, Any]: ...
+def step_info(path: Path, **options: Unpack[Run]) -> dict[str, Any]: ...
+def compare(part: Part, size: Size | None = None, **options: Unpack[Options]) -> dict[str, Any]: ...

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use rvachev::Error;
 use rvachev::pipeline::{self, BrickPlan, PlanSource};
 
 use crate::errors::{input, raise};

@@ -9,7 +9,9 @@ mod errors;
 mod expr;
 mod field;
 mod mesh;
+mod model;
 mod options;
+mod over;
 mod part;
 mod pickle;
 mod prisms;
@@ -29,6 +31,7 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<part::PyPart>()?;
     m.add_class::<mesh::PyMesh>()?;
     m.add_class::<prisms::PyPrisms>()?;
+    m.add_class::<prisms::PyHexahedra>()?;
     m.add_class::<bricks::PyTask>()?;
     m.add_class::<bricks::PyPiece>()?;
     for (name, expr) in [("x", Expr::x()), ("y", Expr::y()), ("z", Expr::z())] {
@@ -42,11 +45,18 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(field::field, m)?)?;
     m.add_function(wrap_pyfunction!(field::grid, m)?)?;
     m.add_function(wrap_pyfunction!(part::mesh, m)?)?;
+    m.add_function(wrap_pyfunction!(part::expected_triangles, m)?)?;
     m.add_function(wrap_pyfunction!(part::remesh, m)?)?;
     m.add_function(wrap_pyfunction!(part::heal, m)?)?;
     m.add_function(wrap_pyfunction!(part::check, m)?)?;
     m.add_function(wrap_pyfunction!(part::evaluate, m)?)?;
     m.add_function(wrap_pyfunction!(mesh::read_triangles, m)?)?;
+    m.add_function(wrap_pyfunction!(over::carry, m)?)?;
+    m.add_function(wrap_pyfunction!(over::shortest_path, m)?)?;
+    m.add_function(wrap_pyfunction!(over::join, m)?)?;
+    m.add_function(wrap_pyfunction!(model::step_check, m)?)?;
+    m.add_function(wrap_pyfunction!(model::step_info, m)?)?;
+    m.add_function(wrap_pyfunction!(model::compare, m)?)?;
     m.add_function(wrap_pyfunction!(pickle::mesh_again, m)?)?;
     m.add_function(wrap_pyfunction!(pickle::part_again, m)?)?;
     m.add_function(wrap_pyfunction!(bricks::plan, m)?)?;

@@ -47,7 +47,8 @@ fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
 }
 
-fn to_json(value: &impl serde::Serialize) -> Result<String, Error> {
+/// A value of the library as JSON.
+pub fn to_json(value: &impl serde::Serialize) -> Result<String, Error> {
     serde_json::to_string(value).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))
 }
 

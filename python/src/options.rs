@@ -3,7 +3,6 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use rvachev::Error;
 use rvachev::pipeline::{HealOptions, MeshOptions, Method, SizeRequest, SoupOptions};
 
 use crate::errors::{input, raise};

@@ -216,9 +216,8 @@ impl PyPart {
         size: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyMesh> {
-        let (part, o) = (self.part(), sized(Options::new(options, &[])?, size)?);
-        let how = o.mesh.for_part(&part, o.method);
-        let made = o.listeners.work(py, |run| pipeline::mesh_part(&part, &how, run))?;
+        let (part, mut o) = (Wanted::Part(Box::new(self.part())), sized(Options::new(options, &[])?, size)?);
+        let made = std::mem::take(&mut o.listeners).work(py, |run| part.mesh(&o, run))?;
         given(py, made, o.force)
     }
 
@@ -254,6 +253,40 @@ pub fn sized(mut o: Options, size: Option<&Bound<'_, PyAny>>) -> PyResult<Option
     Ok(o)
 }
 
+/// What can be meshed.
+enum Wanted {
+    Part(Box<Part>),
+    File(PathBuf),
+}
+
+impl Wanted {
+    fn of(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(part) = source.cast::<PyPart>() {
+            return Ok(Wanted::Part(Box::new(part.get().part())));
+        }
+        if source.cast::<PySolid>().is_ok() || source.cast::<Built>().is_ok() {
+            return Ok(Wanted::Part(Box::new(PyPart::new(py, source, None, None, None, None, None)?.part())));
+        }
+        Ok(Wanted::File(source.extract()?))
+    }
+
+    fn mesh(&self, o: &Options, run: &Run) -> rvachev::Result<Meshed> {
+        let path = match self {
+            Wanted::Part(part) => return pipeline::mesh_part(part, &o.mesh.for_part(part, o.method), run),
+            Wanted::File(path) => path,
+        };
+        let made = if pipeline::is_step(path) {
+            pipeline::mesh_step(pipeline::load_step(path, run)?, &o.mesh, run)
+        } else if pipeline::is_mesh(path) {
+            pipeline::mesh_soup(&pipeline::load_mesh(path, run)?, &o.mesh, &o.soup, run)
+        } else {
+            let part = pipeline::load_part(path, &o.define)?;
+            pipeline::mesh_part(&part, &o.mesh.for_part(&part, o.method), run)
+        };
+        made.map_err(|e| e.in_file(path))
+    }
+}
+
 /// mesh(source, size=None, **options): meshes a Part, or a file: a part file, a STEP file, or a file of triangles.
 #[pyfunction]
 #[pyo3(signature = (source, size=None, **options))]
@@ -263,26 +296,28 @@ pub fn mesh(
     size: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMesh> {
-    if let Ok(part) = source.cast::<PyPart>() {
-        return part.get().mesh(py, size, options);
-    }
-    if source.cast::<PySolid>().is_ok() || source.cast::<Built>().is_ok() {
-        return PyPart::new(py, source, None, None, None, None, None)?.mesh(py, size, options);
-    }
-    let path: PathBuf = source.extract()?;
+    let wanted = Wanted::of(py, source)?;
     let mut o = sized(Options::new(options, &[])?, size)?;
-    let made = std::mem::take(&mut o.listeners).work(py, |run| {
-        let made = if pipeline::is_step(&path) {
-            pipeline::mesh_step(pipeline::load_step(&path, run)?, &o.mesh, run)
-        } else if pipeline::is_mesh(&path) {
-            pipeline::mesh_soup(&pipeline::load_mesh(&path, run)?, &o.mesh, &o.soup, run)
-        } else {
-            let part = pipeline::load_part(&path, &o.define)?;
-            pipeline::mesh_part(&part, &o.mesh.for_part(&part, o.method), run)
-        };
-        made.map_err(|e| e.in_file(&path))
-    })?;
+    let made = std::mem::take(&mut o.listeners).work(py, |run| wanted.mesh(&o, run))?;
     given(py, made, o.force)
+}
+
+/// expected_triangles(source, size=None, **options): about how many triangles `mesh` with these arguments gives, an int.
+///
+/// It is told as soon as lengths of edges are known, and no mesh is made. Within a tenth as a rule, and more than that where a part has
+/// narrow places that show only later. Errors: those of `mesh`, but for a mesh that is not sound or falls short.
+#[pyfunction]
+#[pyo3(signature = (source, size=None, **options))]
+pub fn expected_triangles(
+    py: Python<'_>,
+    source: &Bound<'_, PyAny>,
+    size: Option<&Bound<'_, PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<usize> {
+    let wanted = Wanted::of(py, source)?;
+    let mut o = sized(Options::new(options, &[])?, size)?;
+    let listeners = std::mem::take(&mut o.listeners);
+    listeners.work(py, |run| pipeline::expected_triangles(run, |run| wanted.mesh(&o, run)))
 }
 
 /// remesh(points, triangles=None, size=None, **options): meshes a surface of triangles anew, its faces, edges and corners found.

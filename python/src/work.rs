@@ -80,12 +80,7 @@ impl Listeners {
             cancel.cancel();
         }
         let (Some(listener), Some((stage, done))) = (&self.progress, latest) else { return Ok(()) };
-        let listener = listener.bind(py);
-        if listener.is_instance_of::<PyBool>() {
-            py.import("rvachev._progress")?.call_method1("line", (stage, done))?;
-        } else {
-            listener.call1((stage, done))?;
-        }
+        listener.bind(py).call1((stage, done))?;
         Ok(())
     }
 
@@ -100,18 +95,24 @@ impl Listeners {
         if !self.is_listening(py) {
             self.progress = None;
         }
-        let shows = self.progress.as_ref().is_some_and(|p| p.bind(py).is_instance_of::<PyBool>());
         let watched = Arc::new(Watched::default());
         let latest = Arc::new(Latest::default());
         let mut run = Run::new().with_cancel(watched.token.clone());
         // A pool of its own: a callback that calls in here again never waits for the pool it is on.
         run = run.with_threads(self.threads).map_err(|e| raise(py, &e))?;
+        let mut bar = None;
+        if self.progress.as_ref().is_some_and(|p| p.bind(py).is_instance_of::<PyBool>()) {
+            let made = py.import("rvachev._progress")?.call_method0("bar")?;
+            self.progress = Some(made.getattr("line")?.unbind());
+            bar = Some(made);
+        }
+        let bar = bar.map(Bound::unbind);
         if self.progress.is_some() {
             run = run.with_progress(latest.clone());
         }
         let (result, stop) = py.detach(|| self.watch(&run, &watched, &latest, job));
-        if shows {
-            py.import("rvachev._progress")?.call_method0("done")?;
+        if let Some(bar) = bar {
+            bar.call_method0(py, "done")?;
         }
         if let Some(e) = watched.raised.lock().ok().and_then(|mut slot| slot.take()) {
             return Err(e);

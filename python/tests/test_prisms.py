@@ -167,3 +167,47 @@ def test_gmsh_gets_the_surface_and_its_names(mesh):
         assert np.abs(np.linalg.det(p[:, 1:] - p[:, :1])).sum() / 6 == pytest.approx(4)
     finally:
         gmsh.finalize()
+
+
+def bricks(points, cells):
+    """Volumes of hexahedra, by six tetrahedra of each around the diagonal from corner 0 to corner 6."""
+    p = points[cells]
+    around = (1, 2, 3, 7, 4, 5)
+    tets = [p[:, [0, a, b, 6]] for a, b in zip(around, (*around[1:], around[0]))]
+    return sum(np.abs(np.linalg.det(t[:, 1:] - t[:, :1])) / 6 for t in tets)
+
+
+def test_pairs_of_prisms_become_hexahedra(tmp_path):
+    # A plate of 8 by 3 squares, each of two triangles.
+    points = np.array([(x, y, 0) for x in range(9) for y in range(4)], float)
+    corners = [(4 * i + j, 4 * i + j + 4, 4 * i + j + 5, 4 * i + j + 1) for i in range(8) for j in range(3)]
+    plate = rv.heal(points, np.array([t for a, b, c, d in corners for t in ((a, b, c), (a, c, d))]), force=True, max_hole=0)
+    prisms = plate.sweep(plate.face_names[0], along=(0, 0, 3), layers=2)
+    made = prisms.hexahedra()
+    assert made.cells.shape == (48, 8) and made.cells.dtype == np.int64 and made.prisms.shape == (0, 6)
+    assert bricks(made.points, made.cells) == pytest.approx(np.full(48, 1.5)) and made.volume == pytest.approx(72)
+    assert made.points.tobytes() == prisms.points.tobytes() and made.names == prisms.names
+    areas = {name: len(list_) for name, list_ in made.faces.items()}
+    assert areas == {prisms.names[0]: 24, "opposite": 24, "side": 2 * 22} and len(made.labels) == len(made.sides) == 92
+    assert {c.type: len(c.data) for c in made.to_meshio().cells} == {"hexahedron": 48, "wedge": 0, "triangle": 0, "quad": 92}
+    made.write(tmp_path / "a.vtu", tmp_path / "a.msh", tmp_path / "a.inp")
+    assert (tmp_path / "a.inp").read_text().count("C3D8") == 1
+    with pytest.raises(rv.InputError, match="off"):
+        prisms.hexahedra(off=float("nan"))
+    with pytest.raises(rv.Error, match="vtu, msh or inp"):
+        made.write(tmp_path / "a.stl")
+
+
+def test_what_finds_no_partner_stays_a_prism(mesh, tmp_path):
+    prisms = mesh.sweep("b.zmax", along=(0, 0, 3), layers=4)
+    made = prisms.hexahedra()
+    assert 0 < len(made.prisms) < len(made.cells) and 2 * len(made.cells) + len(made.prisms) == len(prisms.cells)
+    both = bricks(made.points, made.cells).sum() + signed(made.points, made.prisms).sum()
+    assert both == pytest.approx(12) and made.volume == pytest.approx(12)
+    import meshio
+
+    with pytest.warns(rv.Told, match="b.zmax is written as b_zmax"):
+        made.write(tmp_path / "a.inp", tmp_path / "a.msh")
+    again = meshio.read(tmp_path / "a.msh")
+    found = {c.type: len(c.data) for c in again.cells if c.type in ("hexahedron", "wedge")}
+    assert found == {"hexahedron": len(made.cells), "wedge": len(made.prisms)}

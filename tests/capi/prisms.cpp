@@ -16,6 +16,15 @@ int main() {
     std::printf("units %s before %zu after %zu cells %zu points %zu sides %zu of xmin %zu volume %.9f\n", part.units().c_str(),
                 mesh.triangles_of("b.zmax").size(), fine.triangles_of("b.zmax").size(), prisms.cells().size(),
                 prisms.points().size(), prisms.sides().size(), side, prisms.volume());
+    const auto paired = prisms.paired();
+    std::printf("paired hexahedra %zu prisms %zu of %zu volume %.9f\n", paired.hexahedra().size(), paired.cells().size(),
+                prisms.cells().size(), paired.volume());
+    std::vector<double> heights;
+    for (const auto &p : mesh.points()) heights.push_back(p[2]);
+    const auto way = mesh.path({1.5, 0.5, 1}, {2, 1.5, 0.5});
+    std::printf("carried %.9f way from %.9f to %.9f\n", mesh.carry(heights, {{0, 1, 0.25}}).at(0), way.front()[0], way.back()[1]);
+    const auto joined = rvachev::mesh::joined({mesh, fine});
+    if (joined.triangles().size() != mesh.triangles().size() + fine.triangles().size()) return 4;
     try {
         mesh.fill_between("b.zmin", "b.xmax", 1);
         return 2;

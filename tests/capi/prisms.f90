@@ -5,10 +5,12 @@ program prisms_of_a_block
     implicit none
     type(rv_part) :: part
     type(rv_options) :: options, finer
-    type(rv_mesh) :: mesh, fine
-    type(rv_prisms) :: prisms
+    type(rv_mesh) :: mesh, fine, both
+    type(rv_prisms) :: prisms, paired
     type(rv_failure) :: failure
     real(c_double), pointer :: points(:, :)
+    real(c_double), allocatable :: carried(:), way(:, :)
+    real(c_double) :: length
     call part%parse("part(box(lo=(0, 0, 0), hi=(2, 2, 1)).name('b'))")
     call part%units('in')
     call options%set('size', '0.4')
@@ -23,7 +25,18 @@ program prisms_of_a_block
         maxval(prisms%cells()) - size(points, 2), ' volume ', prisms%volume(), ' lowest ', minval(points(3, :))
     print '(3a, i0, a, i0)', 'first ', prisms%name(1), ' names ', prisms%name_count(), ' sides ', &
         size(prisms%sides(), 2) - size(prisms%labels())
-    call prisms%free()
+    call prisms%pair(paired)
+    print '(3(a, i0), a, f0.9, a, i0)', 'paired hexahedra ', size(paired%hexahedra(), 2), ' prisms ', size(paired%cells(), 2), &
+        ' of ', size(prisms%cells(), 2), ' volume ', paired%volume(), ' least ', minval(paired%hexahedra())
+    points => mesh%points()
+    call mesh%carry(points(3, :) + 0.0_c_double, reshape([0.0_c_double, 1.0_c_double, 0.25_c_double], [3, 1]), carried)
+    call mesh%path([1.5_c_double, 0.5_c_double, 1.0_c_double], [2.0_c_double, 1.5_c_double, 0.5_c_double], way, length)
+    print '(3(a, f0.9))', 'carried ', carried(1), ' length ', length, ' from ', way(1, 1)
+    call mesh%carry([1.0_c_double], points, carried, failure)
+    print '(a, i0)', 'few ', failure%status
+    call both%join([mesh, fine])
+    print '(a, i0)', 'joined ', (size(both%triangles(), 2) - size(fine%triangles(), 2)) * 2 / size(mesh%triangles(), 2)
+    call both%free(); call paired%free(); call prisms%free()
     call mesh%sweep(prisms, 'b.zmin', 2, to='b.xmax', failure=failure)
     print '(a, i0)', 'refused ', failure%status
     call prisms%free(); call fine%free(); call mesh%free(); call options%free(); call finer%free(); call part%free()
