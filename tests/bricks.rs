@@ -138,6 +138,27 @@ fn parts_smaller_than_a_brick_walls_along_its_wall_and_an_edge_in_it_come_out() 
     assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{:?} {volume}", c.volume);
 }
 
+#[test]
+fn a_lattice_of_hundreds_of_bars_has_its_holes_and_its_volume() {
+    // Bars of a square section between the points of a grid: its tree is larger than what a brick is asked to look at.
+    let text = "n, w = 6, 0.3\n\
+                cells = [(i, j, k) for i in range(n - 1) for j in range(n) for k in range(n)]\n\
+                along = [box(at=(i + 0.5, j, k), size=(1 + w, w, w)) for i, j, k in cells]\n\
+                across = [box(at=(j, i + 0.5, k), size=(w, 1 + w, w)) for i, j, k in cells]\n\
+                up = [box(at=(j, k, i + 0.5), size=(w, w, 1 + w)) for i, j, k in cells]\n\
+                part(union(along + across + up))\n";
+    let (_, c) = made(text, 0.1, [2, 2, 2], "lattice");
+    let (n, w) = (6.0f64, 0.3f64);
+    let (points, bars) = (n.powi(3), 3.0 * n * n * (n - 1.0));
+    let volume = points * w.powi(3) + bars * w * w * (1.0 - w);
+    let area = bars * 4.0 * w * (1.0 - w) + (6.0 * points - 2.0 * bars) * w * w;
+    assert!(c.certificate.is_sound() && c.components == 1, "{:?}", c.certificate);
+    // As many handles as the graph has loops.
+    assert_eq!(c.euler as f64, 2.0 * (points - bars));
+    assert!((c.volume.unwrap() - volume).abs() < 1e-9 * volume, "{:?} {volume}", c.volume);
+    assert!((c.area - area).abs() < 1e-9 * area, "{} {area}", c.area);
+}
+
 /// Where the walls between bricks of the first round are, along each axis.
 fn walls(plan: &BrickPlan) -> [Vec<f64>; 3] {
     let json: serde_json::Value = serde_json::from_str(&plan.to_json().unwrap()).unwrap();

@@ -17,6 +17,11 @@ const SIDES: usize = 8;
 
 /// The apexes that are points of the solid's surface with the cone all around them, each with its leaf.
 pub(super) fn apexes(model: &Implicit) -> Vec<(u32, DVec3)> {
+    apexes_of(model, &|_| true)
+}
+
+/// Those of some places. No others are looked at, each of which takes as long as all of the tree.
+pub(super) fn apexes_of(model: &Implicit, is_asked: &dyn Fn(DVec3) -> bool) -> Vec<(u32, DVec3)> {
     let scale = model.bounds().diagonal();
     let mut found = Vec::new();
     for (i, leaf) in model.leaves.iter().enumerate() {
@@ -25,6 +30,9 @@ pub(super) fn apexes(model: &Implicit) -> Vec<(u32, DVec3)> {
             continue;
         }
         let apex = c + frame.a * (d / m);
+        if !apex.is_finite() || !is_asked(apex) {
+            continue;
+        }
         let step = LOOK * scale;
         // Both nappes have k rho + m t = d; the one with rho >= 0 lies where m t < d.
         let around = (0..SIDES).all(|n| {
@@ -32,7 +40,7 @@ pub(super) fn apexes(model: &Implicit) -> Vec<(u32, DVec3)> {
             let p = apex + (frame.u * c + frame.v * s) * step - frame.a * (k * step / m);
             bounds_solid(&model.tape, &model.leaves, i as u32, p).is_some()
         });
-        if around && apex.is_finite() {
+        if around {
             found.push((i as u32, apex));
         }
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::apex::apexes;
+use super::apex::{apexes, apexes_of};
 use super::extract::Extracted;
 use super::leaf::Leaf;
 use super::model::Implicit;
@@ -55,8 +55,8 @@ impl<'a> ImplicitOracle<'a> {
         run: &Run,
     ) -> Result<Self> {
         let bricks = Bricks::build_within(model, &bounds, size, u64::MAX, run)?;
-        let apexes = apexes(model).into_iter().filter(|a| is_mine(a.1)).collect();
-        Ok(Self { model, bricks, scale: model.bounds().diagonal(), apexes: Some(apexes) })
+        let apexes = Some(apexes_of(model, is_mine));
+        Ok(Self { model, bricks, scale: model.bounds().diagonal(), apexes })
     }
 
     /// The apexes that count, with their leaves.

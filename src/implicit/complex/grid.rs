@@ -28,6 +28,10 @@ const MARGIN: f64 = 4.0;
 /// there up to where a fan around their apex takes over.
 const FINER: u8 = 6;
 
+/// A tape with more operations than this is cut down to what a block needs before its cells are made: there are tens of cubes larger
+/// than a block, and each would be asked about everything. With fewer operations that takes no time to speak of.
+const MANY: usize = 1 << 12;
+
 /// No cell.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -40,7 +44,8 @@ pub(super) struct Cube {
     pub(super) children: u32,
     /// What holds in the cube, if it is not all inside or all outside.
     pub(super) tape: Option<Arc<Tape>>,
-    /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns.
+    /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns. Cubes larger than the largest cells own
+    /// none; theirs holds only as far as a block reaches.
     pub(super) wide: Option<Arc<Tape>>,
 }
 
@@ -147,6 +152,15 @@ pub(super) struct Octree {
     near: Option<[[i64; 3]; 2]>,
 }
 
+/// What of a tape holds in a box, if that is not all inside or all outside.
+fn pruned(tape: &Arc<Tape>, leaves: &[Leaf], cell: &Aabb, scratch: &mut Scratch) -> Option<Arc<Tape>> {
+    match tape.prune(leaves, cell, scratch) {
+        Pruned::Outside | Pruned::Inside => None,
+        Pruned::Same => Some(tape.clone()),
+        Pruned::Smaller(t) => Some(Arc::new(t)),
+    }
+}
+
 impl Octree {
     pub(super) fn point(&self, p: Point) -> DVec3 {
         let c = p.coordinates();
@@ -179,11 +193,19 @@ impl Octree {
             return Err(Error::Usage(format!("size {size} is too small for a part {longest} long")));
         }
         let level = levels as u8 + deeper;
-        let (tape, wide) = (Some(tape.clone()), Some(tape.clone()));
-        let root = Cube { at: [0; 3], level, children: NONE, tape, wide };
+        let root = Cube { at: [0; 3], level, children: NONE, tape: Some(tape.clone()), wide: Some(tape.clone()) };
         let unit = size / f64::from(1u32 << deeper);
         let near = block.map(|b| b.cubes(deeper, HALO));
         let mut tree = Octree { origin: origin(&bounds, size), unit, deeper, cubes: vec![root], near };
+        if tape.ops.len() > MANY
+            && let Some(block) = block
+        {
+            // A largest cell at the end of what is made asks as far as its side beyond.
+            let [lo, hi] = block.cubes(deeper, HALO + 1);
+            let corner = |c: [i64; 3]| tree.origin + DVec3::from_array(c.map(|c| c as f64)) * unit;
+            let reached = Aabb::new(corner(lo), corner(hi)).grown(0.5 * size);
+            tree.cubes[0].wide = pruned(tape, leaves, &reached, &mut Scratch::default());
+        }
         let mut layer = vec![0u32];
         let mut points = Points::default();
         while !layer.is_empty() {
@@ -245,16 +267,9 @@ impl Octree {
                         return Cube { at, level, children: NONE, tape: None, wide: None };
                     }
                     let own = self.bounds(at, level);
-                    let mut pruned = |t: &Option<Arc<Tape>>, b: &Aabb| {
-                        let t = t.as_ref()?;
-                        match t.prune(leaves, b, scratch) {
-                            Pruned::Outside | Pruned::Inside => None,
-                            Pruned::Same => Some(t.clone()),
-                            Pruned::Smaller(t) => Some(Arc::new(t)),
-                        }
-                    };
-                    let tape = pruned(&c.tape, &own);
-                    let wide = pruned(&c.wide, &own.grown(own.hi.x - own.lo.x));
+                    let mut held = |t: &Option<Arc<Tape>>, b: &Aabb| pruned(t.as_ref()?, leaves, b, scratch);
+                    let tape = held(&c.tape, &own);
+                    let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
                     Cube { at, level, children: NONE, tape, wide }
                 })
             })

@@ -195,7 +195,10 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             nodes: places,
             triangles: triangles.iter().map(|t| t.nodes).collect(),
             labels: triangles.iter().map(|t| t.leaf).collect(),
-            faces: (0..leaves.len()).map(|l| format!("leaf{l}")).collect(),
+            // There may be as many blocks as leaves, and nobody asks a block for names.
+            faces: (0..leaves.len())
+                .map(|l| if block.is_some() { String::new() } else { format!("leaf{l}") })
+                .collect(),
             ..TriMesh::default()
         };
         Ok(Arranged {

@@ -71,14 +71,18 @@ impl Blocks {
 
     /// A brick as a box; those at the ends have no end there.
     pub(super) fn bounds(&self, round: usize, index: u32) -> Aabb {
-        let walls = self.walls(round, index);
-        let at = |x: i64, k: usize| match x {
+        let at = self.place(round, index);
+        let corner = |d: u32| DVec3::from_array(std::array::from_fn(|k| self.coordinate(round, k, at[k] + d)));
+        Aabb::new(corner(0), corner(1))
+    }
+
+    /// Where the wall below a brick is along an axis.
+    fn coordinate(&self, round: usize, axis: usize, at: u32) -> f64 {
+        match self.wall(round, axis, at) {
             i64::MIN => f64::NEG_INFINITY,
             i64::MAX => f64::INFINITY,
-            x => self.origin[k] + 0.25 * x as f64 * self.cell,
-        };
-        let corner = |d: usize| DVec3::from_array(std::array::from_fn(|k| at(walls[k][d], k)));
-        Aabb::new(corner(0), corner(1))
+            x => self.origin[axis] + 0.25 * x as f64 * self.cell,
+        }
     }
 
     /// The brick of a round that holds a point.
@@ -94,11 +98,16 @@ impl Blocks {
 
     /// The bricks of a round that come within some length of a box, ascending.
     pub(super) fn near(&self, round: usize, bounds: &Aabb, reach: f64) -> Vec<u32> {
-        let grown = bounds.grown(reach);
-        let meets = |i: &u32| {
-            let b = self.bounds(round, *i);
-            (0..3).all(|k| b.lo[k] < grown.hi[k] && grown.lo[k] < b.hi[k])
-        };
-        (0..self.count(round)).filter(meets).collect()
+        let (n, grown) = (self.along(round), bounds.grown(reach));
+        // Axis by axis: of many bricks a box meets few.
+        let [xs, ys, zs]: [Vec<u32>; 3] = std::array::from_fn(|k| {
+            let wall = |i: u32| self.coordinate(round, k, i);
+            (0..n[k]).filter(|i| wall(*i) < grown.hi[k] && grown.lo[k] < wall(i + 1)).collect()
+        });
+        let mut near = Vec::with_capacity(xs.len() * ys.len() * zs.len());
+        for z in zs {
+            ys.iter().for_each(|y| near.extend(xs.iter().map(|x| (z * n[1] + y) * n[0] + x)));
+        }
+        near
     }
 }

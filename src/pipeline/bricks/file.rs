@@ -107,6 +107,9 @@ const SECTION: usize = 4 + 8 + 8 + 32;
 /// Bytes before the index: what files begin with, the plan's digest, round, brick, how many sections there are.
 const HEAD: usize = 8 + 32 + 4 + 4 + 8;
 
+/// Bytes of a file that are read at once to have its index: with room for the 27 bricks a piece may hand something to.
+const FIRST: u64 = 2048;
+
 /// Why a file is no good.
 pub(super) type Bad = &'static str;
 
@@ -123,8 +126,8 @@ fn index_length(head: &[u8]) -> Result<usize, Bad> {
     length.and_then(|n| n.checked_add(HEAD + 32)).ok_or(DAMAGED)
 }
 
-/// The sections of a file that begins with these bytes.
-fn index(head: &[u8], plan: &BrickPlan, which: Which) -> Result<Vec<Section>, Bad> {
+/// The sections of a file that begins with these bytes, of a plan by its digest. Each begins where the one before ends.
+fn index(head: &[u8], plan: &[u8; 32], which: Which) -> Result<Vec<Section>, Bad> {
     let head = head.get(..index_length(head)?).ok_or(DAMAGED)?;
     let (body, digest) = head.split_last_chunk::<32>().ok_or(CUT)?;
     if Sha256::digest(body)[..] != digest[..] {
@@ -135,18 +138,70 @@ fn index(head: &[u8], plan: &BrickPlan, which: Which) -> Result<Vec<Section>, Ba
     if header.0 != Some(MAGIC) {
         return Err("it is no piece of a mesh");
     }
-    if header.1 != Some(plan.digest()) {
+    if header.1 != Some(*plan) {
         return Err("it belongs to another plan");
     }
     if (header.2, header.3) != (Some(which.round as u32), Some(which.brick)) {
         return Err("it is another brick's");
     }
-    let mut sections = Vec::new();
+    let mut sections: Vec<Section> = Vec::new();
+    let mut end = head.len() as u64;
     while !r.0.is_empty() {
         let mut section = || Some(Section { to: r.u32()?, offset: r.u64()?, length: r.u64()?, digest: r.take()? });
-        sections.push(section().ok_or(UNFIT)?);
+        let section = section().filter(|s| s.offset == end).ok_or(UNFIT)?;
+        end = end.checked_add(section.length).ok_or(UNFIT)?;
+        sections.push(section);
     }
     Ok(sections)
+}
+
+/// The head and the index of a piece's file.
+struct Opened<'a> {
+    file: File,
+    path: &'a Path,
+    which: Which,
+    /// Bytes of the file: nothing is asked for beyond its end, whatever it claims.
+    size: u64,
+    sections: Vec<Section>,
+}
+
+impl<'a> Opened<'a> {
+    /// Opens a file of a plan, which is known by its digest; none if there is no such file.
+    ///
+    /// Errors: a file that cannot be read, is longer or shorter than its index says, has a damaged index, or is of another plan or brick.
+    fn new(path: &'a Path, plan: &[u8; 32], which: Which) -> Result<Option<Self>> {
+        let file = match File::open(path) {
+            Ok(file) => file,
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(Error::io("read", path, e)),
+        };
+        let size = file.metadata().map_err(|e| Error::io("read", path, e))?.len();
+        let mut opened = Self { file, path, which, size, sections: Vec::new() };
+        // Most indices are in the first bytes, so that one reading does.
+        let mut head = opened.read(0, size.min(FIRST))?;
+        let length = index_length(&head).map_err(|what| bad(what, which, path))? as u64;
+        if length > head.len() as u64 {
+            head = opened.read(0, length)?;
+        }
+        opened.sections = index(&head, plan, which).map_err(|what| bad(what, which, path))?;
+        let end = opened.sections.last().map_or(length, |s| s.offset + s.length);
+        if end != size {
+            return Err(bad(DAMAGED, which, path));
+        }
+        Ok(Some(opened))
+    }
+
+    fn read(&mut self, from: u64, length: u64) -> Result<Vec<u8>> {
+        if from.checked_add(length).is_none_or(|end| end > self.size) {
+            return Err(bad(DAMAGED, self.which, self.path));
+        }
+        let mut bytes = vec![0; length as usize];
+        let read = self.file.seek(SeekFrom::Start(from)).and_then(|_| self.file.read_exact(&mut bytes));
+        read.map(|()| bytes).map_err(|e| match e.kind() {
+            ErrorKind::UnexpectedEof => bad(CUT, self.which, self.path),
+            _ => Error::io("read", self.path, e),
+        })
+    }
 }
 
 impl Section {
@@ -211,12 +266,9 @@ impl Piece {
         let mut piece = None;
         let mut handed = Vec::new();
         let mut end = index_length(bytes)? as u64;
-        for section in index(bytes, plan, which)? {
+        for section in index(bytes, &plan.digest(), which)? {
             let body = section.of(bytes)?;
-            if section.offset != end {
-                return Err(UNFIT);
-            }
-            end += section.length;
+            end = section.offset + section.length;
             if section.to == NONE {
                 piece = Some(Self::parse_body(body).ok_or(UNFIT)?);
             } else {
@@ -307,11 +359,13 @@ impl Store<'_> {
         write_atomic(&path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", &path, e)))
     }
 
-    /// Whether a piece is there, be it good or not.
-    pub(super) fn has(&self, which: Which) -> bool {
+    /// Whether a piece is there. Of a file the index is looked at, not what the sections hold.
+    ///
+    /// Errors: a file that cannot be read, is longer or shorter than its index says, has a damaged index, or is of another plan or brick.
+    pub(super) fn has(&self, plan: &[u8; 32], which: Which) -> Result<bool> {
         match self {
-            Store::Folder(folder) => which.path(folder).exists(),
-            Store::Memory(pieces) => pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which),
+            Store::Folder(folder) => Opened::new(&which.path(folder), plan, which).map(|o| o.is_some()),
+            Store::Memory(pieces) => Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which)),
         }
     }
 
@@ -347,33 +401,13 @@ impl Store<'_> {
             return Ok(piece.handed.iter().find(|h| h.to == to).cloned().unwrap_or_default());
         };
         let path = from.path(folder);
-        let broken = |e: std::io::Error| match e.kind() {
-            ErrorKind::NotFound => missing(),
-            ErrorKind::UnexpectedEof => bad(CUT, from, &path),
-            _ => Error::io("read", &path, e),
-        };
-        let bad = |what: Bad| bad(what, from, &path);
-        let mut file = File::open(&path).map_err(broken)?;
-        let size = file.metadata().map_err(broken)?.len();
-        // Nothing is asked for beyond the file's end, whatever it claims.
-        let mut read = |from: u64, length: u64| -> Result<Vec<u8>> {
-            if from.checked_add(length).is_none_or(|end| end > size) {
-                return Err(bad(DAMAGED));
-            }
-            let mut bytes = vec![0; length as usize];
-            file.seek(SeekFrom::Start(from)).and_then(|_| file.read_exact(&mut bytes)).map_err(broken)?;
-            Ok(bytes)
-        };
-        if size < HEAD as u64 {
-            return Err(bad(CUT));
-        }
-        let length = index_length(&read(0, HEAD as u64)?).map_err(bad)?;
-        let head = read(0, length as u64)?;
-        let Some(section) = index(&head, plan, from).map_err(bad)?.into_iter().find(|s| s.to == to) else {
+        let mut opened = Opened::new(&path, &plan.digest(), from)?.ok_or_else(missing)?;
+        let Some(k) = opened.sections.iter().position(|s| s.to == to) else {
             return Ok(Handed::default());
         };
-        let body = read(section.offset, section.length)?;
-        Handed::parse(section.checked(&body).map_err(bad)?, to).ok_or_else(|| bad(UNFIT))
+        let body = opened.read(opened.sections[k].offset, opened.sections[k].length)?;
+        let bad = |what: Bad| bad(what, from, &path);
+        Handed::parse(opened.sections[k].checked(&body).map_err(bad)?, to).ok_or_else(|| bad(UNFIT))
     }
 }
 

@@ -162,10 +162,16 @@ fn measured(mesh: &PiecewiseMesh<'_>, joined: Joined, run: &Run) -> Result<Check
     Ok(sums.finish(&mesh.names))
 }
 
-/// Refuses to merge when pieces of the first so many rounds are missing, and says which.
+/// Refuses to merge when pieces of the first so many rounds are missing, and says which; or when one is not of this plan by its
+/// index, before any is read.
 pub(super) fn all_there(plan: &BrickPlan, store: &Store<'_>, rounds: usize) -> Result<()> {
-    let all = (0..rounds).flat_map(|round| (0..plan.rounds()[round]).map(move |brick| Which { round, brick }));
-    let missing: Vec<Which> = all.filter(|w| !store.has(*w)).collect();
+    let digest = plan.digest();
+    let mut missing: Vec<Which> = Vec::new();
+    for which in (0..rounds).flat_map(|round| (0..plan.rounds()[round]).map(move |brick| Which { round, brick })) {
+        if !store.has(&digest, which)? {
+            missing.push(which);
+        }
+    }
     if missing.is_empty() {
         return Ok(());
     }

@@ -215,7 +215,7 @@ impl Maker<'_> {
             mesh.labels.extend(labels);
             faces.extend(given);
         }
-        mesh.faces = (0..self.ready.model.leaves.len()).map(|l| format!("leaf{l}")).collect();
+        mesh.faces = vec![String::new(); self.ready.model.leaves.len()];
         let ends = open_nodes(&mesh);
         let copies = fans_apart(&mut mesh);
         on.extend(copies.iter().map(|v| on[*v as usize].clone()).collect::<Vec<_>>());
@@ -242,7 +242,8 @@ impl Maker<'_> {
             work.sizes = sizes_at_ends(&given);
         }
         let options = exact_options(ready, &plan.mesh_options(), CELLS[CELLS.len() - 1] * ready.size)?;
-        let names = TriMesh { faces: model.faces().iter().map(|f| f.name.clone()).collect(), ..TriMesh::default() };
+        // A piece has numbers of faces; names come with merging.
+        let names = TriMesh { faces: vec![String::new(); model.faces().len()], ..TriMesh::default() };
         let (made, laid) = remesh_open(work, &names, &oracle, &options, run)?;
         let Laid { pieces, on } = laid;
         let mesh = made.mesh;
