@@ -1,11 +1,12 @@
-//! Formulas that repeat by `mod`: rows of slots and holes, springs, knurls. Surfaces at which `mod` jumps are none of the part's.
+//! Formulas that repeat by `mod` or jump with an angle: rows of slots and holes, springs, knurls; cams, ratchets, ramps. Surfaces at
+//! which `mod` jumps are none of the part's; walls at which `atan2` jumps are, where the formula shows them.
 
 use std::f64::consts::PI;
 
-use rvachev::Run;
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, mesh_part};
 use rvachev::quality::Check;
+use rvachev::{DVec3, Run};
 
 /// The part's mesh, which comes out at the first attempt with all edges and corners.
 fn meshed(text: &str, share: f64) -> (Meshed, Check) {
@@ -97,4 +98,64 @@ fn knurls_are_proved_in_cells_as_large_as_their_waves_allow() {
     let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
     // Deep inside the surfaces that part the waves make no difference: cells there hold nothing of the part's.
     assert!(proof.unproved == 0 && proof.cells < 60_000, "{} of {}", proof.unproved, proof.cells);
+}
+
+/// The nodes of triangles that lie in a plane through the axis, which is turned by so many turns from the half plane behind.
+fn on_wall(meshed: &Meshed, turns: f64) -> Vec<DVec3> {
+    let (sin, cos) = (turns * 2.0 * PI).sin_cos();
+    let beside = |p: DVec3| p.y * cos - p.x * sin;
+    let at = |v: u32| meshed.mesh.nodes[v as usize];
+    let is_on = |t: &&[u32; 3]| t.iter().all(|v| beside(at(*v)).abs() < 1e-9 && at(*v).x * cos + at(*v).y * sin < 0.0);
+    meshed.mesh.triangles.iter().filter(is_on).flatten().map(|v| at(*v)).collect()
+}
+
+#[test]
+fn a_cam_has_its_step_where_the_angle_jumps() {
+    let text = "part(solid(hypot(x, y) <= 1 + atan2(y, x)/(4*pi)).name('cam') & box(size=(4, 4, 0.5)).name('ends'))";
+    let (meshed, check) = meshed(text, 0.02);
+    // The mean of (1 + t / 2)^2 / 2 for t from -1/2 to 1/2, around the axis.
+    let volume = 0.5 * 2.0 * PI * 0.5 * (1.0 + 1.0 / 48.0);
+    assert!((check.volume.unwrap() / volume - 1.0).abs() < 1e-3, "{:?} {volume}", check.volume);
+    let features = check.features.unwrap();
+    assert_eq!((features.corners_found, features.corners_true), (4, 4));
+    assert!(features.recall > 0.999 && features.precision > 0.999, "{features:?}");
+    // The step is a rectangle from the least radius to the largest.
+    let wall = on_wall(&meshed, 0.0);
+    let (near, far) = wall.iter().fold((f64::INFINITY, 0f64), |(a, b), p| (a.min(-p.x), b.max(-p.x)));
+    assert!((near - 0.75).abs() < 1e-9 && (far - 1.25).abs() < 1e-9, "{near} {far}");
+    let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
+    assert_eq!(proof.unproved, 0);
+}
+
+#[test]
+fn teeth_of_a_ratchet_rise_and_fall_back() {
+    let text = "part(solid(hypot(x, y) <= 1 + 0.03*atan2(sin(12*atan2(y, x)), cos(12*atan2(y, x)))).name('teeth') & \
+                box(size=(4, 4, 0.3)).name('ends'))";
+    let (meshed, check) = meshed(text, 0.02);
+    let most = 0.03 * PI;
+    let volume = 0.3 * PI * (1.0 + most * most / 3.0);
+    assert!((check.volume.unwrap() / volume - 1.0).abs() < 1e-3, "{:?} {volume}", check.volume);
+    let features = check.features.unwrap();
+    assert_eq!((features.corners_found, features.corners_true), (48, 48));
+    for k in 0..12 {
+        let wall = on_wall(&meshed, (f64::from(k) + 0.5) / 12.0 + 0.5);
+        let (near, far) = wall.iter().map(|p| p.x.hypot(p.y)).fold((2f64, 0f64), |(a, b), r| (a.min(r), b.max(r)));
+        assert!((near - 1.0 + most).abs() < 1e-9 && (far - 1.0 - most).abs() < 1e-9, "{k}: {near} {far}");
+    }
+}
+
+#[test]
+fn a_ramp_around_a_bore_ends_in_a_wall() {
+    let text = "part(solid(z <= 0.3*atan2(y, x)).name('ramp') & cylinder(1, height=3).name('drum') - cylinder(0.2).name('bore'))";
+    let (meshed, check) = meshed(text, 0.02);
+    // The ramp's mean height is that of the middle.
+    let volume = 1.5 * PI * (1.0 - 0.04);
+    assert!((check.volume.unwrap() / volume - 1.0).abs() < 1e-3, "{:?} {volume}", check.volume);
+    let features = check.features.unwrap();
+    assert_eq!((features.corners_found, features.corners_true), (4, 4));
+    let wall = on_wall(&meshed, 0.0);
+    let high = wall.iter().fold(0f64, |s, p| s.max(p.z.abs()));
+    assert!((high - 0.3 * PI).abs() < 1e-9, "{high}");
+    let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
+    assert_eq!(proof.unproved, 0);
 }

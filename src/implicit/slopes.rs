@@ -299,6 +299,7 @@ mod tests {
             bi(Binary::Mod, x.clone() * 2.0 + y.clone(), Expr::constant(0.7)) * z.clone() + un(Unary::Sign, y.clone()),
             un(Unary::Steepened, x.clone() + y.clone()) * z.clone() - un(Unary::Steepened, z.clone()),
             un(Unary::Swing, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Swing, z.clone() * 7.0),
+            un(Unary::Upward, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Downward, z.clone() * 7.0),
             un(Unary::Fold, x.clone() * 4.0 + y.clone()) * z.clone() - un(Unary::Fold, z.clone() * 7.0),
             bi(Binary::Mod, z.clone(), x.clone() + 2.5) - un(Unary::Floor, y.clone() * 3.0) * x.clone(),
             un(Unary::Log, bi(Binary::Pow, x.clone() + 2.0, y.clone() + 0.5))

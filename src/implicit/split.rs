@@ -512,6 +512,9 @@ mod tests {
             (wave(x.clone() * 5.0 - angle(y.clone(), x.clone()) * 3.0) * 0.2 + z.clone() - 0.3, 4),
             // The width of spiral arms is an arc.
             (Expr::constant(0.2) - abs(arc), 4),
+            // By what is never negative.
+            (Expr::constant(0.2) - abs(angle(y.clone(), x.clone()) - 0.3) * square(z.clone()) * 0.6, 6),
+            (z.clone() - (abs(x.clone()) - abs(y.clone()) * 0.5) / (square(z.clone()) + 1.0), 4),
             (abs(x.clone()) * abs(y.clone()) + max(x.clone(), z.clone()) - (abs(y.clone()) - 0.2), 4),
         ];
         let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));

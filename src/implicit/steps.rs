@@ -9,9 +9,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::expr::{Binary, Expr, ExprNode, SWING, Unary};
 use super::forms::{sheet, with_waves};
 use super::formula::Formula;
+use super::jumps::swinging;
 use super::roots::by_cases;
 use super::roperation::Terms;
 use super::solid::{Placement, Solid};
@@ -298,11 +299,12 @@ impl<'a> Turned<'a> {
         [y.clone() * cos - x.clone() * sin, x * cos + y * sin]
     }
 
-    /// The angle in a form that jumps opposite to where the whole is a number.
+    /// The angle in a form that does not jump as long as the whole differs from a number by a half at most, if that is less than a turn.
     fn ahead(&self, number: f64) -> Expr {
         let middle = self.at(number);
         let [left, along] = self.beside(middle);
-        Expr::binary(Binary::Atan2, left, along) + middle
+        let far = 0.5 / self.factor.abs() > SWING;
+        (if far { Expr::binary(Binary::Atan2, left, along) } else { swinging(left, along) }) + middle
     }
 
     /// Where the whole is at least a number: on the left of a ray, on the left side of the axis' plane or not, so that no divider
