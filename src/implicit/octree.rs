@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::lockstep;
 use super::model::Implicit;
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::{Error, Result};
@@ -125,9 +125,7 @@ impl Bricks {
             }
             let side = 1u32 << level;
             let whole = level == levels;
-            let next: Vec<Vec<Cell>> = cells
-                .par_iter()
-                .map_init(Scratch::default, |scratch, cell| {
+            let next: Vec<Vec<Cell>> = lockstep::each_with(&model.leaves, &cells, |scratch: &mut Scratch, cell| {
                     let mut out = Vec::new();
                     if run.is_cancelled() {
                         return out;
@@ -144,8 +142,7 @@ impl Bricks {
                         }
                     }
                     out
-                })
-                .collect();
+                });
             cells = Vec::with_capacity(next.iter().map(Vec::len).sum());
             next.into_iter().for_each(|c| cells.extend(c));
         }

@@ -9,6 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::super::leaf::Leaf;
+use super::super::lockstep;
 use super::super::tape::{Pruned, Scratch, Tape};
 use super::points::Points;
 use super::proof::Unproved;
@@ -231,7 +232,7 @@ impl Octree {
                     unproved: Some(u),
                 })
             };
-            let seen: Vec<Seen> = layer.par_iter().filter_map(judge).collect();
+            let seen: Vec<Seen> = lockstep::each(leaves, &layer, judge).into_iter().flatten().collect();
             let bent = || seen.iter().filter(|s| s.unproved == Some(Unproved::Bent)).map(|s| s.cell);
             let level = tree.cubes[layer[0] as usize].level;
             if level == floor {
@@ -256,9 +257,7 @@ impl Octree {
 
     /// Gives cubes children; the numbers of these.
     fn split(&mut self, leaves: &[Leaf], which: &[u32]) -> Vec<u32> {
-        let made: Vec<[Cube; 8]> = which
-            .par_iter()
-            .map_init(Scratch::default, |scratch, i| {
+        let made: Vec<[Cube; 8]> = lockstep::each_with(leaves, which, |scratch: &mut Scratch, i| {
                 let c = &self.cubes[*i as usize];
                 let level = c.level - 1;
                 std::array::from_fn(|k| {
@@ -272,8 +271,7 @@ impl Octree {
                     let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
                     Cube { at, level, children: NONE, tape, wide }
                 })
-            })
-            .collect();
+            });
         let mut children = Vec::with_capacity(8 * made.len());
         for (i, eight) in which.iter().zip(made) {
             let first = self.cubes.len() as u32;
