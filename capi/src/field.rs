@@ -4,7 +4,7 @@ use std::ffi::{c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
 use rvachev::DVec3;
-use rvachev::implicit::{Between, Field, Solid, UNBOUNDED, differences, ranges_by_slope};
+use rvachev::implicit::{Field, Solid, differences};
 use rvachev::spatial::Aabb;
 
 use crate::errors::{ErrorOut, entry, given, input, slot, usage};
@@ -124,17 +124,8 @@ impl Field for Leaf {
         }
     }
 
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let mut out = [UNBOUNDED];
-        self.ranges(&[*cell], &mut out);
-        out[0]
-    }
-
-    fn ranges(&self, cells: &[Aabb], out: &mut [Between]) {
-        match self.lipschitz {
-            Some(steep) => ranges_by_slope(cells, steep, out, |p, v| self.values(p, v)),
-            None => out.fill(UNBOUNDED),
-        }
+    fn lipschitz(&self) -> Option<f64> {
+        self.lipschitz
     }
 }
 

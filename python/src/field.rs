@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods}
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rvachev::DVec3;
-use rvachev::implicit::{Between, Field, GridField, Solid, UNBOUNDED, differences, ranges_by_slope};
+use rvachev::implicit::{Field, GridField, Solid, differences};
 use rvachev::spatial::Aabb;
 
 use crate::arrays::{floats, table};
@@ -132,17 +132,8 @@ impl Field for PyField {
         }
     }
 
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let mut out = [UNBOUNDED];
-        self.ranges(&[*cell], &mut out);
-        out[0]
-    }
-
-    fn ranges(&self, cells: &[Aabb], out: &mut [Between]) {
-        match self.lipschitz {
-            Some(steep) => ranges_by_slope(cells, steep, out, |p, v| self.values(p, v)),
-            None => out.fill(UNBOUNDED),
-        }
+    fn lipschitz(&self) -> Option<f64> {
+        self.lipschitz
     }
 }
 

@@ -75,17 +75,17 @@ impl<'a> CloseOracle<'a> {
         let leaves = &self.oracle.model().leaves;
         let halved: Vec<Vec<(usize, Aabb, Arc<Tape>)>> = run.install(|| {
             lockstep::each_with(leaves, &open, |scratch: &mut Scratch, o| {
-                    if last || o.tape.leaf_count() <= FEW || run.is_cancelled() {
-                        return Vec::new();
-                    }
-                    let around = |c: &Aabb| c.grown(self.reach);
-                    let child = |(k, sub): (usize, Aabb)| match o.tape.prune(leaves, &around(&sub), scratch) {
-                        Pruned::Outside | Pruned::Inside => None,
-                        Pruned::Same => Some((k, sub, o.tape.clone())),
-                        Pruned::Smaller(t) => Some((k, sub, Arc::new(t))),
-                    };
-                    o.cell.octants().into_iter().enumerate().filter_map(child).collect()
-                })
+                if last || o.tape.leaf_count() <= FEW || run.is_cancelled() {
+                    return Vec::new();
+                }
+                let around = |c: &Aabb| c.grown(self.reach);
+                let child = |(k, sub): (usize, Aabb)| match o.tape.prune(leaves, &around(&sub), scratch) {
+                    Pruned::Outside | Pruned::Inside => None,
+                    Pruned::Same => Some((k, sub, o.tape.clone())),
+                    Pruned::Smaller(t) => Some((k, sub, Arc::new(t))),
+                };
+                o.cell.octants().into_iter().enumerate().filter_map(child).collect()
+            })
         });
         let mut next = Vec::new();
         for (o, parts) in open.into_iter().zip(halved) {

@@ -57,15 +57,26 @@ pub trait Field: Send + Sync {
         true
     }
 
-    /// Bounds `(lo, hi)` of the value over a box. The default knows nothing: correct, but nothing can be skipped, so the
-    /// cost grows with the volume. A Lipschitz constant L gives `value(center) -+ L * half diagonal`.
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let _ = cell;
-        UNBOUNDED
+    /// By how much values change per length at most, if that is known: what tells where no surface is.
+    fn lipschitz(&self) -> Option<f64> {
+        None
     }
 
-    /// [`range`](Self::range) over many boxes, `out` as long as `cells`. To be overridden where bounds come from values.
+    /// Bounds `(lo, hi)` of the value over a box: from the [constant](Self::lipschitz) L, `value(center) -+ L * half diagonal`. Without
+    /// one nothing is known: correct, but nothing can be skipped, so the cost grows with the volume.
+    fn range(&self, cell: &Aabb) -> Between {
+        let mut out = [UNBOUNDED];
+        if let Some(steep) = self.lipschitz() {
+            ranges_by_slope(std::slice::from_ref(cell), steep, &mut out, |p, v| self.values(p, v));
+        }
+        out[0]
+    }
+
+    /// [`range`](Self::range) over many boxes, `out` as long as `cells`.
     fn ranges(&self, cells: &[Aabb], out: &mut [Between]) {
+        if let Some(steep) = self.lipschitz() {
+            return ranges_by_slope(cells, steep, out, |p, v| self.values(p, v));
+        }
         for (r, cell) in out.iter_mut().zip(cells) {
             *r = self.range(cell);
         }
@@ -116,25 +127,22 @@ pub fn differences(
     }
 }
 
-/// What [`Field::ranges`] gives where values change by at most `steep` per length, from the values in the middles of the boxes, which
-/// are asked for in one call. Infinite boxes, and those with NaN in the middle, have no bounds.
-pub fn ranges_by_slope(
-    cells: &[Aabb],
-    steep: f64,
-    out: &mut [Between],
-    function: impl FnOnce(&[DVec3], &mut [f64]),
-) {
+/// Bounds where values change by at most `steep` per length, from the values in the middles of the boxes, which are asked for in one
+/// call. Infinite boxes, and those with NaN in the middle, have no bounds.
+fn ranges_by_slope(cells: &[Aabb], steep: f64, out: &mut [Between], function: impl FnOnce(&[DVec3], &mut [f64])) {
     let finite: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].is_finite()).collect();
     let middles: Vec<DVec3> = finite.iter().map(|k| cells[*k].center()).collect();
     let mut values = vec![f64::NAN; middles.len()];
     function(&middles, &mut values);
     out.fill(UNBOUNDED);
     for (k, middle) in finite.into_iter().zip(values) {
-        let reach = 0.5 * cells[k].diagonal() * steep;
-        let slack = SLACK * (middle.abs() + reach);
-        let range = (middle - reach - slack, middle + reach + slack);
-        if !range.0.is_nan() {
-            out[k] = range;
-        }
+        out[k] = range_around(middle, 0.5 * cells[k].diagonal() * steep);
     }
+}
+
+/// Bounds of what is at most `reach` from a value; none if that is NaN.
+pub(super) fn range_around(middle: f64, reach: f64) -> Between {
+    let slack = SLACK * (middle.abs() + reach);
+    let range = (middle - reach - slack, middle + reach + slack);
+    if range.0.is_nan() { UNBOUNDED } else { range }
 }

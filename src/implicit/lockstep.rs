@@ -16,9 +16,9 @@ use super::field::{Between, Field, UNBOUNDED};
 use super::leaf::Leaf;
 use crate::spatial::Aabb;
 
-/// Questions of one thread that wait for each other: with a point each, batches are several times the 512 points that the calls of
-/// numpy need to be cheap. More would leave threads without work on small meshes.
-const MANY: usize = 4096;
+/// Questions of one thread that wait for each other: with a point each, batches are twice the 512 points with which calls of numpy
+/// are cheap. More would leave threads without work on small meshes.
+const MANY: usize = 1024;
 
 /// Where nothing waits threads share the work in such portions.
 const FEW: usize = 64;

@@ -63,7 +63,7 @@ pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};
 pub use features::features;
 pub(crate) use features::features_within;
-pub use field::{Between, Field, UNBOUNDED, differences, ranges_by_slope};
+pub use field::{Between, Field, differences};
 pub use grid::GridField;
 pub use levelset::write_3mf;
 pub(crate) use lost::{SurfacePoint, surface_points};

@@ -126,23 +126,23 @@ impl Bricks {
             let side = 1u32 << level;
             let whole = level == levels;
             let next: Vec<Vec<Cell>> = lockstep::each_with(&model.leaves, &cells, |scratch: &mut Scratch, cell| {
-                    let mut out = Vec::new();
-                    if run.is_cancelled() {
-                        return out;
+                let mut out = Vec::new();
+                if run.is_cancelled() {
+                    return out;
+                }
+                for child in 0..if whole { 1 } else { 8u32 } {
+                    let at: [u32; 3] = std::array::from_fn(|k| cell.at[k] + (child >> k & 1) * side);
+                    if (0..3).any(|k| at[k] >= grid.bricks[k]) {
+                        continue;
                     }
-                    for child in 0..if whole { 1 } else { 8u32 } {
-                        let at: [u32; 3] = std::array::from_fn(|k| cell.at[k] + (child >> k & 1) * side);
-                        if (0..3).any(|k| at[k] >= grid.bricks[k]) {
-                            continue;
-                        }
-                        match cell.tape.prune(&model.leaves, &grid.cell(at, side), scratch) {
-                            Pruned::Outside | Pruned::Inside => {}
-                            Pruned::Same => out.push(Cell { at, tape: cell.tape.clone() }),
-                            Pruned::Smaller(t) => out.push(Cell { at, tape: Arc::new(t) }),
-                        }
+                    match cell.tape.prune(&model.leaves, &grid.cell(at, side), scratch) {
+                        Pruned::Outside | Pruned::Inside => {}
+                        Pruned::Same => out.push(Cell { at, tape: cell.tape.clone() }),
+                        Pruned::Smaller(t) => out.push(Cell { at, tape: Arc::new(t) }),
                     }
-                    out
-                });
+                }
+                out
+            });
             cells = Vec::with_capacity(next.iter().map(Vec::len).sum());
             next.into_iter().for_each(|c| cells.extend(c));
         }

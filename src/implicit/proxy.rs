@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::field::{Between, Field};
+use super::field::{Between, Field, range_around};
 use super::leaf::Leaf;
 use super::lockstep;
 use super::model::Implicit;
@@ -22,9 +22,9 @@ const SIDE: usize = 8;
 /// Values along a side: cubics need one more on either side of a cell.
 const ALONG: usize = SIDE + 3;
 
-/// The grid is so many times finer than the edges of triangles: cubics on it are then exact to a few millionths of an edge where the
-/// surface bends as much as edges allow.
-const FINER: f64 = 2.0;
+/// Where cells do not tell what is between them, ones of half the side are asked, so many times. Edges of triangles are as long as the
+/// largest; surfaces that bend tightly for these want the next ones, and what the third do not show is a crease.
+const LEVELS: usize = 3;
 
 /// Cells are trusted where what they tell of the middle is right to this share of the change along a cell. Nodes end on the field
 /// itself, so that this is how far they move at last.
@@ -45,14 +45,26 @@ pub(super) struct Proxy {
     field: Arc<dyn Field>,
     step: f64,
     blocks: Mutex<FxHashMap<[i64; 3], Arc<Block>>>,
+    /// The same on a finer grid.
+    finer: Option<Box<Proxy>>,
 }
 
 /// Weights of four values in a row for the value and the slope at `t` from the second to the third.
 fn weights(t: f64) -> [[f64; 4]; 2] {
     let (t2, t3) = (t * t, t * t * t);
     [
-        [0.5 * (2.0 * t2 - t - t3), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0), 0.5 * (4.0 * t2 - 3.0 * t3 + t), 0.5 * (t3 - t2)],
-        [0.5 * (4.0 * t - 1.0 - 3.0 * t2), 0.5 * (9.0 * t2 - 10.0 * t), 0.5 * (8.0 * t - 9.0 * t2 + 1.0), 0.5 * (3.0 * t2 - 2.0 * t)],
+        [
+            0.5 * (2.0 * t2 - t - t3),
+            0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+            0.5 * (4.0 * t2 - 3.0 * t3 + t),
+            0.5 * (t3 - t2),
+        ],
+        [
+            0.5 * (4.0 * t - 1.0 - 3.0 * t2),
+            0.5 * (9.0 * t2 - 10.0 * t),
+            0.5 * (8.0 * t - 9.0 * t2 + 1.0),
+            0.5 * (3.0 * t2 - 2.0 * t),
+        ],
     ]
 }
 
@@ -80,8 +92,9 @@ impl Block {
 }
 
 impl Proxy {
-    fn new(field: Arc<dyn Field>, step: f64) -> Self {
-        Self { field, step, blocks: Mutex::default() }
+    fn new(field: Arc<dyn Field>, step: f64, levels: usize) -> Self {
+        let finer = (levels > 1).then(|| Box::new(Self::new(field.clone(), 0.5 * step, levels - 1)));
+        Self { field, step, blocks: Mutex::default(), finer }
     }
 
     /// The values of a block. Nothing is held while the field is asked, as that may do anything: two threads may ask for the same.
@@ -135,7 +148,7 @@ impl Proxy {
         let block = self.block(number.map(|i| i.div_euclid(SIDE as i64)));
         let cell = number.map(|i| i.rem_euclid(SIDE as i64) as usize);
         if block.trusted[cell[1] + SIDE * cell[2]] >> cell[0] & 1 == 0 {
-            return None;
+            return self.finer.as_ref()?.between(p);
         }
         let (value, slope) = block.at(cell, (q - low).to_array());
         Some((value, slope / self.step))
@@ -194,7 +207,15 @@ impl Field for Proxy {
     }
 
     fn range(&self, cell: &Aabb) -> Between {
-        self.field.range(cell)
+        let width = cell.size().max_element();
+        match self.field.lipschitz() {
+            // Blocks around the middles of larger boxes would be asked for one value each.
+            Some(steep) if width <= SIDE as f64 * self.step => {
+                let off = TRUSTED * self.step * steep;
+                range_around(self.value(cell.center()), 0.5 * cell.diagonal() * steep + off)
+            }
+            _ => self.field.range(cell),
+        }
     }
 }
 
@@ -202,7 +223,7 @@ impl Implicit {
     /// The same solid with proxies in place of [fields that are asked in batches](Field::in_batches), for a mesh with edges of about
     /// `length`; `None` where it has none of these.
     ///
-    /// Surfaces of proxies are a thousandth of an edge from those of the fields at most; what is made with them must be put in its
+    /// Surfaces of proxies are a few thousandths of an edge from those of the fields at most; what is made with them must be put in its
     /// place at last.
     pub(crate) fn with_proxies(&self, length: f64) -> Option<Self> {
         let mut made = self.clone();
@@ -210,13 +231,13 @@ impl Implicit {
         let mut any = false;
         for leaf in &mut made.leaves {
             let Leaf::Field(field, place) = leaf else { continue };
-            let step = length / FINER / place.scale;
+            let step = length / place.scale;
             if !field.in_batches() || !(step.is_finite() && step > 0.0) {
                 continue;
             }
             let proxy = match known.iter().find(|k| Arc::ptr_eq(&k.0, field)) {
                 Some((_, proxy)) => proxy.clone(),
-                None => Arc::new(Proxy::new(field.clone(), step)),
+                None => Arc::new(Proxy::new(field.clone(), step, LEVELS)),
             };
             known.push((field.clone(), proxy.clone()));
             *field = proxy;

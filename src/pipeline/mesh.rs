@@ -144,7 +144,7 @@ impl Ready {
     fn features(&self, mesh: &TriMesh, run: &Run) -> Result<Features> {
         // What is within a twentieth of the mean edge counts as found.
         let within = 0.02 * mesh.mean_edge_length();
-        features_within(&self.model, 0.5 * self.size, within, run)
+        features_within(&self.asked, 0.5 * self.size, within, run)
     }
 
     /// Measures a mesh against the part (`intersecting`: see [`check_tested`]), with features sampled finely enough for its edges; `points` lie on the surface.

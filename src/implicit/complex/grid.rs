@@ -258,20 +258,20 @@ impl Octree {
     /// Gives cubes children; the numbers of these.
     fn split(&mut self, leaves: &[Leaf], which: &[u32]) -> Vec<u32> {
         let made: Vec<[Cube; 8]> = lockstep::each_with(leaves, which, |scratch: &mut Scratch, i| {
-                let c = &self.cubes[*i as usize];
-                let level = c.level - 1;
-                std::array::from_fn(|k| {
-                    let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
-                    if !self.is_near(at, level) {
-                        return Cube { at, level, children: NONE, tape: None, wide: None };
-                    }
-                    let own = self.bounds(at, level);
-                    let mut held = |t: &Option<Arc<Tape>>, b: &Aabb| pruned(t.as_ref()?, leaves, b, scratch);
-                    let tape = held(&c.tape, &own);
-                    let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
-                    Cube { at, level, children: NONE, tape, wide }
-                })
-            });
+            let c = &self.cubes[*i as usize];
+            let level = c.level - 1;
+            std::array::from_fn(|k| {
+                let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
+                if !self.is_near(at, level) {
+                    return Cube { at, level, children: NONE, tape: None, wide: None };
+                }
+                let own = self.bounds(at, level);
+                let mut held = |t: &Option<Arc<Tape>>, b: &Aabb| pruned(t.as_ref()?, leaves, b, scratch);
+                let tape = held(&c.tape, &own);
+                let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
+                Cube { at, level, children: NONE, tape, wide }
+            })
+        });
         let mut children = Vec::with_capacity(8 * made.len());
         for (i, eight) in which.iter().zip(made) {
             let first = self.cubes.len() as u32;
