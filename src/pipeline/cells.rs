@@ -142,6 +142,9 @@ impl Start {
     }
 }
 
+/// Nodes made on stand-ins are put in place within this share of the size: five times as far as these are off.
+const IN_PLACE: f64 = 0.01;
+
 /// What one size of cells gave before remeshing.
 #[derive(Clone)]
 pub(super) struct Scout {
@@ -217,7 +220,7 @@ impl Scout {
         let oracle = ImplicitOracle::new(&ready.asked, &self.extracted);
         let mut exact = remesh_patches(&self.extracted.mesh, work, &oracle, &wanted, run, observer.as_deref_mut())?;
         if !Arc::ptr_eq(&ready.asked, &ready.model) {
-            let reach = wanted.sizing.size;
+            let reach = IN_PLACE * ready.size;
             run.install(|| ready.model.put_in_place(&mut exact.mesh, &exact.pieces, reach));
             exact.report.self_intersections = intersecting(&exact.mesh, run)?;
         }
