@@ -232,7 +232,7 @@ impl Implicit {
         for leaf in &mut made.leaves {
             let Leaf::Field(field, place) = leaf else { continue };
             let step = length / place.scale;
-            if !field.in_batches() || !(step.is_finite() && step > 0.0) {
+            if !(field.in_batches() && step.is_finite() && step > 0.0) {
                 continue;
             }
             let proxy = match known.iter().find(|k| Arc::ptr_eq(&k.0, field)) {
