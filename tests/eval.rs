@@ -9,7 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
 use predicates::str::contains;
+use rvachev::implicit::part::{Part, SizeRequest};
 use rvachev::implicit::{Field, Implicit, RSystem, Sampling, Solid, evaluate};
+use rvachev::pipeline::{MeshOptions, mesh_part};
 use rvachev::run::CancelToken;
 use rvachev::spatial::Aabb;
 use rvachev::{DVec3, Error, Run};
@@ -166,14 +168,41 @@ struct Shared(Arc<Ball>);
 
 impl Field for Shared {
     fn value(&self, p: DVec3) -> f64 {
-        1.0 - p.length()
+        let mut out = [0.0];
+        self.values(&[p], &mut out);
+        out[0]
     }
 
     fn values(&self, points: &[DVec3], out: &mut [f64]) {
         self.0.calls.fetch_add(1, Ordering::Relaxed);
         self.0.values.fetch_add(points.len(), Ordering::Relaxed);
-        out.iter_mut().zip(points).for_each(|(v, p)| *v = self.value(*p));
+        out.iter_mut().zip(points).for_each(|(v, p)| *v = 1.0 - p.length());
     }
+}
+
+/// Calls, points, and triangles of a mesh of the ball, of which nothing is known but that it is in a box.
+fn meshed(size: f64, threads: usize) -> (usize, usize, rvachev::mesh::TriMesh) {
+    let ball = Arc::new(Ball::default());
+    let mut part = Part::from_solid(Solid::field(Shared(ball.clone())).name("ball"));
+    part.domain = Some(Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5)));
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed), made.mesh)
+}
+
+#[test]
+fn a_field_of_which_nothing_is_known_is_meshed_in_large_batches() {
+    let (calls, points, mesh) = meshed(0.1, 1);
+    assert!(points >= 512 * calls, "{calls} calls of {points} points");
+    assert!(points <= 300 * mesh.triangles.len() + 1_000_000, "{points} points");
+    // Whatever stood in for the field, nodes are on its own surface.
+    let off = mesh.nodes.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-12, "{off}");
+    let volume: f64 =
+        mesh.triangles.iter().map(|t| t.map(|v| mesh.nodes[v as usize])).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
+    assert!((volume - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02, "{volume}");
+    assert_eq!(mesh, meshed(0.1, 3).2);
 }
 
 #[test]
@@ -185,7 +214,9 @@ fn fields_are_asked_for_many_values_at_once() {
     let (calls, values) = (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed));
     let points = scattered(10_000, 2.0);
     let found = evaluate(&model, &points, Sampling { gradients: true, faces: true }, &Run::new()).unwrap();
-    assert_eq!(ball.values.load(Ordering::Relaxed) - values, points.len());
+    // Gradients are differences of seven values, asked for where the ball decides.
+    let decided = points.iter().filter(|p| 1.0 - p.length() < p.z).count();
+    assert_eq!(ball.values.load(Ordering::Relaxed) - values, points.len() + 7 * decided);
     assert!(ball.calls.load(Ordering::Relaxed) - calls <= points.len() / 100);
     for (i, p) in points.iter().enumerate() {
         assert_eq!(found.values[i], (1.0 - p.length()).min(p.z));

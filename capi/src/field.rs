@@ -4,7 +4,7 @@ use std::ffi::{c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
 use rvachev::DVec3;
-use rvachev::implicit::{Field, Solid};
+use rvachev::implicit::{Field, Solid, differences};
 use rvachev::spatial::Aabb;
 
 use crate::errors::{ErrorOut, entry, given, input, slot, usage};
@@ -12,9 +12,6 @@ use crate::part::bounds as box_of;
 use crate::pass::{Items, Out, flat};
 use crate::solid::{RvSolid, solid_out};
 use crate::work::watched;
-
-/// Bounds from a Lipschitz constant are widened by this share, for rounding.
-const SLACK: f64 = 1e-12;
 
 /// A function of the caller's: `n` points, three numbers of each; gives `n` values, positive inside, and three numbers of a gradient
 /// for each point unless there is NULL for them. What it returns, unless it is 0, stops the run.
@@ -113,37 +110,22 @@ impl Field for Leaf {
         }
     }
 
-    fn gradient(&self, p: DVec3) -> DVec3 {
-        self.value_and_gradient(p).1
-    }
-
-    fn value_and_gradient(&self, p: DVec3) -> (f64, DVec3) {
-        if self.has_gradient {
-            let (mut v, mut g) = ([f64::NAN], [f64::NAN; 3]);
-            return match self.ask(&[p], &mut v, Some(&mut g)) {
-                Some(()) => (v[0], DVec3::from_array(g)),
-                None => (f64::NAN, DVec3::NAN),
-            };
+    fn gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
+        if !self.has_gradient {
+            return differences(points, values, gradients, |p, v| self.values(p, v));
         }
-        let step = 1e-6 * (1.0 + p.length());
-        let around: [DVec3; 7] = std::array::from_fn(|i| match i {
-            6 => p,
-            _ if i % 2 == 0 => p + DVec3::AXES[i / 2] * step,
-            _ => p - DVec3::AXES[i / 2] * step,
-        });
-        let mut v = [f64::NAN; 7];
-        self.values(&around, &mut v);
-        (v[6], DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * step))
+        let mut flat = vec![f64::NAN; 3 * points.len()];
+        if points.is_empty() || self.ask(points, values, Some(&mut flat)).is_none() {
+            values.fill(f64::NAN);
+            flat.fill(f64::NAN);
+        }
+        for (g, v) in gradients.iter_mut().zip(flat.chunks_exact(3)) {
+            *g = DVec3::from_slice(v);
+        }
     }
 
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let all = (f64::NEG_INFINITY, f64::INFINITY);
-        let Some(steep) = self.lipschitz.filter(|_| cell.is_finite()) else { return all };
-        let middle = self.value(cell.center());
-        let reach = 0.5 * cell.diagonal() * steep;
-        let slack = SLACK * (middle.abs() + reach);
-        let range = (middle - reach - slack, middle + reach + slack);
-        if range.0.is_nan() { all } else { range }
+    fn lipschitz(&self) -> Option<f64> {
+        self.lipschitz
     }
 }
 

@@ -4,16 +4,13 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods}
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rvachev::DVec3;
-use rvachev::implicit::{Field, GridField, Solid};
+use rvachev::implicit::{Field, GridField, Solid, differences};
 use rvachev::spatial::Aabb;
 
 use crate::arrays::{floats, table};
 use crate::errors::{input, raise};
 use crate::solid::PySolid;
 use crate::work::watched;
-
-/// Bounds from a Lipschitz constant are widened by this share, for rounding.
-const SLACK: f64 = 1e-12;
 
 /// A function of Python.
 pub struct PyField {
@@ -114,40 +111,29 @@ impl Field for PyField {
         }
     }
 
-    fn gradient(&self, p: DVec3) -> DVec3 {
-        match &self.gradient {
-            Some(gradient) => {
-                let mut g = [f64::NAN; 3];
-                let _ = self.ask(gradient, &[p], &mut g, 3);
-                DVec3::from_array(g)
-            }
-            None => self.value_and_gradient(p).1,
+    fn gradient(&self, p: DVec3) -> Option<DVec3> {
+        let gradient = self.gradient.as_ref()?;
+        let mut g = [f64::NAN; 3];
+        let asked = self.ask(gradient, &[p], &mut g, 3);
+        Some(asked.map_or(DVec3::NAN, |()| DVec3::from_array(g)))
+    }
+
+    fn gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
+        let Some(gradient) = &self.gradient else {
+            return differences(points, values, gradients, |p, v| self.values(p, v));
+        };
+        self.values(points, values);
+        let mut flat = vec![f64::NAN; 3 * points.len()];
+        if self.ask(gradient, points, &mut flat, 3).is_none() {
+            flat.fill(f64::NAN);
+        }
+        for (g, v) in gradients.iter_mut().zip(flat.chunks_exact(3)) {
+            *g = DVec3::from_slice(v);
         }
     }
 
-    fn value_and_gradient(&self, p: DVec3) -> (f64, DVec3) {
-        if self.gradient.is_some() {
-            return (self.value(p), self.gradient(p));
-        }
-        let step = 1e-6 * (1.0 + p.length());
-        let around: [DVec3; 7] = std::array::from_fn(|i| match i {
-            6 => p,
-            _ if i % 2 == 0 => p + DVec3::AXES[i / 2] * step,
-            _ => p - DVec3::AXES[i / 2] * step,
-        });
-        let mut v = [f64::NAN; 7];
-        self.values(&around, &mut v);
-        (v[6], DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * step))
-    }
-
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let all = (f64::NEG_INFINITY, f64::INFINITY);
-        let Some(steep) = self.lipschitz.filter(|_| cell.is_finite()) else { return all };
-        let middle = self.value(cell.center());
-        let reach = 0.5 * cell.diagonal() * steep;
-        let slack = SLACK * (middle.abs() + reach);
-        let range = (middle - reach - slack, middle + reach + slack);
-        if range.0.is_nan() { all } else { range }
+    fn lipschitz(&self) -> Option<f64> {
+        self.lipschitz
     }
 }
 

@@ -25,6 +25,12 @@ pub trait SurfaceOracle: Sync {
     /// local feature size.
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot>;
 
+    /// [`project`](Self::project) of many points on this thread, in their order: the same answers, cheaper where a source is better
+    /// asked for many points at once.
+    fn project_all(&self, points: &[DVec3], reach: f64) -> Vec<Option<Foot>> {
+        points.iter().map(|p| self.project(*p, reach)).collect()
+    }
+
     /// The crossing of the line `p + t * direction`, `|t| <= reach`, with the surface that is nearest to `p`.
     /// `direction` must be a unit vector. `None` when there is no crossing within `reach`.
     ///

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
+use super::lockstep;
 use super::oracle::ImplicitOracle;
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
@@ -74,20 +74,18 @@ impl<'a> CloseOracle<'a> {
     fn level(&mut self, open: Vec<Open>, last: bool, run: &Run) -> Vec<Open> {
         let leaves = &self.oracle.model().leaves;
         let halved: Vec<Vec<(usize, Aabb, Arc<Tape>)>> = run.install(|| {
-            open.par_iter()
-                .map_init(Scratch::default, |scratch, o| {
-                    if last || o.tape.leaf_count() <= FEW || run.is_cancelled() {
-                        return Vec::new();
-                    }
-                    let around = |c: &Aabb| c.grown(self.reach);
-                    let child = |(k, sub): (usize, Aabb)| match o.tape.prune(leaves, &around(&sub), scratch) {
-                        Pruned::Outside | Pruned::Inside => None,
-                        Pruned::Same => Some((k, sub, o.tape.clone())),
-                        Pruned::Smaller(t) => Some((k, sub, Arc::new(t))),
-                    };
-                    o.cell.octants().into_iter().enumerate().filter_map(child).collect()
-                })
-                .collect()
+            lockstep::each_with(leaves, &open, |scratch: &mut Scratch, o| {
+                if last || o.tape.leaf_count() <= FEW || run.is_cancelled() {
+                    return Vec::new();
+                }
+                let around = |c: &Aabb| c.grown(self.reach);
+                let child = |(k, sub): (usize, Aabb)| match o.tape.prune(leaves, &around(&sub), scratch) {
+                    Pruned::Outside | Pruned::Inside => None,
+                    Pruned::Same => Some((k, sub, o.tape.clone())),
+                    Pruned::Smaller(t) => Some((k, sub, Arc::new(t))),
+                };
+                o.cell.octants().into_iter().enumerate().filter_map(child).collect()
+            })
         });
         let mut next = Vec::new();
         for (o, parts) in open.into_iter().zip(halved) {
@@ -130,6 +128,10 @@ impl SurfaceOracle for CloseOracle<'_> {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
         let close = self.tape(p).and_then(|tape| self.oracle.project_by(tape, p, self.reach.min(reach)));
         close.or_else(|| self.oracle.project(p, reach))
+    }
+
+    fn project_all(&self, points: &[DVec3], reach: f64) -> Vec<Option<Foot>> {
+        lockstep::together(points.len(), |i| self.project(points[i], reach))
     }
 
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {

@@ -1,9 +1,9 @@
 //! Creases that run inside one formula, of which the tree knows nothing: seen on the finished mesh.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::leaf::Leaf;
+use super::lockstep;
 use super::oracle::ImplicitOracle;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -28,5 +28,7 @@ pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DV
         let user = own && oracle.leaves().get(leaf as usize)?.is_user();
         (user && n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF).then_some(p)
     };
-    run.install(|| (0..mesh.triangles.len()).into_par_iter().with_min_len(512).filter_map(cut_off).collect())
+    let all: Vec<usize> = (0..mesh.triangles.len()).collect();
+    let found = run.install(|| lockstep::each(oracle.leaves(), &all, |t| cut_off(*t)));
+    found.into_iter().flatten().collect()
 }

@@ -6,6 +6,15 @@ use glam::DVec3;
 
 use crate::spatial::Aabb;
 
+/// Bounds of a value, the lower one first.
+pub type Between = (f64, f64);
+
+/// Bounds that say nothing.
+pub const UNBOUNDED: Between = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// Bounds from a Lipschitz constant are widened by this share, for rounding.
+const SLACK: f64 = 1e-12;
+
 /// A scalar field, positive inside: a leaf an analysis code brings along.
 ///
 /// The zero set is what counts; values near it should be roughly distances (`|gradient|` about 1) for the R-functions to
@@ -22,23 +31,55 @@ pub trait Field: Send + Sync {
         }
     }
 
-    /// Gradient at a point; central differences with a step of 1e-6 of `1 + |p|` unless overridden.
-    fn gradient(&self, p: DVec3) -> DVec3 {
-        let step = 1e-6 * (1.0 + p.length());
-        let along = |d: DVec3| (self.value(p + d * step) - self.value(p - d * step)) / (2.0 * step);
-        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+    /// Gradient at a point, if the field knows it better than by differences of values; `None` everywhere if it does not.
+    fn gradient(&self, p: DVec3) -> Option<DVec3> {
+        let _ = p;
+        None
     }
 
-    /// Value and gradient at a point. To be overridden where one call for both is cheaper.
-    fn value_and_gradient(&self, p: DVec3) -> (f64, DVec3) {
-        (self.value(p), self.gradient(p))
+    /// Values and gradients at many points, all slices of one length: the same, bit by bit, whatever points are asked for together.
+    /// To be overridden where one call for both, or for many gradients, is cheaper.
+    ///
+    /// Without [`gradient`](Self::gradient), central differences with a step of 1e-6 of `1 + |p|`: one call of
+    /// [`values`](Self::values) with seven times as many points.
+    fn gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
+        if points.first().is_none_or(|p| self.gradient(*p).is_none()) {
+            return differences(points, values, gradients, |p, v| self.values(p, v));
+        }
+        self.values(points, values);
+        for (g, p) in gradients.iter_mut().zip(points) {
+            *g = self.gradient(*p).unwrap_or(DVec3::NAN);
+        }
     }
 
-    /// Bounds `(lo, hi)` of the value over a box. The default knows nothing: correct, but nothing can be skipped, so the
-    /// cost grows with the volume. A Lipschitz constant L gives `value(center) -+ L * half diagonal`.
-    fn range(&self, cell: &Aabb) -> (f64, f64) {
-        let _ = cell;
-        (f64::NEG_INFINITY, f64::INFINITY)
+    /// Whether a call for many points is far cheaper than a call for each: points then wait for each other, to be asked for together.
+    fn in_batches(&self) -> bool {
+        true
+    }
+
+    /// By how much values change per length at most, if that is known: what tells where no surface is.
+    fn lipschitz(&self) -> Option<f64> {
+        None
+    }
+
+    /// Bounds `(lo, hi)` of the value over a box: from the [constant](Self::lipschitz) L, `value(center) -+ L * half diagonal`. Without
+    /// one nothing is known: correct, but nothing can be skipped, so the cost grows with the volume.
+    fn range(&self, cell: &Aabb) -> Between {
+        let mut out = [UNBOUNDED];
+        if let Some(steep) = self.lipschitz() {
+            ranges_by_slope(std::slice::from_ref(cell), steep, &mut out, |p, v| self.values(p, v));
+        }
+        out[0]
+    }
+
+    /// [`range`](Self::range) over many boxes, `out` as long as `cells`.
+    fn ranges(&self, cells: &[Aabb], out: &mut [Between]) {
+        if let Some(steep) = self.lipschitz() {
+            return ranges_by_slope(cells, steep, out, |p, v| self.values(p, v));
+        }
+        for (r, cell) in out.iter_mut().zip(cells) {
+            *r = self.range(cell);
+        }
     }
 }
 
@@ -52,4 +93,56 @@ impl<F: Fn(DVec3) -> f64 + Send + Sync> Field for F {
     fn value(&self, p: DVec3) -> f64 {
         self(p)
     }
+}
+
+/// What [`Field::gradients`] gives without gradients of the field's own: central differences of a function that is called once.
+pub fn differences(
+    points: &[DVec3],
+    values: &mut [f64],
+    gradients: &mut [DVec3],
+    function: impl FnOnce(&[DVec3], &mut [f64]),
+) {
+    let step = |p: DVec3| 1e-6 * (1.0 + p.length());
+    if let [p] = *points {
+        // Without memory of their own: functions of the program itself are asked point by point.
+        let h = step(p);
+        let [x, y, z] = DVec3::AXES.map(|e| e * h);
+        let mut v = [f64::NAN; 7];
+        function(&[p + x, p - x, p + y, p - y, p + z, p - z, p], &mut v);
+        values[0] = v[6];
+        gradients[0] = DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * h);
+        return;
+    }
+    let mut around = Vec::with_capacity(7 * points.len());
+    for p in points {
+        let h = step(*p);
+        around.extend(DVec3::AXES.iter().flat_map(|e| [*p + *e * h, *p - *e * h]));
+        around.push(*p);
+    }
+    let mut found = vec![f64::NAN; around.len()];
+    function(&around, &mut found);
+    for (k, (p, v)) in points.iter().zip(found.chunks_exact(7)).enumerate() {
+        values[k] = v[6];
+        gradients[k] = DVec3::new(v[0] - v[1], v[2] - v[3], v[4] - v[5]) / (2.0 * step(*p));
+    }
+}
+
+/// Bounds where values change by at most `steep` per length, from the values in the middles of the boxes, which are asked for in one
+/// call. Infinite boxes, and those with NaN in the middle, have no bounds.
+fn ranges_by_slope(cells: &[Aabb], steep: f64, out: &mut [Between], function: impl FnOnce(&[DVec3], &mut [f64])) {
+    let finite: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].is_finite()).collect();
+    let middles: Vec<DVec3> = finite.iter().map(|k| cells[*k].center()).collect();
+    let mut values = vec![f64::NAN; middles.len()];
+    function(&middles, &mut values);
+    out.fill(UNBOUNDED);
+    for (k, middle) in finite.into_iter().zip(values) {
+        out[k] = range_around(middle, 0.5 * cells[k].diagonal() * steep);
+    }
+}
+
+/// Bounds of what is at most `reach` from a value; none if that is NaN.
+pub(super) fn range_around(middle: f64, reach: f64) -> Between {
+    let slack = SLACK * (middle.abs() + reach);
+    let range = (middle - reach - slack, middle + reach + slack);
+    if range.0.is_nan() { UNBOUNDED } else { range }
 }

@@ -137,9 +137,9 @@ impl Field for GridField {
         mix(face(0), face(4), z)
     }
 
-    fn gradient(&self, p: DVec3) -> DVec3 {
+    fn gradient(&self, p: DVec3) -> Option<DVec3> {
         if p.is_nan() {
-            return DVec3::NAN;
+            return Some(DVec3::NAN);
         }
         let Within { cell, share: [x, y, z] } = self.within(p);
         let v = self.corners(cell);
@@ -148,7 +148,11 @@ impl Field for GridField {
         let gx = mix(mix(slope(0, 1), slope(2, 1), y), mix(slope(4, 1), slope(6, 1), y), z);
         let gy = mix(mix(slope(0, 2), slope(1, 2), x), mix(slope(4, 2), slope(5, 2), x), z);
         let gz = mix(mix(slope(0, 4), slope(1, 4), x), mix(slope(2, 4), slope(3, 4), x), y);
-        DVec3::new(gx, gy, gz) / step
+        Some(DVec3::new(gx, gy, gz) / step)
+    }
+
+    fn in_batches(&self) -> bool {
+        false
     }
 
     fn range(&self, cell: &Aabb) -> (f64, f64) {
@@ -253,7 +257,7 @@ mod tests {
             // In the middle half of a cell, where differences stay in it.
             let mut share = || (next() * 3.0).floor() + 0.25 + 0.5 * next();
             let p = grid.bounds.lo + step * DVec3::new(share(), share(), share());
-            let g = grid.gradient(p);
+            let g = grid.gradient(p).unwrap();
             for axis in DVec3::AXES {
                 let slope = (grid.value(p + axis * 1e-4) - grid.value(p - axis * 1e-4)) / 2e-4;
                 assert!((slope - g.dot(axis)).abs() < 1e-9, "{slope} {g}");

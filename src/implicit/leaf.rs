@@ -9,6 +9,7 @@ use super::blend::Blend;
 use super::field::Field;
 use super::fillet::Fillet;
 use super::formula::Formula;
+use super::lockstep;
 use super::solid::Placement;
 use crate::numeric::{Dual, Interval};
 use crate::spatial::Aabb;
@@ -147,7 +148,7 @@ impl Leaf {
             Leaf::Cone { c, frame, k, m, d } => cone(c, frame, [*k, *m, *d], p),
             Leaf::Torus { c, frame, major, minor } => torus(c, frame, [*major, *minor], p),
             Leaf::Fillet(f) => f.value(p),
-            Leaf::Field(f, place) => f.value(unplace(place, p)) * place.scale,
+            Leaf::Field(f, place) => lockstep::value(f, unplace(place, p)) * place.scale,
             Leaf::Formula(f) => f.value(p),
             Leaf::Blend(f) => {
                 let mut out = [0.0];
@@ -164,8 +165,9 @@ impl Leaf {
             Leaf::Blend(b) => b.gradient(p),
             Leaf::Fillet(f) => f.gradient(p),
             Leaf::Field(f, place) => {
-                let (v, g) = f.value_and_gradient(unplace(place, p));
-                Dual::new(v * place.scale, place.turn(g))
+                let (mut v, mut g) = ([f64::NAN], [DVec3::NAN]);
+                lockstep::slopes(f, &[unplace(place, p)], &mut v, &mut g);
+                Dual::new(v[0] * place.scale, place.turn(g[0]))
             }
             _ => Dual::new(self.value(p), self.slope(p)),
         }
@@ -176,9 +178,35 @@ impl Leaf {
         if let Leaf::Formula(f) = self {
             return f.gradients(p, out);
         }
+        if let Leaf::Field(..) = self {
+            let points: Vec<DVec3> = (0..out[0].len()).map(|k| DVec3::new(p[0][k], p[1][k], p[2][k])).collect();
+            for (k, d) in self.duals(&points).into_iter().enumerate() {
+                (out[0][k], out[1][k], out[2][k], out[3][k]) = (d.g.x, d.g.y, d.g.z, d.v);
+            }
+            return;
+        }
         for k in 0..out[0].len() {
             let d = self.gradient(DVec3::new(p[0][k], p[1][k], p[2][k]));
             (out[0][k], out[1][k], out[2][k], out[3][k]) = (d.g.x, d.g.y, d.g.z, d.v);
+        }
+    }
+
+    /// [`gradient`](Self::gradient) at many points; a field is asked for all of them at once.
+    pub(crate) fn duals(&self, points: &[DVec3]) -> Vec<Dual> {
+        let Leaf::Field(f, place) = self else { return points.iter().map(|p| self.gradient(*p)).collect() };
+        let own: Vec<DVec3> = points.iter().map(|p| unplace(place, *p)).collect();
+        let (mut v, mut g) = (vec![f64::NAN; own.len()], vec![DVec3::NAN; own.len()]);
+        lockstep::slopes(f, &own, &mut v, &mut g);
+        v.into_iter().zip(g).map(|(v, g)| Dual::new(v * place.scale, place.turn(g))).collect()
+    }
+
+    /// Whether questions had better wait for each other, so that fields are asked for many points at once.
+    pub(crate) fn waits(&self) -> bool {
+        match self {
+            Leaf::Field(f, _) => f.in_batches(),
+            Leaf::Blend(b) => b.leaves.iter().any(Leaf::waits),
+            Leaf::Fillet(f) => f.sides.iter().any(|s| s.leaf.waits()),
+            _ => false,
         }
     }
 
@@ -223,7 +251,7 @@ impl Leaf {
                 -(radial.normalize_or_zero() * (rho - major) + frame.a * frame.a.dot(q)) / *minor
             }
             Leaf::Formula(f) => f.gradient(p).g,
-            Leaf::Field(f, place) => place.turn(f.gradient(unplace(place, p))),
+            Leaf::Field(..) => self.gradient(p).g,
             Leaf::Blend(b) => b.gradient(p).g,
             Leaf::Fillet(f) => f.smooth(p).g,
         }
@@ -284,6 +312,11 @@ impl Leaf {
             _ => {
                 // the cube root of the rounding unit balances truncation against rounding
                 let h = scale * f64::EPSILON.cbrt();
+                if let Leaf::Field(..) = self {
+                    let around: Vec<DVec3> = DVec3::AXES.iter().flat_map(|e| [p + *e * h, p - *e * h]).collect();
+                    let d = self.duals(&around);
+                    return std::array::from_fn(|k| (d[2 * k].g - d[2 * k + 1].g) / (2.0 * h));
+                }
                 DVec3::AXES.map(|e| (self.slope(p + e * h) - self.slope(p - e * h)) / (2.0 * h))
             }
         }
@@ -298,7 +331,7 @@ impl Leaf {
             Leaf::Formula(f) => f.eval(xs, ys, zs, out),
             Leaf::Field(f, place) => {
                 let points: Vec<DVec3> = (0..n).map(|i| unplace(place, DVec3::new(xs[i], ys[i], zs[i]))).collect();
-                f.values(&points, out);
+                lockstep::values(f, &points, out);
                 out.iter_mut().for_each(|v| *v *= place.scale);
             }
             Leaf::Blend(b) => b.eval(xs, ys, zs, out),
@@ -390,7 +423,7 @@ impl Leaf {
             Leaf::Formula(f) => f.range(box3[0], box3[1], box3[2]),
             Leaf::Field(f, place) => {
                 let cell = if b.is_finite() { Aabb::around(b.corners().map(|p| unplace(place, p))) } else { Aabb::ALL };
-                let (lo, hi) = f.range(&cell);
+                let (lo, hi) = lockstep::range(f, &cell);
                 Interval::new(lo, hi).scale(place.scale)
             }
             Leaf::Blend(f) => f.range(b),

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::alike::unified;
 use super::leaf::Leaf;
+use super::lockstep;
 use super::lower::{FaceInfo, lower, lower_within};
 use super::rfunction::RSystem;
 use super::solid::Solid;
@@ -34,6 +35,8 @@ struct Waiting {
     cell: Aabb,
     level: usize,
     tape: Arc<Tape>,
+    /// What holds in the cell, where that is known beforehand.
+    pruned: Option<Pruned>,
 }
 
 impl Ord for Waiting {
@@ -199,10 +202,12 @@ impl Implicit {
     fn reach(&self, bounds: &Aabb, axis: usize, high: bool) -> Option<f64> {
         let outermost = |cell: &Aabb| if high { cell.hi[axis] } else { -cell.lo[axis] };
         let mut scratch = Scratch::default();
-        let mut waiting =
-            BinaryHeap::from([Waiting { key: outermost(bounds), cell: *bounds, level: 0, tape: self.tape.clone() }]);
-        while let Some(Waiting { key, cell, level, tape }) = waiting.pop() {
-            let tape = match tape.prune(&self.leaves, &cell, &mut scratch) {
+        // Of eight cells some would never be asked about, but what waits is asked in one call.
+        let ahead = self.leaves.iter().any(Leaf::waits);
+        let first = Waiting { key: outermost(bounds), cell: *bounds, level: 0, tape: self.tape.clone(), pruned: None };
+        let mut waiting = BinaryHeap::from([first]);
+        while let Some(Waiting { key, cell, level, tape, pruned }) = waiting.pop() {
+            let tape = match pruned.unwrap_or_else(|| tape.prune(&self.leaves, &cell, &mut scratch)) {
                 Pruned::Outside => continue,
                 Pruned::Inside => return Some(if high { key } else { -key }),
                 Pruned::Same => tape,
@@ -211,8 +216,14 @@ impl Implicit {
             if level == TIGHTEN_LEVELS {
                 return Some(if high { key } else { -key });
             }
-            for sub in cell.octants() {
-                waiting.push(Waiting { key: outermost(&sub), cell: sub, level: level + 1, tape: tape.clone() });
+            let parts = cell.octants();
+            let known = if ahead {
+                lockstep::together(parts.len(), |k| Some(tape.prune(&self.leaves, &parts[k], &mut scratch)))
+            } else {
+                parts.iter().map(|_| None).collect()
+            };
+            for (cell, pruned) in parts.into_iter().zip(known) {
+                waiting.push(Waiting { key: outermost(&cell), cell, level: level + 1, tape: tape.clone(), pruned });
             }
         }
         None

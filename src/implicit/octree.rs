@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::lockstep;
 use super::model::Implicit;
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::{Error, Result};
@@ -125,27 +125,24 @@ impl Bricks {
             }
             let side = 1u32 << level;
             let whole = level == levels;
-            let next: Vec<Vec<Cell>> = cells
-                .par_iter()
-                .map_init(Scratch::default, |scratch, cell| {
-                    let mut out = Vec::new();
-                    if run.is_cancelled() {
-                        return out;
+            let next: Vec<Vec<Cell>> = lockstep::each_with(&model.leaves, &cells, |scratch: &mut Scratch, cell| {
+                let mut out = Vec::new();
+                if run.is_cancelled() {
+                    return out;
+                }
+                for child in 0..if whole { 1 } else { 8u32 } {
+                    let at: [u32; 3] = std::array::from_fn(|k| cell.at[k] + (child >> k & 1) * side);
+                    if (0..3).any(|k| at[k] >= grid.bricks[k]) {
+                        continue;
                     }
-                    for child in 0..if whole { 1 } else { 8u32 } {
-                        let at: [u32; 3] = std::array::from_fn(|k| cell.at[k] + (child >> k & 1) * side);
-                        if (0..3).any(|k| at[k] >= grid.bricks[k]) {
-                            continue;
-                        }
-                        match cell.tape.prune(&model.leaves, &grid.cell(at, side), scratch) {
-                            Pruned::Outside | Pruned::Inside => {}
-                            Pruned::Same => out.push(Cell { at, tape: cell.tape.clone() }),
-                            Pruned::Smaller(t) => out.push(Cell { at, tape: Arc::new(t) }),
-                        }
+                    match cell.tape.prune(&model.leaves, &grid.cell(at, side), scratch) {
+                        Pruned::Outside | Pruned::Inside => {}
+                        Pruned::Same => out.push(Cell { at, tape: cell.tape.clone() }),
+                        Pruned::Smaller(t) => out.push(Cell { at, tape: Arc::new(t) }),
                     }
-                    out
-                })
-                .collect();
+                }
+                out
+            });
             cells = Vec::with_capacity(next.iter().map(Vec::len).sum());
             next.into_iter().for_each(|c| cells.extend(c));
         }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::apex::{apexes, apexes_of};
 use super::extract::Extracted;
 use super::leaf::Leaf;
+use super::lockstep;
 use super::model::Implicit;
 use super::newton::{Meeting, bounds_solid, bounds_together, leaves_of, nearest};
 use super::octree::Bricks;
@@ -291,6 +292,10 @@ fn occurrence(tape: &Tape, leaf: u32) -> Option<Active> {
 impl SurfaceOracle for ImplicitOracle<'_> {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
         Look { oracle: self, tape: self.tape_near(p), valid: false, p, reach, best: None }.foot()
+    }
+
+    fn project_all(&self, points: &[DVec3], reach: f64) -> Vec<Option<Foot>> {
+        lockstep::together(points.len(), |i| self.project(points[i], reach))
     }
 
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {

@@ -66,8 +66,8 @@ impl Samples {
 /// Evaluates the function of a solid at points, in parallel batches.
 ///
 /// Guarantees: values are bit by bit those of [`Implicit::value`], insides those of [`Implicit::inside`], for any number of
-/// threads and whatever else is asked for. Fields are asked for many values at once, for gradients one by one. At most 256 points
-/// are evaluated on the calling thread.
+/// threads and whatever else is asked for. Fields are asked for many values and gradients at once. At most 256 points are
+/// evaluated on the calling thread.
 ///
 /// Errors: cancellation.
 pub fn evaluate(model: &Implicit, points: &[DVec3], wanted: Sampling, run: &Run) -> Result<Samples> {

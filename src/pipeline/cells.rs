@@ -1,6 +1,8 @@
 //! Which cells the leaf method is tried with: the leaves' arrangement on ever smaller ones, around what comes out at fault first, then
 //! everywhere.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::history::{Attempt, Proof, Tried};
@@ -140,6 +142,9 @@ impl Start {
     }
 }
 
+/// Nodes made on stand-ins are put in place within this share of the size: five times as far as these are off.
+const IN_PLACE: f64 = 0.01;
+
 /// What one size of cells gave before remeshing.
 #[derive(Clone)]
 pub(super) struct Scout {
@@ -160,10 +165,10 @@ pub(super) struct Scout {
 
 impl Scout {
     fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<Self> {
-        let splinters = drop_splinters(&mut extracted, &ready.model, cell);
+        let splinters = drop_splinters(&mut extracted, &ready.asked, cell);
         run.progress("look", 0.0);
         run.triangles(extracted.mesh.triangles.len());
-        let points = surface_points(&ready.model, &extracted, run)?;
+        let points = surface_points(&ready.asked, &extracted, run)?;
         Ok(Self { extracted, cell, finest: cell, points, splinters, proof: None, touches: false })
     }
 
@@ -179,7 +184,7 @@ impl Scout {
         arranged.retreat(&start.kept, run)?;
         let (proof, touches) = (Proof::of(&arranged), arranged.touches);
         let mut extracted = self.extracted.clone();
-        let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let oracle = ImplicitOracle::new(&ready.asked, &extracted);
         let made = arranged.made;
         let Ok(mut work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
             return Ok(None);
@@ -211,9 +216,14 @@ impl Scout {
         run: &Run,
         observer: &mut Option<&mut Observer<'_>>,
     ) -> Result<Trial> {
-        let oracle = ImplicitOracle::new(&ready.model, &self.extracted);
         let wanted = exact_options(ready, options, self.finest)?;
+        let oracle = ImplicitOracle::new(&ready.asked, &self.extracted);
         let mut exact = remesh_patches(&self.extracted.mesh, work, &oracle, &wanted, run, observer.as_deref_mut())?;
+        if !Arc::ptr_eq(&ready.asked, &ready.model) {
+            let reach = IN_PLACE * ready.size;
+            run.install(|| ready.model.put_in_place(&mut exact.mesh, &exact.pieces, reach));
+            exact.report.self_intersections = intersecting(&exact.mesh, run)?;
+        }
         let mut drawn = 0;
         if self.touches && exact.report.self_intersections > 0 {
             drawn = draw_apart(&mut exact.mesh, ready.model.bounds().diagonal(), run)?;
@@ -221,7 +231,7 @@ impl Scout {
         }
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
         let mut missed = far(&exact.mesh, &self.points, |x| x.at, reach);
-        missed.retain(|x| !x.is_in_passing(&ready.model));
+        missed.retain(|x| !x.is_in_passing(&ready.asked));
         let flat = self.flat(&exact.mesh, ready);
         let crossed = crossed(&exact, run)?;
         Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), crossed, number: 0, drawn })
@@ -231,7 +241,7 @@ impl Scout {
     /// their points are those of either.
     fn flat(&self, mesh: &TriMesh, ready: &Ready) -> Vec<SurfacePoint> {
         let away = far_from(mesh, &self.points, |x| x.at, LOST * self.cell, |x, label| x.face == label);
-        away.into_iter().filter(|x| x.is_alone(&ready.model, &self.extracted)).collect()
+        away.into_iter().filter(|x| x.is_alone(&ready.asked, &self.extracted)).collect()
     }
 }
 
@@ -426,7 +436,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             more: SMALLER[self.start.times],
             block: None,
         };
-        let made = match arranged(&self.ready.model, &grid, self.options.memory, run) {
+        let made = match arranged(&self.ready.asked, &grid, self.options.memory, run) {
             Ok(made) => made,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             // Too many cells, or too much in one: there are other ways.
@@ -448,7 +458,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             self.start.share = CELLS.len();
             return Ok(None);
         }
-        let extracted = match self.ready.extract_any(cell, self.options, run) {
+        let extracted = match self.ready.extract_any(&self.ready.asked, cell, self.options, run) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(e) => {

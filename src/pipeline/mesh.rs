@@ -78,6 +78,8 @@ impl Meshed {
 /// A part made ready for meshing at one size.
 pub(super) struct Ready {
     pub(super) model: Arc<Implicit>,
+    /// What is asked on the way to a mesh: the model itself, or with stand-ins for what had better be asked in large batches.
+    pub(super) asked: Arc<Implicit>,
     pub(super) size: f64,
     /// Places where edges shall be shorter, and how long they may be there.
     pub(super) finer: Vec<(DVec3, f64)>,
@@ -97,12 +99,13 @@ impl Ready {
             SizeRequest::Length(h) => h,
             SizeRequest::Share(s) => s * model.bounds().diagonal(),
         };
-        Ok(Ready { model, size, finer: Vec::new() })
+        let asked = model.with_proxies(size).map_or_else(|| model.clone(), Arc::new);
+        Ok(Ready { model, asked, size, finer: Vec::new() })
     }
 
     /// The surface by marching cubes with the given cells; an error if there is none.
     pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
-        let extracted = self.extract_any(size, options, run)?;
+        let extracted = self.extract_any(&self.model, size, options, run)?;
         if extracted.mesh.triangles.is_empty() {
             let points = surface_points(&self.model, &extracted, run)?;
             return Err(nothing_found(points.first().map(|x| x.at), size));
@@ -110,10 +113,16 @@ impl Ready {
         Ok(extracted)
     }
 
-    /// The surface by marching cubes with the given cells, which may be none.
-    pub(super) fn extract_any(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
+    /// The surface of a model by marching cubes with the given cells, which may be none.
+    pub(super) fn extract_any(
+        &self,
+        model: &Implicit,
+        size: f64,
+        options: &MeshOptions,
+        run: &Run,
+    ) -> Result<Extracted> {
         let e = ExtractOptions { size, root_tolerance: options.root_tolerance, memory: options.memory };
-        extract(&self.model, &e, run)
+        extract(model, &e, run)
     }
 
     /// Refinements for this part.
@@ -135,7 +144,7 @@ impl Ready {
     fn features(&self, mesh: &TriMesh, run: &Run) -> Result<Features> {
         // What is within a twentieth of the mean edge counts as found.
         let within = 0.02 * mesh.mean_edge_length();
-        features_within(&self.model, 0.5 * self.size, within, run)
+        features_within(&self.asked, 0.5 * self.size, within, run)
     }
 
     /// Measures a mesh against the part (`intersecting`: see [`check_tested`]), with features sampled finely enough for its edges; `points` lie on the surface.

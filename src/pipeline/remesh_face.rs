@@ -88,7 +88,7 @@ impl Meshed {
                 format!("the face {name:?} does not lie on one surface between its borders, by the method {method}");
             Error::input(Place::Point(at), what).with_help("the method leaf puts borders where surfaces meet")
         })?;
-        let ready = Ready { model: solid.clone(), size, finer: Vec::new() };
+        let ready = Ready { model: solid.clone(), asked: solid.clone(), size, finer: Vec::new() };
         let options = exact_options(&ready, &MeshOptions::default(), CELLS[CELLS.len() - 1] * size)?;
         let made = alone.remesh(&on, &oracle, &ExactOptions { face_sizes: Vec::new(), ..options }, run)?;
         let put = alone.put_back(self, &made, face as u32)?;
@@ -104,7 +104,7 @@ impl Meshed {
         if before.is_none_or(|c| c.deviation.is_none()) {
             return check(mesh, Expectation::default(), None, run);
         }
-        let ready = Ready { model: model.clone(), size: self.report.size, finer: Vec::new() };
+        let ready = Ready { model: model.clone(), asked: model.clone(), size: self.report.size, finer: Vec::new() };
         let diagonal = model.bounds().diagonal();
         let cell = ready.size.clamp(CELL[0] * diagonal, CELL[1] * diagonal);
         let oracle = ImplicitOracle::with_cells(&ready.model, cell, run)?;

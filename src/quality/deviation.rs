@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::Result;
-use crate::geometry::SurfaceOracle;
+use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -108,14 +108,15 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         a + (b - a) * u + (c - a) * v
     };
     let near = NEAR * mesh.mean_edge_length();
-    let distance = |p: DVec3| oracle.project(p, reach).map(|f| f.point.distance(p));
     let distances = |n: usize, at: &(dyn Fn(usize) -> DVec3 + Sync)| -> Result<Vec<Option<f64>>> {
         let chunks: Result<Vec<Vec<Option<f64>>>> = run.install(|| {
             (0..n.div_ceil(CHUNK))
                 .into_par_iter()
                 .map(|c| {
                     run.check()?;
-                    Ok((c * CHUNK..((c + 1) * CHUNK).min(n)).map(|i| distance(at(i))).collect())
+                    let points: Vec<DVec3> = (c * CHUNK..((c + 1) * CHUNK).min(n)).map(at).collect();
+                    let feet = oracle.project_all(&points, reach);
+                    Ok(points.iter().zip(feet).map(|(p, f)| f.map(|f| f.point.distance(*p))).collect())
                 })
                 .collect()
         });
@@ -134,11 +135,12 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             .map(|c| {
                 run.check()?;
                 let mut all = Facing::default();
-                for t in c * CHUNK..((c + 1) * CHUNK).min(areas.len()) {
-                    let p = mesh.centroid(t);
-                    if areas[t] > 0.0
-                        && let Some(foot) = oracle.project(p, reach)
-                    {
+                let some = c * CHUNK..((c + 1) * CHUNK).min(areas.len());
+                let some: Vec<usize> = some.filter(|t| areas[*t] > 0.0).collect();
+                let middles: Vec<DVec3> = some.iter().map(|t| mesh.centroid(*t)).collect();
+                let feet = oracle.project_all(&middles, reach);
+                for ((t, p), foot) in some.into_iter().zip(middles).zip(feet) {
+                    if let Some(foot) = foot {
                         let away = foot.point.distance(p);
                         all.far[0] = all.far[0].max(away);
                         let dot = mesh.normal(t).dot(foot.normal);
@@ -179,11 +181,17 @@ pub fn node_distances(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> 
     /// How far from the node towards the middle of a triangle its neighbor points lie.
     const BESIDE: [f64; 4] = [0.25, 4e-3, 6e-5, 1e-6];
     let reach = mesh.bounds().diagonal();
-    let near = |q: DVec3, p: DVec3| oracle.project(q, reach).map_or(f64::INFINITY, |f| f.point.distance(p));
+    let from = |p: DVec3, foot: Option<Foot>| foot.map_or(f64::INFINITY, |f| f.point.distance(p));
+    let near = |q: DVec3, p: DVec3| from(p, oracle.project(q, reach));
     run.progress("distance", 0.0);
     let chunks: Result<Vec<Vec<f64>>> = run.install(|| {
         let chunks = mesh.nodes.par_chunks(CHUNK);
-        chunks.map(|nodes| run.check().map(|()| nodes.iter().map(|p| near(*p, *p)).collect())).collect()
+        let away = |nodes: &[DVec3]| {
+            run.check()?;
+            let feet = oracle.project_all(nodes, reach);
+            Ok(nodes.iter().zip(feet).map(|(p, foot)| from(*p, foot)).collect())
+        };
+        chunks.map(away).collect()
     });
     let mut found = chunks?.concat();
     let far = 0.5 * mesh.mean_edge_length();
@@ -211,18 +219,17 @@ pub fn node_distances(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> 
 /// [across](Deviation::across).
 pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<u32>> {
     let reach = REACH * mesh.mean_edge_length();
-    let opposes = |t: usize| {
-        let normal = mesh.normal(t);
-        normal.length_squared() > 0.0
-            && oracle.project(mesh.centroid(t), reach).is_some_and(|foot| normal.dot(foot.normal) <= 0.0)
-    };
+    let opposes = |t: usize, foot: Option<Foot>| foot.is_some_and(|foot| mesh.normal(t).dot(foot.normal) <= 0.0);
     let chunks: Result<Vec<Vec<u32>>> = run.install(|| {
         (0..mesh.triangles.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
                 let list = c * CHUNK..((c + 1) * CHUNK).min(mesh.triangles.len());
-                Ok(list.filter(|&t| opposes(t)).map(|t| t as u32).collect())
+                let list: Vec<usize> = list.filter(|t| mesh.normal(*t).length_squared() > 0.0).collect();
+                let middles: Vec<DVec3> = list.iter().map(|t| mesh.centroid(*t)).collect();
+                let feet = oracle.project_all(&middles, reach);
+                Ok(list.into_iter().zip(feet).filter(|x| opposes(x.0, x.1)).map(|x| x.0 as u32).collect())
             })
             .collect()
     });

@@ -9,6 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::super::leaf::Leaf;
+use super::super::lockstep;
 use super::super::tape::{Pruned, Scratch, Tape};
 use super::points::Points;
 use super::proof::Unproved;
@@ -231,7 +232,7 @@ impl Octree {
                     unproved: Some(u),
                 })
             };
-            let seen: Vec<Seen> = layer.par_iter().filter_map(judge).collect();
+            let seen: Vec<Seen> = lockstep::each(leaves, &layer, judge).into_iter().flatten().collect();
             let bent = || seen.iter().filter(|s| s.unproved == Some(Unproved::Bent)).map(|s| s.cell);
             let level = tree.cubes[layer[0] as usize].level;
             if level == floor {
@@ -256,24 +257,21 @@ impl Octree {
 
     /// Gives cubes children; the numbers of these.
     fn split(&mut self, leaves: &[Leaf], which: &[u32]) -> Vec<u32> {
-        let made: Vec<[Cube; 8]> = which
-            .par_iter()
-            .map_init(Scratch::default, |scratch, i| {
-                let c = &self.cubes[*i as usize];
-                let level = c.level - 1;
-                std::array::from_fn(|k| {
-                    let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
-                    if !self.is_near(at, level) {
-                        return Cube { at, level, children: NONE, tape: None, wide: None };
-                    }
-                    let own = self.bounds(at, level);
-                    let mut held = |t: &Option<Arc<Tape>>, b: &Aabb| pruned(t.as_ref()?, leaves, b, scratch);
-                    let tape = held(&c.tape, &own);
-                    let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
-                    Cube { at, level, children: NONE, tape, wide }
-                })
+        let made: Vec<[Cube; 8]> = lockstep::each_with(leaves, which, |scratch: &mut Scratch, i| {
+            let c = &self.cubes[*i as usize];
+            let level = c.level - 1;
+            std::array::from_fn(|k| {
+                let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
+                if !self.is_near(at, level) {
+                    return Cube { at, level, children: NONE, tape: None, wide: None };
+                }
+                let own = self.bounds(at, level);
+                let mut held = |t: &Option<Arc<Tape>>, b: &Aabb| pruned(t.as_ref()?, leaves, b, scratch);
+                let tape = held(&c.tape, &own);
+                let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
+                Cube { at, level, children: NONE, tape, wide }
             })
-            .collect();
+        });
         let mut children = Vec::with_capacity(8 * made.len());
         for (i, eight) in which.iter().zip(made) {
             let first = self.cubes.len() as u32;

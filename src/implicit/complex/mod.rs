@@ -36,6 +36,7 @@ use rustc_hash::FxHashMap;
 
 use super::deciding::Deciding;
 use super::leaf::Leaf;
+use super::lockstep;
 use super::model::Implicit;
 use super::newton::leaves_of;
 use super::tape::{Op, Tape};
@@ -142,13 +143,11 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, deeper, BESIDE + 1));
         let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
-        let known: Vec<Judged> = held
-            .par_iter()
-            .filter_map(|i| {
-                let asked = Asked { leaves, twins, cell: box_of(i), scale, seen, briefly: false };
-                Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
-            })
-            .collect();
+        let known = lockstep::each(leaves, &held, |i| {
+            let asked = Asked { leaves, twins, cell: box_of(i), scale, seen, briefly: false };
+            Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
+        });
+        let known: Vec<Judged> = known.into_iter().flatten().collect();
         let unproved = held.iter().zip(&known).filter_map(|(i, j)| Some((box_of(i).center(), j.unproved?))).collect();
         let with_curves = held.iter().zip(known).filter(|x| !x.1.shared.is_empty());
         let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared)).collect();
@@ -242,8 +241,9 @@ fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, share: &Share<'_>, run:
         .map(|some| {
             run.check()?;
             let mut piece = Skin::default();
-            some.iter().try_for_each(|g| {
-                within(&Around { leaves, twins, tree, curves, deeper: *deeper, block: *block }, g, &mut piece)
+            let values = lockstep::together(some.len(), |i| corner_values(leaves, tree, some[i]));
+            some.iter().zip(values).try_for_each(|(g, values)| {
+                within(&Around { twins, tree, curves, deeper: *deeper, block: *block }, g, values, &mut piece)
             })?;
             Ok(piece)
         })
@@ -262,7 +262,6 @@ fn extent(tree: &Octree, key: &Key) -> f64 {
 
 /// What is known in all tetrahedra.
 struct Around<'a> {
-    leaves: &'a [Leaf],
     twins: &'a Twins,
     tree: &'a Octree,
     curves: &'a Curves,
@@ -270,23 +269,36 @@ struct Around<'a> {
     block: Option<GridBlock>,
 }
 
-/// The boundary in the tetrahedra that one cell owns.
-fn within(around: &Around<'_>, group: &[Tetrahedron], out: &mut Skin) -> Result<()> {
-    let Around { leaves, twins, tree, curves, deeper, block } = around;
-    let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
-    let tape: &Tape = tape;
-    let mine = leaves_of(tape);
+/// The corners of the tetrahedra that one cell owns.
+fn corners_of(group: &[Tetrahedron]) -> Vec<grid::Point> {
     let mut points: Vec<grid::Point> = group.iter().flat_map(|t| t.corners).collect();
     points.sort_unstable();
     points.dedup();
-    let n = points.len();
-    let at: Vec<DVec3> = points.iter().map(|p| tree.point(*p)).collect();
+    points
+}
+
+/// The values of all leaves in a cell at these corners, leaf by leaf.
+fn corner_values(leaves: &[Leaf], tree: &Octree, group: &[Tetrahedron]) -> Vec<f64> {
+    let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Vec::new() };
+    let mine = leaves_of(tape);
+    let at: Vec<DVec3> = corners_of(group).iter().map(|p| tree.point(*p)).collect();
     let along = |k: usize| at.iter().map(|p| p[k]).collect::<Vec<f64>>();
     let (xs, ys, zs) = (along(0), along(1), along(2));
-    let mut values = vec![0.0; n * mine.len()];
-    for (l, values) in mine.iter().zip(values.chunks_mut(n)) {
+    let mut values = vec![0.0; at.len() * mine.len()];
+    for (l, values) in mine.iter().zip(values.chunks_mut(at.len())) {
         leaves[*l as usize].eval(&xs, &ys, &zs, values);
     }
+    values
+}
+
+/// The boundary in the tetrahedra that one cell owns, from the values at their corners.
+fn within(around: &Around<'_>, group: &[Tetrahedron], values: Vec<f64>, out: &mut Skin) -> Result<()> {
+    let Around { twins, tree, curves, deeper, block } = around;
+    let Some(tape) = &tree.cubes[group[0].owner as usize].wide else { return Ok(()) };
+    let tape: &Tape = tape;
+    let mine = leaves_of(tape);
+    let points = corners_of(group);
+    let n = points.len();
     let (mut cutting, mut cut_values, mut fixed) = (Vec::new(), Vec::new(), vec![false; mine.len()]);
     let (mut deciding, mut open) = (Deciding::default(), Vec::new());
     for t in group {

@@ -64,16 +64,20 @@ fn dot(g: &[Interval; 3], d: DVec3) -> Interval {
     g[0].scale(d.x) + g[1].scale(d.y) + g[2].scale(d.z)
 }
 
-fn local(slopes: Option<Slopes>, dual: impl Fn(DVec3) -> Dual, cell: &Aabb) -> Local {
-    let d = dual(cell.center());
+fn local(slopes: Option<Slopes>, duals: impl Fn(&[DVec3]) -> Vec<Dual>, cell: &Aabb) -> Local {
+    let mut points = vec![cell.center()];
+    if slopes.is_none() {
+        points.extend(cell.corners());
+    }
+    let seen = duals(&points);
+    let d = seen[0];
     let gradient = match slopes {
         Some(s) => s.gradient,
         None => {
             // Seen, not shown: the gradients at the corners.
             let mut g = d.g.to_array().map(Interval::point);
-            for p in cell.corners() {
-                let q = dual(p).g;
-                g = std::array::from_fn(|k| g[k].hull(Interval::point(q[k])));
+            for q in &seen[1..] {
+                g = std::array::from_fn(|k| g[k].hull(Interval::point(q.g[k])));
             }
             g
         }
@@ -151,7 +155,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 return all;
             }
         }
-        let l = local(slopes, |p| leaf.gradient(p), cell);
+        let l = local(slopes, |p| leaf.duals(p), cell);
         if apart(&[(&l, 1.0)], half) {
             continue;
         }
@@ -186,7 +190,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 continue;
             }
             if let Some(between) = touching(leaves, numbers[i], numbers[j]) {
-                let l = local(between.slopes(cell), |p| between.gradient(p), cell);
+                let l = local(between.slopes(cell), |p| p.iter().map(|p| between.gradient(*p)).collect(), cell);
                 if apart(&[(&l, 1.0)], half) || is_apart(&here[i], &l) {
                     continue;
                 }

@@ -1,9 +1,9 @@
 //! From linear to exact: nodes go to where their leaves vanish, and triangles that this turns over are set right.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::super::leaf::Leaf;
+use super::super::lockstep;
 use super::super::newton::nearest;
 use super::assemble::{Key, Triangle};
 use crate::error::Result;
@@ -35,11 +35,10 @@ pub(super) struct Nodes<'a> {
 impl Nodes<'_> {
     /// Puts each node where its leaves vanish, if that is near. Those for which it is not stay, and are returned.
     pub(super) fn settle(&mut self) -> Vec<u32> {
-        let exact: Vec<Option<DVec3>> = (0..self.places.len())
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|i| nearest(self.leaves, &self.on[i], self.places[i], self.reach[i], self.scale))
-            .collect();
+        let all: Vec<usize> = (0..self.places.len()).collect();
+        let exact = lockstep::each(self.leaves, &all, |&i| {
+            nearest(self.leaves, &self.on[i], self.places[i], self.reach[i], self.scale)
+        });
         let mut stay = Vec::new();
         for (i, q) in exact.into_iter().enumerate() {
             match q {
@@ -71,7 +70,8 @@ impl Nodes<'_> {
         for _ in 0..ROUNDS {
             run.check()?;
             let is_bad = |t: &u32| self.lies(&triangles[*t as usize], u32::MAX, DVec3::ZERO) < FLAT;
-            let bad: Vec<u32> = looked.into_par_iter().with_min_len(512).filter(is_bad).collect();
+            let bad = lockstep::each(self.leaves, &looked, is_bad);
+            let bad: Vec<u32> = looked.into_iter().zip(bad).filter(|x| x.1).map(|x| x.0).collect();
             if bad.is_empty() || bad.len() as f64 > (1.0 - GOES) * before as f64 {
                 break;
             }
