@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -95,7 +95,7 @@ impl Given {
 ///
 /// Errors: a share without end; bricks of an earlier round that are missing; those of arranging and remeshing; cancellation.
 pub fn make_bricks(plan: &BrickPlan, folder: &Path, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
-    make(plan, &Store::Folder(folder), share, round, run)
+    make(plan, &Store::folder(plan, folder), share, round, run)
 }
 
 fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
@@ -112,9 +112,9 @@ fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>,
         let one = |brick: &u32| -> Result<usize> {
             run.check()?;
             let which = Which { round: r, brick: *brick };
-            let missing = store.load(plan, which)?.is_none();
+            let missing = store.load(which)?.is_none();
             if missing {
-                store.save(maker.piece(which)?, plan, which)?;
+                store.save(maker.piece(which)?, which)?;
             }
             let n = done.fetch_add(1, Ordering::Relaxed) + 1;
             run.progress("bricks", (r as f64 + n as f64 / mine.len() as f64) / ROUNDS as f64);
@@ -133,12 +133,26 @@ pub fn make_piece(plan: &BrickPlan, brick: u32, run: &Run) -> Result<Vec<u8>> {
     if brick >= plan.rounds()[0] {
         return Err(Error::Usage(format!("the plan has no brick {brick}")));
     }
-    let part = plan.part()?;
-    let ready = plan.ready(&part)?;
-    let store = Store::Memory(Mutex::default());
+    let store = Store::memory(plan);
+    let ready = last_ready(plan)?;
     let which = Which { round: 0, brick };
     let piece = run.install(|| Maker { plan, store: &store, ready: &ready, run }.piece(which))?;
-    Ok(piece.bytes(plan, which))
+    Ok(store.bytes(&piece, which))
+}
+
+/// The part of the plan that was asked for last, by the plan's digest: a large one takes seconds to read.
+static LAST: Mutex<Option<([u8; 32], Arc<Ready>)>> = Mutex::new(None);
+
+/// A plan's part made ready for meshing, kept until another plan's is asked for. Threads that ask for the same one wait for the first.
+fn last_ready(plan: &BrickPlan) -> Result<Arc<Ready>> {
+    let digest = plan.digest();
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, ready)) = last.as_ref().filter(|(of, _)| *of == digest) {
+        return Ok(ready.clone());
+    }
+    let ready = Arc::new(plan.ready(&plan.part()?)?);
+    *last = Some((digest, ready.clone()));
+    Ok(ready)
 }
 
 /// The mesh of the pieces of all bricks of the first round, each with its brick: the other rounds are made here, in memory.
@@ -149,11 +163,11 @@ pub fn merge_pieces<'b>(
     pieces: impl IntoIterator<Item = (u32, &'b [u8])>,
     run: &Run,
 ) -> Result<Meshed> {
-    let store = Store::Memory(Mutex::default());
+    let store = Store::memory(plan);
     for (brick, bytes) in pieces {
         let which = Which { round: 0, brick };
         let bad = |what: &str| Error::input(Place::Unknown, format!("{}: {what}", which.name()));
-        store.save(Piece::parse(bytes, plan, which).map_err(bad)?, plan, which)?;
+        store.save(store.parse(bytes, which).map_err(bad)?, which)?;
     }
     all_there(plan, &store, 1)?;
     (1..ROUNDS).try_for_each(|r| make(plan, &store, Share::ALL, Some(r), run).map(|_| ()))?;
@@ -200,7 +214,7 @@ impl Maker<'_> {
         let mut numbers: FxHashMap<NodeId, u32> = FxHashMap::default();
         for from in blocks.near(round - 1, &bounds, BEYOND * self.plan.cell()) {
             let Handed { nodes, on: leaves, ids: names, triangles, leaves: labels, faces: given, .. } =
-                self.store.handed(self.plan, Which { round: round - 1, brick: from }, brick)?;
+                self.store.handed(Which { round: round - 1, brick: from }, brick)?;
             for t in triangles {
                 mesh.triangles.push(t.map(|v| {
                     let v = v as usize;
