@@ -221,11 +221,11 @@ impl Section {
 impl Piece {
     /// The bytes of its file: an index with the digest of each section, the section of what stays, and one for each brick that
     /// something is handed on to.
-    pub(super) fn bytes(&self, plan: &BrickPlan, which: Which) -> Vec<u8> {
+    fn bytes(&self, plan: &[u8; 32], which: Which) -> Vec<u8> {
         let sections: Vec<(u32, Vec<u8>)> =
             std::iter::once((NONE, self.body())).chain(self.handed.iter().map(|h| (h.to, h.body()))).collect();
         let mut w = Writer(MAGIC.to_vec());
-        w.0.extend(plan.digest());
+        w.0.extend(plan);
         w.u32(which.round as u32);
         w.u32(which.brick);
         w.u64(sections.len() as u64);
@@ -262,11 +262,11 @@ impl Piece {
         w.0
     }
 
-    pub(super) fn parse(bytes: &[u8], plan: &BrickPlan, which: Which) -> Result<Self, Bad> {
+    fn parse(bytes: &[u8], plan: &[u8; 32], which: Which) -> Result<Self, Bad> {
         let mut piece = None;
         let mut handed = Vec::new();
         let mut end = index_length(bytes)? as u64;
-        for section in index(bytes, &plan.digest(), which)? {
+        for section in index(bytes, plan, which)? {
             let body = section.of(bytes)?;
             end = section.offset + section.length;
             if section.to == NONE {
@@ -326,28 +326,60 @@ impl Handed {
     }
 }
 
-/// Where the pieces of a plan are.
-pub(super) enum Store<'a> {
+/// The pieces of a plan.
+pub(super) struct Store<'a> {
+    /// The digest of the plan. Taking it costs as much as the plan is long, so it is not for every piece.
+    plan: [u8; 32],
+    pieces: Pieces<'a>,
+}
+
+/// Where pieces are.
+enum Pieces<'a> {
     /// In files of the plan's folder.
     Folder(&'a Path),
     /// In memory.
     Memory(Mutex<FxHashMap<Which, Arc<Piece>>>),
 }
 
-impl Store<'_> {
-    /// The folder, or what stands for it in messages.
-    pub(super) fn name(&self) -> &Path {
-        match self {
-            Store::Folder(folder) => folder,
-            Store::Memory(_) => Path::new("memory"),
+impl<'a> Store<'a> {
+    /// Pieces in files of the plan's folder.
+    pub(super) fn folder(plan: &BrickPlan, folder: &'a Path) -> Self {
+        Self { plan: plan.digest(), pieces: Pieces::Folder(folder) }
+    }
+
+    /// Pieces in memory, none yet.
+    pub(super) fn memory(plan: &BrickPlan) -> Self {
+        Self { plan: plan.digest(), pieces: Pieces::Memory(Mutex::default()) }
+    }
+
+    /// The folder of the pieces, unless they are in memory.
+    pub(super) fn place(&self) -> Option<&'a Path> {
+        match self.pieces {
+            Pieces::Folder(folder) => Some(folder),
+            Pieces::Memory(_) => None,
         }
     }
 
+    /// The folder, or what stands for it in messages.
+    pub(super) fn name(&self) -> &Path {
+        self.place().unwrap_or(Path::new("memory"))
+    }
+
+    /// The file of a piece that the store would hold.
+    pub(super) fn bytes(&self, piece: &Piece, which: Which) -> Vec<u8> {
+        piece.bytes(&self.plan, which)
+    }
+
+    /// A piece of the plan by the bytes of its file.
+    pub(super) fn parse(&self, bytes: &[u8], which: Which) -> Result<Piece, Bad> {
+        Piece::parse(bytes, &self.plan, which)
+    }
+
     /// Keeps a piece: all of it or nothing.
-    pub(super) fn save(&self, piece: Piece, plan: &BrickPlan, which: Which) -> Result<()> {
-        let folder = match self {
-            Store::Folder(folder) => folder,
-            Store::Memory(pieces) => {
+    pub(super) fn save(&self, piece: Piece, which: Which) -> Result<()> {
+        let folder = match &self.pieces {
+            Pieces::Folder(folder) => folder,
+            Pieces::Memory(pieces) => {
                 pieces.lock().unwrap_or_else(PoisonError::into_inner).insert(which, Arc::new(piece));
                 return Ok(());
             }
@@ -355,27 +387,27 @@ impl Store<'_> {
         let path = which.path(folder);
         let to = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(to).map_err(|e| Error::io("create", to, e))?;
-        let bytes = piece.bytes(plan, which);
+        let bytes = self.bytes(&piece, which);
         write_atomic(&path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", &path, e)))
     }
 
     /// Whether a piece is there. Of a file the index is looked at, not what the sections hold.
     ///
     /// Errors: a file that cannot be read, is longer or shorter than its index says, has a damaged index, or is of another plan or brick.
-    pub(super) fn has(&self, plan: &[u8; 32], which: Which) -> Result<bool> {
-        match self {
-            Store::Folder(folder) => Opened::new(&which.path(folder), plan, which).map(|o| o.is_some()),
-            Store::Memory(pieces) => Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which)),
+    pub(super) fn has(&self, which: Which) -> Result<bool> {
+        match &self.pieces {
+            Pieces::Folder(folder) => Opened::new(&which.path(folder), &self.plan, which).map(|o| o.is_some()),
+            Pieces::Memory(pieces) => Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which)),
         }
     }
 
     /// A piece of a plan; none if it was not made.
     ///
     /// Errors: a file that cannot be read, is damaged, or is of another plan or brick.
-    pub(super) fn load(&self, plan: &BrickPlan, which: Which) -> Result<Option<Arc<Piece>>> {
-        let folder = match self {
-            Store::Folder(folder) => folder,
-            Store::Memory(pieces) => {
+    pub(super) fn load(&self, which: Which) -> Result<Option<Arc<Piece>>> {
+        let folder = match &self.pieces {
+            Pieces::Folder(folder) => folder,
+            Pieces::Memory(pieces) => {
                 return Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).get(&which).cloned());
             }
         };
@@ -385,23 +417,23 @@ impl Store<'_> {
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(Error::io("read", path, e)),
         };
-        Piece::parse(&bytes, plan, which).map(|p| Some(Arc::new(p))).map_err(|what| bad(what, which, &path))
+        self.parse(&bytes, which).map(|p| Some(Arc::new(p))).map_err(|what| bad(what, which, &path))
     }
 
     /// What a piece hands on to a brick of the next round, which may be nothing. Of a file no more is read than that.
     ///
     /// Errors: a piece that was not made; a file that cannot be read, is damaged, or is of another plan or brick.
-    pub(super) fn handed(&self, plan: &BrickPlan, from: Which, to: u32) -> Result<Handed> {
+    pub(super) fn handed(&self, from: Which, to: u32) -> Result<Handed> {
         let missing = || {
             let what = format!("{} is missing: make it first", from.name());
             Error::input(Place::Unknown, what).in_file(self.name())
         };
-        let Store::Folder(folder) = self else {
-            let piece = self.load(plan, from)?.ok_or_else(missing)?;
+        let Some(folder) = self.place() else {
+            let piece = self.load(from)?.ok_or_else(missing)?;
             return Ok(piece.handed.iter().find(|h| h.to == to).cloned().unwrap_or_default());
         };
         let path = from.path(folder);
-        let mut opened = Opened::new(&path, &plan.digest(), from)?.ok_or_else(missing)?;
+        let mut opened = Opened::new(&path, &self.plan, from)?.ok_or_else(missing)?;
         let Some(k) = opened.sections.iter().position(|s| s.to == to) else {
             return Ok(Handed::default());
         };

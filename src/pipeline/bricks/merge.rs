@@ -45,8 +45,8 @@ pub fn merge_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed
 /// The mesh and the certificate are the same, to the last bit.
 ///
 /// Errors: see [`merge_bricks`].
-pub fn merge_on_disk<'a>(plan: &'a BrickPlan, folder: &'a Path, run: &Run) -> Result<MergedBricks<'a>> {
-    let store = Store::Folder(folder);
+pub fn merge_on_disk<'a>(plan: &BrickPlan, folder: &'a Path, run: &Run) -> Result<MergedBricks<'a>> {
+    let store = Store::folder(plan, folder);
     all_there(plan, &store, ROUNDS)?;
     merged(plan, store, run)
 }
@@ -57,7 +57,7 @@ pub(super) fn collected(merged: MergedBricks<'_>) -> Result<Meshed> {
 }
 
 /// The mesh of a store that has all pieces.
-pub(super) fn merged<'a>(plan: &'a BrickPlan, store: Store<'a>, run: &Run) -> Result<MergedBricks<'a>> {
+pub(super) fn merged<'a>(plan: &BrickPlan, store: Store<'a>, run: &Run) -> Result<MergedBricks<'a>> {
     let part = plan.part()?;
     let ready = plan.ready(&part)?;
     let faces: Vec<String> = ready.model.faces().iter().map(|f| f.name.clone()).collect();
@@ -67,7 +67,7 @@ pub(super) fn merged<'a>(plan: &'a BrickPlan, store: Store<'a>, run: &Run) -> Re
     for (k, which) in all.iter().enumerate() {
         run.check()?;
         run.progress("merge", k as f64 / all.len() as f64);
-        if let Some(piece) = store.load(plan, *which)? {
+        if let Some(piece) = store.load(*which)? {
             numbering.add(&piece, *which)?;
         }
     }
@@ -91,7 +91,6 @@ pub(super) fn merged<'a>(plan: &'a BrickPlan, store: Store<'a>, run: &Run) -> Re
     let mut labels = vec![NONE; used.len()];
     of_faces.iter().zip(std::mem::take(&mut names.labels)).for_each(|(old, new)| labels[*old as usize] = new);
     let mesh = PiecewiseMesh {
-        plan,
         store,
         names: names.clone(),
         labels,
@@ -165,10 +164,9 @@ fn measured(mesh: &PiecewiseMesh<'_>, joined: Joined, run: &Run) -> Result<Check
 /// Refuses to merge when pieces of the first so many rounds are missing, and says which; or when one is not of this plan by its
 /// index, before any is read.
 pub(super) fn all_there(plan: &BrickPlan, store: &Store<'_>, rounds: usize) -> Result<()> {
-    let digest = plan.digest();
     let mut missing: Vec<Which> = Vec::new();
     for which in (0..rounds).flat_map(|round| (0..plan.rounds()[round]).map(move |brick| Which { round, brick })) {
-        if !store.has(&digest, which)? {
+        if !store.has(which)? {
             missing.push(which);
         }
     }
@@ -178,10 +176,10 @@ pub(super) fn all_there(plan: &BrickPlan, store: &Store<'_>, rounds: usize) -> R
     let names: Vec<String> = missing.iter().take(NAMED).map(|w| w.name()).collect();
     let more = if missing.len() > NAMED { format!(" and {} more", missing.len() - NAMED) } else { String::new() };
     let e = Error::input(Place::Unknown, format!("not made: {}{more}", names.join(", ")));
-    Err(match store {
-        Store::Folder(folder) => {
-            e.in_file(*folder).with_help(format!("rvachev brick {} makes what is missing", folder.display()))
+    Err(match store.place() {
+        Some(folder) => {
+            e.in_file(folder).with_help(format!("rvachev brick {} makes what is missing", folder.display()))
         }
-        Store::Memory(_) => e,
+        None => e,
     })
 }

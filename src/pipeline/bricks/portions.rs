@@ -7,7 +7,6 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::file::{NONE, NodeId, Piece, Store, Which};
-use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
 use crate::mesh::portion::Portion;
 use crate::mesh::{CellRun, Group, MeshView, TriMesh};
@@ -78,7 +77,6 @@ pub(super) struct Loaded {
 ///
 /// It is read in order at the cost of reading each piece once. Nodes that pieces share stay in memory.
 pub struct PiecewiseMesh<'a> {
-    pub(super) plan: &'a BrickPlan,
     pub(super) store: Store<'a>,
     /// Names of faces, and groups.
     pub(super) names: TriMesh,
@@ -146,7 +144,7 @@ impl PiecewiseMesh<'_> {
             let what = format!("{} changed while it was merged", span.which.name());
             Error::input(Place::Unknown, what).in_file(self.store.name())
         };
-        let piece = self.store.load(self.plan, span.which)?.ok_or_else(changed)?;
+        let piece = self.store.load(span.which)?.ok_or_else(changed)?;
         let mut number = |id: NodeId, _| self.numbers.get(&id).copied();
         let mut portion = portion(&piece, span.first, &mut number).ok_or_else(changed)?;
         for l in &mut portion.mesh.labels {

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,8 +21,9 @@ use crate::implicit::{CellGrid, ImplicitOracle, arranged};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
-use crate::optimize::exact::{Laid, patch_open_pieces, remesh_open};
+use crate::optimize::exact::{ExactMesh, ExactReport, Laid, Patchwork, patch_open_pieces, remesh_open};
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
 
 /// Rounds: the bricks of the grid, shifted by half, by a quarter.
 pub const ROUNDS: usize = 3;
@@ -35,6 +36,16 @@ const NOTCHES: usize = 4;
 
 /// Triangles reach this many cells beyond their brick: a node lies in its tetrahedron, or as far from it as that is large.
 const BEYOND: f64 = 4.0;
+
+/// How often a brick is made again where triangles came out that intersect others: those it was given stay around them then, as given, until
+/// the remesher thaws them by exact tests. It does so where leaves touch each other, in crevices narrower than edges.
+const KEPT: u32 = 4;
+
+/// How far around what intersects triangles stay, as a share of its size, for each time.
+const ROOM: f64 = 0.5;
+
+/// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
+const LEAST_BESIDE: f64 = 0.05;
 
 /// Which of the bricks one worker makes: the `number`th of `of` shares, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,7 +106,7 @@ impl Given {
 ///
 /// Errors: a share without end; bricks of an earlier round that are missing; those of arranging and remeshing; cancellation.
 pub fn make_bricks(plan: &BrickPlan, folder: &Path, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
-    make(plan, &Store::Folder(folder), share, round, run)
+    make(plan, &Store::folder(plan, folder), share, round, run)
 }
 
 fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
@@ -112,9 +123,9 @@ fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>,
         let one = |brick: &u32| -> Result<usize> {
             run.check()?;
             let which = Which { round: r, brick: *brick };
-            let missing = store.load(plan, which)?.is_none();
+            let missing = store.load(which)?.is_none();
             if missing {
-                store.save(maker.piece(which)?, plan, which)?;
+                store.save(maker.piece(which)?, which)?;
             }
             let n = done.fetch_add(1, Ordering::Relaxed) + 1;
             run.progress("bricks", (r as f64 + n as f64 / mine.len() as f64) / ROUNDS as f64);
@@ -133,12 +144,26 @@ pub fn make_piece(plan: &BrickPlan, brick: u32, run: &Run) -> Result<Vec<u8>> {
     if brick >= plan.rounds()[0] {
         return Err(Error::Usage(format!("the plan has no brick {brick}")));
     }
-    let part = plan.part()?;
-    let ready = plan.ready(&part)?;
-    let store = Store::Memory(Mutex::default());
+    let store = Store::memory(plan);
+    let ready = last_ready(plan)?;
     let which = Which { round: 0, brick };
     let piece = run.install(|| Maker { plan, store: &store, ready: &ready, run }.piece(which))?;
-    Ok(piece.bytes(plan, which))
+    Ok(store.bytes(&piece, which))
+}
+
+/// The part of the plan that was asked for last, by the plan's digest: a large one takes seconds to read.
+static LAST: Mutex<Option<([u8; 32], Arc<Ready>)>> = Mutex::new(None);
+
+/// A plan's part made ready for meshing, kept until another plan's is asked for. Threads that ask for the same one wait for the first.
+fn last_ready(plan: &BrickPlan) -> Result<Arc<Ready>> {
+    let digest = plan.digest();
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, ready)) = last.as_ref().filter(|(of, _)| *of == digest) {
+        return Ok(ready.clone());
+    }
+    let ready = Arc::new(plan.ready(&plan.part()?)?);
+    *last = Some((digest, ready.clone()));
+    Ok(ready)
 }
 
 /// The mesh of the pieces of all bricks of the first round, each with its brick: the other rounds are made here, in memory.
@@ -149,11 +174,11 @@ pub fn merge_pieces<'b>(
     pieces: impl IntoIterator<Item = (u32, &'b [u8])>,
     run: &Run,
 ) -> Result<Meshed> {
-    let store = Store::Memory(Mutex::default());
+    let store = Store::memory(plan);
     for (brick, bytes) in pieces {
         let which = Which { round: 0, brick };
         let bad = |what: &str| Error::input(Place::Unknown, format!("{}: {what}", which.name()));
-        store.save(Piece::parse(bytes, plan, which).map_err(bad)?, plan, which)?;
+        store.save(store.parse(bytes, which).map_err(bad)?, which)?;
     }
     all_there(plan, &store, 1)?;
     (1..ROUNDS).try_for_each(|r| make(plan, &store, Share::ALL, Some(r), run).map(|_| ()))?;
@@ -200,7 +225,7 @@ impl Maker<'_> {
         let mut numbers: FxHashMap<NodeId, u32> = FxHashMap::default();
         for from in blocks.near(round - 1, &bounds, BEYOND * self.plan.cell()) {
             let Handed { nodes, on: leaves, ids: names, triangles, leaves: labels, faces: given, .. } =
-                self.store.handed(self.plan, Which { round: round - 1, brick: from }, brick)?;
+                self.store.handed(Which { round: round - 1, brick: from }, brick)?;
             for t in triangles {
                 mesh.triangles.push(t.map(|v| {
                     let v = v as usize;
@@ -237,14 +262,30 @@ impl Maker<'_> {
             if which.round == 0 { blocks.holding(0, p) == which.brick } else { nodes.contains_key(&bits(p)) }
         };
         let oracle = ImplicitOracle::within(model, ready.size, around, &is_mine, run)?;
-        let mut work = patch_open_pieces(&given.mesh, &given.on, &given.faces, &oracle, ready.size)?;
-        if which.round > 0 {
-            work.sizes = sizes_at_ends(&given);
-        }
         let options = exact_options(ready, &plan.mesh_options(), CELLS[CELLS.len() - 1] * ready.size)?;
         // A piece has numbers of faces; names come with merging.
         let names = TriMesh { faces: vec![String::new(); model.faces().len()], ..TriMesh::default() };
-        let (made, laid) = remesh_open(work, &names, &oracle, &options, run)?;
+        let mut kept: Vec<Aabb> = Vec::new();
+        let mut best: Option<(ExactMesh, Laid)> = None;
+        for times in 1..=1 + KEPT {
+            let mut work = patch_open_pieces(&given.mesh, &given.on, &given.faces, &oracle, ready.size)?;
+            if which.round > 0 {
+                work.sizes = sizes_at_ends(&given);
+            }
+            keep(&mut work, &kept, LEAST_BESIDE * ready.size);
+            let now = remesh_open(work, &names, &oracle, &options, run)?;
+            let ExactReport { self_intersections: bad, faults, .. } = &now.0.report;
+            let room = f64::from(times) * ROOM;
+            kept.extend(faults[..*bad].iter().map(|b| b.grown(room * b.diagonal())));
+            let is_last = *bad == 0;
+            if best.as_ref().is_none_or(|b| *bad < b.0.report.self_intersections) {
+                best = Some(now);
+            }
+            if is_last {
+                break;
+            }
+        }
+        let Some((made, laid)) = best else { return Ok(Piece::default()) };
         let Laid { pieces, on } = laid;
         let mesh = made.mesh;
         let mut known: Vec<(u32, NodeId)> = Vec::new();
@@ -386,6 +427,22 @@ pub(in crate::pipeline) fn fans_apart(mesh: &mut TriMesh) -> Vec<u32> {
         }
     }
     copies
+}
+
+/// Has the triangles in some boxes stay for now.
+fn keep(work: &mut Patchwork, boxes: &[Aabb], least: f64) {
+    if boxes.is_empty() {
+        return;
+    }
+    let tree = Bvh::new(boxes.to_vec());
+    let is_near = |t: &u32| {
+        let mut near = false;
+        tree.overlapping(&Aabb::around(work.mesh.corner_points(*t)), |_| near = true);
+        near
+    };
+    let kept: Vec<u32> = work.mesh.triangles().filter(is_near).collect();
+    work.freeze(&kept, least);
+    work.thaws = true;
 }
 
 /// The largest edge length each node may want: at ends that are remeshed already, what their edges have.
