@@ -194,7 +194,7 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
     made.report.shortfalls = kept.cloned().collect();
     let turned = (0..made.mesh.triangles.len()).filter(|t| !(made.mesh.area_vector(*t).z > 0.0)).count();
     if turned > 0 {
-        made.report.shortfalls.push(Fault::FacingAway { triangles: turned });
+        made.report.shortfalls.push(Fault::FacingAway { triangles: turned, places: Vec::new() });
     }
     let expected = Expectation { open: true, touching: false };
     made.report.judge(check(&made.mesh, expected, None, run)?, 0.0);

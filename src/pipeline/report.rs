@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::cells::at;
 use super::distance::Distance;
 use super::figure::{FigureReport, figure_info};
 use super::history::{Attempt, Stage};
@@ -142,9 +143,11 @@ impl Report {
             if d.inverted_distance <= tolerance {
                 let away = d.inverted_distance;
                 let what = "triangles face away from the surface where it bends or comes back within the tolerance";
-                self.warnings.push(format!("{} {what}, at most {away:.2e} from it", d.inverted));
+                let place = d.inverted_at.map_or(String::new(), |p| format!(" near {}", at(p.into())));
+                self.warnings.push(format!("{} {what}, at most {away:.2e} from it{place}", d.inverted));
             } else {
-                self.shortfalls.push(Fault::FacingAway { triangles: d.inverted });
+                let places = d.inverted_at.into_iter().collect();
+                self.shortfalls.push(Fault::FacingAway { triangles: d.inverted, places });
             }
         }
         self.check = Some(check);

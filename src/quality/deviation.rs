@@ -48,6 +48,9 @@ pub struct Deviation {
     pub inverted: usize,
     /// Largest distance of the middle of those from the surface.
     pub inverted_distance: f64,
+    /// The middle of the one that is farthest from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inverted_at: Option<[f64; 3]>,
     /// Those others whose normal opposes that of the surface nearest to them: chords there are higher than a wall is thick.
     pub across: usize,
 }
@@ -61,6 +64,8 @@ struct Facing {
     turned: [usize; 2],
     /// The largest distance of all, and of those that are turned over.
     far: [f64; 2],
+    /// Where the last is.
+    at: Option<DVec3>,
 }
 
 /// Van der Corput's sequence in base `b`: the `i`-th of evenly spread numbers in 0..1.
@@ -93,6 +98,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             unprojected: 0,
             inverted: 0,
             inverted_distance: 0.0,
+            inverted_at: None,
             across: 0,
         });
     }
@@ -148,7 +154,9 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
                         if dot <= 0.0 {
                             let side = usize::from(faces_a_side(mesh, t, oracle, [near, reach]));
                             all.turned[side] += 1;
-                            all.far[1] = if side == 0 { all.far[1].max(away) } else { all.far[1] };
+                            if side == 0 && (all.at.is_none() || away > all.far[1]) {
+                                (all.far[1], all.at) = (away, Some(p));
+                            }
                         }
                     }
                 }
@@ -157,6 +165,9 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
             .collect()
     });
     let normals = normals?;
+    // The first of those that are equally far, for any number of threads.
+    let farther = |a: &'_ Facing, b: &'_ Facing| a.at.is_none() || (b.at.is_some() && b.far[1] > a.far[1]);
+    let farthest = normals.iter().reduce(|a, b| if farther(a, b) { b } else { a });
     let at_centroids = normals.iter().map(|n| n.far[0]);
     Ok(Deviation {
         from_surface: from_surface(mesh, points, run)?,
@@ -166,6 +177,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
         unprojected: sampled.iter().chain(&at_nodes).filter(|d| d.is_none()).count(),
         inverted: normals.iter().map(|n| n.turned[0]).sum(),
         inverted_distance: normals.iter().map(|n| n.far[1]).fold(0.0, f64::max),
+        inverted_at: farthest.and_then(|n| n.at).map(|p| p.to_array()),
         across: normals.iter().map(|n| n.turned[1]).sum(),
     })
 }

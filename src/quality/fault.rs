@@ -56,6 +56,8 @@ pub enum Fault {
     FacingAway {
         /// How many do.
         triangles: usize,
+        /// The middle of the one that is farthest from it, where that was measured.
+        places: Vec<[f64; 3]>,
     },
     /// The mesh and the true surface are farther from each other than they may be.
     Far {
@@ -224,6 +226,7 @@ impl Fault {
             | Fault::NonManifold { places, .. }
             | Fault::NotOriented { places, .. }
             | Fault::Crossing { places, .. }
+            | Fault::FacingAway { places, .. }
             | Fault::Mended { places, .. }
             | Fault::Tangent { places, .. }
             | Fault::EdgesMissing { places, .. } => places.clone(),
@@ -234,7 +237,6 @@ impl Fault {
             | Fault::Kept { at, .. } => vec![*at],
             Fault::Inverted { .. }
             | Fault::CreasesCutOff { .. }
-            | Fault::FacingAway { .. }
             | Fault::Far { .. }
             | Fault::VolumeLost { .. }
             | Fault::OtherMethod { .. }
@@ -295,7 +297,9 @@ impl fmt::Display for Fault {
                 let others = if *own_body { "others of their body" } else { "others" };
                 what(f, &format!("{triangles} triangles intersect {others}"), (0, ""), places)
             }
-            Fault::FacingAway { triangles } => write!(f, "{triangles} triangles face away from the surface"),
+            Fault::FacingAway { triangles, places } => {
+                what(f, &format!("{triangles} triangles face away from the surface"), (0, ""), places)
+            }
             Fault::Far { distance, triangles: Some(n), .. } => {
                 let asked = "triangles are farther from the surface than asked for";
                 write!(f, "{n} {asked}: the farthest by {distance:.4e}")

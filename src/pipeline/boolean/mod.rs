@@ -158,7 +158,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         report.shortfalls.push(Fault::edges_missing(&astray));
     }
     if best.report.inverted > 0 {
-        report.shortfalls.push(Fault::FacingAway { triangles: best.report.inverted });
+        report.shortfalls.push(Fault::FacingAway { triangles: best.report.inverted, places: Vec::new() });
     }
     finished(part, best, &made, report, &mut clock, run)
 }
