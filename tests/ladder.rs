@@ -21,11 +21,18 @@ const BALLS: &str = "part(sphere(1) | sphere(1, at=(1, 0, 0)))";
 /// A tube with walls a 50th of its radius thick.
 const TUBE: &str = "part(extrude_edges([circle(1), circle(0.98)], \"z\", 2).name(\"a\"))";
 
-/// A long plate with a bore near its round end.
-const PLATE: &str = "
-outline = chain([polyline([(-40, -1, 0), (0, -1, 0)]), arc((0, -1, 0), (1, 0, 0), (0, 1, 0)), polyline([(0, 1, 0), (-40, 1, 0), (-40, -1, 0)])])
-part(extrude_edges([outline, circle(0.98)], \"z\", 2).name(\"a\"))
+/// A disk with a thin tube on it, whose bore ends where the tube meets the disk.
+const DISK: &str = "
+profile = polyline([(0, 0, 0), (8, 0, 0), (8, 0, 1), (1, 0, 1), (1, 0, 2.5), (0.995, 0, 2.5), (0.995, 0, 1), (0, 0, 1)])
+part(revolve_edges(profile, \"z\").name(\"a\"))
 ";
+
+/// A plate of some length and thickness with a bore near its round end.
+fn plate(length: f64, thickness: f64) -> String {
+    let around = format!("polyline([(0, 1, 0), (-{length}, 1, 0), (-{length}, -1, 0), (0, -1, 0)])");
+    let outline = format!("chain([arc((0, -1, 0), (1, 0, 0), (0, 1, 0)), {around}])");
+    format!("part(extrude_edges([{outline}, circle(0.98)], \"z\", {thickness}).name(\"a\"))")
+}
 
 /// Edges of a length, none of them shorter.
 fn coarse(size: f64) -> MeshOptions {
@@ -104,7 +111,22 @@ fn faces_need_shorter_edges_for_small_distances_and_volumes() {
 }
 
 #[test]
+fn faces_need_shorter_edges_where_their_first_triangles_cross() {
+    let made = meshed(&plate(5.0, 1.0), &MeshOptions { least: Some(0.25), ..sized(1.0) });
+    let [before, after] = first_with(&made, Tried::Faces, Change::ShorterEdgesHere);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::ShorterEdgesHere);
+}
+
+#[test]
 fn bodies_keep_triangles_or_faces_where_remeshed_ones_cross() {
+    let made = meshed(DISK, &coarse(0.6));
+    let [before, after] = first_with(&made, Tried::Bodies, Change::KeepHere);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::KeepHere);
+    // The disk's is 64 pi, the tube's a 2000th of that.
+    let share = made.mesh.volume() / (64.0 * std::f64::consts::PI);
+    assert!(share > 0.98 && share < 1.0005, "{share}");
     let made = meshed(TUBE, &coarse(0.6));
     let [before, after] = first_with(&made, Tried::Bodies, Change::KeepParts);
     assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
@@ -116,18 +138,18 @@ fn bodies_keep_triangles_or_faces_where_remeshed_ones_cross() {
 
 #[test]
 fn a_face_that_crosses_others_from_the_start_is_left_out() {
-    let made = meshed(PLATE, &coarse(0.5));
+    let made = meshed(&plate(40.0, 2.0), &coarse(0.5));
     let [before, after] = first_with(&made, Tried::Bodies, Change::OtherWay);
     assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
     let [Fault::NoMesh { face, .. }] = &made.report.shortfalls[..] else { panic!("{:?}", made.report.shortfalls) };
-    assert_eq!(face, "a.side2");
+    assert_eq!(face, "a.side1");
     assert_eq!(made.report.check.unwrap().self_intersections, 0);
 }
 
 /// What a budget counts is what attempts made.
 #[test]
 fn a_budget_counts_the_triangles_of_all_attempts() {
-    for made in [meshed(TUBE, &coarse(0.6)), meshed(PLATE, &coarse(0.5)), meshed(SHELL, &sized(0.4))] {
+    for made in [meshed(TUBE, &coarse(0.6)), meshed(&plate(40.0, 2.0), &coarse(0.5)), meshed(SHELL, &sized(0.4))] {
         let spent: usize = made.report.attempts.iter().map(|a| a.triangles).sum();
         let budget = made.report.budget.unwrap();
         assert!(budget.spent == spent && !budget.ended && spent <= budget.most, "{budget:?}");
