@@ -1,11 +1,12 @@
 //! The changes that gates make for a mesh that falls short: each has a small model that needs it, whose mesh before that change was worse.
 
-use rvachev::Run;
 use rvachev::implicit::part::parse;
+use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{
     Attempt, Change, MeshOptions, Meshed, SizeRequest, SoupOptions, Tried, load_step, mesh_part, mesh_soup, mesh_step,
 };
 use rvachev::quality::Fault;
+use rvachev::{DVec3, Run};
 
 mod shapes;
 use shapes::revolved;
