@@ -1,4 +1,4 @@
-//! The changes that gates make for a mesh that falls short: each has a small model that needs it, whose mesh before that change was worse.
+//! Changes that gates make for a mesh that falls short: small models that need them, and whose meshes before that change were worse.
 
 use rvachev::implicit::part::parse;
 use rvachev::mesh::TriMesh;
