@@ -1,22 +1,20 @@
-//! Remeshing the bodies of a boundary representation: faces keep their borders, and one that comes out folded is left as
-//! it was.
+//! Remeshing the bodies of a boundary representation: faces keep their borders.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::body_ladder::{BodyLadder, BodyTrial, Ways};
+use super::first_faces::First;
+use super::ladder::Attempts;
 use super::report::{FaceStep, Report, Rung};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::Pieces;
-use crate::mesh::{EditMesh, TriMesh, self_intersections};
+use crate::mesh::{EditMesh, TriMesh};
 use crate::numeric::Sets;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patch, Patchwork, PieceSet, asked_triangles, remesh_patchwork};
+use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, asked_triangles};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::quality::Fault;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
 
 /// How many things of one kind a report names.
 pub(super) const NAMED: usize = 20;
@@ -31,14 +29,26 @@ const CROWDED: f64 = 16.0;
 /// The area of a triangle with sides of length one.
 pub(super) const EQUILATERAL: f64 = 0.433;
 
-/// Remeshes every body on its own, and puts them together; with how many triangles cross others, where that is known.
+/// Bodies, put together.
+pub(super) struct Bodies {
+    pub(super) mesh: TriMesh,
+    /// How many triangles cross others, where that is known.
+    pub(super) crossing: Option<usize>,
+    pub(super) report: Report,
+    /// The attempts they are of.
+    pub(super) numbers: Vec<usize>,
+}
+
+/// Remeshes every body of what was triangulated, within a distance from the faces, and puts them together.
 pub(super) fn remeshed(
     solid: &Parametric,
-    made: FaceMeshes,
-    options: &ExactOptions,
-    report: &mut Report,
+    first: First,
+    limit: f64,
+    attempts: &mut Attempts,
     run: &Run,
-) -> Result<(TriMesh, Option<usize>)> {
+) -> Result<Bodies> {
+    let options = ExactOptions { distance: Some(limit), ..ExactOptions::new(first.sizing, first.grading) };
+    let First { made, mut report, number, .. } = first;
     let FaceMeshes { mut mesh, pieces, mut places, mut sizes, fans, .. } = made;
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
@@ -50,29 +60,22 @@ pub(super) fn remeshed(
     let parts = components(&mesh);
     let names = mesh.faces;
     drop((mesh.nodes, mesh.triangles, mesh.labels));
-    let done = AtomicUsize::new(0);
-    let count = parts.len();
-    // Bodies are the shares of the stage; one alone tells its own.
-    let within = if count > 1 { run.unwatched() } else { run.clone() };
-    let results: Vec<Result<Remeshed>> = run.install(|| {
-        parts
-            .into_par_iter()
-            .map(|(part, nodes)| {
-                run.check()?;
-                let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
-                let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
-                let out = sound_body(solid, &marks, &Body { part, places, sizes }, options, &within)?;
-                run.progress("remesh", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-                Ok(out)
-            })
-            .collect()
-    });
+    let trial = |(part, nodes): (TriMesh, Vec<u32>)| {
+        let places: Vec<Place> = nodes.iter().map(|v| places[*v as usize]).collect();
+        let sizes: Vec<f64> = nodes.iter().map(|v| sizes[*v as usize]).collect();
+        BodyTrial::new(part, places, sizes, crowded)
+    };
+    let bodies: Vec<BodyTrial> = parts.into_iter().map(trial).collect();
+    let count = bodies.len();
+    let ways = Ways { solid, marks: &marks, options: &options };
+    let results = BodyLadder::new(ways, report.size, bodies).remeshed(attempts, run)?;
     let mut all = TriMesh { faces: names, ..TriMesh::default() };
     let mut kept: Vec<u32> = Vec::new();
+    let mut numbers = vec![number];
     let (mut crossing, mut stayed) = (None, 0);
-    for r in results {
-        let part = r?;
+    for part in results {
         crossing = (count == 1 && part.sound).then_some(0);
+        numbers.push(part.number);
         if let Some(reason) = part.shortfall {
             let fault = Fault::FirstTriangulation { reason };
             let why = fault.to_string();
@@ -121,7 +124,9 @@ pub(super) fn remeshed(
         report.ladder.extend(kept.iter().map(|f| FaceStep::of(solid, *f, Rung::FirstTriangulation, why.into())));
     }
     all.drop_unused_nodes();
-    Ok((all, crossing))
+    numbers.sort_unstable();
+    numbers.dedup();
+    Ok(Bodies { mesh: all, crossing, report, numbers })
 }
 
 /// Faces that make a mesh far larger than the size asks for, where it is a large one, ascending.
@@ -138,181 +143,9 @@ fn crowded(solid: &Parametric, mesh: &TriMesh, size: f64) -> Vec<u32> {
     (0..sums.len() as u32).filter(|f| many(&sums[*f as usize])).collect()
 }
 
-/// A body before remeshing.
-struct Body {
-    part: TriMesh,
-    /// Where on the model each node is, and the edge length it wants.
-    places: Vec<Place>,
-    sizes: Vec<f64>,
-}
-
-/// A body after remeshing.
-struct Remeshed {
-    mesh: TriMesh,
-    /// Faces that were left as they were first triangulated.
-    kept: Vec<u32>,
-    /// Triangles of others that were.
-    stayed: usize,
-    /// Faces that were left out.
-    dropped: Vec<u32>,
-    /// Why it is as it was first triangulated, where it is.
-    shortfall: Option<String>,
-    /// Whether no triangles intersect others.
-    sound: bool,
-}
-
-/// Remeshes one body; where that does not come out sound because it was not to begin with, without the faces to blame.
-fn sound_body(solid: &Parametric, marks: &Marks, body: &Body, options: &ExactOptions, run: &Run) -> Result<Remeshed> {
-    let out = remeshed_body(solid, marks, body, options, run)?;
-    let Body { part, places, sizes } = body;
-    if out.sound {
-        return Ok(out);
-    }
-    let dropped = to_blame(solid, part, run)?;
-    let left = |l: &u32| dropped.binary_search(&solid.face_of(*l)).is_err();
-    if dropped.is_empty() || !part.labels.iter().any(left) {
-        return Ok(out);
-    }
-    let mut rest = TriMesh { faces: part.faces.clone(), ..TriMesh::default() };
-    let (mut of_rest, mut wants) = (Vec::new(), Vec::new());
-    let mut number = vec![u32::MAX; part.nodes.len()];
-    for (t, l) in part.triangles.iter().zip(&part.labels).filter(|x| left(x.1)) {
-        for v in t.map(|v| v as usize) {
-            if number[v] == u32::MAX {
-                number[v] = rest.nodes.len() as u32;
-                rest.nodes.push(part.nodes[v]);
-                of_rest.push(places[v]);
-                wants.push(sizes[v]);
-            }
-        }
-        rest.triangles.push(t.map(|v| number[v as usize]));
-        rest.labels.push(*l);
-    }
-    split_fans(&mut rest, &mut of_rest, &mut wants);
-    let rest = Body { part: rest, places: of_rest, sizes: wants };
-    let again = remeshed_body(solid, marks, &rest, options, run)?;
-    Ok(if again.sound { Remeshed { dropped, ..again } } else { out })
-}
-
-/// As few faces as may be without which no triangles of a first triangulation intersect and no edge is there twice, ascending.
-fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
-    let face = |t: u32| solid.face_of(part.labels[t as usize]);
-    let mut pairs: Vec<[u32; 2]> = self_intersections(part, run)?.into_iter().map(|p| p.map(face)).collect();
-    let mut seen: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-    for (t, nodes) in part.triangles.iter().enumerate() {
-        for k in 0..3 {
-            if let Some(other) = seen.insert([nodes[k], nodes[(k + 1) % 3]], t as u32) {
-                pairs.push([face(other), face(t as u32)]);
-            }
-        }
-    }
-    let mut out = Vec::new();
-    while !pairs.is_empty() {
-        let mut count = vec![0usize; solid.brep.faces.len()];
-        for [a, b] in &pairs {
-            count[*a as usize] += 1;
-            count[*b as usize] += usize::from(a != b);
-        }
-        let Some(worst) = (0..count.len()).rev().max_by_key(|f| count[*f]).map(|f| f as u32) else { break };
-        pairs.retain(|p| !p.contains(&worst));
-        out.push(worst);
-    }
-    out.sort_unstable();
-    Ok(out)
-}
-
-/// Remeshes one body. Around triangles that intersect others after that those of the first triangulation stay, then the whole
-/// faces do, and where this does not help the whole body.
-fn remeshed_body(
-    solid: &Parametric,
-    marks: &Marks,
-    body: &Body,
-    options: &ExactOptions,
-    run: &Run,
-) -> Result<Remeshed> {
-    const TRIES: usize = 6;
-    // How often triangles around such places stay, before faces do.
-    const LOCAL: usize = 2;
-    let Body { part, places, sizes } = body;
-    let as_it_was = |why: String| {
-        let mut part = part.clone();
-        part.labels.iter_mut().for_each(|l| *l = solid.face_of(*l));
-        let shortfall = Some(why);
-        Ok(Remeshed { mesh: part, kept: Vec::new(), stayed: 0, dropped: Vec::new(), shortfall, sound: false })
-    };
-    let sizes = as_spaced(part, sizes);
-    let mut kept: Vec<u32> = marks.still.clone();
-    let mut stays = vec![false; part.triangles.len()];
-    let mut best: Option<(usize, TriMesh)> = None;
-    for attempt in 0..TRIES {
-        let edit = match EditMesh::new(part) {
-            Ok(e) => e,
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(e) => return as_it_was(e.to_string()),
-        };
-        let work = patchwork(solid, marks, edit, part, places, sizes.clone(), (&kept, &stays));
-        let quiet = Run::new().with_cancel(run.cancel_token());
-        let ExactMesh { mesh: out, report: found, .. } =
-            match remesh_patchwork(work, part, solid, options, &quiet, None) {
-                Err(Error::Input { message, .. }) => return as_it_was(message),
-                other => other?,
-            };
-        // The labels are faces from here on.
-        if found.self_intersections == 0 {
-            let stayed = stays.iter().filter(|s| **s).count();
-            return Ok(Remeshed { mesh: out, kept, stayed, dropped: Vec::new(), shortfall: None, sound: true });
-        }
-        let mut bad: Vec<u32> = self_intersections(&out, run)?.into_iter().flatten().collect();
-        if attempt < LOCAL && stay_around(&mut stays, (&out, &bad), part, (attempt + 1) as f64) {
-            continue;
-        }
-        stays.fill(false);
-        bad.sort_unstable();
-        bad.dedup();
-        let mut folded: Vec<u32> = bad.iter().map(|t| out.labels[*t as usize]).collect();
-        folded.sort_unstable();
-        folded.dedup();
-        let before = kept.len();
-        kept.extend(folded);
-        kept.sort_unstable();
-        kept.dedup();
-        if best.as_ref().is_none_or(|b| found.self_intersections < b.0) {
-            best = Some((found.self_intersections, out));
-        }
-        if kept.len() == before {
-            break;
-        }
-    }
-    let first = self_intersections(part, run)?.len();
-    match best {
-        Some((count, out)) if count <= first => {
-            Ok(Remeshed { mesh: out, kept: Vec::new(), stayed: 0, dropped: Vec::new(), shortfall: None, sound: false })
-        }
-        _ => as_it_was("remeshing folded it".into()),
-    }
-}
-
-/// Has triangles stay that are nearer to bad ones than so many of their longest edges. Returns whether there are more of them now,
-/// and not too many.
-fn stay_around(stays: &mut [bool], (mesh, bad): (&TriMesh, &[u32]), part: &TriMesh, reach: f64) -> bool {
-    // With a larger share it is no matter of places.
-    const MOST: usize = 10;
-    let around = |t: &u32| {
-        let b = Aabb::around(mesh.corners(*t as usize));
-        b.grown(reach * b.diagonal())
-    };
-    let tree = Bvh::new(bad.iter().map(around).collect());
-    let mut more = false;
-    for (t, stay) in stays.iter_mut().enumerate().filter(|s| !*s.1) {
-        tree.overlapping(&Aabb::around(part.corners(t)), |_| *stay = true);
-        more |= *stay;
-    }
-    more && MOST * stays.iter().filter(|s| **s).count() <= stays.len()
-}
-
 /// The sizes, at nodes of borders those the border was divided by: whole numbers of parts make edges up to half as long
 /// again as asked for, or as short, and rows beside them shall fit.
-fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
+pub(super) fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
     // Sum of lengths and number of the edges of borders at every node, each edge seen from both sides.
     let mut sums = vec![(0.0, 0u32); part.nodes.len()];
     let mut faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
@@ -360,7 +193,7 @@ pub(super) fn components(mesh: &TriMesh) -> Vec<(TriMesh, Vec<u32>)> {
 }
 
 /// What holds nodes and edges in their places.
-struct Marks {
+pub(super) struct Marks {
     corners: Vec<bool>,
     seams: Vec<bool>,
     tips: FxHashMap<u32, Vec<glam::DVec3>>,
@@ -368,7 +201,7 @@ struct Marks {
     fans: FxHashMap<u32, Vec<glam::DVec3>>,
     near: f64,
     /// Faces that are not remeshed at all, ascending.
-    still: Vec<u32>,
+    pub(super) still: Vec<u32>,
 }
 
 impl Marks {
@@ -385,7 +218,7 @@ impl Marks {
 }
 
 /// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
-fn patchwork(
+pub(super) fn patchwork(
     solid: &Parametric,
     marks: &Marks,
     mut mesh: EditMesh,
@@ -472,7 +305,7 @@ fn patchwork(
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
-fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
+pub(super) fn split_fans(mesh: &mut TriMesh, places: &mut Vec<Place>, sizes: &mut Vec<f64>) {
     // Triangles of a node that share an edge at it are of one fan: union-find over corners.
     let corners = 3 * mesh.triangles.len();
     let mut fans = Sets::new(corners);
@@ -520,10 +353,12 @@ mod tests {
 
     use super::*;
     use crate::optimize::Sizing;
+    use crate::optimize::exact::remesh_patchwork;
     use crate::optimize::size::GRADATION;
     use crate::parametric::Frame;
     use crate::parametric::build::{Extrusion, Wire, extrude_edges};
     use crate::parametric::mesh::MeshSizes;
+    use crate::pipeline::body_ladder::stay_around;
 
     #[test]
     fn triangles_that_stay_do_and_the_rest_of_their_faces_is_remeshed() {

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::bodies::{NAMED, remeshed};
+use super::bodies::{Bodies, NAMED, remeshed};
 use super::brep_oracle;
 use super::distance::{Distance, distances, from_edges};
 use super::first_faces::{FaceLadder, NARROWEST};
 use super::heal::{Action, Healed, heal_made, told as told_of};
-use super::history::{Attempt, Clock, Tried};
+use super::history::Clock;
 use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
@@ -21,7 +21,6 @@ use crate::error::{Error, Result};
 use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
 use crate::mesh::{Group, TriMesh};
-use crate::optimize::exact::ExactOptions;
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
 use crate::parametric::mesh::Remedy;
@@ -160,7 +159,7 @@ struct Round {
     crossing: Option<usize>,
     report: Report,
     /// The attempts it is of.
-    numbers: [usize; 2],
+    numbers: Vec<usize>,
     /// Places that came out too far from the surface, and the lengths that will do there.
     beyond: Vec<(DVec3, f64)>,
 }
@@ -182,11 +181,7 @@ impl Ladder for DistanceLadder<'_> {
         let Self { solid, options, limit, .. } = *self;
         let chord = CHORD * STRICTER.powi(self.round as i32) * limit;
         let first = self.faces.within(chord, &std::mem::take(&mut self.finer), attempts, run)?;
-        let exact = ExactOptions { distance: Some(limit), ..ExactOptions::new(first.sizing, first.grading) };
-        let mut report = first.report;
-        let (mesh, crossing) = remeshed(solid, first.made, &exact, &mut report, run)?;
-        let attempt = Attempt::new(Tried::Bodies, report.size, mesh.triangles.len(), crossing.unwrap_or(0));
-        let numbers = [first.number, attempts.add(attempt, run)];
+        let Bodies { mesh, crossing, mut report, numbers } = remeshed(solid, first, limit, attempts, run)?;
         let mut beyond = Vec::new();
         if options.measure || options.tolerance.is_some() {
             run.progress("distance", 0.0);
@@ -254,7 +249,7 @@ fn meshed(
     warn(&solid.brep, &found, &mut report);
     report.judge(found, 0.0);
     let meshed = Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None };
-    Ok(Numbered { meshed, numbers: numbers.to_vec() })
+    Ok(Numbered { meshed, numbers })
 }
 
 /// Heals a mesh that is not sound. Where the model itself is open, no hole is filled: a sheet is to stay one; but faces that

@@ -1,6 +1,7 @@
 //! The only room that sees everything: from a part to a mesh with its report, and the questions a command asks.
 
 mod bodies;
+mod body_ladder;
 mod boolean;
 mod brep;
 mod brep_check;

@@ -1,0 +1,175 @@
+//! Changes that gates make for a mesh that falls short: small models that need them, and whose meshes before that change were worse.
+
+use rvachev::implicit::part::parse;
+use rvachev::mesh::TriMesh;
+use rvachev::pipeline::{
+    Attempt, Change, MeshOptions, Meshed, SizeRequest, SoupOptions, Tried, load_step, mesh_part, mesh_soup, mesh_step,
+};
+use rvachev::quality::Fault;
+use rvachev::{DVec3, Run};
+
+mod shapes;
+use shapes::revolved;
+
+/// A ball with walls a 50th of its radius thick.
+const SHELL: &str = "part(sphere(1) - sphere(0.98))";
+/// A ball with needles at its poles.
+const NEEDLE: &str = "part(sphere(1) | cylinder(0.004, height=4))";
+/// Thin walls between waves.
+const WAVES: &str = "part(solid(abs(sin(2*x))+abs(sin(2*y))+abs(sin(2*z)) <= 1) & sphere(1.2))";
+/// Balls that run through each other.
+const BALLS: &str = "part(sphere(1) | sphere(1, at=(1, 0, 0)))";
+/// A tube with walls a 50th of its radius thick.
+const TUBE: &str = "part(extrude_edges([circle(1), circle(0.98)], \"z\", 2).name(\"a\"))";
+
+/// A disk with a thin tube on it, whose bore ends where the tube meets the disk.
+const DISK: &str = "
+profile = polyline([(0, 0, 0), (8, 0, 0), (8, 0, 1), (1, 0, 1), (1, 0, 2.5), (0.995, 0, 2.5), (0.995, 0, 1), (0, 0, 1)])
+part(revolve_edges(profile, \"z\").name(\"a\"))
+";
+
+/// A plate of some length and thickness with a bore near its round end.
+fn plate(length: f64, thickness: f64) -> String {
+    let around = format!("polyline([(0, 1, 0), (-{length}, 1, 0), (-{length}, -1, 0), (0, -1, 0)])");
+    let outline = format!("chain([arc((0, -1, 0), (1, 0, 0), (0, 1, 0)), {around}])");
+    format!("part(extrude_edges([{outline}, circle(0.98)], \"z\", {thickness}).name(\"a\"))")
+}
+
+/// Edges of a length, none of them shorter.
+fn coarse(size: f64) -> MeshOptions {
+    MeshOptions { least: Some(size), ..sized(size) }
+}
+
+fn sized(size: f64) -> MeshOptions {
+    MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() }
+}
+
+fn meshed(text: &str, options: &MeshOptions) -> Meshed {
+    mesh_part(&parse(text, &[]).unwrap(), options, &Run::new()).unwrap()
+}
+
+/// The first attempt of a rung with a change, and the one before it of the same rung.
+fn first_with(made: &Meshed, rung: Tried, change: Change) -> [&Attempt; 2] {
+    let list: Vec<&Attempt> = made.report.attempts.iter().filter(|a| a.rung == rung).collect();
+    let at = list.iter().position(|a| a.change == change);
+    let Some(at) = at.filter(|i| *i > 0) else { panic!("no {change} of {rung:?}: {:?}", made.report.attempts) };
+    [list[at - 1], list[at]]
+}
+
+/// Whether the mesh is made of an attempt with a change, and all is well with it.
+fn is_sound_by(made: &Meshed, change: Change) {
+    let kept: Vec<Change> = made.report.attempts.iter().filter(|a| a.kept).map(|a| a.change).collect();
+    assert!(kept.contains(&change), "{change}: {:?}", made.report.attempts);
+    assert_eq!(made.report.shortfalls, Vec::new(), "{change}");
+    assert!(made.report.check.as_ref().unwrap().certificate.is_sound(), "{change}");
+}
+
+#[test]
+fn functions_need_smaller_cells_where_triangles_cross_and_everywhere() {
+    let made = meshed(WAVES, &sized(0.3));
+    let [before, after] = first_with(&made, Tried::Arrange, Change::SmallerCellsHere);
+    assert!(before.faults > 0 && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::SmallerCellsHere);
+    let made = meshed(NEEDLE, &MeshOptions::default());
+    let [before, after] = first_with(&made, Tried::Arrange, Change::SmallerCells);
+    assert!(!before.kept && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::SmallerCells);
+}
+
+#[test]
+fn functions_need_shorter_edges_at_thin_walls_and_for_small_distances() {
+    let made = meshed(SHELL, &sized(0.4));
+    let [before, _] = first_with(&made, Tried::Arrange, Change::ShorterEdgesHere);
+    assert!(!before.kept, "{before:?}");
+    is_sound_by(&made, Change::ShorterEdgesHere);
+    let made = meshed(BALLS, &MeshOptions { tolerance: Some(0.002), ..sized(0.6) });
+    let [before, _] = first_with(&made, Tried::Arrange, Change::ShorterEdges);
+    assert!(!before.kept, "{before:?}");
+    is_sound_by(&made, Change::ShorterEdges);
+    assert!(made.report.check.unwrap().deviation.unwrap().max <= 0.002);
+}
+
+#[test]
+fn faces_need_shorter_edges_for_small_distances_and_volumes() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/troubles/open_pole.step");
+    let run = Run::new();
+    let model = load_step(&path, &run).unwrap();
+    let share = |s: f64| Some(SizeRequest::Share(s));
+    let options = MeshOptions { size: share(0.25), tolerance_share: Some(0.002), ..MeshOptions::default() };
+    let made = mesh_step(model, &options, &run).unwrap();
+    let [before, _] = first_with(&made, Tried::Bodies, Change::ShorterEdgesHere);
+    assert!(!before.kept, "{before:?}");
+    is_sound_by(&made, Change::ShorterEdgesHere);
+    let distance = made.report.distance.unwrap();
+    assert!(distance.to_surface <= distance.asked.unwrap(), "{distance:?}");
+
+    let rod = "part(extrude_edges([circle(1)], \"z\", 2).name(\"a\"))";
+    let made = meshed(rod, &MeshOptions { volume: Some(0.004), ..sized(0.6) });
+    let [before, _] = first_with(&made, Tried::Bodies, Change::ShorterEdges);
+    assert!(!before.kept, "{before:?}");
+    is_sound_by(&made, Change::ShorterEdges);
+    assert!((made.mesh.volume() / (2.0 * std::f64::consts::PI) - 1.0).abs() <= 0.004);
+}
+
+#[test]
+fn faces_need_shorter_edges_where_their_first_triangles_cross() {
+    let made = meshed(&plate(5.0, 1.0), &MeshOptions { least: Some(0.25), ..sized(1.0) });
+    let [before, after] = first_with(&made, Tried::Faces, Change::ShorterEdgesHere);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::ShorterEdgesHere);
+}
+
+#[test]
+fn bodies_keep_triangles_or_faces_where_remeshed_ones_cross() {
+    let made = meshed(DISK, &coarse(0.6));
+    let [before, after] = first_with(&made, Tried::Bodies, Change::KeepHere);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::KeepHere);
+    // The disk's is 64 pi, the tube's a 2000th of that.
+    let share = made.mesh.volume() / (64.0 * std::f64::consts::PI);
+    assert!(share > 0.98 && share < 1.0005, "{share}");
+    let made = meshed(TUBE, &coarse(0.6));
+    let [before, after] = first_with(&made, Tried::Bodies, Change::KeepParts);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    is_sound_by(&made, Change::KeepParts);
+    // Both walls keep the polygons of their circles.
+    let sides = made.mesh.volume() / (2.0 * std::f64::consts::PI * (1.0 - 0.98 * 0.98));
+    assert!(sides > 0.8 && sides < 1.0, "{sides}");
+}
+
+#[test]
+fn a_face_that_crosses_others_from_the_start_is_left_out() {
+    let made = meshed(&plate(40.0, 2.0), &coarse(0.5));
+    let [before, after] = first_with(&made, Tried::Bodies, Change::OtherWay);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    let [Fault::NoMesh { face, .. }] = &made.report.shortfalls[..] else { panic!("{:?}", made.report.shortfalls) };
+    assert_eq!(face, "a.side1");
+    assert_eq!(made.report.check.unwrap().self_intersections, 0);
+}
+
+/// What a budget counts is what attempts made.
+#[test]
+fn a_budget_counts_the_triangles_of_all_attempts() {
+    for made in [meshed(TUBE, &coarse(0.6)), meshed(&plate(40.0, 2.0), &coarse(0.5)), meshed(SHELL, &sized(0.4))] {
+        let spent: usize = made.report.attempts.iter().map(|a| a.triangles).sum();
+        let budget = made.report.budget.unwrap();
+        assert!(budget.spent == spent && !budget.ended && spent <= budget.most, "{budget:?}");
+    }
+}
+
+#[test]
+fn soups_need_other_edges_for_a_number_of_nodes() {
+    let ring: Vec<[f64; 2]> = (0..24)
+        .map(|k| {
+            let (s, c) = (std::f64::consts::TAU * f64::from(k) / 24.0).sin_cos();
+            [1.5 + 0.5 * c, 0.5 * s]
+        })
+        .collect();
+    let soup = SoupOptions { nodes: Some(100), ..SoupOptions::default() };
+    let made = mesh_soup(&revolved(&ring, 64, true), &MeshOptions::default(), &soup, &Run::new()).unwrap();
+    let [before, _] = first_with(&made, Tried::Soup, Change::LongerEdges);
+    assert!(!before.kept && before.triangles > 240, "{before:?}");
+    is_sound_by(&made, Change::LongerEdges);
+    let count = made.mesh.nodes.len();
+    assert!((90..=110).contains(&count), "{count}");
+}
