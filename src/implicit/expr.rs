@@ -194,13 +194,14 @@ impl Expr {
 /// How many times steeper [`Unary::Steepened`] is below zero.
 pub(crate) const STEEPENED: f64 = 3.0;
 
-/// How far [`Unary::Upward`] and [`Unary::Downward`] go on beyond half a turn. Behind by less than 150 degrees they are the same, so that
-/// one can follow the other at 121 degrees, and a cell is between there and where either jumps, but next to the origin.
+/// How far [`Unary::Upward`] and [`Unary::Downward`] go on beyond half a turn. Less than 150 degrees to the side they are the same, so that
+/// one can follow the other at 126 degrees, and cells fit between there and where either jumps, but next to the origin.
 pub(crate) const BEYOND: f64 = PI / 6.0;
 
-/// Where [`Unary::Swing`] turns back, and how steeply it does.
-pub(crate) const SWING: f64 = 5.0 * PI / 6.0;
-pub(crate) const SWUNG_BACK: f64 = 5.0;
+/// Where [`Unary::Swing`] turns back, and how steeply it does. Leaves go on 36 degrees beyond their creases, and as many are left from there to
+/// where they turn back: a thread takes two thirds of the cells that it takes with a turn at 150 degrees.
+pub(crate) const SWING: f64 = 17.0 * PI / 18.0;
+pub(crate) const SWUNG_BACK: f64 = 17.0;
 
 /// Formulas with more nodes than this are not compared.
 const MOST_COMPARED: usize = 256;

@@ -43,7 +43,7 @@ pub(super) fn beside_jump(e: &Expr) -> Option<Solid> {
         Solid::formula(rewritten(e, |e| (is_angle(e) && terms.number(e) == number).then(|| other.clone())))
     };
     let (above, below) = (with(Unary::Upward), with(Unary::Downward));
-    // Behind by no more than 121 degrees the two are the same.
+    // Up to 126 degrees to the side the two are the same.
     let at = Solid::formula(y.clone()) | Solid::formula(x - y * DIVIDED);
     Some(cases(&at, above, below))
 }

@@ -302,9 +302,9 @@ impl Splitter {
     }
 }
 
-/// The tangent of about 31 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
+/// The tangent of about 36 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
 /// other surfaces like to end there (a thread's root is at 135). The nearer to the creases, the farther leaves go on before they turn back.
-pub(super) const DIVIDED: f64 = 0.611;
+pub(super) const DIVIDED: f64 = 0.727;
 
 /// `times * atan2(y, x)`, where `times` is never negative.
 struct Angle {
@@ -350,8 +350,8 @@ impl Splitter {
         }
     }
 
-    /// `factor * |times * atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 31 degrees, the
-    /// larger of the two counts, with a crease between them; behind, above 149, the smaller does; between there is one alone. Each is a
+    /// `factor * |times * atan2(y, x)| + rest >= 0`. The angle rises on one side and falls on the other. Ahead, where it is below 36 degrees, the
+    /// larger of the two counts, with a crease between them; behind, above 144, the smaller does; between there is one alone. Each is a
     /// leaf that goes on smoothly beyond both creases and swings back only in the middle of the other's side, where nobody asks it; a jump
     /// there would be seen by what is linear between points on both sides of it.
     fn unsigned_angle(&mut self, of: &Angle, factor: f64, rest: &Rest, depth: usize) -> Option<Solid> {
