@@ -195,7 +195,7 @@ impl Expr {
 pub(crate) const STEEPENED: f64 = 3.0;
 
 /// How far [`Unary::Upward`] and [`Unary::Downward`] go on beyond half a turn. Less than 150 degrees to the side they are the same, so that
-/// one can follow the other at 126 degrees, and cells fit between there and where either jumps, but next to the origin.
+/// one can follow the other at 121 degrees, and cells fit between there and where either jumps, but next to the origin.
 pub(crate) const BEYOND: f64 = PI / 6.0;
 
 /// Where [`Unary::Swing`] turns back, and how steeply it does. Leaves go on 36 degrees beyond their creases, and as many are left from there to

@@ -8,8 +8,11 @@ use super::branches::branches;
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::Terms;
 use super::solid::Solid;
-use super::split::DIVIDED;
 use super::steps::rewritten;
+
+/// The tangent of about 31 degrees, beyond a right angle: there one form follows the other, on the way from where surfaces like to end to
+/// where the forms part, at 150 degrees.
+const SAME: f64 = 0.611;
 
 /// An angle that swings back smoothly where [`Unary::Swing`] does, on the other side from where it is asked, and jumps nowhere.
 pub(super) fn swinging(y: Expr, x: Expr) -> Expr {
@@ -43,8 +46,8 @@ pub(super) fn beside_jump(e: &Expr) -> Option<Solid> {
         Solid::formula(rewritten(e, |e| (is_angle(e) && terms.number(e) == number).then(|| other.clone())))
     };
     let (above, below) = (with(Unary::Upward), with(Unary::Downward));
-    // Up to 126 degrees to the side the two are the same.
-    let at = Solid::formula(y.clone()) | Solid::formula(x - y * DIVIDED);
+    // Up to 121 degrees to the side one is as good as the other.
+    let at = Solid::formula(y.clone()) | Solid::formula(x - y * SAME);
     Some(cases(&at, above, below))
 }
 

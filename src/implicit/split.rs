@@ -304,7 +304,7 @@ impl Splitter {
 
 /// The tangent of about 36 degrees, between the creases of an angle's absolute value and its middle: no simple share of a turn, as
 /// other surfaces like to end there (a thread's root is at 135). The nearer to the creases, the farther leaves go on before they turn back.
-pub(super) const DIVIDED: f64 = 0.727;
+const DIVIDED: f64 = 0.727;
 
 /// `times * atan2(y, x)`, where `times` is never negative.
 struct Angle {
