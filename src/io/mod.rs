@@ -20,6 +20,8 @@
 //! | XDMF | bit-exact | written only | | | |
 //! | GLB | nearest `f32` | written only | | | |
 //!
+//! INP, BDF, Medit, SU2 and VTP files hold what [`Grouping`] asks for, and its parts come back as faces.
+//!
 //! *Guarantees.* Readers never panic and never allocate by a count a file merely claims; what they return has finite
 //! nodes, indices in range and at least one triangle. Writers refuse a mesh that a reader would refuse, and leave either
 //! the whole file or none.

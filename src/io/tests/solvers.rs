@@ -207,7 +207,7 @@ fn vtk_of_others() {
     let f = found(APPENDED.as_bytes(), Format::Vtp);
     assert_eq!((&f.faces[..], f.area), (&["surface", "surface"].map(String::from)[..], 1.0));
     // The same without base64: each array is a length of four bytes and what it says.
-    let mut raw = APPENDED.replace("base64", "raw").split_once("_").unwrap().0.as_bytes().to_vec();
+    let mut raw = APPENDED.replace("base64", "raw").split_once("\n_").unwrap().0.as_bytes().to_vec();
     raw.push(b'_');
     let head = String::from_utf8(raw)
         .unwrap()
