@@ -126,6 +126,12 @@ fn bad_meshes_are_refused_with_their_place() {
         ("empty.ply", b"", &["the file is empty"]),
         ("empty.off", b"", &["the file is empty"]),
         ("empty.msh", b"", &["the file is empty"]),
+        ("index.inp", b"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", &["line 4", "uses node 2"]),
+        ("index.bdf", b"GRID,1,,0.,0.,0.\nCTRIA3,1,1,1,2,3\n", &["line 2", "uses node 2"]),
+        ("short.mesh", b"MeshVersionFormatted 2\nVertices\n4000000000\n0 0 0 0\n", &["line 3", "do not fit"]),
+        ("short.su2", b"NDIME= 3\nNPOIN= 4000000000\n0 0 0\n", &["line 3", "the file ends here"]),
+        ("cut.vtp", b"<VTKFile type=\"PolyData\">", &["line 1", "no XML"]),
+        ("other.vtu", b"<VTKFile type=\"PolyData\"/>", &["line 1", "UnstructuredGrid"]),
     ];
     for (name, bytes, says) in cases {
         let says: Vec<&str> = says.iter().copied().chain([*name]).collect();

@@ -52,7 +52,7 @@ fn ways_over_a_box_have_their_lengths_in_every_format_that_is_read() {
             assert!((told - length).abs() < 1e-9, "{name}: {told} {length}");
         }
     }
-    for ending in ["stl", "stla", "obj", "ply", "off", "msh", "3mf"] {
+    for ending in ["stl", "stla", "obj", "ply", "off", "msh", "3mf", "mesh", "inp", "bdf", "nas", "su2", "vtp", "vtu"] {
         assert!(read.contains(ending), "{ending} is not read: {read:?}");
     }
 }

@@ -1,5 +1,6 @@
-//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF and gmsh
-//! MSH both ways; SVG of plane figures, VTU, VTP, XDMF, GLB, gmsh GEO, Abaqus INP, Nastran BDF, MED, Medit, SU2 and eMesh out. Prisms: VTU, MSH, INP out.
+//! Files. Grids of numbers: VTI and NPY out. Points: rows of text in, rows of samples out. Meshes: STL, OBJ, PLY, OFF, 3MF, gmsh
+//! MSH, Abaqus INP, Nastran BDF, Medit, SU2, VTP and VTU both ways; SVG of plane figures, XDMF, GLB, gmsh GEO, MED and eMesh out.
+//! Prisms: VTU, MSH, INP out.
 //!
 //! What survives a write followed by a read of the same file:
 //!
@@ -12,8 +13,14 @@
 //! | ASCII STL | bit-exact | first use | by face | kept, but faces without triangles | lost |
 //! | binary STL | nearest `f32` | first use | kept | lost | lost |
 //! | 3MF | bit-exact | by solid | by solid | kept, but faces without triangles | lost |
-//! | VTU, XDMF | bit-exact | written only | | | |
+//! | VTU, VTP | bit-exact | kept | kept | kept, but faces without triangles | kept, but empty ones |
+//! | INP | 20 characters | kept | kept | cleaned, but faces without triangles | with `Grouping::All`, but empty ones |
+//! | BDF | 16 characters | kept | kept | kept, but faces without triangles | lost |
+//! | Medit, SU2 | bit-exact | kept | by face | kept (SU2: cleaned), but faces without triangles | lost |
+//! | XDMF | bit-exact | written only | | | |
 //! | GLB | nearest `f32` | written only | | | |
+//!
+//! INP, BDF, Medit, SU2 and VTP files hold what [`Grouping`] asks for, and its parts come back as faces.
 //!
 //! *Guarantees.* Readers never panic and never allocate by a count a file merely claims; what they return has finite
 //! nodes, indices in range and at least one triangle. Writers refuse a mesh that a reader would refuse, and leave either
@@ -28,19 +35,23 @@
 
 mod atomic;
 mod bdf;
+mod bdf_read;
 mod build;
 mod emesh;
 mod geo;
 mod glb;
 mod grid;
 mod inp;
+mod inp_read;
 mod layout;
 mod line;
 mod med;
 mod medit;
+mod medit_read;
 mod msh;
 mod msh_read;
 mod names;
+mod numbered;
 mod obj;
 mod off;
 mod outline;
@@ -53,9 +64,12 @@ mod sharp;
 pub mod step;
 mod stl;
 mod su2;
+mod su2_read;
 mod svg;
 mod text;
 pub(crate) mod threemf;
+mod vtk_array;
+mod vtk_read;
 mod vtp;
 mod vtu;
 mod xdmf;
@@ -94,25 +108,25 @@ pub enum Format {
     Ply,
     /// Object File Format, extension `off`.
     Off,
-    /// VTK unstructured grid in XML, extension `vtu`; written only.
+    /// VTK unstructured grid in XML, extension `vtu`.
     Vtu,
     /// gmsh mesh, extension `msh`; written as 4.1 or 2.2, read as 4.1 and as ASCII 2.2.
     Msh,
     /// gmsh script that fills the closed shells of the mesh file beside it, extension `geo`; written only, by [`write()`].
     Geo,
-    /// Abaqus and CalculiX input, extension `inp`; written only.
+    /// Abaqus and CalculiX input, extension `inp`.
     Inp,
-    /// Nastran bulk data, extension `bdf` or `nas`; written only.
+    /// Nastran bulk data, extension `bdf` or `nas`.
     Bdf,
     /// MED of Salome and code_aster, extension `med`; written only.
     Med,
-    /// Medit mesh with ridges and corners, extension `mesh`; written only.
+    /// Medit mesh with ridges and corners, extension `mesh`.
     Medit,
-    /// SU2 boundary with markers, extension `su2`; written only.
+    /// SU2 boundary with markers, extension `su2`; of a volume mesh the markers are read.
     Su2,
     /// OpenFOAM list of sharp edges, extension `emesh`; written only.
     EMesh,
-    /// VTK polygon data in XML, extension `vtp`; written only.
+    /// VTK polygon data in XML, extension `vtp`.
     Vtp,
     /// Borders of a plane figure, extension `svg`; written only.
     Svg,
@@ -226,8 +240,14 @@ fn decode(bytes: &[u8], format: Format, run: &Run) -> Result<TriMesh> {
         Format::Off => off::read(bytes, run),
         Format::Msh => msh_read::read(bytes, run),
         Format::ThreeMf => threemf::read(bytes, run),
+        Format::Medit => medit_read::read(bytes, run),
+        Format::Vtp => vtk_read::read(bytes, "PolyData", run),
+        Format::Vtu => vtk_read::read(bytes, "UnstructuredGrid", run),
+        Format::Su2 => su2_read::read(bytes, run),
+        Format::Inp => inp_read::read(bytes, run),
+        Format::Bdf => bdf_read::read(bytes, run),
         _ => {
-            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF, MSH or 3MF";
+            let what = "files of this format are written, not read; give STL, OBJ, PLY, OFF, MSH, INP, BDF, Medit, SU2, VTP, VTU or 3MF";
             Err(Error::Usage(what.into()))
         }
     }?;

@@ -4,8 +4,6 @@
 //! group, and so is a first tag that several lists share: then its faces are told apart by their entities' numbers.
 //! Triangles and quadrangles are taken, points, lines and volumes passed over; elements of higher order are refused.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -14,8 +12,9 @@ use crate::mesh::{Group, TriMesh};
 use crate::run::Run;
 
 use super::CHECK_EVERY;
-use super::build::{UNNAMED, check_node_count, reserve};
+use super::build::reserve;
 use super::msh::TRIANGLE;
+use super::numbered::{Element, Numbered, Own};
 use super::text::{Lines, at, count, ended, float, quote, unescape};
 
 /// gmsh's number of the four-node quadrangle.
@@ -130,41 +129,14 @@ impl<'a> Source<'a> {
     }
 }
 
-/// What a file holds before faces are made of it.
-#[derive(Default)]
-struct Raw {
-    /// Names of physical surfaces by tag.
-    names: BTreeMap<i32, String>,
-    /// Physical tags of surface entities by entity tag.
-    surfaces: BTreeMap<i32, Vec<i32>>,
-    nodes: Vec<(u64, DVec3)>,
-    /// Element tag, entity tag, corners.
-    triangles: Vec<(u64, i32, [u64; 3])>,
-    /// Whether elements were passed over, whose nodes then belong to nothing here.
-    partial: bool,
-    /// What our own writer left in the comments.
-    own: Option<Own>,
+/// Lines and points of our own files lie on surfaces: they have no nodes of their own.
+fn pass_over(raw: &mut Numbered, kind: i32) {
+    raw.partial |= raw.own.is_none() || !matches!(kind, LINE | POINT);
 }
 
-/// Faces and groups as our own writer knows them.
-#[derive(Default)]
-struct Own {
-    faces: Vec<String>,
-    groups: Vec<Group>,
-    /// Indices of faces by entity.
-    face_of_entity: BTreeMap<i32, u32>,
-}
-
-impl Raw {
-    /// Lines and points of our own files lie on surfaces: they have no nodes of their own.
-    fn pass_over(&mut self, kind: i32) {
-        self.partial |= self.own.is_none() || !matches!(kind, LINE | POINT);
-    }
-
-    fn polygon(&mut self, tag: u64, entity: i32, corners: &[u64]) {
-        for pair in corners[1..].windows(2) {
-            self.triangles.push((tag, entity, [corners[0], pair[0], pair[1]]));
-        }
+fn polygon(raw: &mut Numbered, tag: u64, entity: i32, corners: &[u64]) {
+    for pair in corners[1..].windows(2) {
+        raw.elements.push(Element::new(tag, entity, 0, &[corners[0], pair[0], pair[1]]));
     }
 }
 
@@ -196,7 +168,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         lines.resume(rest, 0);
     }
 
-    let mut raw = Raw::default();
+    let mut raw = Numbered::default();
     while let Some((number, line)) = lines.next_filled() {
         run.check()?;
         let section = line.trim();
@@ -230,7 +202,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         }
         finish_section(&mut lines, &name)?;
     }
-    assemble(raw)
+    raw.assemble()
 }
 
 /// Goes behind the section's closing line, passing over whatever this reader has no use for.
@@ -248,7 +220,7 @@ fn finish_section(lines: &mut Lines, name: &str) -> Result<()> {
     }
 }
 
-fn read_names(lines: &mut Lines, raw: &mut Raw) -> Result<()> {
+fn read_names(lines: &mut Lines, raw: &mut Numbered) -> Result<()> {
     let (number, line) = lines.expect("the count of names")?;
     let names = count(&mut line.split_whitespace(), number, "the count of names")?;
     for _ in 0..names {
@@ -309,7 +281,7 @@ impl Own {
     }
 }
 
-fn read_entities(s: &mut Source, raw: &mut Raw) -> Result<()> {
+fn read_entities(s: &mut Source, raw: &mut Numbered) -> Result<()> {
     let counts = [s.size()?, s.size()?, s.size()?, s.size()?];
     for (dimension, n) in counts.into_iter().enumerate() {
         for _ in 0..n {
@@ -332,7 +304,7 @@ fn read_entities(s: &mut Source, raw: &mut Raw) -> Result<()> {
     Ok(())
 }
 
-fn read_nodes(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
+fn read_nodes(s: &mut Source, raw: &mut Numbered, run: &Run) -> Result<()> {
     let [blocks, total, _, _] = [s.size()?, s.size()?, s.size()?, s.size()?];
     // A node has a tag and three coordinates, at least one digit and a blank each.
     raw.nodes.reserve(reserve(total as usize, 8, s.left()));
@@ -361,9 +333,9 @@ fn read_nodes(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
     Ok(())
 }
 
-fn read_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
+fn read_elements(s: &mut Source, raw: &mut Numbered, run: &Run) -> Result<()> {
     let [blocks, total, _, _] = [s.size()?, s.size()?, s.size()?, s.size()?];
-    raw.triangles.reserve(reserve(total as usize, 8, s.left()));
+    raw.elements.reserve(reserve(total as usize, 8, s.left()));
     let mut came = 0;
     for _ in 0..blocks {
         let [_, entity, kind] = [s.int()?, s.int()?, s.int()?];
@@ -381,8 +353,8 @@ fn read_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
                 corners.push(s.size()?);
             }
             match kind {
-                TRIANGLE | QUADRANGLE => raw.polygon(tag, entity, &corners),
-                _ => raw.pass_over(kind),
+                TRIANGLE | QUADRANGLE => polygon(raw, tag, entity, &corners),
+                _ => pass_over(raw, kind),
             }
         }
     }
@@ -392,7 +364,7 @@ fn read_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
     Ok(())
 }
 
-fn read_old_nodes(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
+fn read_old_nodes(s: &mut Source, raw: &mut Numbered, run: &Run) -> Result<()> {
     for i in 0..s.items(8, "nodes")? {
         if i % CHECK_EVERY == 0 {
             run.check()?;
@@ -408,7 +380,7 @@ fn read_old_nodes(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
 ///
 /// Elements alike in physical and elementary tag stand for one entity. An element whose corners came before with the same
 /// elementary but another physical tag is such a repetition, and gives that tag to the entity of the first.
-fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
+fn read_old_elements(s: &mut Source, raw: &mut Numbered, run: &Run) -> Result<()> {
     let mut entities: FxHashMap<(i32, i32), i32> = FxHashMap::default();
     let mut first: FxHashMap<(i32, [u64; 4]), (i32, i32)> = FxHashMap::default();
     for i in 0..s.items(6, "elements")? {
@@ -422,7 +394,7 @@ fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
         let tags = (0..tags).map(|_| s.int()).collect::<Result<Vec<_>>>()?;
         let corners = (0..nodes).map(|_| s.size()).collect::<Result<Vec<_>>>()?;
         if !matches!(kind, TRIANGLE | QUADRANGLE) {
-            raw.pass_over(kind);
+            pass_over(raw, kind);
             continue;
         }
         let physical = tags.first().copied().unwrap_or(0);
@@ -433,7 +405,7 @@ fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
             // Surfaces have numbers of their own in our files: what comes again is a repetition.
             let fresh = *first.entry((elementary, key)).or_insert((elementary, physical));
             if fresh.1 == physical {
-                raw.polygon(tag, elementary, &corners);
+                polygon(raw, tag, elementary, &corners);
             }
             continue;
         }
@@ -446,91 +418,8 @@ fn read_old_elements(s: &mut Source, raw: &mut Raw, run: &Run) -> Result<()> {
             list.push(physical);
         }
         if physical == home_physical {
-            raw.polygon(tag, home, &corners);
+            polygon(raw, tag, home, &corners);
         }
     }
     Ok(())
-}
-
-/// Puts nodes and triangles into the order of their tags and makes faces and groups.
-fn assemble(mut raw: Raw) -> Result<TriMesh> {
-    let item = |item: String, message: String| Error::input(Place::Item(item), message);
-    check_node_count(raw.nodes.len(), Place::Unknown)?;
-    raw.nodes.sort_by_key(|n| n.0);
-    if let Some(pair) = raw.nodes.windows(2).find(|p| p[0].0 == p[1].0) {
-        return Err(item(format!("node {}", pair[0].0), "two nodes have this number".into()));
-    }
-    let number: FxHashMap<u64, u32> = raw.nodes.iter().enumerate().map(|(i, n)| (n.0, i as u32)).collect();
-    raw.triangles.sort_by_key(|t| t.0);
-
-    let own = raw.own.take().filter(|own| raw.triangles.iter().all(|t| own.face_of_entity.contains_key(&t.1)));
-    for (_, entity, _) in &raw.triangles {
-        raw.surfaces.entry(*entity).or_default();
-    }
-    let mut mesh = TriMesh { nodes: raw.nodes.iter().map(|n| n.1).collect(), ..Default::default() };
-    let face_of_entity = match own {
-        Some(own) => {
-            (mesh.faces, mesh.groups) = (own.faces, own.groups);
-            own.face_of_entity
-        }
-        None => name_faces(&raw, &mut mesh),
-    };
-    for (tag, entity, corners) in &raw.triangles {
-        let mut triangle = [0; 3];
-        for (slot, v) in triangle.iter_mut().zip(corners) {
-            *slot = *number.get(v).ok_or_else(|| {
-                item(format!("element {tag}"), format!("it uses node {v}, which the file does not have"))
-            })?;
-        }
-        mesh.triangles.push(triangle);
-        mesh.labels.push(face_of_entity[entity]);
-    }
-    if raw.partial {
-        mesh.drop_unused_nodes();
-    }
-    Ok(mesh)
-}
-
-fn name_faces(raw: &Raw, mesh: &mut TriMesh) -> BTreeMap<i32, u32> {
-    let mut lists: BTreeMap<&[i32], u32> = BTreeMap::new();
-    let mut lists_of_first: BTreeMap<i32, usize> = BTreeMap::new();
-    for tags in raw.surfaces.values() {
-        let fresh = lists.len() as u32;
-        if !tags.is_empty() && !lists.contains_key(tags.as_slice()) {
-            lists.insert(tags, fresh);
-            *lists_of_first.entry(tags[0]).or_default() += 1;
-        }
-    }
-    let name = |tag: i32| raw.names.get(&tag).cloned().unwrap_or_else(|| format!("physical {tag}"));
-    let mut face_of_list: BTreeMap<&[i32], u32> = BTreeMap::new();
-    let mut face_of_entity = BTreeMap::new();
-    let mut groups: BTreeMap<i32, Vec<u32>> = BTreeMap::new();
-    for (entity, tags) in &raw.surfaces {
-        if let Some(face) = face_of_list.get(tags.as_slice()).filter(|_| !tags.is_empty()) {
-            face_of_entity.insert(*entity, *face);
-            continue;
-        }
-        let face = mesh.faces.len() as u32;
-        mesh.faces.push(match tags.first() {
-            None if raw.surfaces.len() == 1 => UNNAMED.into(),
-            None => format!("{UNNAMED} {}", entity.unsigned_abs()),
-            Some(tag) if lists_of_first[tag] > 1 => format!("{} {entity}", name(*tag)),
-            Some(tag) => name(*tag),
-        });
-        face_of_list.insert(tags, face);
-        face_of_entity.insert(*entity, face);
-        for (i, tag) in tags.iter().enumerate() {
-            if i > 0 || lists_of_first[tag] > 1 {
-                groups.entry(tag.saturating_abs()).or_default().push(face);
-            }
-        }
-    }
-    // A named physical surface nobody uses is an empty group.
-    for tag in raw.names.keys() {
-        if !lists_of_first.contains_key(tag) {
-            groups.entry(*tag).or_default();
-        }
-    }
-    mesh.groups = groups.into_iter().map(|(tag, faces)| Group { name: name(tag), faces }).collect();
-    face_of_entity
 }

@@ -1,5 +1,7 @@
 //! Round trips, foreign spellings and damage of every format.
 
+mod solvers;
+
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -49,7 +51,7 @@ fn refusal(bytes: &[u8], format: Format) -> String {
     error.to_string()
 }
 
-const READABLE: [(Format, Encoding); 9] = [
+const READABLE: [(Format, Encoding); 17] = [
     (Format::ThreeMf, Encoding::Usual),
     (Format::StlBinary, Encoding::Usual),
     (Format::StlAscii, Encoding::Usual),
@@ -59,6 +61,14 @@ const READABLE: [(Format, Encoding); 9] = [
     (Format::Off, Encoding::Usual),
     (Format::Msh, Encoding::Text),
     (Format::Msh, Encoding::Binary),
+    (Format::Medit, Encoding::Usual),
+    (Format::Inp, Encoding::Usual),
+    (Format::Bdf, Encoding::Usual),
+    (Format::Su2, Encoding::Usual),
+    (Format::Vtp, Encoding::Text),
+    (Format::Vtp, Encoding::Binary),
+    (Format::Vtu, Encoding::Text),
+    (Format::Vtu, Encoding::Binary),
 ];
 
 #[test]
@@ -131,10 +141,10 @@ fn every_truncation_is_refused_or_whole() {
         let bytes = bytes_of(&mesh, format, encoding);
         for n in 0..bytes.len() {
             match read_bytes(&bytes[..n], format, Path::new("x")) {
-                // A prefix of OBJ, or some solids of an ASCII STL, are files of their own. Elsewhere only the very end may
+                // A prefix of OBJ or INP, or some solids of an ASCII STL, are files of their own. Elsewhere only the very end may
                 // go: a blank, or digits of the last number.
                 Ok(short) => match format {
-                    Format::Obj => {}
+                    Format::Obj | Format::Inp => {}
                     Format::StlAscii => assert_eq!(short.triangles.len() % 2, 0, "cut at {n}"),
                     _ => assert!(
                         short.triangles.len() == 12 && n + 6 > bytes.len(),
@@ -394,13 +404,13 @@ proptest! {
     }
 
     #[test]
-    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), pick in 0usize..9) {
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), pick in 0usize..READABLE.len()) {
         let _ = read_bytes(&bytes, READABLE[pick].0, Path::new("x"));
     }
 
     #[test]
     fn mutated_files_never_panic(
-        pick in 0usize..9,
+        pick in 0usize..READABLE.len(),
         edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0u8..4), 1..6),
     ) {
         let (format, encoding) = READABLE[pick];

@@ -76,7 +76,7 @@ pub fn is_mesh(path: &Path) -> bool {
     if is_3mf(path) {
         return std::fs::read(path).is_ok_and(|bytes| !has_levelset(&bytes));
     }
-    Format::from_path(path).is_ok_and(|f| f != Format::Vtu)
+    Format::from_path(path).is_ok()
 }
 
 /// Reads a mesh file. Errors name the file.
