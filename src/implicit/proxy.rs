@@ -13,6 +13,7 @@ use super::leaf::Leaf;
 use super::lockstep;
 use super::model::Implicit;
 use super::newton::nearest;
+use super::walls::Walls;
 use crate::mesh::TriMesh;
 use crate::spatial::Aabb;
 
@@ -206,7 +207,12 @@ impl Field for Proxy {
         false
     }
 
+    fn walls(&self) -> Option<Walls> {
+        self.field.walls()
+    }
+
     fn range(&self, cell: &Aabb) -> Between {
+        let cell = &self.walls().map_or(*cell, |w| w.clamped(cell));
         let width = cell.size().max_element();
         match self.field.lipschitz() {
             // Blocks around the middles of larger boxes would be asked for one value each.
