@@ -142,8 +142,11 @@ mod tests {
         let away = DVec3::new(1.0, -1.0, 1.0);
         let mut last = f64::INFINITY;
         for d in [0.08, 0.04, 0.02, 0.01] {
-            let points =
-                [DVec3::new(1.0, 0.7, 1.0) + d * DVec3::X, DVec3::new(1.0, 0.0, 1.5) + d * away, DVec3::new(0.2, 1.0, 1.2)];
+            let points = [
+                DVec3::new(1.0, 0.7, 1.0) + d * DVec3::X,
+                DVec3::new(1.0, 0.0, 1.5) + d * away,
+                DVec3::new(0.2, 1.0, 1.2),
+            ];
             let mut found = [0.0; 3];
             walls.values(&points, &mut found, asked(walls));
             assert_eq!(found[2].to_bits(), wave(points[2]).to_bits());
