@@ -4,6 +4,7 @@ use std::fmt;
 
 use glam::DVec3;
 
+use super::walls::Walls;
 use crate::spatial::Aabb;
 
 /// Bounds of a value, the lower one first.
@@ -62,12 +63,19 @@ pub trait Field: Send + Sync {
         None
     }
 
-    /// Bounds `(lo, hi)` of the value over a box: from the [constant](Self::lipschitz) L, `value(center) -+ L * half diagonal`. Without
+    /// The walls beyond which values are made up, if there are such. What is known of ranges holds inside, so a solid must be the
+    /// intersection of the field and their box.
+    fn walls(&self) -> Option<Walls> {
+        None
+    }
+
+    /// Bounds `(lo, hi)` of the value over a box, as far as it is within the [walls](Self::walls): from the [constant](Self::lipschitz) L, `value(center) -+ L * half diagonal`. Without
     /// one nothing is known: correct, but nothing can be skipped, so the cost grows with the volume.
     fn range(&self, cell: &Aabb) -> Between {
         let mut out = [UNBOUNDED];
         if let Some(steep) = self.lipschitz() {
-            ranges_by_slope(std::slice::from_ref(cell), steep, &mut out, |p, v| self.values(p, v));
+            let cell = self.walls().map_or(*cell, |w| w.clamped(cell));
+            ranges_by_slope(&[cell], steep, &mut out, |p, v| self.values(p, v));
         }
         out[0]
     }
@@ -75,7 +83,9 @@ pub trait Field: Send + Sync {
     /// [`range`](Self::range) over many boxes, `out` as long as `cells`.
     fn ranges(&self, cells: &[Aabb], out: &mut [Between]) {
         if let Some(steep) = self.lipschitz() {
-            return ranges_by_slope(cells, steep, out, |p, v| self.values(p, v));
+            let Some(walls) = self.walls() else { return ranges_by_slope(cells, steep, out, |p, v| self.values(p, v)) };
+            let cells: Vec<Aabb> = cells.iter().map(|c| walls.clamped(c)).collect();
+            return ranges_by_slope(&cells, steep, out, |p, v| self.values(p, v));
         }
         for (r, cell) in out.iter_mut().zip(cells) {
             *r = self.range(cell);
