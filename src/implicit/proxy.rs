@@ -212,13 +212,13 @@ impl Field for Proxy {
     }
 
     fn range(&self, cell: &Aabb) -> Between {
-        let cell = &self.walls().map_or(*cell, |w| w.clamped(cell));
-        let width = cell.size().max_element();
+        let inside = self.walls().map_or(*cell, |w| w.clamped(cell));
+        let width = inside.size().max_element();
         match self.field.lipschitz() {
             // Blocks around the middles of larger boxes would be asked for one value each.
             Some(steep) if width <= SIDE as f64 * self.step => {
-                let off = TRUSTED * self.step * steep;
-                range_around(self.value(cell.center()), 0.5 * cell.diagonal() * steep + off)
+                let off = TRUSTED * self.step * steep + self.walls().map_or(0.0, |w| w.beyond(cell, steep));
+                range_around(self.value(inside.center()), 0.5 * inside.diagonal() * steep + off)
             }
             _ => lockstep::range(&self.field, cell),
         }

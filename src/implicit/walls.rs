@@ -4,14 +4,20 @@ use glam::DVec3;
 
 use crate::spatial::Aabb;
 
+/// How far beyond a wall a function is carried on, as a share of the width of the box; farther it is constant. The crease that this
+/// leaves is beyond what is asked along walls where cells are up to a tenth of the width. Carried farther, values would be far from
+/// any inside.
+const SHARE: f64 = 0.25;
+
 /// A place along an axis, the weight of the value there, and how far the place moves when the point does.
 type Part = (f64, f64, f64);
 
 /// Carries a function on beyond the walls of the box in which it may be asked.
 ///
-/// Beyond a wall at a distance d it is `3 f(0) - 3 f(d) + f(2 d)` of what it is on the wall and behind it: value, slope and curvature
-/// go on, where the nearest value would leave a crease along the wall. Meshing asks a little beyond walls, for slopes on them and
-/// for edges in them; that solid and box are intersected is up to the caller. From half a width of the box on it is constant.
+/// Beyond a wall at a distance d it is `2 f(0) - f(d)` of what it is on the wall and behind it: value and slope go on, where the
+/// nearest value would leave a crease along the wall. Along the axis it changes no faster than inside, and along others at most three
+/// times as fast. Meshing asks a little beyond walls, for slopes on them and for edges in them; that solid and box are intersected
+/// is up to the caller. From a quarter of the width of the box on it is constant.
 #[derive(Clone, Copy, Debug)]
 pub struct Walls {
     bounds: Aabb,
@@ -28,20 +34,20 @@ impl Walls {
         self.bounds
     }
 
-    /// What a value at `x` is made of, one part inside and three beyond a wall.
-    fn along(&self, k: usize, x: f64) -> ([Part; 3], usize) {
+    /// What a value at `x` is made of, one part inside and two beyond a wall.
+    fn along(&self, k: usize, x: f64) -> ([Part; 2], usize) {
         let (lo, hi) = (self.bounds.lo[k], self.bounds.hi[k]);
         let (wall, inward, beyond) = if x < lo {
             (lo, 1.0, lo - x)
         } else if x > hi {
             (hi, -1.0, x - hi)
         } else {
-            return ([(x.clamp(lo, hi), if x.is_nan() { f64::NAN } else { 1.0 }, 1.0); 3], 1);
+            return ([(x.clamp(lo, hi), if x.is_nan() { f64::NAN } else { 1.0 }, 1.0); 2], 1);
         };
-        let most = 0.5 * (hi - lo);
+        let most = SHARE * (hi - lo);
         let (d, moves) = if beyond < most { (beyond, 1.0) } else { (most, 0.0) };
-        let place = |n: f64| (wall + inward * n * d).clamp(lo, hi);
-        ([(wall, 3.0, 0.0), (place(1.0), -3.0, -moves), (place(2.0), 1.0, -2.0 * moves)], 3)
+        let behind = (wall + inward * d).clamp(lo, hi);
+        ([(wall, 2.0, 0.0), (behind, -1.0, -moves)], 2)
     }
 
     /// Calls `part` with each place that counts, its weight, and by how much the place moves along the axes.
@@ -68,8 +74,8 @@ impl Walls {
         asked
     }
 
-    /// Values at points anywhere, from one call of a function for places in the box; both slices are of one length. NaN at points with
-    /// NaN.
+    /// Values at points anywhere, from one call of a function for places in the box; both slices are of one length. Where a point has
+    /// NaN so has its place, and the value is NaN.
     pub fn values(&self, points: &[DVec3], out: &mut [f64], function: impl FnOnce(&[DVec3], &mut [f64])) {
         if self.contain(points) {
             return function(points, out);
@@ -115,12 +121,26 @@ impl Walls {
         let onto = |p: DVec3| p.clamp(self.bounds.lo, self.bounds.hi);
         Aabb::new(onto(cell.lo), onto(cell.hi))
     }
+
+    /// How far values in a box are from those in its [clamped](Self::clamped) part at most, where values inside change by at most
+    /// `steep` per length.
+    pub(super) fn beyond(&self, cell: &Aabb, steep: f64) -> f64 {
+        let out = (self.bounds.lo - cell.lo).max(cell.hi - self.bounds.hi);
+        let out = out.clamp(DVec3::ZERO, SHARE * self.bounds.size());
+        let (mut reach, mut factor) = (0.0, steep);
+        for d in out.to_array().into_iter().filter(|d| *d > 0.0) {
+            reach += factor * d;
+            // What is made of values on and behind one wall changes three times as fast along the next.
+            factor *= 3.0;
+        }
+        reach
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::implicit::differences;
+    use crate::implicit::{Field, differences};
 
     fn wave(p: DVec3) -> f64 {
         (p.x + 2.0 * p.y).sin() + p.z * p.z * p.x
@@ -130,14 +150,14 @@ mod tests {
     fn asked(walls: Walls) -> impl Fn(&[DVec3], &mut [f64]) {
         move |points, out| {
             for (v, p) in out.iter_mut().zip(points) {
-                assert!(walls.bounds().contains(*p), "{p}");
+                assert!(walls.bounds().contains(*p) || p.is_nan(), "{p}");
                 *v = wave(*p);
             }
         }
     }
 
     #[test]
-    fn value_slope_and_curvature_go_on_beyond_walls_and_the_function_is_asked_inside() {
+    fn value_and_slope_go_on_beyond_walls_and_the_function_is_asked_inside() {
         let walls = Walls::new(Aabb::new(DVec3::new(-1.0, 0.0, 0.5), DVec3::new(1.0, 2.0, 1.5)));
         let away = DVec3::new(1.0, -1.0, 1.0);
         let mut last = f64::INFINITY;
@@ -151,9 +171,43 @@ mod tests {
             walls.values(&points, &mut found, asked(walls));
             assert_eq!(found[2].to_bits(), wave(points[2]).to_bits());
             let off = (found[0] - wave(points[0])).abs().max((found[1] - wave(points[1])).abs());
-            // Three derivatives of at most 8 + 2 along the diagonal: what is left is of the third order.
-            assert!(off < 30.0 * d * d * d && off < last / 6.0, "{off} at {d}");
+            // Second derivatives along the axes are at most 1, 4 and 2: what is left is of the second order.
+            assert!(off < 10.0 * d * d && off < last / 3.0, "{off} at {d}");
             last = off;
+        }
+    }
+
+    #[test]
+    fn ranges_hold_beyond_walls() {
+        struct Cone(Walls);
+        impl Field for Cone {
+            fn value(&self, p: DVec3) -> f64 {
+                let mut out = [0.0];
+                self.0.values(&[p], &mut out, |p, v| v.iter_mut().zip(p).for_each(|(v, p)| *v = -p.length()));
+                out[0]
+            }
+
+            fn lipschitz(&self) -> Option<f64> {
+                Some(1.0)
+            }
+
+            fn walls(&self) -> Option<Walls> {
+                Some(self.0)
+            }
+        }
+        let walls = Walls::new(Aabb::new(DVec3::new(-0.9, -0.2, 0.0), DVec3::new(1.0, 2.0, 1.5)));
+        let field = Cone(walls);
+        for side in [0.05, 0.4, 1.7] {
+            for k in 0..1000 {
+                let corner = DVec3::new((k % 10) as f64, (k / 10 % 10) as f64, (k / 100) as f64);
+                let lo = corner * 0.4 - 1.5;
+                let (low, high) = field.range(&Aabb::new(lo, lo + side));
+                for n in 0..125 {
+                    let at = DVec3::new((n % 5) as f64, (n / 5 % 5) as f64, (n / 25) as f64);
+                    let v = field.value(lo + at * (0.25 * side));
+                    assert!(low <= v && v <= high, "{lo} {side}: {v} is not within {low} and {high}");
+                }
+            }
         }
     }
 
