@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use assert_cmd::Command;
 use predicates::str::contains;
 use rvachev::implicit::part::{Part, SizeRequest};
-use rvachev::implicit::{Field, Implicit, RSystem, Sampling, Solid, evaluate};
+use rvachev::implicit::{Field, Implicit, RSystem, Sampling, Solid, Walls, evaluate};
 use rvachev::pipeline::{MeshOptions, mesh_part};
 use rvachev::run::CancelToken;
 use rvachev::spatial::Aabb;
@@ -203,6 +203,49 @@ fn a_field_of_which_nothing_is_known_is_meshed_in_large_batches() {
         mesh.triangles.iter().map(|t| t.map(|v| mesh.nodes[v as usize])).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
     assert!((volume - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02, "{volume}");
     assert_eq!(mesh, meshed(0.1, 3).2);
+}
+
+/// The ball where it may be asked in a box only.
+struct Walled(Shared, Walls);
+
+impl Field for Walled {
+    fn value(&self, p: DVec3) -> f64 {
+        let mut out = [0.0];
+        self.values(&[p], &mut out);
+        out[0]
+    }
+
+    fn values(&self, points: &[DVec3], out: &mut [f64]) {
+        self.1.values(points, out, |points, out| {
+            assert!(points.iter().all(|p| self.1.bounds().contains(*p)));
+            self.0.values(points, out);
+        });
+    }
+
+    fn walls(&self) -> Option<Walls> {
+        Some(self.1)
+    }
+}
+
+#[test]
+fn walls_that_cut_a_field_off_are_exact_and_it_is_never_asked_beyond() {
+    let ball = Arc::new(Ball::default());
+    let bounds = Aabb::new(DVec3::new(-1.5, -1.5, -0.3), DVec3::splat(1.5));
+    let field = Solid::field(Walled(Shared(ball.clone()), Walls::new(bounds)));
+    let part = Part::from_solid(field & Solid::cuboid(bounds.lo, bounds.hi));
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.1)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    let (calls, points) = (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed));
+    assert!(points >= 512 * calls, "{calls} calls of {points} points");
+    let mut on_edge = 0;
+    for p in &made.mesh.nodes {
+        let (on_ball, on_wall) = ((p.length() - 1.0).abs() < 1e-12, p.z == -0.3);
+        assert!(on_ball || on_wall && p.length() < 1.0, "{p}");
+        on_edge += usize::from(on_ball && on_wall);
+    }
+    // The circle is 5.99 long.
+    assert!((40..100).contains(&on_edge), "{on_edge}");
 }
 
 #[test]

@@ -4,8 +4,7 @@ use std::ffi::{c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
 use rvachev::DVec3;
-use rvachev::implicit::{Field, Solid, differences};
-use rvachev::spatial::Aabb;
+use rvachev::implicit::{Field, Solid, Walls, differences};
 
 use crate::errors::{ErrorOut, entry, given, input, slot, usage};
 use crate::part::bounds as box_of;
@@ -45,7 +44,7 @@ struct Leaf {
     user: *mut c_void,
     release: Option<Release>,
     lipschitz: Option<f64>,
-    bounds: Option<Aabb>,
+    walls: Option<Walls>,
     has_gradient: bool,
     /// Held during calls of functions that must not be called at once.
     turn: Option<Mutex<()>>,
@@ -71,14 +70,6 @@ impl Leaf {
         if watched.as_ref().is_some_and(|w| w.token.is_cancelled()) {
             return None;
         }
-        let clamped: Vec<DVec3>;
-        let points = match self.bounds {
-            Some(b) => {
-                clamped = points.iter().map(|p| p.clamp(b.lo, b.hi)).collect();
-                &clamped[..]
-            }
-            None => points,
-        };
         let slopes = gradients.map_or(std::ptr::null_mut(), |g| g.as_mut_ptr());
         let code = {
             let _turn = self.turn.as_ref().map(|t| t.lock().unwrap_or_else(PoisonError::into_inner));
@@ -102,11 +93,14 @@ impl Field for Leaf {
     }
 
     fn values(&self, points: &[DVec3], out: &mut [f64]) {
-        if points.is_empty() {
-            return;
-        }
-        if self.ask(points, out, None).is_none() {
-            out.fill(f64::NAN);
+        let inside = |points: &[DVec3], out: &mut [f64]| {
+            if !points.is_empty() && self.ask(points, out, None).is_none() {
+                out.fill(f64::NAN);
+            }
+        };
+        match self.walls {
+            Some(walls) => walls.values(points, out, inside),
+            None => inside(points, out),
         }
     }
 
@@ -114,14 +108,24 @@ impl Field for Leaf {
         if !self.has_gradient {
             return differences(points, values, gradients, |p, v| self.values(p, v));
         }
-        let mut flat = vec![f64::NAN; 3 * points.len()];
-        if points.is_empty() || self.ask(points, values, Some(&mut flat)).is_none() {
-            values.fill(f64::NAN);
-            flat.fill(f64::NAN);
+        let inside = |points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]| {
+            let mut flat = vec![f64::NAN; 3 * points.len()];
+            if points.is_empty() || self.ask(points, values, Some(&mut flat)).is_none() {
+                values.fill(f64::NAN);
+                flat.fill(f64::NAN);
+            }
+            for (g, v) in gradients.iter_mut().zip(flat.chunks_exact(3)) {
+                *g = DVec3::from_slice(v);
+            }
+        };
+        match self.walls {
+            Some(walls) => walls.gradients(points, values, gradients, inside),
+            None => inside(points, values, gradients),
         }
-        for (g, v) in gradients.iter_mut().zip(flat.chunks_exact(3)) {
-            *g = DVec3::from_slice(v);
-        }
+    }
+
+    fn walls(&self) -> Option<Walls> {
+        self.walls
     }
 
     fn lipschitz(&self) -> Option<f64> {
@@ -147,7 +151,7 @@ pub extern "C" fn rv_solid_field(field: Option<&RvField>, solid: Out<'_, *mut Rv
             user: said.user,
             release: said.release,
             lipschitz: Some(said.lipschitz).filter(|l| *l > 0.0),
-            bounds,
+            walls: bounds.map(Walls::new),
             has_gradient: said.has_gradient != 0,
             turn: (said.concurrent == 0).then(Mutex::default),
         };

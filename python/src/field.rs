@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods}
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rvachev::DVec3;
-use rvachev::implicit::{Field, GridField, Solid, differences};
+use rvachev::implicit::{Field, GridField, Solid, Walls, differences};
 use rvachev::spatial::Aabb;
 
 use crate::arrays::{floats, table};
@@ -19,18 +19,20 @@ pub struct PyField {
     by_coordinates: bool,
     gradient: Option<Py<PyAny>>,
     lipschitz: Option<f64>,
-    /// Where it may be called; elsewhere the nearest point counts.
-    bounds: Option<Aabb>,
+    /// Where it may be called.
+    walls: Option<Walls>,
 }
 
 impl PyField {
     /// A function of three arrays.
     pub fn of_coordinates(function: Py<PyAny>) -> Self {
-        PyField { function, by_coordinates: true, gradient: None, lipschitz: None, bounds: None }
+        PyField { function, by_coordinates: true, gradient: None, lipschitz: None, walls: None }
     }
 
-    fn clamped(&self, p: DVec3) -> DVec3 {
-        self.bounds.map_or(p, |b| p.clamp(b.lo, b.hi))
+    fn values_inside(&self, points: &[DVec3], out: &mut [f64]) {
+        if self.ask(&self.function, points, out, 1).is_none() {
+            out.fill(f64::NAN);
+        }
     }
 
     /// Calls the function; exceptions stop the run, which raises them.
@@ -58,7 +60,6 @@ impl PyField {
         (out, width): (&mut [f64], usize),
     ) -> PyResult<()> {
         let function = function.bind(py);
-        let points: Vec<DVec3> = points.iter().map(|p| self.clamped(*p)).collect();
         let n = points.len();
         let found = if self.by_coordinates {
             let axis = |k: usize| PyArray1::from_iter(py, points.iter().map(|p| p[k]));
@@ -106,30 +107,41 @@ impl Field for PyField {
     }
 
     fn values(&self, points: &[DVec3], out: &mut [f64]) {
-        if self.ask(&self.function, points, out, 1).is_none() {
-            out.fill(f64::NAN);
+        match self.walls {
+            Some(walls) => walls.values(points, out, |p, v| self.values_inside(p, v)),
+            None => self.values_inside(points, out),
         }
     }
 
     fn gradient(&self, p: DVec3) -> Option<DVec3> {
-        let gradient = self.gradient.as_ref()?;
-        let mut g = [f64::NAN; 3];
-        let asked = self.ask(gradient, &[p], &mut g, 3);
-        Some(asked.map_or(DVec3::NAN, |()| DVec3::from_array(g)))
+        self.gradient.as_ref()?;
+        let (mut v, mut g) = ([f64::NAN], [DVec3::NAN]);
+        self.gradients(&[p], &mut v, &mut g);
+        Some(g[0])
     }
 
     fn gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
         let Some(gradient) = &self.gradient else {
             return differences(points, values, gradients, |p, v| self.values(p, v));
         };
-        self.values(points, values);
-        let mut flat = vec![f64::NAN; 3 * points.len()];
-        if self.ask(gradient, points, &mut flat, 3).is_none() {
-            flat.fill(f64::NAN);
+        let inside = |points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]| {
+            self.values_inside(points, values);
+            let mut flat = vec![f64::NAN; 3 * points.len()];
+            if self.ask(gradient, points, &mut flat, 3).is_none() {
+                flat.fill(f64::NAN);
+            }
+            for (g, v) in gradients.iter_mut().zip(flat.chunks_exact(3)) {
+                *g = DVec3::from_slice(v);
+            }
+        };
+        match self.walls {
+            Some(walls) => walls.gradients(points, values, gradients, inside),
+            None => inside(points, values, gradients),
         }
-        for (g, v) in gradients.iter_mut().zip(flat.chunks_exact(3)) {
-            *g = DVec3::from_slice(v);
-        }
+    }
+
+    fn walls(&self) -> Option<Walls> {
+        self.walls
     }
 
     fn lipschitz(&self) -> Option<f64> {
@@ -143,7 +155,8 @@ impl Field for PyField {
 /// same points must give the same values. Near the surface values should be roughly distances.
 /// gradient: called with float64 (N, 3), gives (N, 3); differences of the function without.
 /// lipschitz: values change by at most this much per length: what tells where no surface is. Without it every cell is asked.
-/// bounds: ((x0, y0, z0), (x1, y1, z1)): the function is called inside only, and what reaches the walls is cut off there.
+/// bounds: ((x0, y0, z0), (x1, y1, z1)): the function is called inside only, and what reaches the walls is cut off there, along exact
+/// edges.
 #[pyfunction]
 #[pyo3(signature = (function, *, gradient=None, lipschitz=None, bounds=None))]
 pub fn field(
@@ -167,7 +180,7 @@ pub fn field(
         by_coordinates: false,
         gradient: gradient.map(|g| g.clone().unbind()),
         lipschitz,
-        bounds,
+        walls: bounds.map(Walls::new),
     };
     let solid = Solid::field(field);
     Ok(match bounds {

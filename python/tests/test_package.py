@@ -284,6 +284,28 @@ def test_exceptions_of_callbacks_come_back_as_they_were():
         rv.evaluate(rv.Part(field), np.zeros((3, 3)))
 
 
+@pytest.mark.parametrize("with_gradient", [False, True])
+def test_bounds_cut_fields_off_along_exact_edges(with_gradient):
+    lo, hi, asked = np.array((-1.5, -1.5, -0.3)), np.array((1.5, 1.5, 1.5)), []
+
+    def scan(p):
+        asked.append(((p >= lo) & (p <= hi)).all())
+        return 1 - np.linalg.norm(p, axis=1)
+
+    def slope(p):
+        asked.append(((p >= lo) & (p <= hi)).all())
+        return -p / np.maximum(np.linalg.norm(p, axis=1), 1e-9)[:, None]
+
+    cut = rv.field(scan, gradient=slope if with_gradient else None, bounds=(lo, hi))
+    mesh = rv.Part(cut).mesh(size=0.2)
+    assert all(asked)
+    assert mesh.points[:, 2].min() == -0.3
+    rim = mesh.points[np.unique(mesh.feature_edges)]
+    assert len(rim) > 20
+    assert (rim[:, 2] == -0.3).all()
+    assert abs(np.hypot(rim[:, 0], rim[:, 1]) - np.sqrt(1 - 0.3**2)).max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("function", "kind", "text"),
     [

@@ -4,6 +4,7 @@ use std::fmt;
 
 use glam::DVec3;
 
+use super::walls::Walls;
 use crate::spatial::Aabb;
 
 /// Bounds of a value, the lower one first.
@@ -57,17 +58,25 @@ pub trait Field: Send + Sync {
         true
     }
 
-    /// By how much values change per length at most, if that is known: what tells where no surface is.
+    /// By how much values change per length at most, inside the [walls](Self::walls), if that is known: what tells where no surface is.
     fn lipschitz(&self) -> Option<f64> {
         None
     }
 
-    /// Bounds `(lo, hi)` of the value over a box: from the [constant](Self::lipschitz) L, `value(center) -+ L * half diagonal`. Without
-    /// one nothing is known: correct, but nothing can be skipped, so the cost grows with the volume.
+    /// The walls beyond which [values](Walls::values) are made up of those inside, if there are such. A solid is to be the
+    /// intersection of the field and their box.
+    fn walls(&self) -> Option<Walls> {
+        None
+    }
+
+    /// Bounds `(lo, hi)` of the value over a box: from the [constant](Self::lipschitz) L, `value(center) -+ L * half diagonal`, and more
+    /// as far as the box is beyond [walls](Self::walls). Without one nothing is known: correct, but nothing can be skipped, so the cost
+    /// grows with the volume.
     fn range(&self, cell: &Aabb) -> Between {
         let mut out = [UNBOUNDED];
         if let Some(steep) = self.lipschitz() {
-            ranges_by_slope(std::slice::from_ref(cell), steep, &mut out, |p, v| self.values(p, v));
+            let cell = std::slice::from_ref(cell);
+            ranges_by_slope(cell, steep, self.walls(), &mut out, |p, v| self.values(p, v));
         }
         out[0]
     }
@@ -75,7 +84,7 @@ pub trait Field: Send + Sync {
     /// [`range`](Self::range) over many boxes, `out` as long as `cells`.
     fn ranges(&self, cells: &[Aabb], out: &mut [Between]) {
         if let Some(steep) = self.lipschitz() {
-            return ranges_by_slope(cells, steep, out, |p, v| self.values(p, v));
+            return ranges_by_slope(cells, steep, self.walls(), out, |p, v| self.values(p, v));
         }
         for (r, cell) in out.iter_mut().zip(cells) {
             *r = self.range(cell);
@@ -129,14 +138,23 @@ pub fn differences(
 
 /// Bounds where values change by at most `steep` per length, from the values in the middles of the boxes, which are asked for in one
 /// call. Infinite boxes, and those with NaN in the middle, have no bounds.
-fn ranges_by_slope(cells: &[Aabb], steep: f64, out: &mut [Between], function: impl FnOnce(&[DVec3], &mut [f64])) {
-    let finite: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].is_finite()).collect();
-    let middles: Vec<DVec3> = finite.iter().map(|k| cells[*k].center()).collect();
+fn ranges_by_slope(
+    cells: &[Aabb],
+    steep: f64,
+    walls: Option<Walls>,
+    out: &mut [Between],
+    function: impl FnOnce(&[DVec3], &mut [f64]),
+) {
+    let inside: Vec<(Aabb, f64)> =
+        cells.iter().map(|c| walls.map_or((*c, 0.0), |w| (w.clamped(c), w.beyond(c, steep)))).collect();
+    let finite: Vec<usize> = (0..cells.len()).filter(|k| inside[*k].0.is_finite()).collect();
+    let middles: Vec<DVec3> = finite.iter().map(|k| inside[*k].0.center()).collect();
     let mut values = vec![f64::NAN; middles.len()];
     function(&middles, &mut values);
     out.fill(UNBOUNDED);
     for (k, middle) in finite.into_iter().zip(values) {
-        out[k] = range_around(middle, 0.5 * cells[k].diagonal() * steep);
+        let (cell, beyond) = inside[k];
+        out[k] = range_around(middle, 0.5 * cell.diagonal() * steep + beyond);
     }
 }
 

@@ -53,6 +53,7 @@ mod tape;
 #[cfg(test)]
 mod tests;
 mod thin;
+mod walls;
 mod written;
 
 pub(crate) use close::CloseOracle;
@@ -77,4 +78,5 @@ pub use sample::{Samples, Sampling, evaluate};
 pub use solid::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
+pub use walls::Walls;
 pub use written::write_vm;

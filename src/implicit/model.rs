@@ -19,6 +19,8 @@ use crate::spatial::Aabb;
 
 /// Bounds are tightened on a grid of this many halvings: within 1/32 of the side they come out of the tree with.
 const TIGHTEN_LEVELS: usize = 5;
+/// Cells that are halved at once where calls for many points are cheap: their parts are 512 points, with which calls of numpy are.
+const AHEAD: usize = 64;
 
 /// The outermost shell that is looked at for what is inside reaches from half of two to this power to all of it. Lengths are less, in any unit.
 const FARTHEST: i32 = 30;
@@ -202,28 +204,40 @@ impl Implicit {
     fn reach(&self, bounds: &Aabb, axis: usize, high: bool) -> Option<f64> {
         let outermost = |cell: &Aabb| if high { cell.hi[axis] } else { -cell.lo[axis] };
         let mut scratch = Scratch::default();
-        // Of eight cells some would never be asked about, but what waits is asked in one call.
+        // Some of these would never be asked about, but what waits is asked in one call. Which are halved beforehand does not matter to
+        // the outermost one that is the last.
         let ahead = self.leaves.iter().any(Leaf::waits);
+        let most = if ahead { AHEAD } else { 1 };
         let first = Waiting { key: outermost(bounds), cell: *bounds, level: 0, tape: self.tape.clone(), pruned: None };
         let mut waiting = BinaryHeap::from([first]);
-        while let Some(Waiting { key, cell, level, tape, pruned }) = waiting.pop() {
-            let tape = match pruned.unwrap_or_else(|| tape.prune(&self.leaves, &cell, &mut scratch)) {
-                Pruned::Outside => continue,
-                Pruned::Inside => return Some(if high { key } else { -key }),
-                Pruned::Same => tape,
-                Pruned::Smaller(t) => Arc::new(t),
-            };
-            if level == TIGHTEN_LEVELS {
-                return Some(if high { key } else { -key });
+        while !waiting.is_empty() {
+            let some: Vec<Waiting> = std::iter::from_fn(|| waiting.pop()).take(most).collect();
+            let mut open = Vec::with_capacity(some.len());
+            for Waiting { key, cell, level, tape, pruned } in some {
+                let pruned = pruned.unwrap_or_else(|| tape.prune(&self.leaves, &cell, &mut scratch));
+                let is_last = level == TIGHTEN_LEVELS || matches!(pruned, Pruned::Inside);
+                let tape = match pruned {
+                    Pruned::Outside => continue,
+                    Pruned::Inside | Pruned::Same => tape,
+                    Pruned::Smaller(t) => Arc::new(t),
+                };
+                match is_last {
+                    true if open.is_empty() => return Some(if high { key } else { -key }),
+                    true => waiting.push(Waiting { key, cell, level, tape, pruned: Some(Pruned::Inside) }),
+                    false => open.extend(cell.octants().map(|part| (part, level + 1, tape.clone()))),
+                }
             }
-            let parts = cell.octants();
             let known = if ahead {
-                lockstep::together(parts.len(), |k| Some(tape.prune(&self.leaves, &parts[k], &mut scratch)))
+                let prune = |k: usize| {
+                    let (cell, _, tape): &(Aabb, usize, Arc<Tape>) = &open[k];
+                    Some(tape.prune(&self.leaves, cell, &mut scratch))
+                };
+                lockstep::together(open.len(), prune)
             } else {
-                parts.iter().map(|_| None).collect()
+                open.iter().map(|_| None).collect()
             };
-            for (cell, pruned) in parts.into_iter().zip(known) {
-                waiting.push(Waiting { key: outermost(&cell), cell, level: level + 1, tape: tape.clone(), pruned });
+            for ((cell, level, tape), pruned) in open.into_iter().zip(known) {
+                waiting.push(Waiting { key: outermost(&cell), cell, level, tape, pruned });
             }
         }
         None

@@ -13,6 +13,7 @@ use super::leaf::Leaf;
 use super::lockstep;
 use super::model::Implicit;
 use super::newton::nearest;
+use super::walls::Walls;
 use crate::mesh::TriMesh;
 use crate::spatial::Aabb;
 
@@ -40,7 +41,7 @@ struct Block {
     trusted: [u8; SIDE * SIDE],
 }
 
-/// A field that knows another one on a grid.
+/// A field that knows another one on a grid. What it must ask that one for waits for what others ask, where there are others.
 pub(super) struct Proxy {
     field: Arc<dyn Field>,
     step: f64,
@@ -157,7 +158,7 @@ impl Proxy {
 
 impl Field for Proxy {
     fn value(&self, p: DVec3) -> f64 {
-        self.between(p).map_or_else(|| self.field.value(p), |x| x.0)
+        self.between(p).map_or_else(|| lockstep::value(&self.field, p), |x| x.0)
     }
 
     fn values(&self, points: &[DVec3], out: &mut [f64]) {
@@ -173,7 +174,7 @@ impl Field for Proxy {
         }
         let asked: Vec<DVec3> = rest.iter().map(|k| points[*k]).collect();
         let mut values = vec![f64::NAN; rest.len()];
-        self.field.values(&asked, &mut values);
+        lockstep::values(&self.field, &asked, &mut values);
         rest.into_iter().zip(values).for_each(|(k, v)| out[k] = v);
     }
 
@@ -196,7 +197,7 @@ impl Field for Proxy {
         }
         let asked: Vec<DVec3> = rest.iter().map(|k| points[*k]).collect();
         let (mut v, mut g) = (vec![f64::NAN; rest.len()], vec![DVec3::NAN; rest.len()]);
-        self.field.gradients(&asked, &mut v, &mut g);
+        lockstep::slopes(&self.field, &asked, &mut v, &mut g);
         for (n, k) in rest.into_iter().enumerate() {
             (values[k], gradients[k]) = (v[n], g[n]);
         }
@@ -206,15 +207,20 @@ impl Field for Proxy {
         false
     }
 
+    fn walls(&self) -> Option<Walls> {
+        self.field.walls()
+    }
+
     fn range(&self, cell: &Aabb) -> Between {
-        let width = cell.size().max_element();
+        let inside = self.walls().map_or(*cell, |w| w.clamped(cell));
+        let width = inside.size().max_element();
         match self.field.lipschitz() {
             // Blocks around the middles of larger boxes would be asked for one value each.
             Some(steep) if width <= SIDE as f64 * self.step => {
-                let off = TRUSTED * self.step * steep;
-                range_around(self.value(cell.center()), 0.5 * cell.diagonal() * steep + off)
+                let off = TRUSTED * self.step * steep + self.walls().map_or(0.0, |w| w.beyond(cell, steep));
+                range_around(self.value(inside.center()), 0.5 * inside.diagonal() * steep + off)
             }
-            _ => self.field.range(cell),
+            _ => lockstep::range(&self.field, cell),
         }
     }
 }
