@@ -45,7 +45,6 @@ use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 use crate::spatial::{Aabb, Graded};
-use open::away_from_ends;
 use patchwork::plain_shape;
 use remesh::{Rank, Remesher, SHORT};
 
@@ -150,7 +149,7 @@ pub struct ExactReport {
     pub self_intersections: usize,
     /// Triangles that face away from their piece.
     pub inverted: usize,
-    /// The boxes around these triangles, those that intersect others before the rest.
+    /// The boxes around these triangles.
     pub faults: Vec<Aabb>,
     /// The boxes around triangles with an angle below about 20 degrees of which no node lies on a border; of raw ones only.
     pub slim: Vec<Aabb>,
@@ -294,14 +293,13 @@ fn remesh<'a>(
         Some(known) => known,
         None => {
             let out = finish(mesh, &r);
-            let bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
+            let mut bad = if filling == Filling::Mended { intersecting(&out, run)? } else { Vec::new() };
+            if r.work.goes_on {
+                bad = away_from_ends(&r, bad);
+            }
             (out, bad)
         }
     };
-    let all = bad.clone();
-    if r.work.goes_on {
-        bad = away_from_ends(&r, bad);
-    }
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
     // Nor where refinement makes more of them.
     let least = 2 * bad.len();
@@ -309,17 +307,17 @@ fn remesh<'a>(
     let first = (r.work.raw && !bad.is_empty()).then(|| (r.clone(), out.clone(), bad.clone()));
     while !bad.is_empty() && few(&bad, &out) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
-        let mut near: Vec<u32> =
+        let mut around: Vec<u32> =
             bad.iter().flat_map(|t| out.triangles[*t as usize]).map(|v| nodes[v as usize]).collect();
-        near.sort_unstable();
-        near.dedup();
+        around.sort_unstable();
+        around.dedup();
         let before = r.want.clone();
-        if !r.refine(&near, LEAST * options.sizing.size)? {
+        if !r.refine(&around, LEAST * options.sizing.size)? {
             break;
         }
         // What is good elsewhere stays as it is.
         let mut focus: Vec<bool> = r.want.iter().zip(&before).map(|(now, then)| now < then).collect();
-        near.iter().for_each(|&v| focus[v as usize] = true);
+        around.iter().for_each(|&v| focus[v as usize] = true);
         r.look_around(focus, AROUND);
         r.split_long()?;
         r.flip()?;
@@ -334,9 +332,6 @@ fn remesh<'a>(
     if let Some(first) = first.filter(|_| !bad.is_empty()) {
         (r, out, bad) = first;
     }
-    if report.repairs == 0 {
-        bad = all;
-    }
     if r.work.thaws && bad.is_empty() && !r.work.frozen.is_empty() {
         report.off = r.thaw()?;
         out = finish(mesh, &r);
@@ -349,7 +344,7 @@ fn remesh<'a>(
     // What stays as it is was not folded here.
     let folded: Vec<u32> = r.folded().into_iter().filter(|t| !r.work.is_frozen(*t)).collect();
     (report.self_intersections, report.inverted) = (bad.len(), folded.len());
-    report.faults = around(&out, &bad);
+    report.faults = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
     report.faults.extend(folded.iter().map(|t| Aabb::around(r.work.mesh.corner_points(*t))));
     if r.work.raw {
         let m = &r.work.mesh;
@@ -563,9 +558,11 @@ fn mend_slim(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Option<Tested>> {
     Ok(Some(now))
 }
 
-/// The boxes around some triangles.
-fn around(mesh: &TriMesh, triangles: &[u32]) -> Vec<Aabb> {
-    triangles.iter().map(|t| Aabb::around(mesh.corners(*t as usize))).collect()
+/// Those of some triangles that have no node at an open edge: where nodes stay, smaller edges help nothing.
+fn away_from_ends(r: &Remesher<'_>, bad: Vec<u32>) -> Vec<u32> {
+    let m = &r.work.mesh;
+    let all: Vec<u32> = m.triangles().collect();
+    bad.into_iter().filter(|t| !m.corners(all[*t as usize]).into_iter().any(|v| m.is_boundary(v))).collect()
 }
 
 /// Triangles that intersect others, ascending.

@@ -5,9 +5,7 @@ use rustc_hash::FxHashSet;
 
 use super::patchwork::{Patchwork, PieceSet};
 use super::remesh::Remesher;
-use super::{
-    AROUND, ExactMesh, ExactOptions, ExactReport, LAST, around, check_options, finish, intersecting, polish, remesh,
-};
+use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, check_options, finish, polish, remesh};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -50,9 +48,6 @@ pub fn remesh_open(
     let (mut made, mut r) = run.install(|| remesh(names, r, true, ExactReport::default(), None))?;
     if run.install(|| part_and_mend(&mut r, &before))? {
         made.mesh = finish(names, &r);
-        let bad = intersecting(&made.mesh, run)?;
-        made.report.faults.splice(..made.report.self_intersections, around(&made.mesh, &bad));
-        made.report.self_intersections = bad.len();
     }
     let m = &r.work.mesh;
     let laid = Laid {
@@ -60,13 +55,6 @@ pub fn remesh_open(
         on: m.nodes().map(|v| r.work.sets[v as usize].as_slice().to_vec()).collect(),
     };
     Ok((made, laid))
-}
-
-/// Those of some triangles that have no node at an open edge: where nodes stay, smaller edges help nothing.
-pub(super) fn away_from_ends(r: &Remesher<'_>, bad: Vec<u32>) -> Vec<u32> {
-    let m = &r.work.mesh;
-    let all: Vec<u32> = m.triangles().collect();
-    bad.into_iter().filter(|t| !m.corners(all[*t as usize]).into_iter().any(|v| m.is_boundary(v))).collect()
 }
 
 /// Splits edges that others may have, and mends what that leaves. Whether there were any.

@@ -141,8 +141,7 @@ impl Remesher<'_> {
             let q = self.place(*v)?;
             Some((*v, q, q.distance(self.point(*v)))).filter(|o| o.2 > rounding)
         };
-        let moves = |v: &&u32| self.work.mesh.is_node(**v) && !self.stays(**v);
-        nodes.iter().filter(moves).filter_map(of).collect()
+        nodes.iter().filter(|v| self.work.mesh.is_node(**v)).filter_map(of).collect()
     }
 
     /// Where a node's pieces meet near it.

@@ -21,9 +21,8 @@ use crate::implicit::{CellGrid, ImplicitOracle, arranged};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
-use crate::optimize::exact::{ExactMesh, ExactReport, Laid, Patchwork, patch_open_pieces, remesh_open};
+use crate::optimize::exact::{Laid, patch_open_pieces, remesh_open};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
 
 /// Rounds: the bricks of the grid, shifted by half, by a quarter.
 pub const ROUNDS: usize = 3;
@@ -36,16 +35,6 @@ const NOTCHES: usize = 4;
 
 /// Triangles reach this many cells beyond their brick: a node lies in its tetrahedron, or as far from it as that is large.
 const BEYOND: f64 = 4.0;
-
-/// How often a brick is made again where triangles came out that intersect others: those it was given stay around them then, as given, until
-/// the remesher thaws them by exact tests. It does so where leaves touch each other, in crevices narrower than edges.
-const KEPT: u32 = 4;
-
-/// How far around what intersects triangles stay, as a share of its size, for each time.
-const ROOM: f64 = 0.5;
-
-/// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
-const LEAST_BESIDE: f64 = 0.05;
 
 /// Which of the bricks one worker makes: the `number`th of `of` shares, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -262,30 +251,14 @@ impl Maker<'_> {
             if which.round == 0 { blocks.holding(0, p) == which.brick } else { nodes.contains_key(&bits(p)) }
         };
         let oracle = ImplicitOracle::within(model, ready.size, around, &is_mine, run)?;
+        let mut work = patch_open_pieces(&given.mesh, &given.on, &given.faces, &oracle, ready.size)?;
+        if which.round > 0 {
+            work.sizes = sizes_at_ends(&given);
+        }
         let options = exact_options(ready, &plan.mesh_options(), CELLS[CELLS.len() - 1] * ready.size)?;
         // A piece has numbers of faces; names come with merging.
         let names = TriMesh { faces: vec![String::new(); model.faces().len()], ..TriMesh::default() };
-        let mut kept: Vec<Aabb> = Vec::new();
-        let mut best: Option<(ExactMesh, Laid)> = None;
-        for times in 1..=1 + KEPT {
-            let mut work = patch_open_pieces(&given.mesh, &given.on, &given.faces, &oracle, ready.size)?;
-            if which.round > 0 {
-                work.sizes = sizes_at_ends(&given);
-            }
-            keep(&mut work, &kept, LEAST_BESIDE * ready.size);
-            let now = remesh_open(work, &names, &oracle, &options, run)?;
-            let ExactReport { self_intersections: bad, faults, .. } = &now.0.report;
-            let room = f64::from(times) * ROOM;
-            kept.extend(faults[..*bad].iter().map(|b| b.grown(room * b.diagonal())));
-            let is_last = *bad == 0;
-            if best.as_ref().is_none_or(|b| *bad < b.0.report.self_intersections) {
-                best = Some(now);
-            }
-            if is_last {
-                break;
-            }
-        }
-        let Some((made, laid)) = best else { return Ok(Piece::default()) };
+        let (made, laid) = remesh_open(work, &names, &oracle, &options, run)?;
         let Laid { pieces, on } = laid;
         let mesh = made.mesh;
         let mut known: Vec<(u32, NodeId)> = Vec::new();
@@ -427,22 +400,6 @@ pub(in crate::pipeline) fn fans_apart(mesh: &mut TriMesh) -> Vec<u32> {
         }
     }
     copies
-}
-
-/// Has the triangles in some boxes stay for now.
-fn keep(work: &mut Patchwork, boxes: &[Aabb], least: f64) {
-    if boxes.is_empty() {
-        return;
-    }
-    let tree = Bvh::new(boxes.to_vec());
-    let is_near = |t: &u32| {
-        let mut near = false;
-        tree.overlapping(&Aabb::around(work.mesh.corner_points(*t)), |_| near = true);
-        near
-    };
-    let kept: Vec<u32> = work.mesh.triangles().filter(is_near).collect();
-    work.freeze(&kept, least);
-    work.thaws = true;
 }
 
 /// The largest edge length each node may want: at ends that are remeshed already, what their edges have.
