@@ -98,10 +98,7 @@ impl Field for Leaf {
                 out.fill(f64::NAN);
             }
         };
-        match self.walls {
-            Some(walls) => walls.values(points, out, inside),
-            None => inside(points, out),
-        }
+        self.walls.unwrap_or_default().values(points, out, inside);
     }
 
     fn gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
@@ -118,10 +115,7 @@ impl Field for Leaf {
                 *g = DVec3::from_slice(v);
             }
         };
-        match self.walls {
-            Some(walls) => walls.gradients(points, values, gradients, inside),
-            None => inside(points, values, gradients),
-        }
+        self.walls.unwrap_or_default().gradients(points, values, gradients, inside);
     }
 
     fn walls(&self) -> Option<Walls> {

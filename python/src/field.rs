@@ -107,10 +107,7 @@ impl Field for PyField {
     }
 
     fn values(&self, points: &[DVec3], out: &mut [f64]) {
-        match self.walls {
-            Some(walls) => walls.values(points, out, |p, v| self.values_inside(p, v)),
-            None => self.values_inside(points, out),
-        }
+        self.walls.unwrap_or_default().values(points, out, |p, v| self.values_inside(p, v));
     }
 
     fn gradient(&self, p: DVec3) -> Option<DVec3> {
@@ -134,10 +131,7 @@ impl Field for PyField {
                 *g = DVec3::from_slice(v);
             }
         };
-        match self.walls {
-            Some(walls) => walls.gradients(points, values, gradients, inside),
-            None => inside(points, values, gradients),
-        }
+        self.walls.unwrap_or_default().gradients(points, values, gradients, inside);
     }
 
     fn walls(&self) -> Option<Walls> {

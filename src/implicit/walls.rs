@@ -23,6 +23,13 @@ pub struct Walls {
     bounds: Aabb,
 }
 
+impl Default for Walls {
+    /// No walls: all of space is inside.
+    fn default() -> Self {
+        Walls { bounds: Aabb::ALL }
+    }
+}
+
 impl Walls {
     /// Walls of a box that is finite and not empty.
     pub fn new(bounds: Aabb) -> Self {

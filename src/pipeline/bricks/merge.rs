@@ -177,7 +177,9 @@ pub(super) fn all_there(plan: &BrickPlan, store: &Store<'_>, rounds: usize) -> R
     let more = if missing.len() > NAMED { format!(" and {} more", missing.len() - NAMED) } else { String::new() };
     let e = Error::input(Place::Unknown, format!("not made: {}{more}", names.join(", ")));
     Err(match store.place() {
-        Some(folder) => e.in_file(folder).with_help(format!("rvachev brick {} makes what is missing", folder.display())),
+        Some(folder) => {
+            e.in_file(folder).with_help(format!("rvachev brick {} makes what is missing", folder.display()))
+        }
         None => e,
     })
 }
