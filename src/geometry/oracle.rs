@@ -31,6 +31,18 @@ pub trait SurfaceOracle: Sync {
         points.iter().map(|p| self.project(*p, reach)).collect()
     }
 
+    /// Puts questions to the caller by number, on this thread: each may ask this oracle, and depends on nothing that the others
+    /// change. Where a source is better asked for many points at once a question is put again and again until all it asks is known;
+    /// then what it found the last time is the answer, and the same as alone.
+    fn in_turn(&self, count: usize, question: &mut dyn FnMut(usize)) {
+        (0..count).for_each(question);
+    }
+
+    /// Whether what was asked once is known from then on, so that it pays to ask for much [in turn](Self::in_turn) ahead of a use.
+    fn remembers(&self) -> bool {
+        false
+    }
+
     /// The crossing of the line `p + t * direction`, `|t| <= reach`, with the surface that is nearest to `p`.
     /// `direction` must be a unit vector. `None` when there is no crossing within `reach`.
     ///

@@ -134,6 +134,10 @@ impl SurfaceOracle for CloseOracle<'_> {
         lockstep::together(points.len(), |i| self.project(points[i], reach))
     }
 
+    fn in_turn(&self, count: usize, question: &mut dyn FnMut(usize)) {
+        lockstep::together(count, question);
+    }
+
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         self.oracle.project_along(p, direction, reach)
     }

@@ -16,6 +16,11 @@ const OFF: f64 = 0.906;
 /// The middles of triangles that cut off what bends too much for them: a crease inside a formula or a blend, or a bend that is
 /// tighter than the least size. Leaves of one smooth surface are not looked at.
 pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DVec3> {
+    cutting_off(mesh, oracle, run).into_iter().map(|t| mesh.centroid(t as usize)).collect()
+}
+
+/// The triangles with these middles.
+pub(crate) fn cutting_off(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<u32> {
     if !oracle.leaves().iter().any(Leaf::is_user) {
         return Vec::new();
     }
@@ -26,7 +31,7 @@ pub fn creased(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> Vec<DV
         // Where another face's surface is nearer than its own, it is of the other one's direction that nothing is known.
         let own = oracle.face_at(leaf, p) == Some(mesh.labels[t]);
         let user = own && oracle.leaves().get(leaf as usize)?.is_user();
-        (user && n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF).then_some(p)
+        (user && n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF).then_some(t as u32)
     };
     let all: Vec<usize> = (0..mesh.triangles.len()).collect();
     let found = run.install(|| lockstep::each(oracle.leaves(), &all, |t| cut_off(*t)));

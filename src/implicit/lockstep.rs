@@ -119,6 +119,11 @@ impl Round {
     }
 }
 
+/// Whether the question at hand found something for want of an answer: that is to be dropped.
+pub(super) fn is_missing() -> bool {
+    ROUND.with_borrow(|round| round.as_ref().is_some_and(|r| r.missing))
+}
+
 /// Asks what a round knows; `None` where there is no round or the field is not asked in batches.
 fn in_round<T>(field: &Arc<dyn Field>, lost: T, ask: impl FnOnce(&mut Asked) -> Option<T>) -> Option<T> {
     if !field.in_batches() {

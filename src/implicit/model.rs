@@ -273,6 +273,11 @@ impl Implicit {
         self.leaves.iter().any(|l| matches!(l, Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_)))
     }
 
+    /// Whether there are leaves that are asked for many points at once for its cost.
+    pub(crate) fn waits(&self) -> bool {
+        self.leaves.iter().any(Leaf::waits)
+    }
+
     /// How many operations the tree has, leaves and R-operations.
     pub fn tree_size(&self) -> usize {
         self.tape.ops.len()

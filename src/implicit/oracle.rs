@@ -298,6 +298,10 @@ impl SurfaceOracle for ImplicitOracle<'_> {
         lockstep::together(points.len(), |i| self.project(points[i], reach))
     }
 
+    fn in_turn(&self, count: usize, question: &mut dyn FnMut(usize)) {
+        lockstep::together(count, question);
+    }
+
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         let value = |t: f64| {
             let q = p + direction * t;

@@ -1,7 +1,7 @@
 //! Node classes: corner, crease, regular. By curvature alone as \[LIS14\] (14–17) has it, or by the edges marked sharp.
 
 use super::crease::feature_neighbors;
-use super::guard::ask_all;
+use super::guard::find_all;
 use super::sheets::{SheetsAround, around, best_corners};
 use crate::error::Result;
 use crate::mesh::{EditMesh, edit::NONE};
@@ -87,14 +87,14 @@ pub fn classify_by_edges(mesh: &EditMesh) -> Classes {
 /// depend on the number of threads. *Does not guarantee*: corners with no node within half an edge, and faces narrower than an edge.
 pub fn classify_by_curvature(mesh: &EditMesh, feature_angle: f64, run: &Run) -> Result<Classes> {
     let angle = feature_angle.to_radians();
-    let seen = ask_all(run, mesh.node_capacity(), |v| mesh.is_node(v).then(|| around(mesh, v, angle)))?;
+    let seen = find_all(run, mesh.node_capacity(), |v| mesh.is_node(v).then(|| around(mesh, v, angle)))?;
     let kind = |a: &SheetsAround| if a.crease.is_some() { Kind::Crease } else { Kind::Regular };
     let mut kinds: Vec<Option<Kind>> = seen.iter().map(|a| a.as_ref().map(kind)).collect();
     for v in best_corners(mesh, &seen) {
         kinds[v as usize] = Some(Kind::Corner);
     }
     let special = |v: u32| matches!(kinds[v as usize], Some(Kind::Crease | Kind::Corner));
-    let along = ask_all(run, mesh.node_capacity(), |v| {
+    let along = find_all(run, mesh.node_capacity(), |v| {
         let crease = seen[v as usize].as_ref()?.crease.filter(|_| kinds[v as usize] == Some(Kind::Crease))?;
         let ahead = |sign: f64| {
             let way = |x: u32| sign * (mesh.point(x) - mesh.point(v)).normalize_or_zero().dot(crease);

@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::flips::flip_for_normals;
-use super::guard::{Moves, area_vector, ask_all, may_move, relocate};
+use super::guard::{Moves, ahead, area_vector, ask_all, may_move, relocate};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::curvature::dihedral;
@@ -195,7 +195,8 @@ pub fn cut_creases(
     let mut report = CreaseReport::default();
     let feet =
         ask_all(
-            run,
+            oracle,
+             run,
             mesh.node_capacity(),
             |v| {
                 if mesh.is_node(v) { oracle.project(mesh.point(v), reach) } else { None }
@@ -209,7 +210,7 @@ pub fn cut_creases(
     // Nodes on or beside a crease.
     let has_sharp = |mesh: &EditMesh, v: u32| mesh.outgoing(v).any(|h| mesh.is_sharp(h));
     let frozen = &*mesh;
-    let beside = ask_all(run, mesh.node_capacity(), |v| {
+    let beside = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if !frozen.is_node(v) || has_sharp(frozen, v) || !frozen.neighbors(v).any(|x| turns(v, x)) {
             return None;
         }
@@ -242,7 +243,7 @@ pub fn cut_creases(
 
     // A triangle whose nodes lie on three faces holds a corner.
     let frozen = &*mesh;
-    let corners = ask_all(run, mesh.triangle_capacity(), |t| {
+    let corners = ask_all(oracle, run, mesh.triangle_capacity(), |t| {
         if !frozen.is_triangle(t) {
             return None;
         }
@@ -264,7 +265,7 @@ pub fn cut_creases(
 
     // Edges across a crease.
     let frozen = &*mesh;
-    let found = ask_all(run, 3 * mesh.triangle_capacity(), |h| {
+    let found = ask_all(oracle, run, 3 * mesh.triangle_capacity(), |h| {
         if !frozen.is_edge(h) || frozen.is_sharp(h) || frozen.is_pinned_edge(h) {
             return None;
         }
@@ -326,15 +327,19 @@ pub fn cut_creases(
     for _ in 0..CUT_ROUNDS {
         run.check()?;
         let before = cuts.len();
+        let frozen = &*mesh;
+        ahead(oracle, run, &cuts, 0, |&(a, b, point, free)| {
+            if let Some(h) = frozen.edge_between(a, b).filter(|_| !free) {
+                keeps_facing(frozen, oracle, &rim(frozen, h), point, reach);
+            }
+        })?;
         cuts.retain(|&(a, b, point, free)| {
             let Some(h) = mesh.edge_between(a, b) else { return false };
             if [h, mesh.opposite(h)].into_iter().any(|x| x != NONE && touches(mesh, x / 3, point, SAME_CORNER * reach))
             {
                 return false;
             }
-            let sides: Vec<u32> = [h, mesh.opposite(h)].into_iter().filter(|&x| x != NONE).collect();
-            let both: Vec<u32> = sides.iter().flat_map(|&x| [next(x), prev(x)]).collect();
-            let fair = free || keeps_facing(mesh, oracle, &both, point, reach);
+            let fair = free || keeps_facing(mesh, oracle, &rim(mesh, h), point, reach);
             if fair {
                 mesh.split_edge(h, point);
                 report.cuts += 1;
@@ -362,7 +367,7 @@ pub fn cut_creases(
 fn close_corners(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, angle: f64, run: &Run) -> Result<usize> {
     let cosine = angle_cosine(angle);
     let frozen = &*mesh;
-    let corners = ask_all(run, mesh.triangle_capacity(), |t| {
+    let corners = ask_all(oracle, run, mesh.triangle_capacity(), |t| {
         if !frozen.is_triangle(t) || (3 * t..3 * t + 3).any(|h| frozen.is_feature(h)) {
             return None;
         }
@@ -428,6 +433,11 @@ fn put_corners(mesh: &mut EditMesh, corners: Vec<Option<DVec3>>, reach: f64) -> 
     chosen.len()
 }
 
+/// The half-edges around the triangles beside one.
+fn rim(mesh: &EditMesh, h: u32) -> Vec<u32> {
+    [h, mesh.opposite(h)].into_iter().filter(|&x| x != NONE).flat_map(|x| [next(x), prev(x)]).collect()
+}
+
 /// Whether a node of the triangle is at the point already.
 fn touches(mesh: &EditMesh, t: u32, point: DVec3, same: f64) -> bool {
     mesh.corner_points(t).iter().any(|p| p.distance(point) <= same)
@@ -456,7 +466,7 @@ pub fn mark_sharp(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, a
     let cosine = angle_cosine(angle);
     let hint = 0.5 * angle.to_radians();
     let frozen = &*mesh;
-    let marks = ask_all(run, 3 * mesh.triangle_capacity(), |h| {
+    let marks = ask_all(oracle, run, 3 * mesh.triangle_capacity(), |h| {
         if !frozen.is_edge(h) || frozen.opposite(h) == NONE || dihedral(frozen, h) < hint {
             return None;
         }
@@ -497,7 +507,7 @@ pub fn mark_sharp(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, a
 /// boundary nodes stay.
 pub fn settle_creases(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Moves> {
     let frozen = &*mesh;
-    let targets = ask_all(run, mesh.node_capacity(), |v| {
+    let targets = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if !frozen.is_node(v) || frozen.is_pinned(v) || frozen.is_boundary(v) {
             return None;
         }

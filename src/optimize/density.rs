@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::classify::{Kind, kind_by_edges};
 use super::crease::{LOOK, locate, settle};
-use super::guard::{FACING, area_vector, may_move, sharpest_cosine};
+use super::guard::{FACING, ahead, area_vector, may_move, sharpest_cosine};
 use crate::error::Result;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, edit::NONE};
@@ -86,10 +86,21 @@ pub fn densify(
         }
         list.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         let before = edits.splits;
-        for (k, (_, h)) in list.into_iter().enumerate() {
+        for k in 0..list.len() {
             if k % 256 == 0 {
                 run.check()?;
             }
+            let frozen = &*mesh;
+            let is_long = |h: u32| {
+                let wanted = field[frozen.origin(h) as usize].min(field[frozen.target(h) as usize]);
+                frozen.edge_length(h) > long * wanted
+            };
+            ahead(oracle, run, &list, k, |x| {
+                if is_long(x.1) {
+                    midpoint(frozen, oracle, x.1, reach);
+                }
+            })?;
+            let h = list[k].1;
             // An earlier split may have shortened this half-edge or turned it into another.
             let (a, b) = (mesh.origin(h), mesh.target(h));
             let wanted = field[a as usize].min(field[b as usize]);
@@ -137,6 +148,14 @@ struct Limits {
     angle: f64,
 }
 
+/// Where the ends of `h` meet halfway, if they are of one class.
+fn middle_if_merged(mesh: &EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64) -> Option<DVec3> {
+    let [x, y] = [mesh.origin(h), mesh.target(h)].map(|v| kind_by_edges(mesh, v));
+    let regular = x == Kind::Regular;
+    let meets = x == y && x != Kind::Corner && (regular || mesh.is_feature(h) && mesh.opposite(h) != NONE);
+    if meets { midpoint(mesh, oracle, h, reach) } else { None }
+}
+
 /// Tries to merge the ends of `h` in the way their classes allow; the new node lies on the surface or crease.
 fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, limits: Limits) -> bool {
     let o = mesh.opposite(h);
@@ -148,9 +167,7 @@ fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, li
     match kinds {
         [Kind::Corner, Kind::Corner] => {}
         [x, y] if x == y && (x == Kind::Regular || mesh.is_feature(h)) => {
-            if x == Kind::Regular || o != NONE {
-                tries.extend(midpoint(mesh, oracle, h, reach).map(|p| (h, p)));
-            }
+            tries.extend(middle_if_merged(mesh, oracle, h, reach).map(|p| (h, p)));
             tries.extend([(h, pb), (h, pa)]);
         }
         [Kind::Regular, _] => tries.push((h, pb)),
@@ -216,10 +233,17 @@ pub fn collapse_short(
     }
     list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
     let angle = COLLAPSE_ANGLE.to_radians().cos();
-    for (k, (_, h)) in list.into_iter().enumerate() {
+    for k in 0..list.len() {
         if k % 256 == 0 {
             run.check()?;
         }
+        let frozen = &*mesh;
+        ahead(oracle, run, &list, k, |x| {
+            if frozen.is_edge(x.1) && frozen.edge_length(x.1) < short * wanted(frozen, x.1) {
+                middle_if_merged(frozen, oracle, x.1, reach);
+            }
+        })?;
+        let h = list[k].1;
         if !mesh.is_edge(h) || mesh.edge_length(h) >= short * wanted(mesh, h) {
             continue;
         }
@@ -250,10 +274,19 @@ pub fn remove_degenerate(
     let mut list: Vec<(f64, u32)> =
         mesh.triangles().map(|t| (sharpest_cosine(mesh.corner_points(t)), t)).filter(|x| x.0 > bad).collect();
     list.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-    for (k, (_, t)) in list.into_iter().enumerate() {
+    for k in 0..list.len() {
         if k % 256 == 0 {
             run.check()?;
         }
+        let frozen = &*mesh;
+        ahead(oracle, run, &list, k, |x| {
+            if frozen.is_triangle(x.1) {
+                let length = |h: &u32| frozen.edge_length(*h);
+                let shortest = (3 * x.1..3 * x.1 + 3).min_by(|x, y| length(x).total_cmp(&length(y)).then(x.cmp(y)));
+                shortest.and_then(|h| middle_if_merged(frozen, oracle, h, reach));
+            }
+        })?;
+        let t = list[k].1;
         if !mesh.is_triangle(t) || sharpest_cosine(mesh.corner_points(t)) <= bad {
             continue;
         }
@@ -293,6 +326,55 @@ fn flip_is_better(mesh: &EditMesh, h: u32) -> bool {
     worst(new) < worst(old) && new.into_iter().all(faces)
 }
 
+/// The shift of a node within the surface, or along its crease, that raises the worst angle of its triangles most; `None` if none does
+/// or the node may not move.
+fn better_place(mesh: &EditMesh, v: u32) -> Option<DVec3> {
+    // Shifts as shares of the mean length of the edges at the node.
+    const SHIFTS: [f64; 3] = [0.3, 0.12, 0.04];
+    const WAYS: usize = 8;
+    let kind = kind_by_edges(mesh, v);
+    if kind == Kind::Corner || mesh.is_boundary(v) {
+        return None;
+    }
+    let ring: Vec<[DVec3; 2]> =
+        mesh.outgoing(v).map(|h| [mesh.point(mesh.target(h)), mesh.point(mesh.apex(h))]).collect();
+    let worst = |p: DVec3| ring.iter().map(|[b, c]| sharpest_cosine([p, *b, *c])).fold(-1.0, f64::max);
+    let p = mesh.point(v);
+    let scale = ring.iter().map(|[b, _]| b.distance(p)).sum::<f64>() / ring.len() as f64;
+    let ways: Vec<DVec3> = if kind == Kind::Crease {
+        let ends = super::crease::feature_neighbors(mesh, v);
+        let along = (mesh.point(ends[0]) - mesh.point(ends[1])).normalize_or_zero();
+        vec![along, -along]
+    } else {
+        let (x, y) = super::smooth::node_normal(mesh, v).try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
+        (0..WAYS)
+            .map(|k| {
+                let (s, c) = (std::f64::consts::TAU * k as f64 / WAYS as f64).sin_cos();
+                c * x + s * y
+            })
+            .collect()
+    };
+    let mut best = (worst(p), p);
+    for shift in SHIFTS {
+        for way in &ways {
+            let q = best.1 + shift * scale * *way;
+            let w = worst(q);
+            if w < best.0 {
+                best = (w, q);
+            }
+        }
+    }
+    (best.1 != p).then_some(best.1)
+}
+
+/// A place for a node on its crease if it has one, else on the surface.
+fn settled(mesh: &EditMesh, oracle: &dyn SurfaceOracle, v: u32, p: DVec3, reach: f64) -> Option<DVec3> {
+    match kind_by_edges(mesh, v) {
+        Kind::Crease => settle(mesh, oracle, v, p, reach),
+        _ => oracle.project(p, reach).map(|f| f.point),
+    }
+}
+
 /// Raises the smallest angles one node at a time: around every triangle with an angle below `angle` degrees each
 /// node tries small shifts within the surface (along its crease, if it is on one) and takes the one that raises the worst
 /// angle of its triangles most. Returns how many nodes moved.
@@ -304,61 +386,31 @@ pub fn relax_worst(
     run: &Run,
 ) -> Result<usize> {
     let bad = angle.to_radians().cos();
-    // Shifts as shares of the mean length of the edges at the node.
-    const SHIFTS: [f64; 3] = [0.3, 0.12, 0.04];
-    const WAYS: usize = 8;
     let mut list: Vec<(f64, u32)> =
         mesh.triangles().map(|t| (sharpest_cosine(mesh.corner_points(t)), t)).filter(|x| x.0 > bad).collect();
     list.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
     let mut moved = 0;
-    for (k, (_, t)) in list.into_iter().enumerate() {
+    for k in 0..list.len() {
         if k % 256 == 0 {
             run.check()?;
         }
+        let frozen = &*mesh;
+        ahead(oracle, run, &list, k, |x| {
+            for v in frozen.corners(x.1) {
+                better_place(frozen, v).and_then(|q| settled(frozen, oracle, v, q, reach));
+            }
+        })?;
+        let t = list[k].1;
         if sharpest_cosine(mesh.corner_points(t)) <= bad {
             continue;
         }
         for v in mesh.corners(t) {
-            let kind = kind_by_edges(mesh, v);
-            if kind == Kind::Corner || mesh.is_boundary(v) {
-                continue;
-            }
+            let Some(better) = better_place(mesh, v) else { continue };
+            let p = mesh.point(v);
             let ring: Vec<[DVec3; 2]> =
                 mesh.outgoing(v).map(|h| [mesh.point(mesh.target(h)), mesh.point(mesh.apex(h))]).collect();
             let worst = |p: DVec3| ring.iter().map(|[b, c]| sharpest_cosine([p, *b, *c])).fold(-1.0, f64::max);
-            let p = mesh.point(v);
-            let scale = ring.iter().map(|[b, _]| b.distance(p)).sum::<f64>() / ring.len() as f64;
-            let ways: Vec<DVec3> = if kind == Kind::Crease {
-                let ends = super::crease::feature_neighbors(mesh, v);
-                let along = (mesh.point(ends[0]) - mesh.point(ends[1])).normalize_or_zero();
-                vec![along, -along]
-            } else {
-                let (x, y) =
-                    super::smooth::node_normal(mesh, v).try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
-                (0..WAYS)
-                    .map(|k| {
-                        let (s, c) = (std::f64::consts::TAU * k as f64 / WAYS as f64).sin_cos();
-                        c * x + s * y
-                    })
-                    .collect()
-            };
-            let mut best = (worst(p), p);
-            for shift in SHIFTS {
-                for way in &ways {
-                    let q = best.1 + shift * scale * *way;
-                    let w = worst(q);
-                    if w < best.0 {
-                        best = (w, q);
-                    }
-                }
-            }
-            if best.1 == p {
-                continue;
-            }
-            let q = match kind {
-                Kind::Crease => settle(mesh, oracle, v, best.1, reach),
-                _ => oracle.project(best.1, reach).map(|f| f.point),
-            };
+            let q = settled(mesh, oracle, v, better, reach);
             if let Some(q) = q
                 && worst(q) < worst(p)
                 && may_move(mesh, v, q)

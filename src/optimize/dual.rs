@@ -15,7 +15,7 @@ pub const CUTOFF: f64 = 0.1;
 /// The nodes of the dual mesh, D of \[LIS14\]: for each triangle the crossing of the line through its centroid along its
 /// normal with the surface, `None` where there is none within `reach`, where the triangle is degenerate or dead.
 pub fn dual_nodes(mesh: &EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Vec<Option<Foot>>> {
-    ask_all(run, mesh.triangle_capacity(), |t| {
+    ask_all(oracle, run, mesh.triangle_capacity(), |t| {
         if !mesh.is_triangle(t) {
             return None;
         }
@@ -39,7 +39,7 @@ pub fn snap_to_planes(
 ) -> Result<Moves> {
     let dual = dual_nodes(mesh, oracle, reach, run)?;
     let frozen = &*mesh;
-    let targets = ask_all(run, mesh.node_capacity(), |v| {
+    let targets = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if !frozen.is_node(v) || frozen.is_pinned(v) {
             return None;
         }

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::geometry::SurfaceOracle;
 use crate::mesh::EditMesh;
 use crate::run::Run;
 
@@ -123,24 +124,76 @@ pub(super) fn relocate(
     false
 }
 
-/// Asks `ask` for every id below `count` on the run's threads; answers are placed by id.
+/// Asks `ask` for every id below `count` on the run's threads; answers are placed by id. What it asks of the oracle is asked for
+/// together where that is cheaper.
 pub(super) fn ask_all<T: Send>(
+    oracle: &dyn SurfaceOracle,
     run: &Run,
     count: usize,
     ask: impl Fn(u32) -> Option<T> + Sync,
 ) -> Result<Vec<Option<T>>> {
+    in_parts(run, count, ask, |count, question| oracle.in_turn(count, question))
+}
+
+/// [`ask_all`] of what no oracle is asked for.
+pub(super) fn find_all<T: Send>(
+    run: &Run,
+    count: usize,
+    find: impl Fn(u32) -> Option<T> + Sync,
+) -> Result<Vec<Option<T>>> {
+    in_parts(run, count, find, |count, question| (0..count).for_each(question))
+}
+
+/// Answers for every id below `count`; `turn` puts so many questions by number.
+fn in_parts<T: Send>(
+    run: &Run,
+    count: usize,
+    ask: impl Fn(u32) -> Option<T> + Sync,
+    turn: impl Fn(usize, &mut dyn FnMut(usize)) + Sync,
+) -> Result<Vec<Option<T>>> {
     // Small enough to notice a cancellation within milliseconds, large enough to hide the scheduling.
     const BLOCK: usize = 256;
+    // Questions that wait for each other take memory until the last is answered.
+    const MOST: usize = 1 << 14;
+    // Four parts for each thread, as some take longer than others.
+    const PARTS: usize = 4;
     run.check()?;
-    let answers = run.install(|| {
-        (0..count as u32)
-            .into_par_iter()
-            .with_min_len(BLOCK)
-            .map(|i| if (i as usize).is_multiple_of(BLOCK) && run.is_cancelled() { None } else { ask(i) })
-            .collect()
+    let mut answers: Vec<Option<T>> = (0..count).map(|_| None).collect();
+    run.install(|| {
+        let portion = (count / (PARTS * rayon::current_num_threads())).clamp(BLOCK, MOST);
+        answers.par_chunks_mut(portion).enumerate().for_each(|(k, part)| {
+            turn(part.len(), &mut |i| {
+                let id = k * portion + i;
+                part[i] = if id.is_multiple_of(BLOCK) && run.is_cancelled() { None } else { ask(id as u32) };
+            });
+        });
     });
     run.check()?;
     Ok(answers)
+}
+
+/// How many things of a list are looked at ahead: edits spoil what was asked for later ones.
+const AHEAD: usize = 2048;
+
+/// Before the things of a list are done one after the other: asks what the next ones will ask, so that an oracle that remembers
+/// knows it by then. To be called before each of them with its number.
+pub(super) fn ahead<T: Sync>(
+    oracle: &dyn SurfaceOracle,
+    run: &Run,
+    list: &[T],
+    k: usize,
+    ask: impl Fn(&T) + Sync,
+) -> Result<()> {
+    if !oracle.remembers() || !k.is_multiple_of(AHEAD) {
+        return Ok(());
+    }
+    let next = &list[k..list.len().min(k + AHEAD)];
+    let asked = |i: u32| {
+        ask(&next[i as usize]);
+        None::<()>
+    };
+    ask_all(oracle, run, next.len(), asked)?;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ pub fn align_normals(
 ) -> Result<Moves> {
     let feet = centroid_feet(mesh, oracle, reach, run)?;
     let frozen = &*mesh;
-    let targets = ask_all(run, mesh.node_capacity(), |v| {
+    let targets = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if !frozen.is_node(v) || frozen.is_pinned(v) {
             return None;
         }

@@ -216,7 +216,7 @@ fn faults(mesh: &TriMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> 
     bad.sort_unstable();
     bad.dedup();
     let intersecting = bad.len();
-    let inverted = ask_all(run, mesh.triangles.len(), |t| {
+    let inverted = ask_all(oracle, run, mesh.triangles.len(), |t| {
         let t = t as usize;
         let foot = oracle.project(mesh.centroid(t), reach)?;
         (mesh.area_vector(t).dot(foot.normal) <= 0.0).then_some(t as u32)
@@ -235,7 +235,7 @@ fn run_sequence(
     observer: &mut dyn FnMut(&str, &TriMesh),
 ) -> Result<(TriMesh, Report)> {
     let mut worker = Worker { mesh: EditMesh::new(mesh)?, oracle, options, run, classes: None, resolved: false };
-    let pinned = ask_all(run, mesh.nodes.len(), |v| {
+    let pinned = ask_all(oracle, run, mesh.nodes.len(), |v| {
         let p = mesh.nodes[v as usize];
         frozen.iter().any(|(c, r)| p.distance_squared(*c) <= r * r).then_some(v)
     })?;

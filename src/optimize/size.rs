@@ -52,7 +52,7 @@ impl Sizing {
         if !self.varies() {
             return Ok(vec![self.size; mesh.node_capacity()]);
         }
-        let own = ask_all(run, mesh.node_capacity(), |v| {
+        let own = ask_all(oracle, run, mesh.node_capacity(), |v| {
             if !mesh.is_node(v) {
                 return None;
             }

@@ -55,7 +55,7 @@ fn smooth_where(
     wanted: impl Fn(&EditMesh, u32) -> bool + Sync,
 ) -> Result<Moves> {
     let frozen = &*mesh;
-    let targets = ask_all(run, mesh.node_capacity(), |v| {
+    let targets = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if !frozen.is_node(v) || frozen.is_pinned(v) || frozen.is_boundary(v) || !wanted(frozen, v) {
             return None;
         }
@@ -119,7 +119,7 @@ pub fn smooth_edges(
         }
     };
     let frozen = &*mesh;
-    let targets = ask_all(run, mesh.node_capacity(), |v| {
+    let targets = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if !frozen.is_node(v)
             || frozen.is_pinned(v)
             || frozen.is_boundary(v)

@@ -26,7 +26,7 @@ pub(super) fn centroid_feet(
     reach: f64,
     run: &Run,
 ) -> Result<Vec<Option<Foot>>> {
-    ask_all(run, mesh.triangle_capacity(), |t| {
+    ask_all(oracle, run, mesh.triangle_capacity(), |t| {
         if mesh.is_triangle(t) { oracle.project(mesh.centroid(t), reach) } else { None }
     })
 }
@@ -86,7 +86,7 @@ pub fn forget(mesh: &mut EditMesh) {
 /// Moves every node that is not pinned to its foot on the surface, guarded. *Does not guarantee* that nodes on a crease
 /// stay on it beyond what the oracle's foot says: see [`settle_creases`](super::crease::settle_creases).
 pub fn project(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Moves> {
-    let feet = ask_all(run, mesh.node_capacity(), |v| {
+    let feet = ask_all(oracle, run, mesh.node_capacity(), |v| {
         if mesh.is_node(v) && !mesh.is_pinned(v) { oracle.project(mesh.point(v), reach) } else { None }
     })?;
     let mut moves = Moves::default();

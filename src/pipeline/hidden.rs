@@ -7,8 +7,9 @@ use super::leaf::ByLeaf;
 use super::mesh::Ready;
 use super::method::Method;
 use super::options::MeshOptions;
-use crate::error::Result;
-use crate::implicit::{ImplicitOracle, creased};
+use crate::error::{Error, Result};
+use crate::implicit::{Extracted, ImplicitOracle, Remembered, creased, cutting_off};
+use crate::mesh::TriMesh;
 use crate::optimize::improve;
 use crate::run::Run;
 
@@ -19,6 +20,63 @@ const RECOVERED: f64 = 0.5;
 /// are. A cube with holes as one closure has 894 of 16 640; a union of some sixty leaves with blends has 2 of 56 632, where fillets
 /// end, and operators took ten times as long on it as its exact mesh.
 const FEW: f64 = 0.005;
+
+/// The part by the operators before any other attempt, where marching cubes show creases inside fields that are asked in batches:
+/// the leaf method would ask them point by point along all of these. `None` where there are no such creases, or the operators do not
+/// recover them.
+pub(super) fn creases_seen(
+    ready: &Ready,
+    options: &MeshOptions,
+    attempts: &mut Attempts,
+    run: &Run,
+) -> Result<Option<ByLeaf>> {
+    if !ready.model.waits() {
+        return Ok(None);
+    }
+    let extracted = match ready.extract_any(&ready.model, ready.size, options, run) {
+        Ok(extracted) => extracted,
+        Err(Error::Cancelled) => return Err(Error::Cancelled),
+        // The leaf method's smaller cells may see more.
+        Err(_) => return Ok(None),
+    };
+    // Slivers of marching cubes face anywhere: areas count.
+    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let cut_off = share(&extracted.mesh, &oracle, run);
+    if !(cut_off > FEW) {
+        return Ok(None);
+    }
+    let (made, flawed) = by_operators(ready, extracted, options, attempts, run)?;
+    let oracle = ImplicitOracle::new(&ready.model, &made.extracted);
+    let recovered = flawed == 0 && share(&made.mesh, &oracle, run) <= RECOVERED * cut_off;
+    if !recovered {
+        attempts.change(Change::OtherWay, "operators do not recover all creases inside a closure");
+    }
+    Ok(recovered.then_some(made))
+}
+
+/// The share of a mesh's area in triangles that cut off creases.
+fn share(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> f64 {
+    let area = |t: usize| mesh.area_vector(t).length();
+    let all: f64 = (0..mesh.triangles.len()).map(area).sum();
+    cutting_off(mesh, oracle, run).into_iter().map(|t| area(t as usize)).sum::<f64>() / all
+}
+
+/// The part by the operators, and how many of its triangles are flawed.
+fn by_operators(
+    ready: &Ready,
+    extracted: Extracted,
+    options: &MeshOptions,
+    attempts: &mut Attempts,
+    run: &Run,
+) -> Result<(ByLeaf, usize)> {
+    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let mut mesh = extracted.mesh.clone();
+    let improved = improve(&mut mesh, &Remembered::new(&oracle), &ready.operator_options(options), run)?;
+    let flawed = improved.self_intersections + improved.after.inverted;
+    let number = attempts.add(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed), run);
+    let made = ByLeaf::by_other(mesh, extracted, ready.size, Method::Cut, Vec::new());
+    Ok((ByLeaf { number, ..made }, flawed))
+}
 
 /// The part by the operators, where a mesh of the leaf method cuts creases off and theirs does not.
 pub(super) fn hidden_creases(
@@ -39,14 +97,11 @@ pub(super) fn hidden_creases(
     }
     attempts.change(Change::OtherWay, "triangles cut off creases inside a closure or formula");
     let extracted = ready.extract(ready.size, options, run)?;
-    let oracle = ImplicitOracle::new(&ready.model, &extracted);
-    let mut mesh = extracted.mesh.clone();
-    let improved = improve(&mut mesh, &oracle, &ready.operator_options(options), run)?;
-    let flawed = improved.self_intersections + improved.after.inverted;
-    let left = creased(&mesh, &oracle, run).len();
-    let number = attempts.add(Attempt::new(Tried::Operators, ready.size, mesh.triangles.len(), flawed), run);
+    let (recovered, flawed) = by_operators(ready, extracted, options, attempts, run)?;
+    let oracle = ImplicitOracle::new(&ready.model, &recovered.extracted);
+    let left = creased(&recovered.mesh, &oracle, run).len();
     if flawed > 0 || left as f64 > RECOVERED * cut_off as f64 {
         return Ok(None);
     }
-    Ok(Some(ByLeaf { number, ..ByLeaf::by_other(mesh, extracted, ready.size, Method::Cut, Vec::new()) }))
+    Ok(Some(recovered))
 }

@@ -10,7 +10,7 @@ use super::built::{build, mesh_built};
 use super::cells::{CHEAP, CellLadder, Start, at};
 use super::figure::{mesh_figure, no_figure};
 use super::heal::{heal_made, same_places, told};
-use super::hidden::hidden_creases;
+use super::hidden::{creases_seen, hidden_creases};
 use super::history::{Attempt, Clock, Tried};
 use super::ladder::{Attempts, climb};
 use super::leaf::{ByLeaf, by_leaf};
@@ -320,10 +320,12 @@ pub(super) fn mesh_by_cells(
     let mut clock = Clock::new(options.timed);
     let sequence = options.sequence.clone().or_else(|| options.method.sequence());
     let made = if options.method.is_exact() {
-        let made = by_leaf(cells, attempts, run)?;
-        match hidden_creases(ready, &made, options, attempts, run)? {
+        match creases_seen(ready, options, attempts, run)? {
             Some(recovered) => recovered,
-            None => made,
+            None => {
+                let made = by_leaf(cells, attempts, run)?;
+                hidden_creases(ready, &made, options, attempts, run)?.unwrap_or(made)
+            }
         }
     } else {
         let extracted = ready.extract(ready.size, options, run)?;

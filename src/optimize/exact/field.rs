@@ -6,7 +6,7 @@ use super::gaps::fitting;
 use super::remesh::{FAIR, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
-use crate::optimize::guard::ask_all;
+use crate::optimize::guard::find_all;
 use crate::optimize::size::Sizing;
 
 /// Edges longer than this many wanted lengths are halved at first.
@@ -47,7 +47,7 @@ impl Remesher<'_> {
         }
         let this = &*self;
         let own =
-            ask_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;
+            find_all(this.run, this.work.mesh.node_capacity(), |v| this.work.mesh.is_node(v).then(|| this.size_at(v)))?;
         self.own = own.into_iter().map(|s| s.unwrap_or(self.options.sizing.size)).collect();
         if narrow {
             // How long edges at tips would be.
