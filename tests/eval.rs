@@ -205,6 +205,93 @@ fn a_field_of_which_nothing_is_known_is_meshed_in_large_batches() {
     assert_eq!(mesh, meshed(0.1, 3).2);
 }
 
+/// A cube of half side 1 with bores of radii 0.5 along z and 0.4 along x, as one function that nothing is known of but its slope.
+/// It counts its calls.
+struct Bored(Arc<AtomicUsize>);
+
+impl Field for Bored {
+    fn value(&self, p: DVec3) -> f64 {
+        let mut out = [0.0];
+        self.values(&[p], &mut out);
+        out[0]
+    }
+
+    fn values(&self, points: &[DVec3], out: &mut [f64]) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        for (v, p) in out.iter_mut().zip(points) {
+            let bores = (p.x.hypot(p.y) - 0.5).min(p.y.hypot(p.z) - 0.4);
+            *v = (1.0 - p.abs().max_element()).min(bores);
+        }
+    }
+
+    fn lipschitz(&self) -> Option<f64> {
+        Some(1.0)
+    }
+}
+
+/// Calls and the mesh of the bored cube, with edges a tenth long.
+fn bored(threads: usize) -> (usize, rvachev::mesh::TriMesh) {
+    let calls = Arc::new(AtomicUsize::new(0));
+    let mut part = Part::from_solid(Solid::field(Bored(calls.clone())).name("bored"));
+    part.domain = Some(Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5)));
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.1)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    (calls.load(Ordering::Relaxed), made.mesh)
+}
+
+#[test]
+fn creases_inside_a_field_are_found_in_large_batches() {
+    let (calls, mesh) = bored(1);
+    println!("{calls} calls, {} triangles", mesh.triangles.len());
+    // One call for each point along the creases would be eight million.
+    assert!(calls < 20_000, "{calls}");
+    let node = |v: u32| mesh.nodes[v as usize];
+    let mut beside: std::collections::HashMap<[u32; 2], Vec<DVec3>> = std::collections::HashMap::new();
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(node);
+        for k in 0..3 {
+            let (v, w) = (t[k], t[(k + 1) % 3]);
+            beside.entry([v.min(w), v.max(w)]).or_default().push((b - a).cross(c - a).normalize());
+        }
+    }
+    let sharp: Vec<[DVec3; 2]> = beside.iter().filter(|x| x.1[0].dot(x.1[1]) < 0.8).map(|x| x.0.map(node)).collect();
+    let is_found = |p: DVec3| {
+        sharp.iter().any(|[a, b]| {
+            let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            // Chords of edges a tenth long are a few thousandths from circles of these radii.
+            a.lerp(*b, t).distance(p) < 4e-3
+        })
+    };
+    let mut truth: Vec<DVec3> = Vec::new();
+    for i in 0..200 {
+        let s = (f64::from(i) + 0.5) / 100.0 - 1.0;
+        for (u, v) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            truth.extend([DVec3::new(s, u, v), DVec3::new(u, s, v), DVec3::new(u, v, s)]);
+        }
+        let (sin, cos) = (std::f64::consts::PI * s).sin_cos();
+        for side in [-1.0, 1.0] {
+            truth.push(DVec3::new(0.5 * cos, 0.5 * sin, side));
+            truth.push(DVec3::new(side, 0.4 * cos, 0.4 * sin));
+            // Where the bores meet.
+            truth.push(DVec3::new(side * (0.25 - 0.16 * cos * cos).sqrt(), 0.4 * cos, 0.4 * sin));
+        }
+    }
+    let found = truth.iter().filter(|p| is_found(**p)).count();
+    println!("{found} of {} found", truth.len());
+    assert!(found as f64 >= 0.99 * truth.len() as f64, "{found} of {}", truth.len());
+    for k in 0..8 {
+        let corner = DVec3::from([0, 1, 2].map(|i| if k >> i & 1 == 0 { -1.0 } else { 1.0 }));
+        let off = mesh.nodes.iter().map(|p| p.distance(corner)).fold(f64::INFINITY, f64::min);
+        assert!(off < 1e-5, "{corner}: {off}");
+    }
+    // All nodes are on the surface.
+    let mut values = vec![0.0; mesh.nodes.len()];
+    Bored(Arc::default()).values(&mesh.nodes, &mut values);
+    assert!(values.iter().all(|v| v.abs() < 1e-8));
+    assert_eq!(mesh, bored(3).1);
+}
+
 /// The ball where it may be asked in a box only.
 struct Walled(Shared, Walls);
 

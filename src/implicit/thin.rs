@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::extract::Extracted;
+use super::lockstep;
 use super::model::Implicit;
 use super::newton::{bounds_solid, nearest};
 use super::octree::{BRICK, Cell};
@@ -84,8 +85,8 @@ pub fn thin_walls(model: &Implicit, extracted: &Extracted, size: f64, run: &Run)
         }
         let nodes = &extracted.mesh.nodes;
         let stride = nodes.len().div_ceil(MOST_SAMPLES).max(1);
-        let below: Vec<Option<Wall>> =
-            (0..nodes.len() / stride).into_par_iter().map(|i| probe.below(nodes[i * stride])).collect();
+        let below: Vec<DVec3> = (0..nodes.len() / stride).map(|i| nodes[i * stride]).collect();
+        let below: Vec<Option<Wall>> = lockstep::each(&model.leaves, &below, |p| probe.below(*p));
         run.check()?;
         found.extend(below.into_iter().flatten());
         Ok(found)

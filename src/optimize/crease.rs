@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::flips::flip_for_normals;
-use super::guard::{Moves, ahead, area_vector, ask_all, may_move, relocate};
+use super::guard::{Moves, ahead, area_vector, ask_all, may_move, relocate_all};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::curvature::dihedral;
@@ -193,15 +193,9 @@ pub fn cut_creases(
 ) -> Result<CreaseReport> {
     let cosine = angle_cosine(angle);
     let mut report = CreaseReport::default();
-    let feet =
-        ask_all(
-            oracle,
-             run,
-            mesh.node_capacity(),
-            |v| {
-                if mesh.is_node(v) { oracle.project(mesh.point(v), reach) } else { None }
-            },
-        )?;
+    let feet = ask_all(oracle, run, mesh.node_capacity(), |v| {
+        if mesh.is_node(v) { oracle.project(mesh.point(v), reach) } else { None }
+    })?;
     let turns = |a: u32, b: u32| match (&feet[a as usize], &feet[b as usize]) {
         (Some(x), Some(y)) => x.normal.dot(y.normal) <= cosine,
         _ => false,
@@ -512,19 +506,10 @@ pub fn settle_creases(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f6
             return None;
         }
         let sharp = frozen.outgoing(v).filter(|&h| frozen.is_sharp(h)).count();
-        if sharp < 2 { None } else { Some(settle(frozen, oracle, v, frozen.point(v), reach)) }
+        let p = frozen.point(v);
+        if sharp < 2 { None } else { Some(settle(frozen, oracle, v, p, reach)).filter(|q| *q != Some(p)) }
     })?;
-    let mut moves = Moves::default();
-    for (v, target) in targets.into_iter().enumerate() {
-        match target {
-            Some(Some(p)) if p != mesh.point(v as u32) => {
-                relocate(mesh, v as u32, p, &mut moves, |m, p| settle(m, oracle, v as u32, p, reach));
-            }
-            Some(None) => moves.missed += 1,
-            _ => {}
-        }
-    }
-    Ok(moves)
+    relocate_all(mesh, oracle, run, targets, |m, v, p| settle(m, oracle, v, p, reach))
 }
 
 /// The neighbors of a node along its feature edges.

@@ -97,31 +97,63 @@ pub fn may_move(mesh: &EditMesh, v: u32, p: DVec3) -> bool {
         })
 }
 
-/// Moves `v` to `target`, or, when the guard refuses, to what `settle` makes of the points half, a quarter, ... of the way.
+/// Where `v` comes to be on its way to `target`, and after how many refusals: at `target`, or, when the guard refuses, at what `settle`
+/// makes of the points half, a quarter, ... of the way.
+fn way(
+    mesh: &EditMesh,
+    v: u32,
+    target: DVec3,
+    settle: impl Fn(&EditMesh, DVec3) -> Option<DVec3>,
+) -> Option<(DVec3, usize)> {
+    let mut to = target;
+    for k in 0..=BACKTRACKS {
+        if may_move(mesh, v, to) {
+            return Some((to, k));
+        }
+        to = settle(mesh, mesh.point(v).lerp(target, 0.5f64.powi(k as i32 + 1)))?;
+    }
+    None
+}
+
+/// Moves `v` to `target` or part of the [way].
 pub(super) fn relocate(
     mesh: &mut EditMesh,
     v: u32,
     target: DVec3,
     moves: &mut Moves,
     settle: impl Fn(&EditMesh, DVec3) -> Option<DVec3>,
-) -> bool {
-    let old = mesh.point(v);
-    let mut to = target;
-    for k in 0..=BACKTRACKS {
-        if may_move(mesh, v, to) {
-            mesh.set_point(v, to);
-            moves.moved += 1;
-            moves.shortened += usize::from(k > 0);
-            moves.largest = moves.largest.max(to.distance(old));
-            return true;
-        }
-        match settle(mesh, old.lerp(target, 0.5f64.powi(k as i32 + 1))) {
-            Some(p) => to = p,
-            None => break,
-        }
+) {
+    let Some((to, refused)) = way(mesh, v, target, settle) else {
+        moves.rejected += 1;
+        return;
+    };
+    moves.largest = moves.largest.max(to.distance(mesh.point(v)));
+    mesh.set_point(v, to);
+    moves.moved += 1;
+    moves.shortened += usize::from(refused > 0);
+}
+
+/// [Moves](relocate) nodes to the targets found for them, by number: none for nodes that stay, a `None` where a foot was missed.
+pub(super) fn relocate_all(
+    mesh: &mut EditMesh,
+    oracle: &dyn SurfaceOracle,
+    run: &Run,
+    targets: Vec<Option<Option<DVec3>>>,
+    settle: impl Fn(&EditMesh, u32, DVec3) -> Option<DVec3> + Sync,
+) -> Result<Moves> {
+    let mut moves = Moves::default();
+    let asked = targets.iter().flatten().count();
+    let due: Vec<(u32, DVec3)> = (0..).zip(targets).filter_map(|(v, t)| Some((v, t??))).collect();
+    moves.missed = asked - due.len();
+    for k in 0..due.len() {
+        let frozen = &*mesh;
+        ahead(oracle, run, &due, k, |&(v, p)| {
+            way(frozen, v, p, |m, p| settle(m, v, p));
+        })?;
+        let (v, p) = due[k];
+        relocate(mesh, v, p, &mut moves, |m, p| settle(m, v, p));
     }
-    moves.rejected += 1;
-    false
+    Ok(moves)
 }
 
 /// Asks `ask` for every id below `count` on the run's threads; answers are placed by id. What it asks of the oracle is asked for
@@ -132,7 +164,9 @@ pub(super) fn ask_all<T: Send>(
     count: usize,
     ask: impl Fn(u32) -> Option<T> + Sync,
 ) -> Result<Vec<Option<T>>> {
-    in_parts(run, count, ask, |count, question| oracle.in_turn(count, question))
+    // Four parts for each thread, as some take longer than others. Where points wait for each other one call for each must do.
+    let parts = if oracle.remembers() { 1 } else { 4 };
+    in_parts(run, count, parts, ask, |count, question| oracle.in_turn(count, question))
 }
 
 /// [`ask_all`] of what no oracle is asked for.
@@ -141,13 +175,14 @@ pub(super) fn find_all<T: Send>(
     count: usize,
     find: impl Fn(u32) -> Option<T> + Sync,
 ) -> Result<Vec<Option<T>>> {
-    in_parts(run, count, find, |count, question| (0..count).for_each(question))
+    in_parts(run, count, 4, find, |count, question| (0..count).for_each(question))
 }
 
-/// Answers for every id below `count`; `turn` puts so many questions by number.
+/// Answers for every id below `count`, in so many parts for each thread; `turn` puts so many questions by number.
 fn in_parts<T: Send>(
     run: &Run,
     count: usize,
+    parts: usize,
     ask: impl Fn(u32) -> Option<T> + Sync,
     turn: impl Fn(usize, &mut dyn FnMut(usize)) + Sync,
 ) -> Result<Vec<Option<T>>> {
@@ -155,12 +190,10 @@ fn in_parts<T: Send>(
     const BLOCK: usize = 256;
     // Questions that wait for each other take memory until the last is answered.
     const MOST: usize = 1 << 14;
-    // Four parts for each thread, as some take longer than others.
-    const PARTS: usize = 4;
     run.check()?;
     let mut answers: Vec<Option<T>> = (0..count).map(|_| None).collect();
     run.install(|| {
-        let portion = (count / (PARTS * rayon::current_num_threads())).clamp(BLOCK, MOST);
+        let portion = (count / (parts * rayon::current_num_threads())).clamp(BLOCK, MOST);
         answers.par_chunks_mut(portion).enumerate().for_each(|(k, part)| {
             turn(part.len(), &mut |i| {
                 let id = k * portion + i;

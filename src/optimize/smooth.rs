@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::classify::{Classes, Kind, kind_by_edges};
 use super::crease::{feature_neighbors, settle};
-use super::guard::{Moves, ask_all, relocate};
+use super::guard::{Moves, ask_all, relocate_all};
 use crate::error::Result;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::EditMesh;
@@ -63,17 +63,7 @@ fn smooth_where(
         let n = node_normal(frozen, v);
         Some(oracle.project(frozen.point(v) + step - step.dot(n) * n, reach).map(|f| f.point))
     })?;
-    let mut moves = Moves::default();
-    for (v, target) in targets.into_iter().enumerate() {
-        match target {
-            Some(Some(p)) => {
-                relocate(mesh, v as u32, p, &mut moves, |_, p| oracle.project(p, reach).map(|f| f.point));
-            }
-            Some(None) => moves.missed += 1,
-            None => {}
-        }
-    }
-    Ok(moves)
+    relocate_all(mesh, oracle, run, targets, |_, _, p| oracle.project(p, reach).map(|f| f.point))
 }
 
 /// One pass of `R_all`, \[LIS14\] (12, 13): every node goes by the tangential part of its Laplacian displacement, then back
@@ -133,15 +123,5 @@ pub fn smooth_edges(
         let u = 0.5 * (pi + pj) - p;
         Some(back(frozen, v, p + c * u.dot(tau) * tau))
     })?;
-    let mut moves = Moves::default();
-    for (v, target) in targets.into_iter().enumerate() {
-        match target {
-            Some(Some(p)) => {
-                relocate(mesh, v as u32, p, &mut moves, |m, p| back(m, v as u32, p));
-            }
-            Some(None) => moves.missed += 1,
-            None => {}
-        }
-    }
-    Ok(moves)
+    relocate_all(mesh, oracle, run, targets, back)
 }

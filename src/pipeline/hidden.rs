@@ -33,18 +33,20 @@ pub(super) fn creases_seen(
     if !ready.model.waits() {
         return Ok(None);
     }
-    let extracted = match ready.extract_any(&ready.model, ready.size, options, run) {
+    // Stand-ins are on the way to any mesh, and what they ask is kept.
+    let extracted = match ready.extract_any(&ready.asked, ready.size, options, run) {
         Ok(extracted) => extracted,
         Err(Error::Cancelled) => return Err(Error::Cancelled),
         // The leaf method's smaller cells may see more.
         Err(_) => return Ok(None),
     };
     // Slivers of marching cubes face anywhere: areas count.
-    let oracle = ImplicitOracle::new(&ready.model, &extracted);
+    let oracle = ImplicitOracle::new(&ready.asked, &extracted);
     let cut_off = share(&extracted.mesh, &oracle, run);
     if !(cut_off > FEW) {
         return Ok(None);
     }
+    let extracted = ready.extract(ready.size, options, run)?;
     let (made, flawed) = by_operators(ready, extracted, options, attempts, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &made.extracted);
     let recovered = flawed == 0 && share(&made.mesh, &oracle, run) <= RECOVERED * cut_off;
