@@ -56,11 +56,22 @@ pub(super) fn creases_seen(
     Ok(recovered.then_some(made))
 }
 
-/// The share of a mesh's area in triangles that cut off creases.
+/// The share of a mesh's area in triangles that cut off creases inside faces: where faces meet, marching cubes cut off edges that the
+/// tree knows.
 fn share(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> f64 {
+    let mut face: Vec<Option<u32>> = vec![None; mesh.nodes.len()];
+    let mut is_between = vec![false; mesh.nodes.len()];
+    for (t, label) in mesh.triangles.iter().zip(&mesh.labels) {
+        for v in t.map(|v| v as usize) {
+            is_between[v] |= face[v].is_some_and(|f| f != *label);
+            face[v] = Some(*label);
+        }
+    }
     let area = |t: usize| mesh.area_vector(t).length();
     let all: f64 = (0..mesh.triangles.len()).map(area).sum();
-    cutting_off(mesh, oracle, run).into_iter().map(|t| area(t as usize)).sum::<f64>() / all
+    let within = |t: &usize| mesh.triangles[*t].iter().all(|v| !is_between[*v as usize]);
+    let cut_off = cutting_off(mesh, oracle, run).into_iter().map(|t| t as usize);
+    cut_off.filter(within).map(area).sum::<f64>() / all
 }
 
 /// The part by the operators, and how many of its triangles are flawed.
