@@ -105,9 +105,9 @@ impl Interval {
         Self { lo: r.lo.max(0.0), hi: r.hi }
     }
 
-    /// Natural logarithm; everything when a number that has none lies inside.
+    /// Natural logarithm; everything when a negative number lies inside. That of zero is minus infinity.
     pub fn ln(self) -> Self {
-        if self.lo <= 0.0 {
+        if self.lo < 0.0 {
             return Self::ALL;
         }
         libm(self.lo.ln(), self.hi.ln())
@@ -441,6 +441,13 @@ mod tests {
                 prop_assert!(f.is_nan() || r.contains(f), "{i:?} {j:?} {v} {w} -> {r:?} lacks {f}");
             }
         }
+    }
+
+    #[test]
+    fn the_logarithm_is_bounded_above_from_zero_on() {
+        let r = Interval::new(0.0, 2.0).ln();
+        assert!(r.lo == f64::NEG_INFINITY && (r.hi - 2f64.ln()).abs() < 1e-14, "{r:?}");
+        assert_eq!(Interval::new(-0.1, 2.0).ln(), Interval::ALL);
     }
 
     #[test]
