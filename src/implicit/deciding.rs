@@ -58,9 +58,89 @@ impl Deciding {
     }
 }
 
+/// With more leaves than this sides are not tried: there are two to that power of them, eight at a time.
+const MOST_TRIED: usize = 8;
+
+/// The leaves of a tape that change nothing whatever the sides of the others are: what divides two cases that are one here, as
+/// `(a and b) or (not a and b)`. Where a leaf has several names what divides it may tell them apart, so nothing is left out.
+pub(crate) fn idle(tape: &Tape, leaves: &[u32]) -> Vec<u32> {
+    let count = leaves.len();
+    let occurrences = || {
+        tape.ops.iter().filter_map(|op| if let Op::Leaf { leaf, face, .. } = *op { Some((leaf, face)) } else { None })
+    };
+    // A leaf that occurs once among leaves that occur once always decides somewhere.
+    if count < 2 || count > MOST_TRIED || occurrences().count() == count {
+        return Vec::new();
+    }
+    let mut names = vec![None; count];
+    for (leaf, face) in occurrences() {
+        let Ok(k) = leaves.binary_search(&leaf) else { return Vec::new() };
+        if *names[k].get_or_insert(face) != face {
+            return Vec::new();
+        }
+    }
+    // The first three leaves have their eight cases in the bits of a byte, the others one a byte.
+    const FIRST: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
+    let bytes = 1usize << count.saturating_sub(FIRST.len());
+    let inside: Vec<u8> = (0..bytes)
+        .map(|others| {
+            tape.inside_cases(|leaf| match leaves.binary_search(&leaf).unwrap_or(0) {
+                k if k < FIRST.len() => FIRST[k],
+                k => {
+                    if others >> (k - FIRST.len()) & 1 == 1 {
+                        u8::MAX
+                    } else {
+                        0
+                    }
+                }
+            })
+        })
+        .collect();
+    let is_idle = |k: &usize| match FIRST.get(*k) {
+        Some(positive) => inside.iter().all(|c| (c & positive) >> (1 << k) == c & !positive),
+        None => (0..bytes).all(|i| inside[i] == inside[i ^ 1 << (k - FIRST.len())]),
+    };
+    (0..count).filter(is_idle).map(|k| leaves[k]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Cases of a leaf: (at and yes) or (not at and no).
+    fn cases(at: u32, yes: &[Op], no: &[Op]) -> Tape {
+        let mut ops = vec![Op::Leaf { leaf: at, face: 0, negate: false }];
+        ops.extend(yes);
+        let first = ops.len() as u32 - 1;
+        ops.extend([Op::Min(0, first), Op::Leaf { leaf: at, face: 0, negate: true }]);
+        let not = ops.len() as u32 - 1;
+        ops.extend(no);
+        let second = ops.len() as u32 - 1;
+        ops.extend([Op::Min(not, second), Op::Max(first + 1, second + 1)]);
+        Tape { ops }
+    }
+
+    #[test]
+    fn dividers_of_cases_that_are_one_are_idle() {
+        let leaf = |leaf, face| Op::Leaf { leaf, face, negate: false };
+        for [at, p, q] in [[0, 1, 2], [5, 1, 3], [2, 4, 7]] {
+            let idle_of = |tape: &Tape| idle(tape, &crate::implicit::newton::leaves_of(tape));
+            assert_eq!(idle_of(&cases(at, &[leaf(p, 0)], &[leaf(p, 0)])), [at]);
+            assert!(idle_of(&cases(at, &[leaf(p, 0)], &[leaf(q, 0)])).is_empty());
+            // It tells two names apart.
+            assert!(idle_of(&cases(at, &[leaf(p, 0)], &[leaf(p, 1)])).is_empty());
+        }
+        // Among five leaves: ((a and (b or c) and d) or e) twice.
+        for at in [1, 6] {
+            let many = |from: u32| {
+                let [i, k] = [from + 2, from + 4];
+                let l = |n| leaf(n, 0);
+                [l(2), l(3), Op::Max(from, from + 1), l(4), Op::Min(i, from + 3), l(5), Op::Max(k, from + 5)]
+            };
+            let tape = cases(at, &many(1), &many(10));
+            assert_eq!(idle(&tape, &crate::implicit::newton::leaves_of(&tape)), [at]);
+        }
+    }
 
     /// A tape of leaves 0 to 3: ((0 and 1) or 2) and not 3.
     fn tape() -> Tape {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
-use super::roperation::Terms;
+use super::roperation::{Terms, never_negative};
 use super::steps::{linear, rewritten};
 
 /// `|mod(a, m) - m/2|` as the absolute value of an angle, which falls into two leaves however many periods there are. Within a root of
@@ -72,6 +72,110 @@ pub(super) fn sheet(e: &Expr) -> Option<Expr> {
     Some(if k < 0.0 { -size + level } else { size - level })
 }
 
+/// Products are followed this deep, and have no more factors than this.
+const DEEPEST: usize = 32;
+
+/// `times * base^n`, where `times` is never negative.
+struct OddPower {
+    base: Expr,
+    /// Of the base, to tell it by.
+    number: u32,
+    n: f64,
+    times: Option<Expr>,
+}
+
+/// A formula's factors with their exponents, where these are whole.
+fn factors(e: &Expr, depth: usize, out: &mut Vec<(Expr, f64)>) -> Option<()> {
+    match e.node() {
+        _ if depth > DEEPEST || out.len() > DEEPEST => return None,
+        ExprNode::Binary(Binary::Mul, a, b) => {
+            factors(a, depth + 1, out)?;
+            factors(b, depth + 1, out)?;
+        }
+        ExprNode::Binary(Binary::Pow, a, n) => match n.as_constant() {
+            Some(n) if n > 0.0 && n.fract() == 0.0 => out.push((a.clone(), n)),
+            _ => out.push((e.clone(), 1.0)),
+        },
+        _ => out.push((e.clone(), 1.0)),
+    }
+    Some(())
+}
+
+impl OddPower {
+    /// A term with one factor alone that may be negative, to an odd power above 1, and the sign of the factors that are numbers.
+    fn of(term: &Expr, terms: &mut Terms) -> Option<(Self, f64)> {
+        let mut all = Vec::new();
+        factors(term, 0, &mut all)?;
+        let mut by_number: Vec<(u32, Expr, f64)> = Vec::new();
+        let mut factor = 1.0;
+        for (base, n) in all {
+            if let Some(c) = base.as_constant() {
+                factor *= c.powf(n);
+                continue;
+            }
+            let number = terms.number(&base);
+            match by_number.iter_mut().find(|f| f.0 == number) {
+                Some(f) => f.2 += n,
+                None => by_number.push((number, base, n)),
+            }
+        }
+        let mut found = None;
+        let mut times: Option<Expr> = None;
+        for (number, base, n) in by_number {
+            if n % 2.0 == 0.0 || never_negative(&base) {
+                let power = Expr::binary(Binary::Pow, base, Expr::constant(n));
+                times = Some(times.map_or(power.clone(), |t| t * power));
+            } else if found.replace((number, base, n)).is_some() {
+                return None;
+            }
+        }
+        let (number, base, n) = found.filter(|f| f.2 > 1.0)?;
+        Some((Self { base, number, n, times }, factor))
+    }
+}
+
+/// The sign of `p f^n + q g^n` with an odd `n`, where `p` and `q` are never negative, is that of `p^(1/n) f + q^(1/n) g`. Where `f` and
+/// `g` are both zero the powers have no slope, and nothing tells where the surface goes.
+pub(super) fn odd_powers(e: &Expr) -> Option<Expr> {
+    let mut terms = Terms::default();
+    let mut number = 0.0;
+    let mut sides: Vec<(OddPower, f64, Expr)> = Vec::new();
+    for (term, factor) in terms.addends(e) {
+        if let Some(c) = term.as_constant() {
+            number += c * factor;
+            continue;
+        }
+        let (power, own) = OddPower::of(&term, &mut terms)?;
+        let factor = factor * own;
+        let size = power.times.clone().map_or_else(|| Expr::constant(factor.abs()), |t| t * factor.abs());
+        match sides.iter_mut().find(|s| s.0.number == power.number) {
+            Some(s) if s.0.n == power.n && s.1 == factor.signum() => s.2 = s.2.clone() + size,
+            Some(_) => return None,
+            None => sides.push((power, factor.signum(), size)),
+        }
+    }
+    let n = sides.first()?.0.n;
+    let most = if number == 0.0 { 2 } else { 1 };
+    if sides.len() > most || sides.iter().any(|s| s.0.n != n) {
+        return None;
+    }
+    let root = |e: &Expr| match e.as_constant() {
+        Some(c) => Expr::constant(c.powf(1.0 / n)),
+        None => Expr::binary(Binary::Pow, e.clone(), Expr::constant(1.0 / n)),
+    };
+    // What is beside one power alone has no part in its sign, unless it is zero.
+    if let [(power, ..)] = &sides[..]
+        && power.times.is_some()
+    {
+        return None;
+    }
+    let mut all = sides.iter().map(|(power, sign, size)| root(size) * power.base.clone() * *sign);
+    let first = all.next()?;
+    let level = number.abs().powf(1.0 / n).copysign(number);
+    let sum = all.fold(first, |a, b| a + b);
+    Some(if number == 0.0 { sum } else { sum + level })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,6 +221,27 @@ mod tests {
             (Expr::constant(0.3) - power(2.0) - x.clone(), false),
         ] {
             let made = sheet(&e);
+            assert_eq!(made.is_some(), other, "{e:?}");
+            for p in places.clone() {
+                let (v, w) = (value(&e, p), made.as_ref().map_or(value(&e, p), |m| value(m, p)));
+                assert_eq!(v > 0.0, w > 0.0, "{e:?} {p:?}");
+            }
+        }
+        let to = |e: &Expr, n: f64| bi(Binary::Pow, e.clone(), Expr::constant(n));
+        let ball = to(&x, 2.0) + to(&y, 2.0) * 2.25 + to(&z, 2.0) - 1.0;
+        let heart = to(&ball, 3.0) - to(&x, 2.0) * to(&z, 3.0) - to(&y, 2.0) * (9.0 / 80.0) * to(&z, 3.0);
+        for (e, other) in [
+            (-heart, true),
+            (Expr::constant(0.4) - to(&cubic, 5.0) * 0.3, true),
+            (to(&cubic, 3.0) + z.clone() * z.clone() * z.clone() * -2.0 * to(&x, 2.0), true),
+            (to(&cubic, 3.0) - to(&z, 3.0) - to(&x, 3.0), false),
+            (to(&cubic, 3.0) - to(&z, 3.0) * y.clone(), false),
+            (to(&cubic, 3.0) - to(&z, 5.0), false),
+            (to(&cubic, 3.0) - to(&z, 3.0) * to(&x, 2.0) + to(&z, 3.0) * to(&y, 2.0), false),
+            (to(&x, 3.0) - x.clone() * to(&y, 2.0) - z.clone(), false),
+            (to(&cubic, 4.0) - to(&z, 4.0), false),
+        ] {
+            let made = odd_powers(&e);
             assert_eq!(made.is_some(), other, "{e:?}");
             for p in places.clone() {
                 let (v, w) = (value(&e, p), made.as_ref().map_or(value(&e, p), |m| value(m, p)));

@@ -38,6 +38,7 @@ mod pieces;
 mod plane;
 mod polygon;
 mod proxy;
+mod pulled;
 mod remembered;
 mod rfunction;
 mod roots;

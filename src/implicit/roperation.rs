@@ -172,6 +172,13 @@ impl Terms {
         (n != ONE && k != 0.0).then_some((self.written.get(n as usize)?.clone(), k, c))
     }
 
+    /// What a formula is the sum of, each with its factor; a number is a multiple of 1.
+    pub(super) fn addends(&mut self, e: &Expr) -> Vec<(Expr, f64)> {
+        let sum = self.sum(e);
+        let of = |(n, k): (u32, f64)| (self.written.get(n as usize).cloned().unwrap_or_else(|| Expr::constant(1.0)), k);
+        sum.into_iter().map(of).collect()
+    }
+
     /// For `c + r sqrt(u)` with numbers c and r: a formula and the sign it must have for that to be not negative, or not positive
     /// if `negative`. A number in place of the formula tells that it always is, or never.
     pub(super) fn root_beside_number(&mut self, e: &Expr, negative: bool) -> Option<(Expr, f64)> {

@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::joints::is_smooth;
 use super::jumps::{cases, swinging};
+use super::pulled::outermost;
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::Solid;
@@ -189,6 +190,7 @@ impl Splitter {
                     let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(b, factor, rest, deeper)?);
                     return Some(if (*op == Binary::Min) == (factor > 0.0) { p & q } else { p | q });
                 }
+                ExprNode::Unary(..) if let Some(e) = self.pulled(e) => return self.condition(&e, factor, rest, deeper),
                 ExprNode::Select(c, a, b) if !self.is_smooth(e, [c, a, b]) => {
                     self.taken_apart = true;
                     let c = self.condition(c, 1.0, &Rest::default(), deeper)?;
@@ -258,6 +260,13 @@ impl Splitter {
             ExprNode::Select(c, a, b) => Expr::select(c.clone(), scaled(a), scaled(b)),
             _ => return None,
         };
+        self.switches.look_at(&e);
+        Some(e)
+    }
+
+    /// A function of a switch as a switch of functions.
+    fn pulled(&mut self, e: &Expr) -> Option<Expr> {
+        let e = outermost(e, &|e| self.switches.held(e) == Holds::Switch)?;
         self.switches.look_at(&e);
         Some(e)
     }

@@ -10,7 +10,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, SWING, Unary};
-use super::forms::{sheet, with_waves};
+use super::forms::{odd_powers, sheet, with_waves};
 use super::formula::Formula;
 use super::jumps::swinging;
 use super::roots::by_cases;
@@ -160,7 +160,7 @@ pub(super) fn flat(e: &Expr) -> bool {
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
 pub(super) fn taken_apart(given: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
     let e = with_waves(&without_signs(given));
-    let e = by_cases(&sheet(&e).unwrap_or(e));
+    let e = by_cases(&sheet(&e).or_else(|| odd_powers(&e)).unwrap_or(e));
     if let Some(within) = within
         && has_steps(&e)
     {

@@ -399,7 +399,8 @@ impl Tape {
         first
     }
 
-    fn inside_cases(&self, positive: impl Fn(u32) -> u8) -> u8 {
+    /// Whether what has the signs `positive` says is inside, in eight cases at a time.
+    pub(crate) fn inside_cases(&self, positive: impl Fn(u32) -> u8) -> u8 {
         self.each(0, |_, op, r: &[u8]| match *op {
             Op::All(inside) => all_cases(inside),
             Op::Leaf { leaf, negate, .. } => positive(leaf) ^ all_cases(negate),

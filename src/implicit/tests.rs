@@ -238,6 +238,12 @@ fn bounds_are_found_or_asked_for() {
     let superell = Expr::constant(1.0) - power(Expr::x(), 3.0) - power(Expr::y(), 2.0) - power(Expr::z(), 1.0);
     let b = Implicit::new(&Solid::formula(superell), RSystem::R0, None).unwrap().bounds();
     assert!(b.contains(DVec3::X * 3.0) && b.contains(DVec3::Z) && b.diagonal() < 1.2 * 56f64.sqrt(), "{b:?}");
+    // A smooth minimum: far away the logarithm is that of zero.
+    let ball = |at: f64| (Expr::x() - at) * (Expr::x() - at) + Expr::y() * Expr::y() + Expr::z() * Expr::z() - 1.0;
+    let near = |at: f64| Expr::unary(Unary::Exp, ball(at) * -8.0);
+    let smooth = Expr::unary(Unary::Log, near(0.5) + near(-0.5)) / 8.0;
+    let b = Implicit::new(&Solid::formula(smooth), RSystem::R0, None).unwrap().bounds();
+    assert!(b.contains(DVec3::X * 1.5) && b.contains(DVec3::Y) && b.diagonal() < 8.0, "{b:?}");
     // Beside a solid whose formula, in its own frame, hides that it ends.
     let turned = Solid::cuboid(v(-1.0, -2.0, -1.0), DVec3::ONE).placed(generic_rotation());
     let egg: Solid = Primitive::Ellipsoid { radii: v(0.4, 0.6, 0.7), at: DVec3::ZERO }.into();

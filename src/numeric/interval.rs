@@ -105,9 +105,9 @@ impl Interval {
         Self { lo: r.lo.max(0.0), hi: r.hi }
     }
 
-    /// Natural logarithm; everything when a number that has none lies inside.
+    /// Natural logarithm; everything when a negative number lies inside. That of zero is minus infinity.
     pub fn ln(self) -> Self {
-        if self.lo <= 0.0 {
+        if self.lo < 0.0 {
             return Self::ALL;
         }
         libm(self.lo.ln(), self.hi.ln())
@@ -170,10 +170,35 @@ impl Interval {
         }
     }
 
-    /// [`wrap`](Self::wrap) where that is below `most` both ways, else all between.
+    /// [`wrap`](Self::wrap) where that is at most `most` both ways, and from there straight back to 0 at half a turn.
     pub fn swing(self, most: f64) -> Self {
-        let w = self.wrap();
-        if w.lo >= -most && w.hi <= most { w } else { wide(-most, most) }
+        // More than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
+        const SLACK: f64 = 1e-13;
+        let within = |i: &Self, reach: f64| i.lo >= -reach && i.hi <= reach;
+        let back = most / (PI - most);
+        let (near, far) = (self.wrap(), (self - Self::point(PI)).wrap());
+        if within(&near, most) {
+            return near;
+        }
+        // What it is at its ends, and at turning points between.
+        let hull = |i: &Self, at: &dyn Fn(f64) -> f64, turns: [f64; 2]| {
+            let between = turns.into_iter().filter(|t| i.lo - SLACK <= *t && *t <= i.hi + SLACK);
+            let (lo, hi) = [i.lo, i.hi]
+                .into_iter()
+                .chain(between)
+                .map(at)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
+            Self { lo: lo - SLACK, hi: hi + SLACK }
+        };
+        let from_near = |w: f64| if w.abs() > most { (PI - w.abs()).copysign(w) * back } else { w };
+        let from_far = |v: f64| if v.abs() <= PI - most { -v * back } else { v - PI.copysign(v) };
+        if near.hi - near.lo < PI {
+            hull(&near, &from_near, [-most, most])
+        } else if far.hi - far.lo < PI {
+            hull(&far, &from_far, [most - PI, PI - most])
+        } else {
+            wide(-most, most)
+        }
     }
 
     /// The distance of an angle in radians from whole turns, 0 to pi.
@@ -441,6 +466,36 @@ mod tests {
                 prop_assert!(f.is_nan() || r.contains(f), "{i:?} {j:?} {v} {w} -> {r:?} lacks {f}");
             }
         }
+    }
+
+    #[test]
+    fn what_swings_back_is_bounded_on_its_way_back() {
+        let most = 17.0 * PI / 18.0;
+        let swing = |a: f64| {
+            let w = a - 2.0 * PI * (a / (2.0 * PI)).round();
+            if w.abs() > most { (PI - w.abs()).copysign(w) * 17.0 } else { w }
+        };
+        for k in 0..2000 {
+            let (lo, width) = (0.01 * f64::from(k) - 10.0, 0.003 * f64::from(k % 90));
+            let range = Interval::new(lo, lo + width).swing(most);
+            let values: Vec<f64> = (0..=100).map(|i| swing(lo + width * f64::from(i) / 100.0)).collect();
+            let [least, largest] = [f64::min, f64::max].map(|f| values.iter().copied().reduce(f).unwrap());
+            let holds = range.lo <= least + 1e-12 && largest <= range.hi + 1e-12;
+            assert!(holds, "{lo} {width}: {range:?} {least} {largest}");
+            // Samples miss a turning point by half their distance.
+            let near = 17.0 * 0.005 * width + 1e-9;
+            assert!(
+                least - range.lo <= near && range.hi - largest <= near,
+                "{lo} {width}: {range:?} {least} {largest}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_logarithm_is_bounded_above_from_zero_on() {
+        let r = Interval::new(0.0, 2.0).ln();
+        assert!(r.lo == f64::NEG_INFINITY && (r.hi - 2f64.ln()).abs() < 1e-14, "{r:?}");
+        assert_eq!(Interval::new(-0.1, 2.0).ln(), Interval::ALL);
     }
 
     #[test]

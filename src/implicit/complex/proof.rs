@@ -1,5 +1,6 @@
 //! Whether the leaves in a box are arranged as planes are, shown by intervals.
 
+use super::super::deciding::idle;
 use super::super::fillet::touching;
 use super::super::leaf::Leaf;
 use super::super::newton::leaves_of;
@@ -139,7 +140,11 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
     if passing.len() > MOST_TOGETHER {
         return Judged { unproved: Some(Unproved::Crowded), ..all };
     }
+    let idle = idle(tape, &passing);
     for number in passing {
+        if idle.contains(&number) {
+            continue;
+        }
         let leaf = &leaves[number as usize];
         if !leaf.range(cell).contains(0.0) {
             continue;

@@ -278,6 +278,27 @@ fn three_leaves_that_share_a_circle_bound_what_any_of_the_six_sectors_around_it_
     }
 }
 
+#[test]
+fn what_divides_an_angle_from_itself_is_no_matter_where_it_runs_along_a_surface() {
+    // Fins of one width all along their arms: their flanks run through the surfaces where the wave's cases part at two degrees.
+    let [sin, cos] = [crate::implicit::expr::Unary::Sin, crate::implicit::expr::Unary::Cos];
+    let atan2 = |y: Expr, x: Expr| Expr::binary(crate::implicit::expr::Binary::Atan2, y, x);
+    let turn = atan2(Expr::y(), Expr::x()) * 8.0;
+    let wave = atan2(Expr::unary(sin, turn.clone()), Expr::unary(cos, turn));
+    let radius = Expr::binary(crate::implicit::expr::Binary::Hypot, Expr::x(), Expr::y());
+    let (wide, short, long, high) = (0.2, 0.8, 2.6, 0.4);
+    let arc = Expr::unary(crate::implicit::expr::Unary::Abs, wave) * radius / 8.0;
+    let fins = Solid::formula(Expr::constant(0.5 * wide) - arc);
+    let ring =
+        Solid::cylinder(long, DVec3::Z, DVec3::ZERO, Some(high)) - Solid::cylinder(short, DVec3::Z, DVec3::ZERO, None);
+    let a = made(&(fins & ring), 0.21);
+    sound(&a);
+    assert!(a.unproved.is_empty() && a.astray.is_empty(), "{:?}", a.unproved);
+    assert_eq!(a.made.leaves.iter().filter(|l| l.len() == 3).count(), 8 * 8);
+    let v = a.made.mesh.volume() / (8.0 * wide * (long - short) * high);
+    assert!((v - 1.0).abs() < 0.02, "{v}");
+}
+
 /// Triangles by the places of their nodes, and where blocks end.
 fn placed(a: &Arranged) -> Vec<[[u64; 3]; 3]> {
     let bits = |v: u32| a.made.mesh.nodes[v as usize].to_array().map(f64::to_bits);
