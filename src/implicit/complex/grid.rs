@@ -233,12 +233,12 @@ impl Octree {
                 })
             };
             let seen: Vec<Seen> = lockstep::each(leaves, &layer, judge).into_iter().flatten().collect();
-            let bent = || seen.iter().filter(|s| s.unproved == Some(Unproved::Bent)).map(|s| s.cell);
+            let at_points = || seen.iter().filter_map(|s| Some((s.cell, s.unproved.filter(|u| Points::may_be(*u))?)));
             let level = tree.cubes[layer[0] as usize].level;
             if level == floor {
-                points = Points::new(&tree, bent(), wanted.deeper);
+                points = Points::new(&tree, at_points(), wanted.deeper);
             } else if level < floor {
-                points.keep(bent());
+                points.keep(at_points().map(|s| s.0));
             }
             let halved = |s: &&Seen| s.may || (level > 0 && points.holds(s.cell));
             let split: Vec<u32> = seen.iter().filter(halved).map(|s| s.cell).collect();

@@ -1,17 +1,22 @@
-//! Where surfaces end in points: tips of cones, spikes, cusps.
+//! Where surfaces end in points, or all but touch in one: tips of cones, spikes, cusps, balls that overlap by a hair.
 //!
 //! Around a point in which a surface has no normal cells of every size are not proved, but a number of them that does not depend
 //! on the size. They are halved further than others: it costs next to nothing, and what is too thin for the smallest cells of the
-//! others is no longer than a share of them in the end. Where surfaces touch along curves, or run side by side, the cells that are
-//! not proved become twice or four times as many with each halving; more of that would show nothing.
+//! others is no longer than a share of them in the end. Two surfaces that meet in a tiny circle are told apart by cells smaller than
+//! that. Where surfaces touch along curves, or run side by side, the cells that are not proved become twice or four times as many
+//! with each halving; more of that would show nothing.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::grid::Octree;
+use super::proof::Unproved;
 
 /// A group has grown if it has more than so many halves as many cells as it began with: five quarters end too early on spikes of
 /// 5 degrees, and where surfaces touch along a curve it is four halves.
 const GROWN: usize = 3;
+/// Surfaces all but touch in a point if that is so many cells wide at most: balls as large as eight of these are side by side that far.
+/// Large trees have stretches where surfaces cross at a small angle, tens of cells long: a third more cells changed nothing there.
+const WIDE: i64 = 4;
 
 /// Cells that are not proved, by the group of touching ones they come from.
 #[derive(Debug, Default)]
@@ -22,18 +27,24 @@ pub(super) struct Points {
 }
 
 impl Points {
+    /// Whether what is not shown of a cell may be so in a point.
+    pub(super) fn may_be(unproved: Unproved) -> bool {
+        matches!(unproved, Unproved::Bent | Unproved::Touching)
+    }
+
     /// Groups of cells of one level that touch each other, but for those longer than the largest cells are, `deeper` levels above:
-    /// beside a block of the grid they would not be seen as they are.
-    pub(super) fn new(tree: &Octree, cells: impl Iterator<Item = u32>, deeper: u8) -> Self {
+    /// beside a block of the grid they would not be seen as they are. Where surfaces touch groups are no [wider](WIDE) than a point.
+    pub(super) fn new(tree: &Octree, cells: impl Iterator<Item = (u32, Unproved)>, deeper: u8) -> Self {
         let at = |i: u32| {
             let c = &tree.cubes[i as usize];
             c.at.map(|x| i64::from(x >> c.level))
         };
-        let cells: Vec<u32> = cells.collect();
-        let by_place: FxHashMap<[i64; 3], u32> = cells.iter().map(|i| (at(*i), *i)).collect();
+        let cells: Vec<(u32, Unproved)> = cells.collect();
+        let touching: FxHashSet<u32> = cells.iter().filter(|c| c.1 == Unproved::Touching).map(|c| c.0).collect();
+        let by_place: FxHashMap<[i64; 3], u32> = cells.iter().map(|c| (at(c.0), c.0)).collect();
         let mut seen: FxHashSet<u32> = FxHashSet::default();
         let mut points = Self::default();
-        for start in &cells {
+        for (start, _) in &cells {
             if !seen.insert(*start) {
                 continue;
             }
@@ -49,9 +60,10 @@ impl Points {
                     }
                 }
             }
+            let most = if group.iter().any(|i| touching.contains(i)) { WIDE } else { 1 << deeper };
             let is_short = (0..3).all(|k| {
                 let along = || group.iter().map(|i| at(*i)[k]);
-                along().max().zip(along().min()).is_some_and(|(hi, lo)| hi - lo < 1 << deeper)
+                along().max().zip(along().min()).is_some_and(|(hi, lo)| hi - lo < most)
             });
             if is_short {
                 let number = points.first.len() as u32;
