@@ -32,19 +32,19 @@ impl Points {
         matches!(unproved, Unproved::Bent | Unproved::Touching)
     }
 
-    /// Groups of cells of one level that touch each other, but for those longer than the largest cells are, `deeper` levels above:
-    /// beside a block of the grid they would not be seen as they are. Where surfaces touch groups are no [wider](WIDE) than a point.
+    /// Groups of cells of one level that touch each other and are not proved for one reason, but for those longer than the largest cells
+    /// are, `deeper` levels above: beside a block of the grid they would not be seen as they are. Where surfaces touch groups are no
+    /// [wider](WIDE) than a point.
     pub(super) fn new(tree: &Octree, cells: impl Iterator<Item = (u32, Unproved)>, deeper: u8) -> Self {
         let at = |i: u32| {
             let c = &tree.cubes[i as usize];
             c.at.map(|x| i64::from(x >> c.level))
         };
         let cells: Vec<(u32, Unproved)> = cells.collect();
-        let touching: FxHashSet<u32> = cells.iter().filter(|c| c.1 == Unproved::Touching).map(|c| c.0).collect();
-        let by_place: FxHashMap<[i64; 3], u32> = cells.iter().map(|c| (at(c.0), c.0)).collect();
+        let by_place: FxHashMap<[i64; 3], (u32, Unproved)> = cells.iter().map(|c| (at(c.0), *c)).collect();
         let mut seen: FxHashSet<u32> = FxHashSet::default();
         let mut points = Self::default();
-        for (start, _) in &cells {
+        for (start, reason) in &cells {
             if !seen.insert(*start) {
                 continue;
             }
@@ -55,12 +55,12 @@ impl Points {
                 next += 1;
                 for k in 0..27 {
                     let q = [p[0] + k % 3 - 1, p[1] + k / 3 % 3 - 1, p[2] + k / 9 - 1];
-                    if let Some(j) = by_place.get(&q).filter(|j| seen.insert(**j)) {
+                    if let Some((j, _)) = by_place.get(&q).filter(|j| j.1 == *reason && seen.insert(j.0)) {
                         group.push(*j);
                     }
                 }
             }
-            let most = if group.iter().any(|i| touching.contains(i)) { WIDE } else { 1 << deeper };
+            let most = if *reason == Unproved::Touching { WIDE } else { 1 << deeper };
             let is_short = (0..3).all(|k| {
                 let along = || group.iter().map(|i| at(*i)[k]);
                 along().max().zip(along().min()).is_some_and(|(hi, lo)| hi - lo < most)
