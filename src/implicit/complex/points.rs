@@ -14,9 +14,9 @@ use super::proof::Unproved;
 /// A group has grown if it has more than so many halves as many cells as it began with: five quarters end too early on spikes of
 /// 5 degrees, and where surfaces touch along a curve it is four halves.
 const GROWN: usize = 3;
-/// Surfaces all but touch in a point if that is so many cells wide at most: balls as large as eight of these are side by side that far.
-/// Large trees have stretches where surfaces cross at a small angle, tens of cells long: a third more cells changed nothing there.
-const WIDE: i64 = 4;
+/// Surfaces all but touch in a point if that is fewer cells wide: balls of a hundred cells' diameter are side by side that far. Of 40 large
+/// trees two more came out with 8 than with 4, and none more with 16, which takes more cells along curves.
+const WIDE: i64 = 8;
 
 /// Cells that are not proved, by the group of touching ones they come from.
 #[derive(Debug, Default)]
