@@ -19,6 +19,11 @@ use serde::Serialize;
 /// The gradients of a leaf in a box turn away from that in the middle by an angle of which this is the cosine at most: less than
 /// a right angle, so that its zero set is a graph over the box, and less by as much as lets its nodes move to it.
 const GRAPH: f64 = 0.3;
+/// Gradients shorter than that are enough where all are within 45 degrees of the one in the middle, whose cosine this is.
+const NEAR: f64 = 0.7;
+/// Still they are no more than about ten times shorter, as none is more than [`STEEPEST`] times longer: nodes of linear functions would be
+/// far from where they go.
+const SHORTEST: f64 = 0.1;
 /// The largest partial derivatives together are no more than so many times longer than the gradient in the middle.
 const STEEPEST: f64 = 11.0;
 /// Sides of a wall that are shown not to meet bend away from planes by less than this share of the distance between them, or flat
@@ -91,13 +96,15 @@ fn local(slopes: Option<Slopes>, duals: impl Fn(&[DVec3]) -> Vec<Dual>, cell: &A
     Local { value: d.v * scale, gradient: gradient.map(|g| g.scale(scale)), middle: d.g * scale, scale }
 }
 
-/// Whether all gradients in the box are near that in the middle in their direction, however short they are: a steep wall that goes over
-/// into a flat top is a graph as a plane is.
+/// Whether all gradients in the box are near that in the middle: along it by much, or in their direction though some are short. So a
+/// steep wall that goes over into a flatter one is a graph as a plane is.
 fn is_graph(l: &Local) -> bool {
-    let near = |g: DVec3| g.dot(l.middle) > GRAPH * g.length();
+    let along = dot(&l.gradient, l.middle).lo;
+    let near = |g: DVec3| g.dot(l.middle) > NEAR * g.length();
     // What this is greater by is a concave function of the gradient: the least value is at a corner of the bounds.
     let corner = |k: usize, axis: usize| if k >> axis & 1 == 1 { l.gradient[axis].hi } else { l.gradient[axis].lo };
-    dot(&l.gradient, l.middle).lo > GRAPH || (0..8).all(|k| near(DVec3::from_array([0, 1, 2].map(|i| corner(k, i)))))
+    let all_near = || (0..8).all(|k| near(DVec3::from_array([0, 1, 2].map(|i| corner(k, i)))));
+    along > GRAPH || (along > SHORTEST && all_near())
 }
 
 /// How far a leaf differs from a linear function at the corners of the box: this is seen, not shown.
@@ -361,12 +368,12 @@ mod tests {
         // Planes y = 0, times what grows 16 fold along the box; two sheets.
         let cases = [
             (exp(4.0) * Expr::y(), true),
-            (exp(-4.0) * (Expr::y() - 0.01) / 3.0, true),
-            (Expr::x() * Expr::x() - Expr::y() * Expr::y() + 1e-4, false),
+            (exp(-4.0) * (Expr::y() - 0.002) / 3.0, true),
+            (Expr::x() * Expr::x() - Expr::y() * Expr::y() + 1e-5, false),
             // It is steep in the middle and comes back on both sides.
             (Expr::unary(Unary::Sin, Expr::x() * 9.0) - Expr::y() * 0.1, false),
         ];
-        let cell = Aabb::new(DVec3::new(-0.35, -0.02, -0.02), DVec3::new(0.35, 0.02, 0.02));
+        let cell = Aabb::new(DVec3::new(-0.35, -0.01, -0.01), DVec3::new(0.35, 0.01, 0.01));
         for (e, simple) in cases {
             let leaves = [Leaf::Formula(Formula::compile(&e, &Placement::IDENTITY))];
             let tape = Tape { ops: vec![Op::Leaf { leaf: 0, face: 0, negate: false }] };
