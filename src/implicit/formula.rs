@@ -72,6 +72,25 @@ impl Builder {
         })
     }
 
+    /// Operations of a formula, and the number of the last.
+    fn take(&mut self, ops: &[Op]) -> u32 {
+        let mut numbers: Vec<u32> = Vec::with_capacity(ops.len());
+        for op in ops {
+            let of = |a: u32| numbers[a as usize];
+            let op = match *op {
+                Op::Const(_) | Op::Coordinate(_) => *op,
+                Op::Unary(u, a) => Op::Unary(u, of(a)),
+                Op::Binary(o, a, b) => Op::Binary(o, of(a), of(b)),
+                Op::Square(a) => Op::Square(of(a)),
+                Op::Select(c, a, b) => Op::Select(of(c), of(a), of(b)),
+                Op::Joined(c, a, b) => Op::Joined(of(c), of(a), of(b)),
+                Op::Turn(u, a, b) => Op::Turn(u, of(a), of(b)),
+            };
+            numbers.push(self.push(op));
+        }
+        numbers.last().copied().unwrap_or(0)
+    }
+
     /// `offset + row . (x, y, z)`
     fn affine(&mut self, row: DVec3, offset: f64) -> u32 {
         let mut sum = None;
@@ -188,9 +207,32 @@ impl Formula {
             root = b.push(Op::Binary(Binary::Mul, root, k));
         }
         b.ops.truncate(root as usize + 1); // the root may be an operand another one came after
-        let idle = idle(&b.ops);
-        let program = Program::new(&b.ops, |i| idle.get(i).copied().unwrap_or(false));
-        Formula { idle, program, shared: adjoint::is_shared(&b.ops), ops: b.ops }
+        Self::of(b.ops)
+    }
+
+    /// The formula whose last operation is the root.
+    fn of(ops: Vec<Op>) -> Self {
+        let idle = idle(&ops);
+        let program = Program::new(&ops, |i| idle.get(i).copied().unwrap_or(false));
+        Formula { idle, program, shared: adjoint::is_shared(&ops), ops }
+    }
+
+    /// The sum of two formulas and their difference, in which operations of both are one; nothing where most of neither are.
+    pub(crate) fn sum_and_difference(&self, other: &Self) -> Option<[Self; 2]> {
+        let mut b = Builder::default();
+        let of_self = b.take(&self.ops);
+        let alone = b.ops.len();
+        let of_other = b.take(&other.ops);
+        // Fewer operations in common cancel little.
+        if 2 * (b.ops.len() - alone) > other.ops.len() {
+            return None;
+        }
+        let with = |op| {
+            let mut ops = b.ops.clone();
+            ops.push(Op::Binary(op, of_self, of_other));
+            Self::of(ops)
+        };
+        Some([with(Binary::Add), with(Binary::Sub)])
     }
 
     /// A number that is equal for equal formulas.

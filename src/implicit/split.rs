@@ -244,7 +244,9 @@ impl Splitter {
 
     /// A switch times or by what is never negative, as a switch of products.
     fn scaled_inside(&mut self, op: Binary, switch: &Expr, by: &Expr) -> Option<Expr> {
-        if self.switches.held(switch) != Holds::Switch || self.switches.within(by) || !never_negative(by) {
+        let both = [switch, by].map(|e| self.switches.held(e) == Holds::Switch);
+        // A root among the factors, such as the radius of an arc, is no matter.
+        if both != [true, false] || !never_negative(by) {
             return None;
         }
         let scaled = |e: &Expr| Expr::binary(op, e.clone(), by.clone());
@@ -521,6 +523,12 @@ mod tests {
             (wave(x.clone() * 5.0 - angle(y.clone(), x.clone()) * 3.0) * 0.2 + z.clone() - 0.3, 4),
             // The width of spiral arms is an arc.
             (Expr::constant(0.2) - abs(arc), 4),
+            // The absolute value alone stands beside the radius.
+            (
+                Expr::constant(0.2) - wave(z.clone() * 5.0 - angle(y.clone(), x.clone())) * hypot(x.clone(), y.clone()),
+                4,
+            ),
+            (Expr::constant(0.3) - abs(z.clone()) * sqrt(square(x.clone()) + 0.2), 2),
             // By what is never negative.
             (Expr::constant(0.2) - abs(angle(y.clone(), x.clone()) - 0.3) * square(z.clone()) * 0.6, 6),
             (z.clone() - (abs(x.clone()) - abs(y.clone()) * 0.5) / (square(z.clone()) + 1.0), 4),

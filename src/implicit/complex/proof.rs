@@ -6,6 +6,7 @@ use super::super::leaf::Leaf;
 use super::super::newton::leaves_of;
 use super::super::slopes::Slopes;
 use super::super::tape::Tape;
+use super::alike::Alike;
 use super::shared::{Shared, common};
 use super::twins::Twins;
 use crate::numeric::{Dual, Interval, vector};
@@ -18,8 +19,16 @@ use serde::Serialize;
 /// The gradients of a leaf in a box turn away from that in the middle by an angle of which this is the cosine at most: less than
 /// a right angle, so that its zero set is a graph over the box, and less by as much as lets its nodes move to it.
 const GRAPH: f64 = 0.3;
+/// Gradients shorter than that are enough where all are within 45 degrees of the one in the middle, whose cosine this is.
+const NEAR: f64 = 0.7;
+/// Still they are no more than about ten times shorter, as none is more than [`STEEPEST`] times longer: nodes of linear functions would be
+/// far from where they go.
+const SHORTEST: f64 = 0.1;
 /// The largest partial derivatives together are no more than so many times longer than the gradient in the middle.
 const STEEPEST: f64 = 11.0;
+/// Sides of a wall that are shown not to meet bend away from planes by less than this share of the distance between them, or flat
+/// triangles of one would pass through the other: at corners of a box they bend three times as far as within a tetrahedron.
+const FLAT: f64 = 0.5;
 /// The sine of the angle between two surfaces that cross is at least this.
 const CROSSING: f64 = 0.02;
 
@@ -87,6 +96,25 @@ fn local(slopes: Option<Slopes>, duals: impl Fn(&[DVec3]) -> Vec<Dual>, cell: &A
     Local { value: d.v * scale, gradient: gradient.map(|g| g.scale(scale)), middle: d.g * scale, scale }
 }
 
+/// Whether all gradients in the box are near that in the middle: along it by much, or in their direction though some are short. So a
+/// steep wall that goes over into a flatter one is a graph as a plane is.
+fn is_graph(l: &Local) -> bool {
+    let along = dot(&l.gradient, l.middle).lo;
+    let near = |g: DVec3| g.dot(l.middle) > NEAR * g.length();
+    // What this is greater by is a concave function of the gradient: the least value is at a corner of the bounds.
+    let corner = |k: usize, axis: usize| if k >> axis & 1 == 1 { l.gradient[axis].hi } else { l.gradient[axis].lo };
+    let all_near = || (0..8).all(|k| near(DVec3::from_array([0, 1, 2].map(|i| corner(k, i)))));
+    along > GRAPH || (along > SHORTEST && all_near())
+}
+
+/// How far a leaf differs from a linear function at the corners of the box: this is seen, not shown.
+fn sag(leaf: &Leaf, l: &Local, cell: &Aabb) -> f64 {
+    let corners = cell.corners();
+    let linear = |p: DVec3| l.value + l.middle.dot(p - cell.center());
+    let seen = leaf.duals(&corners);
+    corners.iter().zip(seen).map(|(p, d)| (d.v * l.scale - linear(*p)).abs()).fold(0.0, f64::max)
+}
+
 /// Whether a sum of leaves with factors has no zero in the box.
 fn apart(all: &[(&Local, f64)], half: DVec3) -> bool {
     let value: f64 = all.iter().map(|(l, k)| l.value * k).sum();
@@ -120,6 +148,7 @@ pub(super) struct Judged {
 pub(super) struct Asked<'a> {
     pub(super) leaves: &'a [Leaf],
     pub(super) twins: &'a Twins,
+    pub(super) alike: &'a Alike,
     pub(super) cell: Aabb,
     /// The size of the part.
     pub(super) scale: f64,
@@ -131,7 +160,7 @@ pub(super) struct Asked<'a> {
 
 /// Whether the leaves of a tape are shown to be arranged simply in a box.
 pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
-    let Asked { leaves, twins, cell, seen, briefly, .. } = asked;
+    let Asked { leaves, twins, alike, cell, seen, briefly, .. } = asked;
     let half = cell.size() * 0.5;
     let mut all = Judged { unproved: None, shared: Vec::new() };
     let mut here: Vec<Local> = Vec::new();
@@ -171,7 +200,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
             Leaf::Fillet(f) => f.least_rise(cell, l.middle).is_some_and(|x| x * l.scale > GRAPH),
             _ => false,
         };
-        if !(largest < STEEPEST && (dot(&l.gradient, l.middle).lo > GRAPH || rises())) {
+        if !(largest < STEEPEST && (is_graph(&l) || rises())) {
             all.unproved = Some(Unproved::Bent);
             if *briefly {
                 return all;
@@ -191,7 +220,16 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 let ways = [(a.value / s, b.value / s), (1.0, 1.0), (1.0, -1.0)];
                 ways.iter().any(|(x, y)| apart(&[(a, *x), (b, *y)], half))
             };
-            if is_apart(&here[i], &here[j]) || twins.are_one(leaves, [numbers[i], numbers[j]], cell) {
+            let pair = [numbers[i], numbers[j]];
+            if is_apart(&here[i], &here[j]) || twins.are_one(leaves, pair, cell) {
+                continue;
+            }
+            let flat = |sign: f64| {
+                let between = here[i].value + sign * here[j].value;
+                let sag = [i, j].map(|k| sag(&leaves[numbers[k] as usize], &here[k], cell));
+                sag[0] + sag[1] < FLAT * between.abs()
+            };
+            if alike.apart(leaves, pair, cell).is_some_and(flat) {
                 continue;
             }
             if let Some(between) = touching(leaves, numbers[i], numbers[j]) {
@@ -314,4 +352,35 @@ fn weights(a: &Local, b: &Local, c: &Local) -> DVec3 {
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::formula::Formula;
+    use super::super::super::tape::Op;
+    use super::*;
+    use crate::implicit::Placement;
+    use crate::implicit::expr::{Expr, Unary};
+
+    #[test]
+    fn steepness_that_varies_bends_nothing_and_a_surface_that_comes_back_is_bent() {
+        let exp = |k: f64| Expr::unary(Unary::Exp, Expr::x() * k);
+        // Planes y = 0, times what grows 16 fold along the box; two sheets.
+        let cases = [
+            (exp(4.0) * Expr::y(), true),
+            (exp(-4.0) * (Expr::y() - 0.002) / 3.0, true),
+            (Expr::x() * Expr::x() - Expr::y() * Expr::y() + 1e-5, false),
+            // It is steep in the middle and comes back on both sides.
+            (Expr::unary(Unary::Sin, Expr::x() * 9.0) - Expr::y() * 0.1, false),
+        ];
+        let cell = Aabb::new(DVec3::new(-0.35, -0.01, -0.01), DVec3::new(0.35, 0.01, 0.01));
+        for (e, simple) in cases {
+            let leaves = [Leaf::Formula(Formula::compile(&e, &Placement::IDENTITY))];
+            let tape = Tape { ops: vec![Op::Leaf { leaf: 0, face: 0, negate: false }] };
+            let (twins, alike) = (Twins::new(&leaves), Alike::default());
+            let asked =
+                Asked { leaves: &leaves, twins: &twins, alike: &alike, cell, scale: 1.0, seen: 1.0, briefly: true };
+            assert_eq!(judged(&tape, &asked).unproved.is_none(), simple, "{e:?}");
+        }
+    }
 }
