@@ -26,9 +26,9 @@ const NEAR: f64 = 0.7;
 const SHORTEST: f64 = 0.1;
 /// The largest partial derivatives together are no more than so many times longer than the gradient in the middle.
 const STEEPEST: f64 = 11.0;
-/// Sides of a wall that are shown not to meet bend away from planes by less than this share of the distance between them, or flat
-/// triangles of one would pass through the other: at corners of a box they bend three times as far as within a tetrahedron.
-const FLAT: f64 = 0.5;
+/// Sides of a wall that are shown not to meet bend away from planes, at the corners of a box, by less than so many times the distance
+/// between them: there they bend three times as far as within a tetrahedron, and flat triangles of one may not pass through the other.
+const FLAT: f64 = 2.5;
 /// The sine of the angle between two surfaces that cross is at least this.
 const CROSSING: f64 = 0.02;
 
