@@ -299,6 +299,32 @@ fn what_divides_an_angle_from_itself_is_no_matter_where_it_runs_along_a_surface(
     assert!((v - 1.0).abs() < 0.02, "{v}");
 }
 
+#[test]
+fn balls_that_overlap_by_a_hair_meet_in_their_circle() {
+    // Circles of four fifths to two fifths of the smallest cell that others may have; centers lie askew to the grid.
+    for (k, radius) in [0.03_f64, 0.02, 0.015].into_iter().enumerate() {
+        let (r, s) = (1.0_f64, 1.2_f64);
+        let lower = (r * r - radius * radius).sqrt();
+        let apart = lower + (s * s - radius * radius).sqrt();
+        let way = DVec3::new(0.3, 0.4 - 0.1 * k as f64, 2.1).normalize();
+        let from = DVec3::new(0.013, -0.021, -1.008);
+        let a = made(&(Solid::sphere(r, from) | Solid::sphere(s, from + way * apart)), 0.6);
+        sound(&a);
+        assert!(a.unproved.is_empty() && a.astray.is_empty(), "{radius}: {:?}", a.unproved);
+        let mut nodes = 0;
+        for (p, on) in a.made.mesh.nodes.iter().zip(&a.made.leaves) {
+            if on.len() == 2 {
+                let off = *p - from - way * lower;
+                let (along, across) = (off.dot(way), (off - way * off.dot(way)).length());
+                assert!(along.abs() < 1e-9 && (across - radius).abs() < 1e-9, "{radius}: {along} {across}");
+                nodes += 1;
+            }
+        }
+        assert!(nodes >= 8, "{radius}: {nodes}");
+        assert_eq!(a.made.mesh.topology(&a.made.mesh.defects()).euler, 2);
+    }
+}
+
 /// Triangles by the places of their nodes, and where blocks end.
 fn placed(a: &Arranged) -> Vec<[[u64; 3]; 3]> {
     let bits = |v: u32| a.made.mesh.nodes[v as usize].to_array().map(f64::to_bits);
