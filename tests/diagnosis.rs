@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use approx::assert_relative_eq;
 use assert_cmd::Command;
 use predicates::str::contains;
 use rvachev::implicit::part::parse;
@@ -44,7 +45,7 @@ fn info_tells_sizes_bodies_centers_and_tolerance() {
     save_step(&path, &built(&text).unwrap(), Some("cm")).unwrap();
     let back = load_step(&path, &Run::new()).unwrap();
     let size = (140.0_f64.powi(2) + 20.0_f64.powi(2) + 60.0_f64.powi(2)).sqrt();
-    assert!((back.tolerance.unwrap() / (1e-8 * size) - 1.0).abs() < 1e-6, "{:?}", back.tolerance);
+    assert_relative_eq!(back.tolerance.unwrap(), 1e-8 * size, epsilon = 0.0, max_relative = 1e-6);
     let i = brep_info(back, Some("mm"), &Run::new()).unwrap();
     assert!(i.to_string().contains("size 140 x 20 x 60 mm") && i.to_string().contains("tolerance "), "{i}");
 }
@@ -57,7 +58,8 @@ fn solids_are_scaled_about_points_and_their_center_of_mass() {
     {
         let i = told(&format!("part(({solid}).name('bar').scale(2{about}))"));
         assert!(i.bounds.lo.iter().zip(lo).all(|(a, b)| (a - b).abs() < 1e-4), "{about}: {:?}", i.bounds);
-        assert!((i.bodies[0].volume.unwrap() / 384.0 - 1.0).abs() < 1e-9 && i.bodies[0].name == "bar");
+        assert_relative_eq!(i.bodies[0].volume.unwrap(), 384.0, epsilon = 0.0, max_relative = 1e-9);
+        assert_eq!(i.bodies[0].name, "bar");
     }
     for (call, says) in [
         ("extrude_edges(circle(1), 'z', 1, solid=False).scale(2, about='mass')", "a sheet has no mass"),
