@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use approx::assert_relative_eq;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use predicates::str::contains;
 use rvachev::implicit::part::parse;
@@ -39,7 +39,9 @@ fn info_tells_sizes_bodies_centers_and_tolerance() {
         "part(revolve_edges(chain([polyline([(0, 0, 0), (2, 0, 0)]), arc((2, 0, 0), (2**0.5, 0, 2**0.5), (0, 0, 2))]), 'z'))",
     );
     let c = half.bodies[0].center.unwrap();
-    assert!(c[0].abs() < 1e-5 && c[1].abs() < 1e-5 && (c[2] - 0.75).abs() < 1e-5, "{c:?}");
+    assert_abs_diff_eq!(c[0], 0.0, epsilon = 1e-5);
+    assert_abs_diff_eq!(c[1], 0.0, epsilon = 1e-5);
+    assert_abs_diff_eq!(c[2], 0.75, epsilon = 1e-5);
     let dir = TempDir::new().unwrap();
     let path = dir.path().join("a.step");
     save_step(&path, &built(&text).unwrap(), Some("cm")).unwrap();

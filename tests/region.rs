@@ -108,7 +108,8 @@ fn a_polygon_is_exact() {
     corners(&made, &[[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.5, 2.5], [0.0, 2.0]]);
     let sides = 3.0 + 1.0 + 2.0 + 0.5_f64.hypot(1.5) + 1.5_f64.hypot(0.5) + 2.0;
     let f = figure(&made);
-    assert!((f.area - 4.5).abs() < 1e-11 && (f.perimeter - sides).abs() < 1e-11, "{f}");
+    assert_abs_diff_eq!(f.area, 4.5, epsilon = 1e-11);
+    assert_abs_diff_eq!(f.perimeter, sides, epsilon = 1e-11);
     assert!(f.distance < 1e-12);
 }
 
@@ -117,7 +118,8 @@ fn one_formula_keeps_its_corners() {
     let made = meshed("f = 1 - x**2\ng = 0.25 - y**2\npart(region(f + g - sqrt(f**2 + g**2)))", 0.1);
     corners(&made, &[[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5]]);
     let f = figure(&made);
-    assert!((f.area - 2.0).abs() < 1e-11 && (f.perimeter - 6.0).abs() < 1e-11, "{f}");
+    assert_abs_diff_eq!(f.area, 2.0, epsilon = 1e-11);
+    assert_abs_diff_eq!(f.perimeter, 6.0, epsilon = 1e-11);
 }
 
 #[test]

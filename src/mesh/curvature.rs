@@ -136,7 +136,8 @@ mod tests {
             let equator = m.nodes().filter(|&v| m.point(v).z.abs() < 0.3 * r);
             for v in equator {
                 let [k1, k2] = node_curvature(&m, v).principal;
-                assert!((k1 * r - 1.0).abs() < 0.1 && (k2 * r - 1.0).abs() < 0.1, "{k1} {k2}");
+                assert_abs_diff_eq!(k1 * r, 1.0, epsilon = 0.1);
+                assert_abs_diff_eq!(k2 * r, 1.0, epsilon = 0.1);
             }
             let sum: f64 = m.nodes().map(|v| node_curvature(&m, v).defect).sum();
             assert_abs_diff_eq!(sum, 2.0 * TAU, epsilon = 1e-9);
