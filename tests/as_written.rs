@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, relative_eq};
 use rvachev::Run;
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{MeshOptions, Meshed, mesh_part};
@@ -28,7 +29,7 @@ fn at_once(text: &str) -> Check {
 
 fn near(volume: Option<f64>, truth: f64, share: f64, text: &str) {
     let volume = volume.unwrap();
-    assert!((volume - truth).abs() < share * truth, "{text}: {volume} {truth}");
+    assert!(abs_diff_eq!(volume, truth, epsilon = share * truth), "{text}: {volume} {truth}");
 }
 
 /// The volume of two balls, the lens of both counted once.
@@ -163,5 +164,5 @@ fn edges_of_small_holes_count_as_what_they_are() {
                 part(plate - union(h))\nmesh(size=6)\n";
     let f = at_once(text).features.unwrap();
     let truth = 8.0 * 40.0 + 4.0 * 5.0 + 8.0 * 2.0 * PI * 1.6;
-    assert!((f.length_true - truth).abs() < 2e-3 * truth, "{f:?} {truth}");
+    assert!(relative_eq!(f.length_true, truth, epsilon = 0.0, max_relative = 2e-3), "{f:?} {truth}");
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{self, MeshOptions, Meshed};
 use rvachev::{DVec3, Error, Result, Run};
@@ -71,9 +72,9 @@ fn a_box_of_triangles_and_a_cylinder_have_an_exact_border() {
     let bore = "cylinder(1, axis='z').name('bore')";
     let made = sound(&at, &format!("part(mesh('block.off') - {bore})\nmesh(size=0.4)\n"));
     let mesh = &made.mesh;
-    assert!((mesh.volume() - (32.0 - 2.0 * PI)).abs() < 0.02 * 32.0, "{}", mesh.volume());
+    assert_abs_diff_eq!(mesh.volume(), 32.0 - 2.0 * PI, epsilon = 0.02 * 32.0);
     let area = 2.0 * (16.0 - PI) + 4.0 * 8.0 + 2.0 * PI * r * 2.0;
-    assert!((mesh.area() - area).abs() < 0.01 * area, "{} {area}", mesh.area());
+    assert_relative_eq!(mesh.area(), area, epsilon = 0.0, max_relative = 0.01);
     assert_eq!(mesh.faces.len(), 7);
     assert!(names(mesh).contains(&"bore"));
     let mut rims = 0;
@@ -85,11 +86,11 @@ fn a_box_of_triangles_and_a_cylinder_have_an_exact_border() {
     }
     assert!(rims >= 36, "{rims}");
     let made = sound(&at, &format!("part(mesh('block.off') & {bore})\nmesh(size=0.4)\n"));
-    assert!((made.mesh.volume() - 2.0 * PI).abs() < 0.02 * 2.0 * PI);
+    assert_abs_diff_eq!(made.mesh.volume(), 2.0 * PI, epsilon = 0.02 * 2.0 * PI);
     assert_eq!(made.mesh.faces.len(), 3);
     let pin = "cylinder(1, axis='z', height=4).name('pin')";
     let made = sound(&at, &format!("part(mesh('block.off') | {pin})\nmesh(size=0.4)\n"));
-    assert!((made.mesh.volume() - (32.0 + 2.0 * PI)).abs() < 0.02 * 32.0);
+    assert_abs_diff_eq!(made.mesh.volume(), 32.0 + 2.0 * PI, epsilon = 0.02 * 32.0);
     assert!(names(&made.mesh).contains(&"pin.side") && names(&made.mesh).contains(&"pin.top"));
     assert!(matches!(meshed(&at, &format!("part(mesh('block.off') | {bore})")), Err(Error::Input { .. })));
 }
@@ -111,7 +112,7 @@ fn meshes_are_joined_also_where_faces_coincide() {
         ("mesh('a.off').mirror('x') | mesh('half.off').move((-4, 0, 0)).scale(0.5)", 32.0 + 2.0, 64.0 + 2.0 * 4.0),
     ] {
         let made = sound(&at, &format!("part({text})\nmesh(size=0.5)\n"));
-        assert!((made.mesh.volume() - volume).abs() < 1e-9, "{text}: {}", made.mesh.volume());
+        assert!(abs_diff_eq!(made.mesh.volume(), volume, epsilon = 1e-9), "{text}: {}", made.mesh.volume());
         assert!(text.contains("mirror") || (made.mesh.area() - area).abs() < 1e-9, "{text}: {}", made.mesh.area());
     }
 }
@@ -126,7 +127,7 @@ fn step_models_and_what_is_built_from_edges_are_operands() {
     let made = sound(&at, "part(step('sphere.step') - cylinder(1, axis='z').name('bore'))\nmesh(size=0.2)\n");
     // What a bore of radius 1 leaves of a ball of radius 2 is a ring of height 2 sqrt(3).
     let ring = PI / 6.0 * (2.0 * 3f64.sqrt()).powi(3);
-    assert!((made.mesh.volume() - ring).abs() < 0.02 * ring, "{}", made.mesh.volume());
+    assert_abs_diff_eq!(made.mesh.volume(), ring, epsilon = 0.02 * ring);
     let rim = border(&made.mesh, "sphere.all", "bore");
     assert!(rim.len() >= 36);
     for p in rim {
@@ -134,11 +135,11 @@ fn step_models_and_what_is_built_from_edges_are_operands() {
     }
     let made = sound(&at, "part(step('cone_with_apex.step') & cylinder(1, axis='z').name('turned'))\nmesh(size=0.2)\n");
     let volume = PI * (2.0 + 2.0 / 3.0);
-    assert!((made.mesh.volume() - volume).abs() < 0.02 * volume, "{}", made.mesh.volume());
+    assert_abs_diff_eq!(made.mesh.volume(), volume, epsilon = 0.02 * volume);
     let square = "extrude_edges(polyline([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], closed=True), (0, 0, 1), 2)";
     let made = sound(&at, &format!("part({square} - sphere(1, at=(4, 4, 2)).name('scoop'))\nmesh(size=0.4)\n"));
     let volume = 32.0 - PI / 6.0;
-    assert!((made.mesh.volume() - volume).abs() < 0.03, "{}", made.mesh.volume());
+    assert_abs_diff_eq!(made.mesh.volume(), volume, epsilon = 0.03);
 }
 
 #[test]

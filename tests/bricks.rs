@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use approx::{assert_relative_eq, relative_eq};
 use glam::DVec3;
 use rvachev::Run;
 use rvachev::io::{WriteOptions, write};
@@ -56,8 +57,12 @@ fn a_cube_with_holes_is_as_good_in_bricks_as_in_one() {
     for bricks in [[1, 1, 1], [2, 2, 2], [3, 3, 3], [1, 3, 2]] {
         let (mesh, c) = made(HOLES, size, bricks, &format!("holes{}{}{}", bricks[0], bricks[1], bricks[2]));
         assert!(c.certificate.is_sound() && c.euler == -4, "{bricks:?}: {:?}", c.certificate);
-        assert!((c.volume.unwrap() - volume).abs() < 3e-4 * volume, "{bricks:?}: {:?} {volume}", c.volume);
-        assert!((c.area - area).abs() < 3e-4 * area, "{bricks:?}: {} {area}", c.area);
+        assert!(
+            relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 3e-4),
+            "{bricks:?}: {:?} {volume}",
+            c.volume
+        );
+        assert!(relative_eq!(c.area, area, epsilon = 0.0, max_relative = 3e-4), "{bricks:?}: {} {area}", c.area);
         for corner in [DVec3::splat(1.0), DVec3::splat(-1.0), DVec3::new(1.0, -1.0, 1.0)] {
             assert!(mesh.nodes.iter().any(|p| p.distance(corner) < 1e-12), "{bricks:?}: {corner}");
         }
@@ -87,8 +92,12 @@ fn shares_in_any_order_give_the_same_bytes_in_8_and_27_and_64_bricks() {
         };
         let (one, c) = made(1);
         assert!(c.certificate.is_sound() && c.euler == -4, "{n}: {:?}", c.certificate);
-        assert!((c.volume.unwrap() - volume).abs() < 2e-4 * volume, "{n}: {:?} {volume}", c.volume);
-        assert!((c.area - area).abs() < 2e-4 * area, "{n}: {} {area}", c.area);
+        assert!(
+            relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 2e-4),
+            "{n}: {:?} {volume}",
+            c.volume
+        );
+        assert!(relative_eq!(c.area, area, epsilon = 0.0, max_relative = 2e-4), "{n}: {} {area}", c.area);
         for shares in [2, 7] {
             let (other, same) = made(shares);
             assert_eq!((&one.nodes, &one.triangles, &one.labels), (&other.nodes, &other.triangles, &other.labels));
@@ -135,7 +144,7 @@ fn parts_smaller_than_a_brick_walls_along_its_wall_and_an_edge_in_it_come_out() 
     let (_, c) = made(text, 0.03, [2, 2, 2], "thin");
     let volume = 8.0 - 2.0 * 0.03 * 1.2 * 1.3 + 7.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.03f64.powi(3);
     assert!(c.certificate.is_sound() && c.components == 8, "{:?}", c.certificate);
-    assert!((c.volume.unwrap() - volume).abs() < 1e-4 * volume, "{:?} {volume}", c.volume);
+    assert_relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-4);
 }
 
 #[test]
@@ -155,8 +164,8 @@ fn a_lattice_of_hundreds_of_bars_has_its_holes_and_its_volume() {
     assert!(c.certificate.is_sound() && c.components == 1, "{:?}", c.certificate);
     // As many handles as the graph has loops.
     assert_eq!(c.euler as f64, 2.0 * (points - bars));
-    assert!((c.volume.unwrap() - volume).abs() < 1e-9 * volume, "{:?} {volume}", c.volume);
-    assert!((c.area - area).abs() < 1e-9 * area, "{} {area}", c.area);
+    assert_relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-9);
+    assert_relative_eq!(c.area, area, epsilon = 0.0, max_relative = 1e-9);
 }
 
 /// Where the walls between bricks of the first round are, along each axis.
@@ -204,7 +213,11 @@ fn faces_edges_and_corners_in_the_walls_of_bricks_come_out() {
         let (_, c) = made(&format!("part(box(size=(2, 2, 2)) - {less})\n"), 0.03, bricks, name);
         assert!(c.certificate.is_sound() && c.euler == 2 && c.components == 1, "{name}: {:?}", c.certificate);
         let left = 8.0 - volume;
-        assert!((c.volume.unwrap() - left).abs() < 1e-9 * left, "{name}: {:?} {left}", c.volume);
+        assert!(
+            relative_eq!(c.volume.unwrap(), left, epsilon = 0.0, max_relative = 1e-9),
+            "{name}: {:?} {left}",
+            c.volume
+        );
     }
     // Where a face goes through points of the grid and through a wall across it names run out: refused, with what helps.
     let folder = folder("grid");
@@ -243,8 +256,8 @@ fn a_fillet_goes_through_the_walls_of_bricks() {
     let around = pi * pi * r * (big + r) - 2.0 * pi * r * r;
     let area = 16.0 - pi * (big + r) * (big + r) + pi * big * big + 2.0 * pi * big * (high - r) + around;
     assert!(c.certificate.is_sound(), "{:?}", c.certificate);
-    assert!((c.volume.unwrap() - volume).abs() < 1e-3 * volume, "{:?} {volume}", c.volume);
-    assert!((c.area - area).abs() < 1e-3 * area, "{} {area}", c.area);
+    assert_relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-3);
+    assert_relative_eq!(c.area, area, epsilon = 0.0, max_relative = 1e-3);
 }
 
 fn command(args: &[&str]) -> Output {

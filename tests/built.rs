@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rvachev::implicit::part::{Part, parse};
 use rvachev::parametric::brep::Brep;
 use rvachev::parametric::build::{Extrusion, Wire, extrude_edges, flat_face, sew};
@@ -31,7 +32,11 @@ fn sound(name: &str, share: f64) {
     assert!(check.certificate.is_sound(), "{name}: {:?}", check.certificate.faults);
     assert_eq!(made.mesh.faces.len(), exact.faces.len(), "{name}");
     let volume: f64 = exact.bodies.iter().map(|b| b.volume.unwrap()).sum();
-    assert!((made.mesh.volume() / volume - 1.0).abs() < share, "{name}: {} {volume}", made.mesh.volume());
+    assert!(
+        abs_diff_eq!(made.mesh.volume(), volume, epsilon = share * volume),
+        "{name}: {} {volume}",
+        made.mesh.volume()
+    );
     assert_eq!(check.components, exact.bodies.len(), "{name}");
 }
 
@@ -139,7 +144,7 @@ fn step_files_of_parts_read_back_and_their_meshes_lie_on_them() {
     let names = |b: &Brep| b.faces.iter().map(|f| f.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&brep), names(&back.brep));
     let (one, two) = (info(&part), brep_info(back.clone(), Some("mm"), &run).unwrap());
-    assert!((two.area / one.area / (25.4 * 25.4) - 1.0).abs() < 1e-6);
+    assert_relative_eq!(two.area / one.area, 25.4 * 25.4, epsilon = 0.0, max_relative = 1e-6);
     assert!(two.to_string().contains("2 bodies (2 solids)") && two.to_string().contains("sewn"));
     let made = mesh_part(&part, &MeshOptions::default(), &run).unwrap();
     let check = against_step(&made.mesh, brep.into(), &run).unwrap();
@@ -162,7 +167,7 @@ fn solids_of_both_gates_go_into_one_mesh() {
         ["rod.side", "ball"]
     );
     let truth = std::f64::consts::PI * (4.0 / 3.0 + 3.0);
-    assert!((made.mesh.volume() / truth - 1.0).abs() < 0.03);
+    assert_abs_diff_eq!(made.mesh.volume(), truth, epsilon = 0.03 * truth);
 }
 
 #[test]
@@ -199,7 +204,7 @@ fn sheets_are_sewn_and_turned_to_one_solid() {
     assert!(b.uses().iter().all(|n| *n == 2));
     let i = brep_info(b.into(), None, &run).unwrap();
     let truth = 8.0 - 0.25 * std::f64::consts::PI;
-    assert!((i.bodies[0].volume.unwrap() / truth - 1.0).abs() < 1e-7, "{i}");
+    assert!(relative_eq!(i.bodies[0].volume.unwrap(), truth, epsilon = 0.0, max_relative = 1e-7), "{i}");
     // Without its bottom, and with one sheet too many.
     let mut open = all();
     open.remove(2);
@@ -220,7 +225,7 @@ fn sheets_are_sewn_and_turned_to_one_solid() {
     let how = rvachev::parametric::build::Loft { ruled: true, caps: false, ..Default::default() };
     let roof = rvachev::parametric::build::loft(&[base, tip], &how).unwrap();
     let i = brep_info(sew(vec![opened, roof], None, true, &run).unwrap().into(), None, &run).unwrap();
-    assert!((i.bodies[0].volume.unwrap() / 12.0 - 1.0).abs() < 1e-12);
+    assert_relative_eq!(i.bodies[0].volume.unwrap(), 12.0, epsilon = 0.0, max_relative = 1e-12);
 }
 
 #[test]
@@ -295,7 +300,11 @@ fn walls_of_thin_pipes_do_not_cross() {
         assert!(made.report.ladder.is_empty() == (wall > 0.2), "{:?}", made.report.ladder);
         assert!(made.report.check.as_ref().unwrap().certificate.is_sound(), "{wall}");
         let volume = std::f64::consts::PI * (1.6f64.powi(2) - (1.6 - wall).powi(2)) * 60.0;
-        assert!((made.mesh.volume() / volume - 1.0).abs() < 0.35, "{wall}: {} {volume}", made.mesh.volume());
+        assert!(
+            abs_diff_eq!(made.mesh.volume(), volume, epsilon = 0.35 * volume),
+            "{wall}: {} {volume}",
+            made.mesh.volume()
+        );
     }
 }
 
@@ -307,7 +316,8 @@ fn a_surface_may_touch_itself_in_a_point() {
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     let check = made.report.check.unwrap();
     assert_eq!((check.self_intersections, check.manifold), (0, true));
-    assert!((made.mesh.triangles.len() as f64) > 100.0 && (check.area - (16.0 - 1.5)).abs() < 1e-9, "{}", check.area);
+    assert!((made.mesh.triangles.len() as f64) > 100.0);
+    assert_abs_diff_eq!(check.area, 16.0 - 1.5, epsilon = 1e-9);
 }
 
 /// Two sheets that cross are two bodies of an open model: neither is cut along the other.
@@ -321,7 +331,7 @@ fn open_bodies_that_cross_stay_as_they_are() {
     assert!(made.report.warnings.iter().any(|w| w.contains("overlap")), "{:?}", made.report.warnings);
     let check = made.report.check.unwrap();
     assert_eq!((check.components, check.self_intersections), (2, 0));
-    assert!((check.area - 20.0).abs() < 1e-9, "{}", check.area);
+    assert_abs_diff_eq!(check.area, 20.0, epsilon = 1e-9);
     let of_wall = made.mesh.faces.iter().position(|n| n.contains("wall")).unwrap() as u32;
     for (t, l) in made.mesh.triangles.iter().zip(&made.mesh.labels) {
         let nodes = t.map(|v| made.mesh.nodes[v as usize]);
@@ -342,7 +352,11 @@ fn cones_mesh_at_any_size() {
         let check = made.report.check.unwrap();
         assert!(check.certificate.is_sound() && check.quality.min_angle > 15.0, "{size}: {:?}", check.quality);
         let exact = std::f64::consts::PI * 18.0;
-        assert!((check.volume.unwrap() / exact - 1.0).abs() < 0.1 * size, "{size}: {}", check.volume.unwrap());
+        assert!(
+            abs_diff_eq!(check.volume.unwrap() / exact, 1.0, epsilon = 0.1 * size),
+            "{size}: {}",
+            check.volume.unwrap()
+        );
     }
 }
 
@@ -393,7 +407,11 @@ fn profiles_may_meet_their_axis_between_their_ends() {
         let made = meshed(&format!("part(revolve_edges({profile}, \"z\").name(\"body\"))\nmesh(size=0.3)\n"));
         let check = made.report.check.as_ref().unwrap();
         assert!(made.report.shortfalls.is_empty() && check.certificate.is_sound(), "{c}: {:?}", made.report.shortfalls);
-        assert!((check.volume.unwrap() / exact - 1.0).abs() < 0.02, "{c}: {} {exact}", check.volume.unwrap());
+        assert!(
+            abs_diff_eq!(check.volume.unwrap(), exact, epsilon = 0.02 * exact),
+            "{c}: {} {exact}",
+            check.volume.unwrap()
+        );
         assert!(check.quality.min_angle > 20.0, "{c}: {:?}", check.quality);
     }
 }
@@ -410,7 +428,11 @@ fn rings_that_nearly_close_their_hole_mesh() {
         let check = made.report.check.as_ref().unwrap();
         assert!(check.certificate.is_sound(), "{case}: {:?}", check.certificate.faults);
         let exact = 2.0 * std::f64::consts::PI.powi(2) * 5.0 * tube * tube;
-        assert!((check.volume.unwrap() / exact - 1.0).abs() < 0.02, "{case}: {}", check.volume.unwrap());
+        assert!(
+            abs_diff_eq!(check.volume.unwrap(), exact, epsilon = 0.02 * exact),
+            "{case}: {}",
+            check.volume.unwrap()
+        );
         assert!(check.quality.below_20 < 1e-3, "{case}: {:?}", check.quality);
     }
 }
@@ -460,7 +482,7 @@ fn bends_too_sharp_for_triangles_are_meshed_as_edges() {
             assert!(distance.to_surface < 0.08 * size * distance.diagonal, "{share}: {distance}");
             if volume > 0.0 {
                 assert!(
-                    (check.volume.unwrap() / volume - 1.0).abs() < 0.02,
+                    abs_diff_eq!(check.volume.unwrap(), volume, epsilon = 0.02 * volume),
                     "{share}: {} {volume}",
                     check.volume.unwrap()
                 );

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use approx::abs_diff_eq;
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{build, save_step};
 use serde_json::{Value, json};
@@ -249,7 +250,7 @@ fn faces_are_made_anew_and_swept_into_prisms() {
     assert_eq!(number(&text, "swept", "names"), 6.0, "{text}");
     paired(&text, number(&text, "swept", "cells"), 12.0);
     for (word, truth) in [("a", 1.7), ("b", 1.0), ("c", 3.0), ("d", 1.0), ("near", 0.0), ("far", 2.0)] {
-        assert!((number(&text, "carried", word) - truth).abs() < 1e-8, "{word} in {text}");
+        assert!(abs_diff_eq!(number(&text, "carried", word), truth, epsilon = 1e-8), "{word} in {text}");
     }
     // Half a unit to the edge and half from it, one along.
     assert!(near(number(&text, "way", "length"), 2f64.sqrt(), 1e-8), "{text}");

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -44,7 +45,7 @@ fn a_dry_run_tells_how_many_triangles_there_will_be_and_writes_nothing() {
         rvachev().current_dir(&dir).args(made).assert().success();
         let known: Value = serde_json::from_slice(&fs::read(&report).unwrap()).unwrap();
         let count = known["check"]["triangles"].as_f64().unwrap();
-        assert!((about / count - 1.0).abs() < 0.15, "{name}: {about} {count}");
+        assert!(abs_diff_eq!(about, count, epsilon = 0.15 * count), "{name}: {about} {count}");
         [report, dir.path().join("a.stl")].iter().for_each(|f| fs::remove_file(f).unwrap());
     }
     for option in [["-o", "a.stl"], ["--png", "a.png"], ["--report", "a.json"]] {
@@ -103,7 +104,7 @@ fn the_main_job_writes_mesh_picture_and_report() {
     assert!(names.contains(&"body.xmin") && names.contains(&"bore_x"), "{names:?}");
     // 8 - 2 * 2 pi 0.16 + 16/3 * 0.064
     let volume = check["volume"].as_f64().unwrap();
-    assert!((volume - 6.330_714_6).abs() < 0.02, "{volume}");
+    assert_abs_diff_eq!(volume, 6.330_714_6, epsilon = 0.02);
 }
 
 #[test]
@@ -330,11 +331,11 @@ fn pictures_are_drawn_as_asked() {
     assert_eq!((width, height), (200, 100));
     let opaque = |pixels: &[[u8; 4]]| pixels.iter().map(|c| f64::from(c[3]) / 255.0).sum::<f64>();
     let full = 90.0 * 90.0 * std::f64::consts::FRAC_PI_4;
-    assert!((opaque(&disk) / full - 1.0).abs() < 0.03, "{}", opaque(&disk));
+    assert_abs_diff_eq!(opaque(&disk), full, epsilon = 0.03 * full);
     assert!(disk.iter().filter(|c| c[3] == 0).count() > 12_000);
     // The half behind the middle is as wide and shows its inside, which is grey.
     let cut = drawn(&[&plain[..], &["--transparent", "--clip", "y=0"]].concat()).2;
-    assert!((opaque(&cut) / full - 1.0).abs() < 0.03);
+    assert_abs_diff_eq!(opaque(&cut), full, epsilon = 0.03 * full);
     let grey = |c: &&[u8; 4]| c[3] == 255 && c[0].abs_diff(c[2]) < 20;
     assert!(cut.iter().filter(grey).count() > 6_000 && disk.iter().filter(grey).count() == 0);
     assert_eq!(drawn(&[&plain[..], &["--color", "angle"]].concat()), drawn(&[&plain[..], &["--quality"]].concat()));
@@ -391,10 +392,10 @@ fn overrides_and_threads_change_what_they_should() {
         (bytes, serde_json::from_slice::<Value>(&out.stdout).unwrap()["volume"].as_f64().unwrap())
     };
     let (one, volume) = mesh(&["--size", "0.1", "--threads", "1"]);
-    assert!((volume / 4.18879 - 1.0).abs() < 0.01, "{volume}");
+    assert_relative_eq!(volume, 4.18879, epsilon = 0.0, max_relative = 0.01);
     assert!(one == mesh(&["--size", "0.1", "--threads", "3"]).0);
     let (_, volume) = mesh(&["--size", "0.2", "-D", "r=2"]);
-    assert!((volume / 33.5103 - 1.0).abs() < 0.01, "{volume}");
+    assert_relative_eq!(volume, 33.5103, epsilon = 0.0, max_relative = 0.01);
 }
 
 #[cfg(unix)]

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use predicates::str::contains;
 use rvachev::implicit::part::parse;
@@ -38,13 +39,15 @@ fn info_tells_sizes_bodies_centers_and_tolerance() {
         "part(revolve_edges(chain([polyline([(0, 0, 0), (2, 0, 0)]), arc((2, 0, 0), (2**0.5, 0, 2**0.5), (0, 0, 2))]), 'z'))",
     );
     let c = half.bodies[0].center.unwrap();
-    assert!(c[0].abs() < 1e-5 && c[1].abs() < 1e-5 && (c[2] - 0.75).abs() < 1e-5, "{c:?}");
+    assert_abs_diff_eq!(c[0], 0.0, epsilon = 1e-5);
+    assert_abs_diff_eq!(c[1], 0.0, epsilon = 1e-5);
+    assert_abs_diff_eq!(c[2], 0.75, epsilon = 1e-5);
     let dir = TempDir::new().unwrap();
     let path = dir.path().join("a.step");
     save_step(&path, &built(&text).unwrap(), Some("cm")).unwrap();
     let back = load_step(&path, &Run::new()).unwrap();
     let size = (140.0_f64.powi(2) + 20.0_f64.powi(2) + 60.0_f64.powi(2)).sqrt();
-    assert!((back.tolerance.unwrap() / (1e-8 * size) - 1.0).abs() < 1e-6, "{:?}", back.tolerance);
+    assert_relative_eq!(back.tolerance.unwrap(), 1e-8 * size, epsilon = 0.0, max_relative = 1e-6);
     let i = brep_info(back, Some("mm"), &Run::new()).unwrap();
     assert!(i.to_string().contains("size 140 x 20 x 60 mm") && i.to_string().contains("tolerance "), "{i}");
 }
@@ -57,7 +60,8 @@ fn solids_are_scaled_about_points_and_their_center_of_mass() {
     {
         let i = told(&format!("part(({solid}).name('bar').scale(2{about}))"));
         assert!(i.bounds.lo.iter().zip(lo).all(|(a, b)| (a - b).abs() < 1e-4), "{about}: {:?}", i.bounds);
-        assert!((i.bodies[0].volume.unwrap() / 384.0 - 1.0).abs() < 1e-9 && i.bodies[0].name == "bar");
+        assert_relative_eq!(i.bodies[0].volume.unwrap(), 384.0, epsilon = 0.0, max_relative = 1e-9);
+        assert_eq!(i.bodies[0].name, "bar");
     }
     for (call, says) in [
         ("extrude_edges(circle(1), 'z', 1, solid=False).scale(2, about='mass')", "a sheet has no mass"),

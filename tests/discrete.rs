@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, compare_soup, load_mesh, mesh_soup, soup_info};
 use rvachev::{DVec3, Run};
@@ -36,10 +37,11 @@ fn an_l_keeps_its_corners_edges_and_faces() {
     assert_eq!((made.mesh.faces.len(), check.genus), (8, Some(0)));
     assert!(input.nodes.iter().all(|p| has_node(&made.mesh, *p)));
     // Planes and straight edges: nothing is lost to chords.
-    assert!((check.volume.unwrap() - input.volume()).abs() < 1e-12 && (check.area - input.area()).abs() < 1e-12);
+    assert_abs_diff_eq!(check.volume.unwrap(), input.volume(), epsilon = 1e-12);
+    assert_abs_diff_eq!(check.area, input.area(), epsilon = 1e-12);
     assert!(check.quality.min_angle > 30.0 && check.quality.mean_radius_ratio > 0.97, "{:?}", check.quality);
     let wanted = input.area() / (3f64.sqrt() / 4.0 * 0.01);
-    assert!((made.mesh.triangles.len() as f64 / wanted - 1.0).abs() < 0.15);
+    assert_abs_diff_eq!(made.mesh.triangles.len() as f64 / wanted, 1.0, epsilon = 0.15);
     let cut = made.model().unwrap();
     assert_eq!([cut.model.vertices.len(), cut.model.edges.len(), cut.model.faces.len()], [12, 18, 8]);
 }
@@ -57,7 +59,7 @@ fn nodes_on_a_rim_lie_on_its_polygon() {
     for p in made.mesh.nodes.iter().filter(|p| p.z == 2.0 && p.truncate().length() > apothem - 1e-9) {
         let side = (p.y.atan2(p.x) / (std::f64::consts::TAU / 40.0)).floor();
         let (s, c) = ((side + 0.5) * std::f64::consts::TAU / 40.0).sin_cos();
-        assert!((p.x * c + p.y * s - apothem).abs() < 1e-14, "{p}");
+        assert!(abs_diff_eq!(p.x * c + p.y * s, apothem, epsilon = 1e-14), "{p}");
         rim += 1;
     }
     assert!(rim > 25, "{rim}");
@@ -152,12 +154,7 @@ fn long_facets_of_a_bore_are_not_flipped_through_the_block() {
     // Without a look at the surface nearly all triangles would have to stay as they are.
     assert!(check.certificate.is_sound() && made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     assert_eq!((check.components, check.genus), (1, Some(1)));
-    assert!(
-        (check.volume.unwrap() / input.volume() - 1.0).abs() < 1e-3,
-        "{} {}",
-        check.volume.unwrap(),
-        input.volume()
-    );
+    assert_relative_eq!(check.volume.unwrap(), input.volume(), epsilon = 0.0, max_relative = 1e-3);
     assert!(check.quality.min_angle > 20.0 && check.deviation.as_ref().unwrap().max < 0.24 * size, "{check:?}");
 }
 
@@ -172,10 +169,14 @@ fn walls_and_disks_of_needles_are_meshed_as_well_as_others() {
     assert!(check.certificate.is_sound() && made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     assert_eq!((made.mesh.faces.len(), check.genus, made.report.attempts.len()), (7, Some(0), 1));
     let wanted = input.area() / (3f64.sqrt() / 4.0 * size * size);
-    assert!((made.mesh.triangles.len() as f64 / wanted - 1.0).abs() < 0.15, "{}", made.mesh.triangles.len());
+    assert!(
+        abs_diff_eq!(made.mesh.triangles.len() as f64 / wanted, 1.0, epsilon = 0.15),
+        "{}",
+        made.mesh.triangles.len()
+    );
     assert!(check.quality.min_angle > 30.0 && check.quality.p05_angle > 45.0, "{:?}", check.quality);
     assert!(check.deviation.as_ref().unwrap().max < 0.08 * size, "{:?}", check.deviation);
-    assert!((check.volume.unwrap() / input.volume() - 1.0).abs() < 2e-3);
+    assert_relative_eq!(check.volume.unwrap(), input.volume(), epsilon = 0.0, max_relative = 2e-3);
 }
 
 #[test]
@@ -201,7 +202,7 @@ fn an_open_surface_keeps_its_border() {
     let length: f64 =
         open.iter().map(|[a, b]| made.mesh.nodes[*a as usize].distance(made.mesh.nodes[*b as usize])).sum();
     // The perimeter of the L, in steps of about the size.
-    assert!((length - 6.0).abs() < 1e-12, "{length}");
+    assert_abs_diff_eq!(length, 6.0, epsilon = 1e-12);
     assert!((55..=65).contains(&open.len()), "{}", open.len());
     assert!(check.quality.min_angle > 25.0, "{:?}", check.quality);
     let closed = meshed(&input, 0.1, &SoupOptions { close: true, ..SoupOptions::default() }, 0);
@@ -278,7 +279,7 @@ fn slits_narrower_than_the_size_are_not_bridged() {
         assert!(longest < 0.36, "{longest}");
         // The slit is as deep as it was, about.
         let missed = (input.volume() - made.mesh.volume()) / input.volume();
-        assert!(missed.abs() < 0.03, "{width} {depth}: {missed}");
+        assert!(abs_diff_eq!(missed, 0.0, epsilon = 0.03), "{width} {depth}: {missed}");
     }
 }
 
@@ -309,7 +310,7 @@ fn info_tells_the_model() {
     for (e, rim) in info.graph.iter().enumerate() {
         assert_eq!(rim.ends[0], rim.ends[1]);
         assert!(rim.faces.contains(&wall.name) && rim.faces.len() == 2);
-        assert!((rim.length - 48.0 * (PI / 24.0).sin()).abs() < 1e-9, "{}", rim.length);
+        assert_abs_diff_eq!(rim.length, 48.0 * (PI / 24.0).sin(), epsilon = 1e-9);
         assert!(info.faces.iter().filter(|f| f.loops.contains(&vec![e as u32])).count() == 2);
     }
     assert!(info.to_string().contains("3 faces"));
@@ -322,7 +323,11 @@ fn a_number_of_nodes_is_met() {
         let soup = SoupOptions { nodes: Some(nodes), ..SoupOptions::default() };
         let made = mesh_soup(&input, &MeshOptions::default(), &soup, &Run::new()).unwrap();
         assert!(made.report.shortfalls.is_empty());
-        assert!((made.mesh.nodes.len() as f64 / nodes as f64 - 1.0).abs() < 0.05, "{}", made.mesh.nodes.len());
+        assert!(
+            abs_diff_eq!(made.mesh.nodes.len() as f64 / nodes as f64, 1.0, epsilon = 0.05),
+            "{}",
+            made.mesh.nodes.len()
+        );
     }
     let few = SoupOptions { nodes: Some(3), ..SoupOptions::default() };
     assert!(mesh_soup(&input, &MeshOptions::default(), &few, &Run::new()).is_err());
@@ -339,5 +344,5 @@ fn baselines_are_sound_and_random_nodes_make_worse_triangles() {
     let ratios = [poisson, frontal, ours].map(|c| c.quality.mean_radius_ratio);
     assert!(ratios[1] > ratios[0] && ratios[2] > ratios[0], "{ratios:?}");
     // As many triangles, or the comparison says nothing.
-    assert!((poisson.triangles as f64 / ours.triangles as f64 - 1.0).abs() < 0.25);
+    assert_abs_diff_eq!(poisson.triangles as f64 / ours.triangles as f64, 1.0, epsilon = 0.25);
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use assert_cmd::Command;
 use predicates::str::contains;
 use rvachev::implicit::part::{Part, SizeRequest};
@@ -113,14 +114,17 @@ fn a_corner_is_what_each_system_says_it_is() {
         ("Ralpha:1", 0.3),
     ] {
         let r = &eval(dir.path(), CORNER, "0.3 0.4 0\n", &["--rsystem", system])[0];
-        assert!((r.value - truth).abs() < 1e-5, "{system}: {} is not {truth}", r.value);
+        assert!(abs_diff_eq!(r.value, truth, epsilon = 1e-5), "{system}: {} is not {truth}", r.value);
         assert_eq!((r.inside, r.face.as_str()), (true, "left"), "{system}");
     }
     // The two outside: R0 is the negative length of the smaller part of the sum.
     let found = eval(dir.path(), CORNER, "-0.3 -0.4 0\n-0.3 0.4 0\n0.4 -0.3 0\n", &[]);
-    assert!((found[0].value - (-0.7 - 0.5)).abs() < 1e-5 && found[0].face == "front");
-    assert!((found[1].value - (0.1 - 0.5)).abs() < 1e-5 && found[1].face == "left");
-    assert!((found[2].value - (0.1 - 0.5)).abs() < 1e-5 && found[2].face == "front");
+    assert_abs_diff_eq!(found[0].value, -0.7 - 0.5, epsilon = 1e-5);
+    assert_eq!(found[0].face, "front");
+    assert_abs_diff_eq!(found[1].value, 0.1 - 0.5, epsilon = 1e-5);
+    assert_eq!(found[1].face, "left");
+    assert_abs_diff_eq!(found[2].value, 0.1 - 0.5, epsilon = 1e-5);
+    assert_eq!(found[2].face, "front");
     assert!(found.iter().all(|r| !r.inside));
     // The gradient of a + b - sqrt(a^2 + b^2).
     let g = eval(dir.path(), CORNER, "0.3,0.4,0\n", &[])[0].gradient;
@@ -201,7 +205,7 @@ fn a_field_of_which_nothing_is_known_is_meshed_in_large_batches() {
     assert!(off < 1e-12, "{off}");
     let volume: f64 =
         mesh.triangles.iter().map(|t| t.map(|v| mesh.nodes[v as usize])).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
-    assert!((volume - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02, "{volume}");
+    assert_abs_diff_eq!(volume, 4.0 / 3.0 * std::f64::consts::PI, epsilon = 0.02);
     assert_eq!(mesh, meshed(0.1, 3).2);
 }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::{Placement, Primitive, Solid};
@@ -83,18 +84,19 @@ fn a_boss_on_a_plate_keeps_its_rims_and_their_names() {
     for size in [0.2, 0.1, 0.05] {
         let c = exact(solid.clone(), size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8));
-        assert!((c.volume.unwrap() - volume).abs() < 0.5 * size * size, "{} {volume}", c.volume.unwrap());
+        assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 0.5 * size * size);
         let c = exact(turned(solid.clone()), 1.3 * size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8));
     }
     let mesh = made(solid, 0.1).mesh;
     let area = |name: &str| area(&mesh, name);
-    assert!((area("boss.top") - PI * radius * radius).abs() < 4e-3, "{}", area("boss.top"));
+    assert_abs_diff_eq!(area("boss.top"), PI * radius * radius, epsilon = 4e-3);
     // The fillet begins where the function of the cylinder is -r: at the square of this radius.
     let foot = radius * radius + 2.0 * radius * r;
-    assert!((area("plate.zmax") - (4.0 - PI * foot)).abs() < 2e-3, "{}", area("plate.zmax"));
-    assert!((area("boss.side") - 2.0 * PI * radius * (0.5 - r)).abs() < 5e-3, "{}", area("boss.side"));
-    assert!((area("plate.zmin") - 4.0).abs() < 1e-9 && area("blend1") > 0.1);
+    assert_abs_diff_eq!(area("plate.zmax"), 4.0 - PI * foot, epsilon = 2e-3);
+    assert_abs_diff_eq!(area("boss.side"), 2.0 * PI * radius * (0.5 - r), epsilon = 5e-3);
+    assert_abs_diff_eq!(area("plate.zmin"), 4.0, epsilon = 1e-9);
+    assert!(area("blend1") > 0.1);
 }
 
 #[test]
@@ -106,7 +108,11 @@ fn fillets_meet_in_mitres_that_run_out_in_the_plate() {
     for size in [0.2, 0.157, 0.13, 0.094, 0.078, 0.06, 0.04] {
         let c = exact(plate().blend(boss(), r), size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 20), "at {size}");
-        assert!((c.volume.unwrap() - volume).abs() < 0.2 * size * size, "{} {volume} at {size}", c.volume.unwrap());
+        assert!(
+            abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 0.2 * size * size),
+            "{} {volume} at {size}",
+            c.volume.unwrap()
+        );
         let c = exact(turned(plate().blend(boss(), r) - tool.clone()), 1.3 * size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (0, 20), "turned, at {size}");
     }
@@ -139,7 +145,11 @@ fn bosses_blended_one_after_the_other_keep_all_their_edges() {
     for size in [0.2, 0.1] {
         let c = exact(cube.clone(), size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 8 + 4 * 12));
-        assert!((c.volume.unwrap() - volume).abs() < 0.8 * size * size, "{} {volume} at {size}", c.volume.unwrap());
+        assert!(
+            abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 0.8 * size * size),
+            "{} {volume} at {size}",
+            c.volume.unwrap()
+        );
     }
 }
 
@@ -155,7 +165,7 @@ fn fillets_much_smaller_than_the_size_come_out_at_once() {
         let c = report.check.unwrap();
         assert!(c.certificate.is_sound() && c.features.unwrap().recall >= 0.98, "{c:?}");
         let volume = c.volume.unwrap();
-        assert!((volume - union).abs() < 0.05 + 4.0 * radius * radius, "{volume} {union} at {radius}");
+        assert!(abs_diff_eq!(volume, union, epsilon = 0.05 + 4.0 * radius * radius), "{volume} {union} at {radius}");
     }
 }
 
@@ -172,14 +182,11 @@ fn walls_that_end_where_a_fillet_begins_are_one_surface() {
     // The faces of the wall are one radius from those of the plate: a fillet touches the latter everywhere, and has none of them.
     let solid = plate().blend(cuboid([-0.9, -0.9, 0.0], [0.9, 0.9, 0.7]), 0.1);
     let c = exact_at_degenerate_ends(solid.clone(), 0.1);
-    assert!(
-        c.euler == 2 && (c.volume.unwrap() - (1.6 + on_square(0.9, 0.1, 0.5))).abs() < 2e-3,
-        "{}",
-        c.volume.unwrap()
-    );
+    assert_eq!(c.euler, 2);
+    assert_abs_diff_eq!(c.volume.unwrap(), 1.6 + on_square(0.9, 0.1, 0.5), epsilon = 2e-3);
     let mesh = made(solid, 0.1).mesh;
     for name in ["box1.xmin", "box1.xmax", "box1.ymin", "box1.ymax"] {
-        assert!((area(&mesh, name) - 0.8).abs() < 1e-9, "{name}: {}", area(&mesh, name));
+        assert!(abs_diff_eq!(area(&mesh, name), 0.8, epsilon = 1e-9), "{name}: {}", area(&mesh, name));
     }
 }
 
@@ -190,7 +197,8 @@ fn solids_without_end_blend_too() {
     let rod = Solid::cylinder(0.3, DVec3::Z, DVec3::ZERO, None) & Solid::half_space(DVec3::Z, DVec3::Z * 0.6);
     let c = exact(wall.blend(rod, 0.1) & cuboid([-1.0, -1.0, -0.5], [1.0, 1.0, 1.0]), 0.08);
     let volume = 2.0 + PI * 0.09 * 0.6 + 2.0 * PI * 0.3 * 0.01 * (1.0 - 0.25 * PI);
-    assert!(c.euler == 2 && (c.volume.unwrap() - volume).abs() < 2e-3, "{} {volume}", c.volume.unwrap());
+    assert_eq!(c.euler, 2);
+    assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 2e-3);
 }
 
 #[test]
@@ -212,7 +220,7 @@ fn sharp_rims_elsewhere_are_as_sharp_beside_fillets() {
         let (f, d) = (c.features.unwrap(), c.deviation.unwrap());
         assert!(f.recall >= 0.95 && f.node_residual_max <= 1e-12, "{f:?} at {size}");
         assert!(d.inverted == 0 && d.from_surface.unwrap() < 0.05 * size, "{d:?} at {size}");
-        assert!((c.volume.unwrap() - volume).abs() < 0.5 * size * size, "{} {volume}", c.volume.unwrap());
+        assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 0.5 * size * size);
         assert_eq!(c.euler, 4);
     }
 }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use common::{done, environment};
 use rvachev::implicit::part::parse;
 use rvachev::io::{Encoding, WriteOptions, write_hexahedra, write_prisms};
@@ -93,8 +94,8 @@ fn each_triangle_is_in_one_physical_group() {
             list.iter().find(|p| p["name"] == name).unwrap()["area"].as_f64().unwrap()
         };
         // A side of the cube, and one with a hole of radius 0.4.
-        assert!((area("body.ymin") - 4.0).abs() < 1e-9);
-        assert!((area("clamped") - (4.0 - 0.16 * std::f64::consts::PI)).abs() < 0.02);
+        assert_abs_diff_eq!(area("body.ymin"), 4.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(area("clamped"), 4.0 - 0.16 * std::f64::consts::PI, epsilon = 0.02);
     }
 }
 
@@ -133,7 +134,7 @@ fn a_script_fills_the_solid_and_keeps_its_names() {
     assert_eq!(surfaces(&gmsh), parts(&names));
     assert!(gmsh["groups"]["3 solid"].as_u64().unwrap() > 1000, "{gmsh}");
     let (theirs, ours) = (gmsh["volume"].as_f64().unwrap(), names["solids"][0]["volume"].as_f64().unwrap());
-    assert!((theirs / ours - 1.0).abs() < 1e-9, "{theirs} in {ours}");
+    assert_relative_eq!(theirs, ours, epsilon = 0.0, max_relative = 1e-9);
 }
 
 #[test]
@@ -144,7 +145,7 @@ fn a_script_leaves_voids_empty_and_fills_what_is_in_them() {
     let gmsh = ask("gmsh", &dir, "a.geo");
     let truth = 4.0 / 3.0 * std::f64::consts::PI * (1.0 - 0.343 + 0.064);
     let volume = gmsh["volume"].as_f64().unwrap();
-    assert!((volume / truth - 1.0).abs() < 0.05, "{volume}, in truth {truth}");
+    assert_abs_diff_eq!(volume, truth, epsilon = 0.05 * truth);
 }
 
 /// A mesh file of two cubes of side 2, the second of which may lack a triangle.
@@ -176,7 +177,7 @@ fn a_script_that_cannot_fill_all_falls_short() {
         assert_eq!(out.status.code(), Some(code), "{said}");
         assert_eq!(said.contains("falls short: 1 shell is open and is not filled"), open, "{said}");
         let gmsh = ask("gmsh", &dir, "a.geo");
-        assert!((gmsh["volume"].as_f64().unwrap() / volume - 1.0).abs() < 1e-9, "{gmsh}");
+        assert!(relative_eq!(gmsh["volume"].as_f64().unwrap(), volume, epsilon = 0.0, max_relative = 1e-9), "{gmsh}");
     }
 }
 
@@ -201,7 +202,7 @@ fn calculix_computes_on_the_sets() {
     let told = fs::read_to_string(dir.path().join("deck.dat")).unwrap();
     let last = told.lines().rev().find(|line| !line.trim().is_empty()).unwrap();
     let forces: Vec<f64> = last.split_whitespace().map(|w| w.parse().unwrap()).collect();
-    assert!((forces[0].abs() / area("loaded").unwrap() - 1.0).abs() < 1e-4, "{told}");
+    assert!(relative_eq!(forces[0].abs(), area("loaded").unwrap(), epsilon = 0.0, max_relative = 1e-4), "{told}");
     assert!(forces[1..].iter().all(|f| f.abs() < 1e-4), "{told}");
 }
 
@@ -232,7 +233,7 @@ fn meshio_reads_sets_of_solvers() {
         assert_eq!(found["triangles"].as_u64(), Some(whole), "{file}: {found}");
         for (side, truth) in [-1.0, 1.0].into_iter().enumerate() {
             for x in found["box"][side].as_array().unwrap() {
-                assert!((x.as_f64().unwrap() - truth).abs() < 1e-12, "{file}: {found}");
+                assert!(abs_diff_eq!(x.as_f64().unwrap(), truth, epsilon = 1e-12), "{file}: {found}");
             }
         }
         match *file {
@@ -278,7 +279,7 @@ fn trimesh_sees_faces_of_binary_gltf() {
     }
     for (face, (count, area)) in faces.iter().zip(areas) {
         assert_eq!(face["triangles"].as_u64(), Some(count), "{face}");
-        assert!((real(&face["area"]) / area - 1.0).abs() < 1e-5, "{face}, in truth {area}");
+        assert!(relative_eq!(real(&face["area"]), area, epsilon = 0.0, max_relative = 1e-5), "{face}, in truth {area}");
         // Planes are flat up to their edges, and the bore is smooth.
         let least = if face["name"] == "bore" { 0.95 } else { 1.0 - 1e-6 };
         assert!(real(&face["normals"]) > least, "{face}");
@@ -287,12 +288,12 @@ fn trimesh_sees_faces_of_binary_gltf() {
     let listed: Vec<f64> =
         found["box"].as_array().unwrap().iter().flat_map(|p| p.as_array().unwrap()).map(real).collect();
     for (x, wanted) in listed.iter().zip([-0.01, 0.03, -0.015, 0.01, 0.07, 0.015]) {
-        assert!((x - wanted).abs() < 1e-8, "{listed:?}");
+        assert!(abs_diff_eq!(*x, wanted, epsilon = 1e-8), "{listed:?}");
     }
     let volume = names["solids"][0]["volume"].as_f64().unwrap();
     assert_eq!(found["closed"], true);
-    assert!((real(&found["volume"]) * 1e6 / volume - 1.0).abs() < 1e-5, "{found}");
-    assert!((real(&found["area"]) * 1e4 / truth.area() - 1.0).abs() < 1e-5, "{found}");
+    assert!(relative_eq!(real(&found["volume"]) * 1e6, volume, epsilon = 0.0, max_relative = 1e-5), "{found}");
+    assert!(relative_eq!(real(&found["area"]) * 1e4, truth.area(), epsilon = 0.0, max_relative = 1e-5), "{found}");
     let said =
         serde_json::json!({ "units": "cm", "groups": [{ "name": "ends", "faces": ["block.zmin", "block.zmax"] }] });
     assert!(found["extras"].as_array().unwrap().iter().all(|extras| *extras == said), "{found}");
@@ -471,7 +472,7 @@ fn sharp_edges_go_to_openfoam_and_medit() {
         })
         .sum();
     // Twelve edges of length two.
-    assert!((length - 24.0).abs() < 1e-9, "{length}");
+    assert_abs_diff_eq!(length, 24.0, epsilon = 1e-9);
     let medit = fs::read_to_string(dir.path().join("a.mesh")).unwrap();
     assert!(medit.contains(&format!("Ridges\n{}\n", edges.len() / 2)), "{medit}");
     assert!(medit.contains("Corners\n8\n"));
@@ -567,7 +568,7 @@ impl Truth {
             if let Some(area) = found["areas"].get(&number) {
                 // MYSTRAN prints seven digits.
                 let ratio = area.as_f64().unwrap() / part["area"].as_f64().unwrap();
-                assert!((ratio - 1.0).abs() < 1e-6, "{reader}: {file}: {area} in place of {part}");
+                assert!(abs_diff_eq!(ratio, 1.0, epsilon = 1e-6), "{reader}: {file}: {area} in place of {part}");
                 numbered += 1;
             }
         }

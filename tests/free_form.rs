@@ -3,6 +3,7 @@
 
 use std::f64::consts::{LN_2, PI};
 
+use approx::assert_abs_diff_eq;
 use rvachev::implicit::part::parse;
 use rvachev::parametric::Surface;
 use rvachev::parametric::basis::Knots;
@@ -21,7 +22,7 @@ fn told(b: Brep) -> BrepInfo {
 
 #[track_caller]
 fn near(found: f64, truth: f64, share: f64) {
-    assert!((found / truth - 1.0).abs() < share, "{found} {truth}");
+    assert_abs_diff_eq!(found, truth, epsilon = share * truth);
 }
 
 /// The area of all faces.
@@ -307,6 +308,6 @@ fn integrals_of_splines_are_sums_of_control_points() {
         let told = knots.integrals();
         assert_eq!(told.len(), points);
         assert!(told.iter().zip(&sums).all(|(a, b)| (a - b).abs() < 1e-9), "{degree}: {told:?} {sums:?}");
-        assert!((told.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_abs_diff_eq!(told.iter().sum::<f64>(), 1.0, epsilon = 1e-12);
     }
 }

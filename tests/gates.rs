@@ -3,6 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use approx::abs_diff_eq;
 use rvachev::implicit::part::parse;
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, expected_triangles, mesh_part, mesh_soup};
@@ -185,7 +186,7 @@ fn the_same_wish_makes_the_same_mesh_by_every_gate() {
             ];
             for (made, told) in made.iter().zip(told) {
                 let share = told.unwrap() as f64 / made.mesh.triangles.len() as f64;
-                assert!((share - 1.0).abs() < 0.15, "{}: told {share} of its triangles", solid.name);
+                assert!(abs_diff_eq!(share, 1.0, epsilon = 0.15), "{}: told {share} of its triangles", solid.name);
             }
             let [a, b, c] = made.each_ref().map(|m| measured(m, &solid, share));
             table += &format!("{} {share}: {a:?} {b:?} {c:?}\n", solid.name);

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -209,15 +210,15 @@ fn a_watched_part_is_meshed_again_when_it_changes() {
         first.map(|x| x * x).sum::<f64>().sqrt()
     };
     wait_for("watching: part.py");
-    assert!((radius() - 1.0).abs() < 1e-9, "{}", radius());
+    assert_abs_diff_eq!(radius(), 1.0, epsilon = 1e-9);
     // A mistake is told, the mesh stays, and the watch goes on.
     write("part(spher(1.5))\n");
     wait_for("error: part.py: line 1, column 6");
     wait_for("watching: part.py");
-    assert!((radius() - 1.0).abs() < 1e-9, "{}", radius());
+    assert_abs_diff_eq!(radius(), 1.0, epsilon = 1e-9);
     write("part(sphere(1.5))\n\n");
     wait_for("watching: part.py");
-    assert!((radius() - 1.5).abs() < 1e-9, "{}", radius());
+    assert_abs_diff_eq!(radius(), 1.5, epsilon = 1e-9);
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));

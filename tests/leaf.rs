@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::expr::{Binary, Unary};
@@ -63,7 +64,7 @@ fn the_cube_with_holes_is_exact_aligned_and_turned() {
             assert!(c.quality.min_angle >= 30.0 && c.quality.p05_angle > 48.0, "{:?}", c.quality);
             // 8 - 2 * 2 pi r^2 + 16/3 r^3, by Steinmetz; chords cut the holes smaller by the square of the size.
             let volume = 8.0 - 4.0 * PI * 0.16 + 16.0 / 3.0 * 0.064;
-            assert!((c.volume.unwrap() - volume).abs() < 20.0 / (n * n), "{} {volume}", c.volume.unwrap());
+            assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 20.0 / (n * n));
         }
     }
 }
@@ -84,7 +85,7 @@ fn jumps_and_seams_of_formulas_are_exact_edges() {
     ] {
         let c = exact(cuboid(lo, hi) & Solid::formula(f), 0.1);
         assert_eq!(c.features.unwrap().corners_true, corners);
-        assert!((c.volume.unwrap() - volume).abs() < 0.005 * volume, "{} {volume}", c.volume.unwrap());
+        assert_relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 0.005);
     }
 }
 
@@ -114,7 +115,11 @@ fn faces_with_one_curve_in_common_have_their_edge_there() {
             let f = c.features.unwrap();
             assert!(c.certificate.is_sound() && f.recall > 0.99 && f.precision > 0.99, "{text}: {f:?}");
             assert_eq!((f.corners_found, f.corners_true), (corners, corners), "{text}");
-            assert!((c.volume.unwrap() / volume - 1.0).abs() < 2e-3, "{text}: {} {volume}", c.volume.unwrap());
+            assert!(
+                relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 2e-3),
+                "{text}: {} {volume}",
+                c.volume.unwrap()
+            );
         }
     }
 }
@@ -133,7 +138,7 @@ fn coincident_faces_are_one_face_or_none() {
     ] {
         for solid in [solid.clone(), turned(solid)] {
             let c = exact(solid, 0.11);
-            assert!((c.volume.unwrap() - volume).abs() < 1e-9, "{} {volume}", c.volume.unwrap());
+            assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 1e-9);
             assert_eq!(c.features.unwrap().corners_true, corners);
         }
     }
@@ -164,7 +169,7 @@ fn formulas_that_coincide_are_one_face_as_planes_are() {
         let (tiled, whole) = (of(&tiled), of(&format!("part({})", block(name, 2))));
         assert_eq!((tiled.components, tiled.euler), (whole.components, whole.euler), "{name}");
         assert!(
-            (tiled.volume.unwrap() / whole.volume.unwrap() - 1.0).abs() < 2e-3,
+            relative_eq!(tiled.volume.unwrap(), whole.volume.unwrap(), epsilon = 0.0, max_relative = 2e-3),
             "{name} {} {}",
             tiled.volume.unwrap(),
             whole.volume.unwrap()
@@ -177,7 +182,7 @@ fn formulas_that_coincide_are_one_face_as_planes_are() {
         let c = of(&format!("{bar}\npart(b | {more})"));
         assert_eq!((c.components, c.euler), (1, 2), "{more}");
         assert!(
-            (c.volume.unwrap() / alone.volume.unwrap() - 1.0).abs() < 1e-3,
+            relative_eq!(c.volume.unwrap(), alone.volume.unwrap(), epsilon = 0.0, max_relative = 1e-3),
             "{more} {} {}",
             c.volume.unwrap(),
             alone.volume.unwrap()
@@ -187,7 +192,7 @@ fn formulas_that_coincide_are_one_face_as_planes_are() {
     let alone = |thickness: f64| format!("gyroid(1, {thickness}) & box(size=(1, 1, 1))");
     let both = of(&format!("part(({}) | ({}).move((1, 0, 0)))", alone(0.25), alone(0.2)));
     let sum: f64 = [0.25, 0.2].iter().map(|t| of(&format!("part({})", alone(*t))).volume.unwrap()).sum();
-    assert!((both.volume.unwrap() / sum - 1.0).abs() < 2e-3, "{} {sum}", both.volume.unwrap());
+    assert_relative_eq!(both.volume.unwrap(), sum, epsilon = 0.0, max_relative = 2e-3);
 }
 
 #[test]
@@ -205,10 +210,10 @@ fn a_seam_between_tangent_faces_is_no_sharp_edge_but_parts_the_faces() {
         .map(|e| made.mesh.nodes[e[0] as usize].distance(made.mesh.nodes[e[1] as usize]))
         .sum();
     let true_length = 2.0 * 2.0 + 2.0 * (0.6 + 2.0 * 0.5 + PI * 0.3);
-    assert!((sharp - true_length).abs() < 0.02 * true_length, "{sharp} {true_length}");
+    assert_abs_diff_eq!(sharp, true_length, epsilon = 0.02 * true_length);
     let area = 2.0 * PI * 0.3;
     let round = c.groups.iter().find(|g| g.name == "cylinder1.side").unwrap();
-    assert!((round.area - area).abs() < 0.02 * area, "{} {area}", round.area);
+    assert_abs_diff_eq!(round.area, area, epsilon = 0.02 * area);
 }
 
 #[test]
@@ -231,7 +236,7 @@ fn cones_keep_their_rims_and_thin_walls_both_sides() {
     assert_eq!(c.features.unwrap().corners_true, 0);
     // A plate half a cell thick is found with smaller cells.
     let c = exact(cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 0.06]) | cuboid([-1.0, -1.0, 0.0], [-0.5, 1.0, 1.0]), 0.1);
-    assert!((c.volume.unwrap() - (0.06 * 4.0 + 0.5 * 2.0 * 0.94)).abs() < 1e-9, "{}", c.volume.unwrap());
+    assert_abs_diff_eq!(c.volume.unwrap(), 0.06 * 4.0 + 0.5 * 2.0 * 0.94, epsilon = 1e-9);
 }
 
 #[test]
@@ -298,7 +303,7 @@ fn creases_inside_one_formula_are_edges() {
         // Of the turned one no box can be proved.
         let c = exact(if turn { turned(octahedron) & cuboid([-2.0; 3], [2.0; 3]) } else { octahedron }, size);
         assert_eq!((c.euler, c.features.unwrap().corners_true), (2, 6));
-        assert!((c.volume.unwrap() - 4.0 / 3.0).abs() < 1e-9, "{}", c.volume.unwrap());
+        assert_abs_diff_eq!(c.volume.unwrap(), 4.0 / 3.0, epsilon = 1e-9);
     }
 }
 
@@ -431,7 +436,7 @@ fn three_channels_of_one_width_cross_in_corners_of_six_faces() {
         for size in [0.05, 0.07] {
             let c = exact(solid.clone(), size);
             assert_eq!((c.euler, c.features.unwrap().corners_true), (-8, 40));
-            assert!((c.volume.unwrap() - 20.0 / 27.0).abs() < 1e-9, "{}", c.volume.unwrap());
+            assert_abs_diff_eq!(c.volume.unwrap(), 20.0 / 27.0, epsilon = 1e-9);
             assert!(c.quality.min_angle >= 30.0, "{:?}", c.quality);
         }
     }
@@ -480,7 +485,7 @@ fn the_menger_sponge_is_exact() {
     }
     let c = exact(sponge, 0.15);
     assert_eq!(c.euler, 2 - 2 * 81);
-    assert!((c.volume.unwrap() - 27.0 * (20.0f64 / 27.0).powi(2)).abs() < 1e-9, "{}", c.volume.unwrap());
+    assert_abs_diff_eq!(c.volume.unwrap(), 27.0 * (20.0f64 / 27.0).powi(2), epsilon = 1e-9);
 }
 
 #[test]
@@ -498,7 +503,7 @@ fn sharp_wedges_are_exact_to_their_tips() {
             assert_eq!((check.components, check.euler), (1, 2), "{degrees} degrees");
             let width = (0.5 * degrees.to_radians()).tan();
             assert!(
-                (check.volume.unwrap() - width).abs() < 1e-9,
+                abs_diff_eq!(check.volume.unwrap(), width, epsilon = 1e-9),
                 "{degrees} degrees: {} {width}",
                 check.volume.unwrap()
             );
@@ -554,7 +559,11 @@ fn tips_thinner_than_the_cells_come_to_their_points() {
             let d = c.deviation.unwrap();
             assert!(d.inverted == 0 && d.max < 0.1 * size && d.from_surface.unwrap() < 0.1 * size, "{size}: {d:?}");
             let volume = 8.0 + points.len() as f64 * PI * radius * radius;
-            assert!((c.volume.unwrap() / volume - 1.0).abs() < 0.01, "{size}: {} of {volume}", c.volume.unwrap());
+            assert!(
+                relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 0.01),
+                "{size}: {} of {volume}",
+                c.volume.unwrap()
+            );
         }
     }
 }
@@ -629,7 +638,7 @@ fn walls_far_thinner_than_the_size_are_meshed_whole() {
         // The measure takes corners for one that are as close as the foil makes them.
         assert_eq!(c.features.unwrap().corners_true, if thickness < 1e-4 { 12 } else { 16 });
         let volume = 1.0 + 2.0 * thickness;
-        assert!((c.volume.unwrap() - volume).abs() < 1e-12, "{} {volume}", c.volume.unwrap());
+        assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 1e-12);
     }
 }
 
@@ -655,7 +664,11 @@ fn curved_walls_thinner_than_chords_are_high_get_shorter_edges() {
         let c = made.report.check.unwrap();
         assert!(c.certificate.is_sound() && c.euler == euler, "{thickness}: {:?}", c.certificate);
         let volume = 4.0 / 3.0 * PI * (1.0 - (1.0 - thickness).powi(3)) * if half { 0.5 } else { 1.0 };
-        assert!((c.volume.unwrap() / volume - 1.0).abs() < 0.01, "{thickness}: {} {volume}", c.volume.unwrap());
+        assert!(
+            relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 0.01),
+            "{thickness}: {} {volume}",
+            c.volume.unwrap()
+        );
     }
 }
 
@@ -705,7 +718,11 @@ fn features_smaller_than_the_cells_are_meshed_or_named() {
                 // Edges are no shorter than a quarter of the cells, so thin rods are prisms of few sides.
                 let flat = ["slit", "pin"].contains(&name);
                 let most = if flat { 1e-12 } else { 0.3 * (volume - 8.0).abs() };
-                assert!((c.volume.unwrap() - volume).abs() < most, "{name} {r}: {} {volume}", c.volume.unwrap());
+                assert!(
+                    abs_diff_eq!(c.volume.unwrap(), volume, epsilon = most),
+                    "{name} {r}: {} {volume}",
+                    c.volume.unwrap()
+                );
             } else if told.is_empty() {
                 assert_eq!(c.euler, euler, "{name} {r}");
             } else {
@@ -773,7 +790,7 @@ fn r_operations_inside_one_formula_give_its_edges() {
     for solid in [one_formula(r0), one_formula(ralpha), one_formula(r0m)] {
         let c = exact(solid, 0.1);
         assert_eq!((c.genus, c.features.unwrap().corners_true), (Some(3), 8));
-        assert!((c.volume.unwrap() - volume).abs() < 1e-2, "{:?} {volume}", c.volume);
+        assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 1e-2);
     }
 }
 

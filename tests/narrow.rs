@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::{Placement, Primitive, Solid, Tpms};
@@ -36,7 +37,11 @@ fn strips_down_to_a_fortieth_of_the_size_are_rows_of_good_triangles() {
         // A strip along one edge of a cube's top.
         let step = cuboid([-1.0, -1.0, 0.5], [1.0 - width, 1.0, 0.8]);
         let (_, c) = made(cuboid([-1.0; 3], [1.0, 1.0, 0.5]) | step, 0.1);
-        assert!((c.volume.unwrap() - (6.0 + 0.6 * (2.0 - width))).abs() < 1e-12, "{width}: {}", c.volume.unwrap());
+        assert!(
+            abs_diff_eq!(c.volume.unwrap(), 6.0 + 0.6 * (2.0 - width), epsilon = 1e-12),
+            "{width}: {}",
+            c.volume.unwrap()
+        );
         // Of the narrowest a few triangles at its ends are less good.
         let least = if width < 0.005 { 20.0 } else { 27.0 };
         assert!(c.quality.min_angle > least && c.quality.p05_angle > 42.0, "{width}: {:?}", c.quality);
@@ -52,7 +57,11 @@ fn corners_that_are_cut_off_and_corners_close_to_an_edge_are_surrounded_by_small
     for cut in [0.02, 0.005] {
         let at = DVec3::splat(1.0 - cut / 3.0);
         let (_, c) = made(cube() & Solid::half_space(DVec3::ONE, at), 0.1);
-        assert!((c.volume.unwrap() - (8.0 - cut.powi(3) / 6.0)).abs() < 1e-12, "{cut}: {}", c.volume.unwrap());
+        assert!(
+            abs_diff_eq!(c.volume.unwrap(), 8.0 - cut.powi(3) / 6.0, epsilon = 1e-12),
+            "{cut}: {}",
+            c.volume.unwrap()
+        );
         assert!(c.quality.min_angle > 27.0, "{cut}: {:?}", c.quality);
     }
     for gap in [0.02, 0.005] {
@@ -61,7 +70,7 @@ fn corners_that_are_cut_off_and_corners_close_to_an_edge_are_surrounded_by_small
         let shift = DVec3::new(1.0 - gap - 0.2 * 2f64.sqrt(), 0.03, 0.0);
         let rotation = DMat3::from_rotation_z(0.25 * PI);
         let (_, c) = made(cube() - hole.placed(Placement { rotation, scale: 1.0, shift }), 0.1);
-        assert!((c.volume.unwrap() - (8.0 - 0.32)).abs() < 1e-12, "{gap}: {}", c.volume.unwrap());
+        assert!(abs_diff_eq!(c.volume.unwrap(), 8.0 - 0.32, epsilon = 1e-12), "{gap}: {}", c.volume.unwrap());
         assert!(c.quality.min_angle > 27.0, "{gap}: {:?}", c.quality);
     }
 }
@@ -79,7 +88,7 @@ fn small_rims_of_flat_faces_are_round() {
 #[test]
 fn low_caps_and_shallow_dents_have_their_faces() {
     let area = |c: &Check, face: &str| c.groups.iter().filter(|g| g.name == face).map(|g| g.area).sum::<f64>();
-    let near = |is: f64, true_area: f64| assert!((is / true_area - 1.0).abs() < 0.05, "{is} for {true_area}");
+    let near = |is: f64, true_area: f64| assert_abs_diff_eq!(is, true_area, epsilon = 0.05 * true_area);
     // A disc a size wide, a fortieth of it above which the ball would go on.
     let (_, c) = made(ball(1.0, [0.0; 3]) & Solid::half_space(DVec3::Z, DVec3::Z * 0.995), 0.2);
     near(area(&c, "half_space1"), PI * (1.0 - 0.995f64.powi(2)));
@@ -108,7 +117,8 @@ fn walls_that_are_thin_in_one_place_get_short_edges_there_alone() {
     // From .002 thick on one side to .058 on the other; chords of the size are .005 high.
     let (mesh, c) = made(ball(1.0, [0.0; 3]) - ball(0.97, [0.028, 0.0, 0.0]), 0.2);
     let volume = 4.0 / 3.0 * PI * (1.0 - 0.97f64.powi(3));
-    assert!(c.euler == 4 && (c.volume.unwrap() / volume - 1.0).abs() < 0.02, "{} {volume}", c.volume.unwrap());
+    assert_eq!(c.euler, 4);
+    assert_abs_diff_eq!(c.volume.unwrap(), volume, epsilon = 0.02 * volume);
     let d = c.deviation.unwrap();
     assert!(d.inverted + d.across == 0, "{d:?}");
     let edges = |side: f64| {
@@ -137,7 +147,7 @@ fn a_row_of_fins_thinner_than_the_size_is_as_good_as_a_block() {
     let plate = cuboid([0.0; 3], [120.0, 80.0, 6.0]);
     let (_, c) = made(fins.fold(plate, |s, fin| s | fin), 3.0);
     let volume = 120.0 * 80.0 * 6.0 + 12.0 * 80.0 * 30.0;
-    assert!((c.volume.unwrap() / volume - 1.0).abs() < 1e-13, "{:?}", c.volume);
+    assert_relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-13);
     assert!(c.quality.min_angle > 30.0 && c.quality.p05_angle > 45.0, "{:?}", c.quality);
     let f = c.features.unwrap();
     // Eight of the plate and of each fin, without the two that the first fin and the plate make flush.

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use approx::{assert_relative_eq, relative_eq};
 use rvachev::DVec3;
 
 /// A case's mesh: its points, and the faces of each patch, which look out of the cells.
@@ -125,10 +126,10 @@ fn patches_of_a_wind_tunnel_are_the_faces_of_the_part() {
         ("part_bore", 0.6 * PI, 5e-3),
     ] {
         let area = case.area(patch);
-        assert!((area / truth - 1.0).abs() < share, "{patch}: {area}, in truth {truth}");
+        assert!(relative_eq!(area, truth, epsilon = 0.0, max_relative = share), "{patch}: {area}, in truth {truth}");
     }
     let (volume, truth) = (case.volume(), 54.0 - 1.0 + hole);
-    assert!((volume / truth - 1.0).abs() < 2e-4, "{volume}, in truth {truth}");
+    assert_relative_eq!(volume, truth, epsilon = 0.0, max_relative = 2e-4);
 
     // Points of a patch are on its face: on the bore as far inside as the middle of such a chord.
     let radius = |p: &DVec3| p.y.hypot(p.z);
@@ -145,6 +146,9 @@ fn patches_of_a_wind_tunnel_are_the_faces_of_the_part() {
     ] {
         let edges = case.edges_between(a, b);
         let length: f64 = edges.iter().map(|[p, q]| p.distance(*q)).sum();
-        assert!((length / truth - 1.0).abs() < 5e-3, "{a} and {b}: {length}, in truth {truth}");
+        assert!(
+            relative_eq!(length, truth, epsilon = 0.0, max_relative = 5e-3),
+            "{a} and {b}: {length}, in truth {truth}"
+        );
     }
 }

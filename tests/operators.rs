@@ -1,5 +1,6 @@
 //! The operators on extracted meshes of real R-function parts: what the default sequence must reach.
 
+use approx::assert_relative_eq;
 use glam::{DMat3, DQuat};
 use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features};
 use rvachev::mesh::{EditMesh, TriMesh};
@@ -55,7 +56,7 @@ fn the_cube_with_holes_comes_out_with_its_creases_and_good_triangles() {
         // 24 - 4 pi r^2 + twice the cylinders less what they share of each other, by Steinmetz.
         let r = 0.4f64;
         let area = 24.0 - 4.0 * std::f64::consts::PI * r * r + 8.0 * std::f64::consts::PI * r - 16.0 * r * r;
-        assert!((c.area - area).abs() < 1e-3 * area, "{} {area}", c.area);
+        assert_relative_eq!(c.area, area, epsilon = 0.0, max_relative = 1e-3);
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -49,7 +50,7 @@ fn ways_over_a_box_have_their_lengths_in_every_format_that_is_read() {
         for (from, to, length) in [("0,0,1", "1,0,0", 2.0), ("-1,-1,-1", "1,1,1", 20f64.sqrt())] {
             let text = said(walk(&dir, &[&name, "--from", from, "--to", to, "-q"]));
             let told: f64 = text.trim().parse().unwrap();
-            assert!((told - length).abs() < 1e-9, "{name}: {told} {length}");
+            assert!(abs_diff_eq!(told, length, epsilon = 1e-9), "{name}: {told} {length}");
         }
     }
     for ending in ["stl", "stla", "obj", "ply", "off", "msh", "3mf", "mesh", "inp", "bdf", "nas", "su2", "vtp", "vtu"] {
@@ -65,7 +66,8 @@ fn a_way_is_written_as_a_polyline_of_its_length() {
         serde_json::from_str(&said(walk(&dir, &[&ends[..], &["--json", "-o", "way.csv"]].concat()))).unwrap();
     let points: Vec<[f64; 3]> = serde_json::from_value(json["points"].clone()).unwrap();
     let length: f64 = points.windows(2).map(|w| (0..3).map(|k| (w[1][k] - w[0][k]).powi(2)).sum::<f64>().sqrt()).sum();
-    assert!((length - 20f64.sqrt()).abs() < 1e-9 && (json["length"].as_f64().unwrap() - length).abs() < 1e-12);
+    assert_abs_diff_eq!(length, 20f64.sqrt(), epsilon = 1e-9);
+    assert_abs_diff_eq!(json["length"].as_f64().unwrap(), length, epsilon = 1e-12);
     assert_eq!((&json["start"], &json["end"]), (&json["points"][0], &json["points"][points.len() - 1]));
     // All of it lies on the box.
     assert!(points.iter().all(|p| (p.iter().map(|x| x.abs()).fold(0.0, f64::max) - 1.0).abs() < 1e-9));

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use common::{done, environment};
 use serde_json::Value;
 
@@ -180,7 +181,11 @@ fn agree(mesh: &Path, truth: &Truth) -> Value {
 
     let near = |what: &str, truth: f64, within: f64| {
         let x = number(&ours, what);
-        assert!((x - truth).abs() <= within * truth, "{}: {what} is {x}, in truth {truth}", mesh.display());
+        assert!(
+            abs_diff_eq!(x, truth, epsilon = within * truth),
+            "{}: {what} is {x}, in truth {truth}",
+            mesh.display()
+        );
     };
     near("/volume", truth.volume, truth.within);
     if let Some(area) = truth.area {
@@ -227,8 +232,8 @@ fn the_peers_know_good_from_bad() {
     fs::write(&crossed, text).unwrap();
     let said = peers().ask(&[&whole, &open, &crossed], None);
     assert_eq!(said[0]["igl"]["euler"], 2);
-    assert!((number(&said[0], "/igl/volume") - 1.0 / 6.0).abs() < 1e-15);
-    assert!((number(&said[0], "/pymeshlab/volume") - 1.0 / 6.0).abs() < 1e-7);
+    assert_abs_diff_eq!(number(&said[0], "/igl/volume"), 1.0 / 6.0, epsilon = 1e-15);
+    assert_abs_diff_eq!(number(&said[0], "/pymeshlab/volume"), 1.0 / 6.0, epsilon = 1e-7);
     for (i, edges, crossings) in [(0, 0, 0), (1, 3, 0), (2, 6, 2)] {
         assert_eq!(said[i]["igl"]["boundary_edges"], edges, "{}", said[i]);
         assert_eq!(said[i]["pymeshlab"]["boundary_edges"], edges, "{}", said[i]);
@@ -370,7 +375,7 @@ fn curvature_of_a_sphere_is_one_over_its_radius() {
     for side in ["min", "max"] {
         for k in theirs["curvature"][side].as_array().unwrap() {
             let k = k.as_f64().unwrap();
-            assert!((k * r - 1.0).abs() < 0.05, "curvature {k} on a sphere of radius {r}");
+            assert!(abs_diff_eq!(k * r, 1.0, epsilon = 0.05), "curvature {k} on a sphere of radius {r}");
         }
     }
 }
@@ -389,11 +394,11 @@ fn curvatures_of_a_torus_are_those_of_its_circles() {
     let share = |side: &str, i: usize| theirs["curvature"][side][i].as_f64().unwrap();
     // The tube's own circle bends by 1/minor everywhere; the other curvature runs from the inner to the outer equator's.
     for i in 0..5 {
-        assert!((share("max", i) * minor - 1.0).abs() < 0.1, "{}", theirs["curvature"]);
+        assert!(abs_diff_eq!(share("max", i) * minor, 1.0, epsilon = 0.1), "{}", theirs["curvature"]);
     }
     let (inner, outer) = (-1.0 / (major - minor), 1.0 / (major + minor));
-    assert!((share("min", 0) - inner).abs() < 0.15 * inner.abs(), "{}", theirs["curvature"]);
-    assert!((share("min", 4) - outer).abs() < 0.15 * outer, "{}", theirs["curvature"]);
+    assert!(abs_diff_eq!(share("min", 0), inner, epsilon = 0.15 * inner.abs()), "{}", theirs["curvature"]);
+    assert!(abs_diff_eq!(share("min", 4), outer, epsilon = 0.15 * outer), "{}", theirs["curvature"]);
 }
 
 #[test]

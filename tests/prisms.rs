@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::fs;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rvachev::implicit::part::parse;
 use rvachev::io::{Encoding, WriteOptions, write_prisms};
 use rvachev::mesh::{Hexahedra, OuterSide, Prisms, TriMesh};
@@ -108,7 +109,7 @@ fn sound(prisms: &Prisms) {
     let skin = boundary(prisms);
     let defects = skin.defects();
     assert!(defects.is_closed() && defects.is_manifold() && defects.is_oriented());
-    assert!((skin.volume() - prisms.volume()).abs() < 1e-12);
+    assert_abs_diff_eq!(skin.volume(), prisms.volume(), epsilon = 1e-12);
     assert!((0..prisms.cells.len()).all(|j| prisms.volume_of(j) > 0.0));
 }
 
@@ -116,7 +117,7 @@ fn sound(prisms: &Prisms) {
 fn walls_are_named(prisms: &Prisms, height: f64) {
     let skin = boundary(prisms);
     for side in ["plate.xmin", "plate.xmax", "plate.ymin", "plate.ymax"] {
-        assert!((area(&skin, side) - 2.0 * height).abs() < 1e-12, "{side}");
+        assert!(abs_diff_eq!(area(&skin, side), 2.0 * height, epsilon = 1e-12), "{side}");
     }
     let round = 2.0 * PI * RADIUS * height;
     let bore = area(&skin, "bore");
@@ -137,15 +138,16 @@ fn a_swept_face_has_the_volume_of_its_area_times_the_way() {
             let prisms = Prisms::swept(&mesh, TOP, along, layers).unwrap();
             sound(&prisms);
             assert_eq!(prisms.cells.len(), triangles * layers as usize);
-            assert!((prisms.volume() - 3.0 * face).abs() < 1e-12);
-            assert!((prisms.volume() - 3.0 * AREA).abs() < 3.0 * 0.02);
+            assert_abs_diff_eq!(prisms.volume(), 3.0 * face, epsilon = 1e-12);
+            assert_abs_diff_eq!(prisms.volume(), 3.0 * AREA, epsilon = 3.0 * 0.02);
             assert_eq!(prisms.names[..2], [TOP, "opposite"]);
             assert_eq!(prisms.names.iter().collect::<BTreeSet<_>>().len(), 7);
             if along.x == 0.0 {
                 walls_are_named(&prisms, 3.0);
             }
             let skin = boundary(&prisms);
-            assert!((area(&skin, TOP) - face).abs() < 1e-12 && (area(&skin, "opposite") - face).abs() < 1e-12);
+            assert_abs_diff_eq!(area(&skin, TOP), face, epsilon = 1e-12);
+            assert_abs_diff_eq!(area(&skin, "opposite"), face, epsilon = 1e-12);
         }
     }
 }
@@ -159,8 +161,8 @@ fn prisms_between_two_faces_fill_the_solid() {
     for (from, to) in [(BOTTOM, TOP), (TOP, BOTTOM)] {
         let prisms = Prisms::between(&mesh, from, to, 3).unwrap();
         sound(&prisms);
-        assert!((prisms.volume() - area(&plate, TOP)).abs() < 1e-12);
-        assert!((prisms.volume() - mesh.volume()).abs() < 1e-12);
+        assert_abs_diff_eq!(prisms.volume(), area(&plate, TOP), epsilon = 1e-12);
+        assert_abs_diff_eq!(prisms.volume(), mesh.volume(), epsilon = 1e-12);
         assert_eq!(prisms.names[..2], [from, to]);
         walls_are_named(&prisms, 1.0);
         // The ends are the surface's own nodes.
@@ -298,7 +300,7 @@ fn sound_hexahedra(mesh: &Hexahedra, volume: f64) -> TriMesh {
     all.extend((0..mesh.prisms.len()).map(|j| prisms.volume_of(j)));
     assert!(all.iter().all(|v| *v > 0.0));
     let sum: f64 = all.iter().sum();
-    assert!((sum - volume).abs() < 1e-12 * volume.max(1.0), "{sum} {volume}");
+    assert_abs_diff_eq!(sum, volume, epsilon = 1e-12 * volume.max(1.0));
 
     let sorted = |mut side: Vec<u32>| {
         side.sort_unstable();
@@ -334,7 +336,7 @@ fn sound_hexahedra(mesh: &Hexahedra, volume: f64) -> TriMesh {
     skin.drop_unused_nodes();
     let defects = skin.defects();
     assert!(defects.is_closed() && defects.is_manifold() && defects.is_oriented());
-    assert!((skin.volume() - volume).abs() < 1e-12 * volume.max(1.0), "{} {volume}", skin.volume());
+    assert_abs_diff_eq!(skin.volume(), volume, epsilon = 1e-12 * volume.max(1.0));
     skin
 }
 
@@ -396,11 +398,11 @@ fn pairs_of_prisms_become_hexahedra_and_what_is_left_stays() {
         assert!(mesh.hexahedra.len() > 2 * mesh.prisms.len(), "{} {}", mesh.hexahedra.len(), mesh.prisms.len());
         let skin = sound_hexahedra(&mesh, 3.0 * face);
         for side in ["plate.xmin", "plate.xmax", "plate.ymin", "plate.ymax"] {
-            assert!((area(&skin, side) - 2.0 * 3.0).abs() < 1e-12, "{side}");
+            assert!(abs_diff_eq!(area(&skin, side), 2.0 * 3.0, epsilon = 1e-12), "{side}");
         }
         assert!([TOP, "opposite"].iter().all(|end| (area(&skin, end) - face).abs() < 1e-12));
         let walls = boundary(&prisms);
-        assert!((area(&skin, "bore") - area(&walls, "bore")).abs() < 1e-12);
+        assert_abs_diff_eq!(area(&skin, "bore"), area(&walls, "bore"), epsilon = 1e-12);
         // As many degrees as asked for, and not more.
         for cell in &mesh.hexahedra {
             let p = [0, 1, 2, 3].map(|k| mesh.nodes[cell[k] as usize]);

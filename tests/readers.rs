@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use proptest::prelude::*;
 use rvachev::implicit::part::{Part, parse_csg, parse_vm};
@@ -95,7 +96,7 @@ fn right(m: &Meshed, volume: f64, share: f64) {
     let features = check.features.as_ref().unwrap();
     assert!(features.recall > 0.9995, "recall {}", features.recall);
     let found = m.mesh.volume();
-    assert!((found / volume - 1.0).abs() < share, "{found} is not {volume}");
+    assert_relative_eq!(found, volume, epsilon = 0.0, max_relative = share);
 }
 
 fn names(m: &Meshed) -> Vec<&str> {
@@ -109,7 +110,7 @@ fn a_formula_file_keeps_its_edges() {
     let features = m.report.check.as_ref().unwrap().features.as_ref().unwrap();
     assert_eq!((features.corners_true, features.corners_found), (8, 8));
     // Twelve edges and six rims.
-    assert!((features.length_true / (24.0 + 6.0 * 2.0 * PI * 0.3) - 1.0).abs() < 1e-3, "{}", features.length_true);
+    assert_relative_eq!(features.length_true, 24.0 + 6.0 * 2.0 * PI * 0.3, epsilon = 0.0, max_relative = 1e-3);
     assert_eq!(names(&m), ["formula1"]);
 }
 
@@ -124,7 +125,7 @@ fn a_tree_keeps_round_things_round_and_names_faces() {
     }
     // The mirrored one lies on the other side of x = -20.
     let least = m.mesh.nodes.iter().fold(f64::INFINITY, |least, p| least.min(p.x));
-    assert!((least + 30.0).abs() < 1e-9, "{least}");
+    assert_abs_diff_eq!(least, -30.0, epsilon = 1e-9);
 }
 
 #[test]
@@ -165,7 +166,7 @@ fn matrices_of_six_digits_are_rotations() {
     let model = Implicit::new(part.solid.as_ref().unwrap(), RSystem::default(), None).unwrap();
     assert_eq!(model.leaf_count(), 1);
     // On the sphere of radius 2, to rounding.
-    assert!(model.value(DVec3::new(2.0, 0.0, 0.0)).abs() < 1e-12);
+    assert_abs_diff_eq!(model.value(DVec3::new(2.0, 0.0, 0.0)), 0.0, epsilon = 1e-12);
 }
 
 /// The sign of a formula file's function at a point: 1 inside.

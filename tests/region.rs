@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::fs;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use predicates::str::contains;
 use rvachev::io::{Format, WriteOptions, encode, read_bytes};
@@ -30,7 +31,7 @@ fn looks_right(made: &Meshed) {
     let (mesh, found) = (&made.mesh, figure(made));
     assert!(mesh.nodes.iter().all(|p| p.z == 0.0));
     assert!((0..mesh.triangles.len()).all(|t| mesh.area_vector(t).z > 0.0));
-    assert!((mesh.area() - found.area).abs() < 1e-12 * found.area, "{} {}", mesh.area(), found.area);
+    assert_relative_eq!(mesh.area(), found.area, epsilon = 0.0, max_relative = 1e-12);
     let outline = made.outline.as_ref().unwrap();
     assert_eq!(outline.contours.len(), found.contours);
     let mut edges: Vec<[u32; 2]> =
@@ -58,7 +59,7 @@ fn measures(made: &Meshed, area: f64, perimeter: f64, round: f64, least: f64) {
     let f = figure(made);
     assert!(f.distance < made.report.size / 50.0, "{}", f.distance);
     let (a, p) = (round * f.distance + 1e-11 * area, round * f.distance / least + 1e-11 * perimeter);
-    assert!((f.area - area).abs() <= a, "area {} is not {area} within {a}", f.area);
+    assert!(abs_diff_eq!(f.area, area, epsilon = a), "area {} is not {area} within {a}", f.area);
     assert!(f.perimeter <= perimeter * (1.0 + 1e-12), "{} {perimeter}", f.perimeter);
     assert!(f.perimeter >= perimeter - p, "perimeter {} is not {perimeter} within {p}", f.perimeter);
 }
@@ -81,7 +82,7 @@ fn a_rectangle_with_round_holes() {
     let names: Vec<&str> = f.borders.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(names, ["plate.xmin", "plate.xmax", "plate.ymin", "plate.ymax", "left", "right"]);
     for (border, length) in f.borders.iter().zip([3.0, 3.0, 4.0, 4.0]) {
-        assert!((border.length - length).abs() < 1e-12, "{border:?}");
+        assert!(abs_diff_eq!(border.length, length, epsilon = 1e-12), "{border:?}");
     }
 }
 
@@ -107,7 +108,8 @@ fn a_polygon_is_exact() {
     corners(&made, &[[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.5, 2.5], [0.0, 2.0]]);
     let sides = 3.0 + 1.0 + 2.0 + 0.5_f64.hypot(1.5) + 1.5_f64.hypot(0.5) + 2.0;
     let f = figure(&made);
-    assert!((f.area - 4.5).abs() < 1e-11 && (f.perimeter - sides).abs() < 1e-11, "{f}");
+    assert_abs_diff_eq!(f.area, 4.5, epsilon = 1e-11);
+    assert_abs_diff_eq!(f.perimeter, sides, epsilon = 1e-11);
     assert!(f.distance < 1e-12);
 }
 
@@ -116,7 +118,8 @@ fn one_formula_keeps_its_corners() {
     let made = meshed("f = 1 - x**2\ng = 0.25 - y**2\npart(region(f + g - sqrt(f**2 + g**2)))", 0.1);
     corners(&made, &[[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5]]);
     let f = figure(&made);
-    assert!((f.area - 2.0).abs() < 1e-11 && (f.perimeter - 6.0).abs() < 1e-11, "{f}");
+    assert_abs_diff_eq!(f.area, 2.0, epsilon = 1e-11);
+    assert_abs_diff_eq!(f.perimeter, 6.0, epsilon = 1e-11);
 }
 
 #[test]
@@ -136,13 +139,13 @@ fn an_annulus_has_two_contours_and_no_corner() {
 fn an_ellipse_turned() {
     let made = meshed("part(region(ellipse(2, 1).rotate(30).move((1, 0))))", 0.15);
     let f = figure(&made);
-    assert!((f.area - 2.0 * PI).abs() <= 10.0 * f.distance, "{f}");
+    assert!(abs_diff_eq!(f.area, 2.0 * PI, epsilon = 10.0 * f.distance), "{f}");
     let (s, c) = 30_f64.to_radians().sin_cos();
     for v in &made.outline.as_ref().unwrap().contours[0].nodes {
         let p = made.mesh.nodes[*v as usize];
         let (x, y) = (p.x - 1.0, p.y);
         let on = ((c * x + s * y) / 2.0).powi(2) + (c * y - s * x).powi(2);
-        assert!((on - 1.0).abs() < 1e-12, "{p} {on}");
+        assert!(abs_diff_eq!(on, 1.0, epsilon = 1e-12), "{p} {on}");
     }
 }
 
@@ -165,7 +168,7 @@ fn sizes_are_those_asked_for() {
 fn a_strip_in_a_domain() {
     let made = meshed("part(region(abs(y) <= 0.5), domain=((-1, -2), (3, 2)))", 0.2);
     corners(&made, &[[-1.0, -0.5], [3.0, -0.5], [3.0, 0.5], [-1.0, 0.5]]);
-    assert!((figure(&made).area - 4.0).abs() < 1e-11);
+    assert_abs_diff_eq!(figure(&made).area, 4.0, epsilon = 1e-11);
 }
 
 /// Points of each subpath of a path's data, which has absolute M, L and Z alone.
@@ -254,7 +257,7 @@ fn svg_holds_the_polylines() {
         let n = path.len();
         0.5 * (0..n).map(|k| path[k][0] * path[(k + 1) % n][1] - path[(k + 1) % n][0] * path[k][1]).sum::<f64>()
     };
-    assert!((paths.iter().map(shoelace).sum::<f64>() - f.area).abs() < 1e-12 * f.area);
+    assert_relative_eq!(paths.iter().map(shoelace).sum::<f64>(), f.area, epsilon = 0.0, max_relative = 1e-12);
     // By the even-odd rule the middles of triangles are inside, those of holes and what is around are not.
     for t in 0..made.mesh.triangles.len() {
         let m = made.mesh.centroid(t);
@@ -323,7 +326,7 @@ fn figures_are_of_x_and_y_alone() {
     }
     // Turned back into the plane a cylinder is as good as any.
     let made = meshed("part(region(cylinder(1, axis='x').rotate(90, 'y')))", 0.2);
-    assert!((figure(&made).area - PI).abs() < 0.05);
+    assert_abs_diff_eq!(figure(&made).area, PI, epsilon = 0.05);
 }
 
 fn rvachev(dir: &TempDir, arguments: &[&str]) -> assert_cmd::assert::Assert {

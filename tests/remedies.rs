@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use approx::assert_relative_eq;
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -60,7 +61,7 @@ fn narrow_faces_need_the_least_length() {
     let [with, without] = both("least_length.py", Remedy::LeastLength, &MeshOptions::default());
     sound(&with);
     for made in [&with, &without] {
-        assert!((made.mesh.volume() / (3200.0 - 8.0 * 0.03 * 0.03) - 1.0).abs() < 1e-12);
+        assert_relative_eq!(made.mesh.volume(), 3200.0 - 8.0 * 0.03 * 0.03, epsilon = 0.0, max_relative = 1e-12);
     }
     let bevels = |made: &Meshed| {
         let narrow = |t: &usize| {

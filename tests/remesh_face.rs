@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rvachev::implicit::part::parse;
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, Method, SizeRequest, mesh_part, mesh_step};
@@ -104,11 +105,11 @@ fn a_flat_face_follows_its_size_and_nothing_else_moves() {
         let after = remeshed(&before, face, size);
         only(&before, &after, face);
         let (lengths, angle) = (inner_edges(&after.mesh, face), smallest_angle(&after.mesh, face));
-        assert!((median(&lengths) / size - 1.0).abs() < 0.1, "{size}: {}", median(&lengths));
+        assert_abs_diff_eq!(median(&lengths), size, epsilon = 0.1 * size);
         assert!(angle > least, "{size}: {angle}");
         // A square of side 2 in equilateral triangles.
         let count = triangles(&after.mesh, face, true).len() as f64 * equilateral(size) / 4.0;
-        assert!((count - 1.0).abs() < 0.2, "{size}: {count}");
+        assert!(abs_diff_eq!(count, 1.0, epsilon = 0.2), "{size}: {count}");
     }
     // Edges grow from those of the border by a fifth of the way, so that the middle, 1 away, is as coarse as asked for.
     let after = remeshed(&before, face, 2.0 * SIZE);
@@ -132,7 +133,7 @@ fn the_nodes_of_a_bore_lie_on_its_cylinder() {
         assert!(off <= 1e-9 * size, "{size}: {off}");
         let (lengths, angle) = (inner_edges(&after.mesh, "bore"), smallest_angle(&after.mesh, "bore"));
         let chord = chord(size, RADIUS);
-        assert!((median(&lengths) / chord - 1.0).abs() < 0.1, "{size}: {}", median(&lengths));
+        assert!(abs_diff_eq!(median(&lengths), chord, epsilon = 0.1 * chord), "{size}: {}", median(&lengths));
         assert!(angle > 30.0, "{size}: {angle}");
         // Chords along a circle leave an area of pi h^2 / 6 inside it, and the bore is 2 long. Triangles askew leave less.
         let volume = 8.0 - 2.0 * PI * RADIUS * RADIUS;
@@ -163,7 +164,7 @@ fn a_face_on_two_surfaces_gets_its_seam_anew() {
     assert_eq!(after.seams.len(), ridge(&after.mesh) - 1);
     // A slab of 4 by 1 by 2 below, and a triangle of base 4 and height 2 above.
     let volume = after.report.check.as_ref().unwrap().volume.unwrap();
-    assert!((volume - (8.0 + 8.0)).abs() < 1e-9, "{volume}");
+    assert_abs_diff_eq!(volume, 8.0 + 8.0, epsilon = 1e-9);
     assert_eq!(TriMesh::from_view(&after.merged().unwrap()), after.mesh);
 }
 
@@ -177,9 +178,9 @@ fn a_face_without_a_border_is_the_whole_mesh() {
     assert!(after.mesh.nodes.iter().all(|p| (p.length() - 1.0).abs() < 1e-12));
     let chord = chord(0.1, 1.0);
     let lengths = inner_edges(&after.mesh, "ball");
-    assert!((median(&lengths) / chord - 1.0).abs() < 0.1, "{}", median(&lengths));
+    assert_abs_diff_eq!(median(&lengths), chord, epsilon = 0.1 * chord);
     let count = after.mesh.triangles.len() as f64 * equilateral(chord) / (4.0 * PI);
-    assert!((count - 1.0).abs() < 0.2, "{count}");
+    assert_abs_diff_eq!(count, 1.0, epsilon = 0.2);
 }
 
 #[test]

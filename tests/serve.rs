@@ -10,6 +10,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use approx::abs_diff_eq;
 use rvachev::page::decode;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -411,7 +412,7 @@ fn an_open_page_shows_the_new_part_and_keeps_what_was_chosen() {
         browser.value("[camera.yaw, camera.pitch, ...mesh.told(camera.target), camera.reach * mesh.unit]").unwrap();
     let camera: Vec<f64> = serde_json::from_value(camera).unwrap();
     for (is, was) in camera.iter().zip([1.25, 0.3, 0.1, 0.2, 0.3, 1.5]) {
-        assert!((is - was).abs() < 1e-9, "{camera:?}");
+        assert!(abs_diff_eq!(*is, was, epsilon = 1e-9), "{camera:?}");
     }
     // Of a block that a camera looks at some pixels are drawn; after a mistake as many as before.
     let pixels = "draw(), scene.count((r, g, b, a) => a > 0)";

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::part::parse;
@@ -56,8 +57,12 @@ fn sides_of_two_boxes_in_one_plane_part_at_a_straight_border() {
             let (placement, back) = place();
             let (mesh, c) = made(if turned { solid.placed(placement) } else { solid }, 0.07);
             for side in ["ymin", "ymax"] {
-                assert!((area(&c, &format!("plate.{side}")) - plate_area).abs() < 1e-12, "{:?}", c.groups);
-                assert!((area(&c, &format!("wall.{side}")) - wall_area).abs() < 1e-12, "{:?}", c.groups);
+                assert!(
+                    abs_diff_eq!(area(&c, &format!("plate.{side}")), plate_area, epsilon = 1e-12),
+                    "{:?}",
+                    c.groups
+                );
+                assert!(abs_diff_eq!(area(&c, &format!("wall.{side}")), wall_area, epsilon = 1e-12), "{:?}", c.groups);
             }
             let border = between(&mesh, ["plate.ymin", "wall.ymin"]);
             assert!(border.len() > 3);
@@ -99,7 +104,7 @@ fn names_on_cylinders_and_spheres_part_where_others_end_them() {
         assert!((normal.dot(p) - normal.z * 0.4).abs() < 1e-12 && (p.length() - 1.0).abs() < 1e-12, "{p}");
     }
     let cap = 2.0 * PI * (1.0 - normal.z * 0.4);
-    assert!((area(&c, "all") / cap - 1.0).abs() < 0.01, "{} {cap}", area(&c, "all"));
+    assert_relative_eq!(area(&c, "all"), cap, epsilon = 0.0, max_relative = 0.01);
     assert_eq!(area(&c, "cut"), 0.0);
 }
 
@@ -117,7 +122,7 @@ fn solids_that_touch_along_edges_and_in_points_are_sound() {
         let solid = boxes.into_iter().reduce(|a, b| a | b).unwrap();
         let (_, c) = made(solid, 0.11);
         assert_eq!((c.components, c.euler, c.self_intersections), (n, 2 * n as i64, 0));
-        assert!((c.volume.unwrap() - n as f64).abs() < 1e-7, "{:?}", c.volume);
+        assert_abs_diff_eq!(c.volume.unwrap(), n as f64, epsilon = 1e-7);
         let f = c.features.unwrap();
         assert!(f.recall > 0.99 && f.corners_found == f.corners_true, "{f:?}");
         assert!(f.node_residual_max < 1e-7, "{f:?}");
@@ -140,5 +145,5 @@ mesh(size=0.5)
     assert!(f.recall == 1.0 && f.precision == 1.0 && c.euler == 2, "{f:?}");
     // Two cylinders of height 6, and two frustums between them.
     let volume = 2.0 * (6.0 * 25.0 * PI + PI / 3.0 * 2.0 * (25.0 + 15.0 + 9.0));
-    assert!((c.volume.unwrap() / volume - 1.0).abs() < 0.002, "{volume} {:?}", c.volume);
+    assert_relative_eq!(c.volume.unwrap(), volume, epsilon = 0.0, max_relative = 0.002);
 }

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -86,7 +87,10 @@ fn a_distance_asked_for_is_kept_on_step_files() {
             });
             let deepest = places.map(away).fold(0.0, f64::max);
             assert!(deepest <= tolerance, "{name}: {deepest} of {tolerance}");
-            assert!((told.to_surface - deepest).abs() <= 1e-9 + 0.01 * tolerance, "{name}: {deepest} {told:?}");
+            assert!(
+                abs_diff_eq!(told.to_surface, deepest, epsilon = 1e-9 + 0.01 * tolerance),
+                "{name}: {deepest} {told:?}"
+            );
             assert_eq!((told.asked, told.beyond), (Some(tolerance), 0), "{name}");
         }
     }
@@ -177,5 +181,6 @@ fn two_vertices_at_one_place_close_an_edge() {
     let made = mesh_step(load_step(&path, &Run::new()).unwrap(), &MeshOptions::default(), &Run::new()).unwrap();
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     let check = made.report.check.unwrap();
-    assert!(check.certificate.is_sound() && (check.volume.unwrap() / (12.0 * std::f64::consts::PI) - 1.0).abs() < 0.02);
+    assert!(check.certificate.is_sound());
+    assert_abs_diff_eq!(check.volume.unwrap() / (12.0 * std::f64::consts::PI), 1.0, epsilon = 0.02);
 }

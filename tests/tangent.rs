@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use approx::relative_eq;
 use rvachev::Run;
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{MeshOptions, mesh_part};
@@ -22,7 +23,7 @@ fn made(text: &str) -> Check {
 
 fn near(volume: Option<f64>, truth: f64, text: &str) {
     let volume = volume.unwrap();
-    assert!((volume - truth).abs() < 1e-2 * truth, "{text}: {volume} {truth}");
+    assert!(relative_eq!(volume, truth, epsilon = 0.0, max_relative = 1e-2), "{text}: {volume} {truth}");
 }
 
 /// A ball at each end of a cylinder of its radius, along axes and not.

@@ -11,6 +11,7 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use common::{done, environment};
 use rvachev::implicit::part::{Part, parse, parse_3mf};
 use rvachev::io::{self, Format, WriteOptions};
@@ -191,8 +192,8 @@ fn parts_come_back_with_their_volumes_and_signs() {
             assert_eq!(models[0].inside(p), models[1].inside(p), "{source} at {p}");
         }
         let (ours, theirs) = (volume(&own, 0.1), volume(&back, 0.1));
-        assert!((theirs - exact).abs() < 0.01 * exact, "{source}: {theirs}, not {exact}");
-        assert!((theirs - ours).abs() < 0.002 * exact, "{source}: {theirs}, not {ours}");
+        assert!(relative_eq!(theirs, exact, epsilon = 0.0, max_relative = 0.01), "{source}: {theirs}, not {exact}");
+        assert!(abs_diff_eq!(theirs, ours, epsilon = 0.002 * exact), "{source}: {theirs}, not {ours}");
         // The same bytes again, whether from the same part or by way of the file's own formula.
         good(&dir, &["convert", "a.py", "-o", "b.3mf"]);
         assert_eq!(fs::read(dir.path().join("b.3mf")).unwrap(), bytes, "{source}");
@@ -394,7 +395,7 @@ fn items_components_and_transforms_place_level_sets() {
         let part =
             read(&model(&(ball.clone() + &levelset("")), &format!(r#"<item objectid="9" transform="{turn}"/>"#)));
         let exact = 4.0 / 3.0 * PI * 0.512;
-        assert!((volume(&part, 0.1) - exact).abs() < 0.01 * exact, "{turn}");
+        assert!(relative_eq!(volume(&part, 0.1), exact, epsilon = 0.0, max_relative = 0.01), "{turn}");
     }
 }
 
@@ -408,7 +409,7 @@ fn the_least_feature_is_the_least_edge() {
     // The size is one of the object: an item that is twice as large doubles it.
     let twice = r#"<item objectid="9" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>"#;
     let found = least(r#"minfeaturesize="0.25""#, twice).unwrap();
-    assert!((found - 0.5).abs() < 1e-12, "{found}");
+    assert_abs_diff_eq!(found, 0.5, epsilon = 1e-12);
 }
 
 #[test]
@@ -423,7 +424,7 @@ fn a_fallback_value_stands_where_a_function_has_none() {
     let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let hollow = ball(0.55_f64.sqrt());
     let found = volume(&part(r#"fallbackvalue="1""#), 0.1);
-    assert!((found / hollow - 1.0).abs() < 0.01, "{found} in place of {hollow}");
+    assert_relative_eq!(found, hollow, epsilon = 0.0, max_relative = 0.01);
     // Below zero is inside: all of the box but a shell.
     let inner = part(r#"fallbackvalue="-1""#);
     for p in points(2000, 1.9) {
@@ -448,9 +449,9 @@ fn meshes_cut_level_sets_off() {
         let resources = function(1, all, "s.result") + &mesh_object(2, 1.0, octahedron) + &levelset(attributes);
         volume(&read(&model(&resources, ITEM)), 0.1)
     };
-    assert!((of(false, "") - 8.0).abs() < 1e-9);
-    assert!((of(true, "") - 4.0 / 3.0).abs() < 1e-9);
-    assert!((of(true, r#"meshbboxonly="true""#) - 8.0).abs() < 1e-9);
+    assert_abs_diff_eq!(of(false, ""), 8.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(of(true, ""), 4.0 / 3.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(of(true, r#"meshbboxonly="true""#), 8.0, epsilon = 1e-9);
 }
 
 // ------------------------------------------------------------------------------------------------------------ faults
@@ -607,7 +608,7 @@ fn meshes_of_a_package_are_a_soup() {
     fs::write(dir.path().join("a.3mf"), packed(&model(&mesh_object(2, 1.0, false), items))).unwrap();
     good(&dir, &["mesh", "a.3mf", "-o", "b.off", "-q"]);
     let mesh = io::read(&dir.path().join("b.off"), &Run::new()).unwrap();
-    assert!((mesh.volume() - 16.0).abs() < 1e-9);
+    assert_abs_diff_eq!(mesh.volume(), 16.0, epsilon = 1e-9);
 }
 
 /// A box whose coordinates no short decimal holds, with names that are awkward in XML.
@@ -662,7 +663,7 @@ fn meshes_are_written_with_faces_as_materials() {
     good(&dir, &["mesh", "a.py", "--size", "0.3", "-o", "a.3mf", "-o", "a.ply", "-q"]);
     let read = |name: &str| io::read(&dir.path().join(name), &Run::new()).unwrap();
     let (ours, kept) = (read("a.3mf"), read("a.ply"));
-    assert!((ours.volume() - kept.volume()).abs() < 1e-12 * kept.volume());
+    assert_relative_eq!(ours.volume(), kept.volume(), epsilon = 0.0, max_relative = 1e-12);
     let names = |m: &TriMesh| {
         let mut all = m.faces.clone();
         all.sort();

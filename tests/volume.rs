@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -26,7 +27,7 @@ fn lost(made: &Meshed, exact: f64, asked: f64) {
     let truth = (1.0 - made.mesh.volume() / exact).abs();
     assert!(truth <= told.share * 1.001 && told.share <= asked && told.asked == asked, "{truth} {told:?}");
     assert!(told.share > 0.1 * asked, "{told:?}");
-    assert!((told.between / made.mesh.volume() - told.share).abs() < 1e-12);
+    assert_abs_diff_eq!(told.between / made.mesh.volume(), told.share, epsilon = 1e-12);
 }
 
 #[test]
@@ -51,7 +52,8 @@ fn a_step_file_loses_no_more_and_a_cube_nothing() {
     assert!(made.report.shortfalls.is_empty() && made.report.volume.unwrap().share <= 0.001);
     let cube = "part(extrude_edges(polyline([(0, 0), (2, 0), (2, 2), (0, 2)], closed=True), \"z\", 2))\n";
     let made = within(cube, 1e-6).unwrap();
-    assert!(made.report.volume.unwrap().share < 1e-12 && (made.mesh.volume() - 8.0).abs() < 1e-12);
+    assert!(made.report.volume.unwrap().share < 1e-12);
+    assert_abs_diff_eq!(made.mesh.volume(), 8.0, epsilon = 1e-12);
 }
 
 #[test]
@@ -80,9 +82,8 @@ fn a_share_of_the_diagonal_is_that_length() {
     let ball = parse(BALL, &[]).unwrap();
     let shared = mesh_part(&ball, &by(None, Some(1e-3)), &run).unwrap();
     let told = shared.report.distance.unwrap();
-    assert!(
-        (told.asked.unwrap() / (1e-3 * told.diagonal) - 1.0).abs() < 1e-12 && told.to_surface <= told.asked.unwrap()
-    );
+    assert_relative_eq!(told.asked.unwrap(), 1e-3 * told.diagonal, epsilon = 0.0, max_relative = 1e-12);
+    assert!(told.to_surface <= told.asked.unwrap());
     assert_eq!(shared.mesh, mesh_part(&ball, &by(told.asked, None), &run).unwrap().mesh);
     let input = &shared.mesh;
     let length = 1e-3 * input.bounds().diagonal();

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, mesh_part};
 use rvachev::quality::Check;
@@ -30,7 +31,7 @@ fn rows_of_slots_are_cut_out_as_they_are_left_standing() {
         [("part(plate - slots)", 2.6 * 2.4 * 0.24 - cut, 32), ("part(plate & slots)", cut, 24)]
     {
         let (_, check) = meshed(&format!("{slots}{operation}"), 0.04);
-        assert!((check.volume.unwrap() - volume).abs() < 1e-12, "{operation}: {:?}", check.volume);
+        assert!(abs_diff_eq!(check.volume.unwrap(), volume, epsilon = 1e-12), "{operation}: {:?}", check.volume);
         let features = check.features.unwrap();
         assert_eq!((features.corners_found, features.corners_true), (corners, corners), "{operation}");
         assert!(features.recall > 0.999 && features.precision > 0.999, "{operation}: {features:?}");
@@ -51,7 +52,7 @@ fn hexagonal_holes_repeat_in_two_directions() {
     let (hole, beyond) = (2.0 * 3f64.sqrt() * 0.16, 3f64.sqrt() - 1.5);
     let tip = (0.8 - 3f64.sqrt() * beyond) * (0.8 / 3f64.sqrt() - beyond);
     let volume = 0.3 * (9.0 - 9.0 * hole - 6.0 * tip);
-    assert!((check.volume.unwrap() - volume).abs() < 1e-9, "{:?} {volume}", check.volume);
+    assert_abs_diff_eq!(check.volume.unwrap(), volume, epsilon = 1e-9);
 }
 
 #[test]
@@ -80,7 +81,7 @@ fn a_spring_by_mod_is_one_smooth_wire() {
             let p = meshed.mesh.nodes[v as usize];
             let turn = p.z - higher - pitch * p.y.atan2(p.x) / (2.0 * PI);
             let off = turn - pitch * (turn / pitch).round();
-            assert!(((p.x.hypot(p.y) - radius).hypot(off) - wire).abs() < 1e-9, "{p}");
+            assert!(abs_diff_eq!((p.x.hypot(p.y) - radius).hypot(off), wire, epsilon = 1e-9), "{p}");
         }
     }
 }
@@ -94,7 +95,7 @@ fn knurls_are_proved_in_cells_as_large_as_their_waves_allow() {
     // The mean of (12.6 - 8 w)^2 over w from 0 to pi/36, for each angle.
     let most = 8.0 * PI / 36.0;
     let mean = 12.6 * 12.6 - 12.6 * most + most * most / 3.0;
-    assert!((check.volume.unwrap() / (PI * mean) - 1.0).abs() < 2e-3, "{:?}", check.volume);
+    assert_relative_eq!(check.volume.unwrap(), PI * mean, epsilon = 0.0, max_relative = 2e-3);
     let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
     // Deep inside the surfaces that part the waves make no difference: cells there hold nothing of the part's.
     assert!(proof.unproved == 0 && proof.cells < 60_000, "{} of {}", proof.unproved, proof.cells);
@@ -115,14 +116,15 @@ fn a_cam_has_its_step_where_the_angle_jumps() {
     let (meshed, check) = meshed(text, 0.02);
     // The mean of (1 + t / 2)^2 / 2 for t from -1/2 to 1/2, around the axis.
     let volume = 0.5 * 2.0 * PI * 0.5 * (1.0 + 1.0 / 48.0);
-    assert!((check.volume.unwrap() / volume - 1.0).abs() < 1e-3, "{:?} {volume}", check.volume);
+    assert_relative_eq!(check.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-3);
     let features = check.features.unwrap();
     assert_eq!((features.corners_found, features.corners_true), (4, 4));
     assert!(features.recall > 0.999 && features.precision > 0.999, "{features:?}");
     // The step is a rectangle from the least radius to the largest.
     let wall = on_wall(&meshed, 0.0);
     let (near, far) = wall.iter().fold((f64::INFINITY, 0f64), |(a, b), p| (a.min(-p.x), b.max(-p.x)));
-    assert!((near - 0.75).abs() < 1e-9 && (far - 1.25).abs() < 1e-9, "{near} {far}");
+    assert_abs_diff_eq!(near, 0.75, epsilon = 1e-9);
+    assert_abs_diff_eq!(far, 1.25, epsilon = 1e-9);
     let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
     assert_eq!(proof.unproved, 0);
 }
@@ -134,7 +136,7 @@ fn teeth_of_a_ratchet_rise_and_fall_back() {
     let (meshed, check) = meshed(text, 0.02);
     let most = 0.03 * PI;
     let volume = 0.3 * PI * (1.0 + most * most / 3.0);
-    assert!((check.volume.unwrap() / volume - 1.0).abs() < 1e-3, "{:?} {volume}", check.volume);
+    assert_relative_eq!(check.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-3);
     let features = check.features.unwrap();
     assert_eq!((features.corners_found, features.corners_true), (48, 48));
     for k in 0..12 {
@@ -150,12 +152,12 @@ fn a_ramp_around_a_bore_ends_in_a_wall() {
     let (meshed, check) = meshed(text, 0.02);
     // The ramp's mean height is that of the middle.
     let volume = 1.5 * PI * (1.0 - 0.04);
-    assert!((check.volume.unwrap() / volume - 1.0).abs() < 1e-3, "{:?} {volume}", check.volume);
+    assert_relative_eq!(check.volume.unwrap(), volume, epsilon = 0.0, max_relative = 1e-3);
     let features = check.features.unwrap();
     assert_eq!((features.corners_found, features.corners_true), (4, 4));
     let wall = on_wall(&meshed, 0.0);
     let high = wall.iter().fold(0f64, |s, p| s.max(p.z.abs()));
-    assert!((high - 0.3 * PI).abs() < 1e-9, "{high}");
+    assert_abs_diff_eq!(high, 0.3 * PI, epsilon = 1e-9);
     let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
     assert_eq!(proof.unproved, 0);
 }

@@ -215,6 +215,7 @@ impl Drop for Log {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn time_left_is_told_of_stages_that_go_on_steadily() {
@@ -227,7 +228,7 @@ mod tests {
         (at.since, at.last) = (start, start + Duration::from_secs(20));
         // Half of it took 20 s, and 4 s have passed.
         let left = at.left(start + Duration::from_secs(24)).unwrap();
-        assert!((left - 16.0).abs() < 1e-6, "{left}");
+        assert_abs_diff_eq!(left, 16.0, epsilon = 1e-6);
         assert_eq!(at.rest(130.0, start + Duration::from_secs(24)), "2 min 10 s, stage ends in 16 s");
         at.triangles = Some(7);
         assert_eq!(at.rest(24.0, start + Duration::from_secs(41)), "7 triangles, 24 s");

@@ -1,5 +1,6 @@
 //! Faces, edges and vertices of soups whose truth is known.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
@@ -143,7 +144,7 @@ fn curvature_of_a_cylinder_is_that_of_its_circle() {
     let found = find(&cylinder(48), DiscreteOptions::default());
     let wall = found.piece_at(DVec3::new(1.0, 0.01, 1.0)).unwrap();
     let k = found.curvature(wall, DVec3::new(1.0, 0.01, 1.0)).unwrap();
-    assert!((k - 1.0).abs() < 0.01, "{k}");
+    assert_abs_diff_eq!(k, 1.0, epsilon = 0.01);
     let top = found.piece_at(DVec3::new(0.1, 0.1, 2.0)).unwrap();
     assert_eq!(found.curvature(top, DVec3::new(0.1, 0.1, 2.0)), Some(0.0));
 }
@@ -176,10 +177,10 @@ fn bends_crowd_triangles_by_the_area_that_bends() {
     // Edges of half the length where it bends: four times the triangles, on the share of the area that is round.
     let half = |k: f64| if k > 0.1 { 0.5 } else { 1.0 };
     assert_eq!(find(&cube(), DiscreteOptions::default()).crowding(half), 1.0);
-    assert!((find(&ball(12, 0.0), DiscreteOptions::default()).crowding(half) - 4.0).abs() < 1e-9);
+    assert_abs_diff_eq!(find(&ball(12, 0.0), DiscreteOptions::default()).crowding(half), 4.0, epsilon = 1e-9);
     let (round, flat) = (4.0, 2.0);
     let wanted = (4.0 * round + flat) / (round + flat);
-    assert!((find(&cylinder(48), DiscreteOptions::default()).crowding(half) - wanted).abs() < 0.01);
+    assert_abs_diff_eq!(find(&cylinder(48), DiscreteOptions::default()).crowding(half), wanted, epsilon = 0.01);
 }
 
 #[test]
@@ -248,10 +249,10 @@ fn small_faces_are_merged_and_told() {
     assert_eq!(counts(&found)[2], 7);
     assert_eq!(found.removed.len(), 1);
     assert_eq!(found.removed[0].what, "face");
-    assert!((found.removed[0].size - 0.01).abs() < 1e-12);
-    assert!((found.removed[0].at[0] - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(found.removed[0].size, 0.01, epsilon = 1e-12);
+    assert_abs_diff_eq!(found.removed[0].at[0], 1.0, epsilon = 1e-12);
     // The geometry is what it was.
-    assert!((found.named().volume() - l_block(0.99).volume()).abs() < 1e-14);
+    assert_abs_diff_eq!(found.named().volume(), l_block(0.99).volume(), epsilon = 1e-14);
     let limits = Limits { width: 0.02, ..Limits::default() };
     assert_eq!(counts(&find(&l_block(0.99), DiscreteOptions { limits, ..DiscreteOptions::default() }))[2], 7);
 }
@@ -365,7 +366,7 @@ fn a_narrow_face_asks_for_small_edges() {
         // Along the riser, 0.1 high at x = 1, edges may be twice as long as it is high; at its short ends 1.5 times.
         if p.x == 1.0 && p.y >= 0.9 {
             let wanted = if p.z == 0.0 || p.z == 1.0 { 0.15 } else { 0.2 };
-            assert!((sizes[v as usize] - wanted).abs() < 1e-9, "{p}: {}", sizes[v as usize]);
+            assert!(abs_diff_eq!(sizes[v as usize], wanted, epsilon = 1e-9), "{p}: {}", sizes[v as usize]);
         }
     }
 }
@@ -489,7 +490,7 @@ fn walls_of_long_facets_are_seen_between_their_ends() {
     let (before, thin) = made(0.03);
     let named = thin.named();
     assert!(named.defects().is_closed() && named.defects().is_manifold());
-    assert!((named.volume() - before.1).abs() < 1e-12 * before.1.abs());
+    assert_relative_eq!(named.volume(), before.1, epsilon = 0.0, max_relative = 1e-12);
     let walls = thin.walls(wanted, 0.05, &run).unwrap();
     let asked: Vec<f64> =
         thin.mesh.nodes().filter(|&v| walls.sizes[v as usize] < 0.5).map(|v| thin.mesh.point(v).z).collect();

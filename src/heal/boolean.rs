@@ -119,6 +119,7 @@ pub fn boolean(bodies: &[&TriMesh], inside: &dyn Fn(&[bool]) -> bool, run: &Run)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     /// A box of twelve triangles.
     fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> TriMesh {
@@ -150,8 +151,8 @@ mod tests {
         for (b, volumes, areas) in &cases {
             for (inside, k) in all {
                 let made = boolean(&[&a, b], &inside, &Run::new()).unwrap().unwrap();
-                assert!((made.mesh.volume() - volumes[k]).abs() < 1e-12, "{b:?} {k}");
-                assert!((made.mesh.area() - areas[k]).abs() < 1e-12, "{b:?} {k}");
+                assert!(abs_diff_eq!(made.mesh.volume(), volumes[k], epsilon = 1e-12), "{b:?} {k}");
+                assert!(abs_diff_eq!(made.mesh.area(), areas[k], epsilon = 1e-12), "{b:?} {k}");
                 assert!(made.mesh.triangles.is_empty() || is_sound(&made.mesh));
                 assert!(made.touching.is_empty());
             }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -105,7 +106,11 @@ fn a_hole_is_closed_to_the_size_around_it() {
     let middle = DVec3::new(0.5, 0.5, 1.0);
     let h = expect(&without(&mesh, |t| mesh.centroid(t).distance(middle) < 0.35), 2, 1);
     assert!(found(&h, Defect::Hole, Action::Filled), "{}", h.report);
-    assert!((h.mesh.volume() - 1.0).abs() < 1e-12, "a plane hole is closed in its plane: {}", h.mesh.volume());
+    assert!(
+        abs_diff_eq!(h.mesh.volume(), 1.0, epsilon = 1e-12),
+        "a plane hole is closed in its plane: {}",
+        h.mesh.volume()
+    );
     let filled = h.mesh.faces.iter().position(|f| f == "filled").unwrap() as u32;
     let of_filling = h.mesh.labels.iter().filter(|l| **l == filled).count();
     assert!((20..200).contains(&of_filling), "{of_filling} triangles");
@@ -294,7 +299,7 @@ fn a_node_on_an_edge_splits_it() {
     mesh.labels.push(0);
     let h = expect(&mesh, 2, 1);
     assert!(found(&h, Defect::TJunction, Action::Split), "{}", h.report);
-    assert!((h.mesh.volume() - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(h.mesh.volume(), 1.0, epsilon = 1e-12);
 }
 
 #[test]
@@ -310,7 +315,7 @@ fn duplicates_and_degenerate_triangles_go() {
         found(&h, Defect::DuplicateTriangle, Action::Removed) && found(&h, Defect::DegenerateTriangle, Action::Removed)
     );
     assert_eq!(h.mesh.triangles.len(), sound.triangles.len());
-    assert!((h.mesh.volume() - 1.0).abs() < 1e-12, "of two that face each other the right one stays");
+    assert!(abs_diff_eq!(h.mesh.volume(), 1.0, epsilon = 1e-12), "of two that face each other the right one stays");
 }
 
 #[test]
@@ -403,7 +408,7 @@ fn a_torn_surface_is_joined_farther_than_borders_that_do_not_match() {
         assert_eq!(h.report.repairs.len(), 1, "{}", h.report);
         assert!(found(&h, Defect::NearBorders, Action::Merged), "{}", h.report);
         assert_eq!((h.mesh.nodes.len(), h.mesh.triangles.len()), (whole.nodes.len(), whole.triangles.len()));
-        assert!((h.mesh.area() / whole.area() - 1.0).abs() < 1e-3, "count {count}");
+        assert!(relative_eq!(h.mesh.area(), whole.area(), epsilon = 0.0, max_relative = 1e-3), "count {count}");
     }
     // With a triangle missing beside the tear it is a hole.
     let (_, mesh) = torn(20, off);
@@ -444,7 +449,7 @@ fn small_and_narrow_fillings_belong_to_the_face_beside_them() {
             .map(|t| 0.5 * mesh.area_vector(t).length())
             .sum();
         let all = 1.0 + 4.0 * 0.5;
-        assert!((high - if gone { all } else { all - 0.25 }).abs() < 1e-9, "{half}: {high}");
+        assert!(abs_diff_eq!(high, if gone { all } else { all - 0.25 }, epsilon = 1e-9), "{half}: {high}");
     }
 }
 
@@ -463,11 +468,11 @@ fn turned_triangles_turn_back() {
 fn a_body_inside_out_is_turned_and_a_cavity_is_not() {
     let mut inside_out = cube(2);
     inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    assert!((expect(&inside_out, 2, 1).mesh.volume() - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(expect(&inside_out, 2, 1).mesh.volume(), 1.0, epsilon = 1e-12);
     let mut cavity = cuboid(DVec3::splat(0.25), DVec3::splat(0.75), 2);
     cavity.triangles.iter_mut().for_each(|t| t.swap(0, 1));
     let h = expect(&together(&cube(2), &cavity), 4, 2);
-    assert!((h.mesh.volume() - 0.875).abs() < 1e-12, "{}", h.mesh.volume());
+    assert_abs_diff_eq!(h.mesh.volume(), 0.875, epsilon = 1e-12);
 }
 
 #[test]
@@ -476,7 +481,7 @@ fn crossing_bodies_are_parted_and_nothing_is_lost() {
     let h = expect(&together(&cube(2), &other), 4, 2);
     assert!(found(&h, Defect::SelfIntersection, Action::Uncrossed), "{}", h.report);
     assert!(h.report.kept > 0.999 && h.report.touching == 0, "{}", h.report);
-    assert!((h.mesh.volume() - 2.0).abs() < 1e-3, "both levels together: {}", h.mesh.volume());
+    assert!(abs_diff_eq!(h.mesh.volume(), 2.0, epsilon = 1e-3), "both levels together: {}", h.mesh.volume());
 }
 
 #[test]
@@ -487,7 +492,7 @@ fn bodies_with_overlapping_faces_are_parted() {
     // a common wall
     let h = healed(&together(&cube(2), &cuboid(DVec3::X, DVec3::new(2.0, 1.0, 1.0), 2)));
     assert!(h.report.is_sound() && h.report.kept > 0.999, "{}", h.report);
-    assert!((h.mesh.volume() - 2.0).abs() < 1e-3);
+    assert_abs_diff_eq!(h.mesh.volume(), 2.0, epsilon = 1e-3);
     // the same body twice
     let h = healed(&together(&cube(2), &cube(2)));
     assert!(h.report.is_sound() && (h.mesh.volume() - 1.0).abs() < 1e-12, "{}", h.report);

@@ -179,6 +179,7 @@ pub(super) fn odd_powers(e: &Expr) -> Option<Expr> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     #[test]
     fn other_forms_have_the_same_values_or_signs() {
@@ -208,7 +209,7 @@ mod tests {
             let made = with_waves(&e);
             assert_eq!(made != e, other, "{e:?}");
             for p in places.clone() {
-                assert!((value(&made, p) - value(&e, p)).abs() < 1e-12, "{e:?} {p:?}");
+                assert!(abs_diff_eq!(value(&made, p), value(&e, p), epsilon = 1e-12), "{e:?} {p:?}");
             }
         }
         let power = |n: f64| bi(Binary::Pow, cubic.clone(), Expr::constant(n));

@@ -206,6 +206,7 @@ fn check(points: [usize; 3], bounds: &Aabb, values: &[f64]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
     /// Numbers between 0 and 1 that are the same each time.
     fn numbers() -> impl FnMut() -> f64 {
@@ -251,7 +252,7 @@ mod tests {
         for at in [[0, 0, 0], [4, 8, 3], [2, 5, 1]] {
             let [i, j, k] = at.map(|i: usize| i as f64);
             let v = grid.value(grid.bounds.lo + step * DVec3::new(i, j, k));
-            assert!((v - grid.values[at[0] + 5 * (at[1] + 9 * at[2])]).abs() < 1e-12);
+            assert_abs_diff_eq!(v, grid.values[at[0] + 5 * (at[1] + 9 * at[2])], epsilon = 1e-12);
         }
         for _ in 0..50 {
             // In the middle half of a cell, where differences stay in it.
@@ -260,7 +261,7 @@ mod tests {
             let g = grid.gradient(p).unwrap();
             for axis in DVec3::AXES {
                 let slope = (grid.value(p + axis * 1e-4) - grid.value(p - axis * 1e-4)) / 2e-4;
-                assert!((slope - g.dot(axis)).abs() < 1e-9, "{slope} {g}");
+                assert!(abs_diff_eq!(slope, g.dot(axis), epsilon = 1e-9), "{slope} {g}");
             }
         }
     }

@@ -484,6 +484,7 @@ mod tests {
     use super::*;
     use crate::implicit::lower::lower;
     use crate::implicit::{Primitive, Solid};
+    use approx::abs_diff_eq;
 
     #[test]
     fn ranges_hold_the_values_of_random_leaves_on_random_boxes() {
@@ -517,7 +518,7 @@ mod tests {
                         let Some(q) = leaf.foot(p) else { continue };
                         let n = leaf.slope(q).normalize();
                         let (way, size) = (q - p, 1.0 + p.length() + radii.max_element());
-                        assert!(leaf.value(q).abs() < 1e-13 * size, "{leaf:?} {p} {q}");
+                        assert!(abs_diff_eq!(leaf.value(q), 0.0, epsilon = 1e-13 * size), "{leaf:?} {p} {q}");
                         assert!((way - n * n.dot(way)).length() < 1e-13 * size, "{leaf:?} {p} {q}");
                         // None of the points around is nearer.
                         let (u, w) = n.any_orthonormal_pair();

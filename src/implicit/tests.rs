@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 use rustc_hash::FxHashMap;
@@ -142,7 +143,11 @@ fn volumes_and_topology_match_closed_forms() {
         let s = &solids.iter().find(|s| s.0 == name).unwrap().1;
         let m = mesh(s, 0.03);
         assert_eq!(assert_closed(&m), euler, "{name}");
-        assert!((m.volume() / volume - 1.0).abs() < 4e-3, "{name}: {} for {volume}", m.volume());
+        assert!(
+            relative_eq!(m.volume(), volume, epsilon = 0.0, max_relative = 4e-3),
+            "{name}: {} for {volume}",
+            m.volume()
+        );
     }
 }
 
@@ -154,7 +159,7 @@ fn nodes_lie_on_the_surface_to_the_root_tolerance() {
         for p in &e.mesh.nodes {
             let a = e.bricks.tape_at(&model.tape, *p).active(&model.leaves, *p);
             let d = a.gradient(&model.leaves, *p);
-            assert!(d.v.abs() <= 1e-10 * d.g.length().max(1.0), "{name} at {p}: {}", d.v);
+            assert!(abs_diff_eq!(d.v, 0.0, epsilon = 1e-10 * d.g.length().max(1.0)), "{name} at {p}: {}", d.v);
         }
     }
 }
@@ -174,7 +179,7 @@ fn the_same_bytes_for_any_number_of_threads_and_any_r_system() {
     for system in [RSystem::MinMax, RSystem::RAlpha(0.5), RSystem::RAlpha(-0.9), RSystem::R0m(2)] {
         let m = with(2, system);
         assert_eq!(assert_closed(&m), -4, "{system:?}");
-        assert!((m.volume() - one.volume()).abs() < 1e-3);
+        assert_abs_diff_eq!(m.volume(), one.volume(), epsilon = 1e-3);
     }
 }
 
@@ -187,11 +192,11 @@ fn labels_name_the_face_below_the_triangle() {
         let c = m.centroid(t);
         let radius = c.y.hypot(c.z);
         match m.faces[m.labels[t] as usize].as_str() {
-            "bore" => assert!((radius - 0.4).abs() < 0.05),
+            "bore" => assert_abs_diff_eq!(radius, 0.4, epsilon = 0.05),
             name => {
                 let axis = "xyz".find(name.as_bytes()[5] as char).unwrap();
                 let side = if name.ends_with("max") { 1.0 } else { -1.0 };
-                assert!((c[axis] - side).abs() < 0.05, "{name} at {c}");
+                assert!(abs_diff_eq!(c[axis], side, epsilon = 0.05), "{name} at {c}");
             }
         }
     }
@@ -204,7 +209,7 @@ fn coincident_faces_and_hidden_sheets_vanish() {
     let b = Solid::cuboid(v(0.0, -0.5, -0.5), v(1.0, 0.5, 0.5));
     let m = mesh(&(a.clone() | b.clone()), 0.083);
     assert_eq!(assert_closed(&m), 2);
-    assert!((m.volume() - 2.0).abs() < 0.03, "{}", m.volume());
+    assert_abs_diff_eq!(m.volume(), 2.0, epsilon = 0.03);
     // the same, turned and moved through a chain of placements
     let r = generic_rotation();
     let m = mesh(&(a.clone().placed(r) | b.clone().placed(r)), 0.083);
@@ -297,7 +302,7 @@ fn features_of_the_cube_with_holes() {
     // 12 edges, 4 circles, 2 ellipses with half axes 0.4 and 0.4 sqrt 2
     let ellipses = 2.0 * 4.0 * 0.4 * 2f64.sqrt() * 1.350_643_881_047_675_5;
     let length = 24.0 + 4.0 * 2.0 * PI * 0.4 + ellipses;
-    assert!((f.length(-1.0) / length - 1.0).abs() < 3e-3, "{} {length}", f.length(-1.0));
+    assert_relative_eq!(f.length(-1.0), length, epsilon = 0.0, max_relative = 3e-3);
     assert_eq!(f.corners.len(), 8);
     for c in &f.corners {
         assert!(c.abs().distance(DVec3::ONE) < 1e-12, "{c}");
@@ -320,9 +325,11 @@ fn the_oracle_finds_faces_edges_and_corners() {
     let f = o.project(v(0.8, 0.0, 0.41), 0.1).unwrap();
     assert!((f.normal + DVec3::Z).length() < 1e-12);
     let k = o.curvatures(&f).unwrap();
-    assert!((k[0] + 2.5).abs() < 1e-9 && k[1].abs() < 1e-9, "{k:?}");
+    assert_abs_diff_eq!(k[0], -2.5, epsilon = 1e-9);
+    assert_abs_diff_eq!(k[1], 0.0, epsilon = 1e-9);
     let f = o.project_along(v(0.7, 0.7, 0.95), DVec3::Z, 0.2).unwrap();
-    assert!((f.point.z - 1.0).abs() < 1e-12 && f.normal == DVec3::Z);
+    assert_abs_diff_eq!(f.point.z, 1.0, epsilon = 1e-12);
+    assert_eq!(f.normal, DVec3::Z);
 }
 
 fn any_leaf() -> impl Strategy<Value = usize> {

@@ -108,6 +108,7 @@ fn field(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::field;
+    use approx::{assert_abs_diff_eq, relative_eq};
 
     /// What Nastran makes of a field.
     fn value(text: &str) -> f64 {
@@ -128,8 +129,8 @@ mod tests {
             let text = field(x);
             assert!(text.len() <= 16 && text.contains('.'), "{text}");
             // A sign, a point and a three-digit exponent leave ten digits.
-            assert!((value(&text) / x - 1.0).abs() < 1e-9, "{x}: {text}");
+            assert!(relative_eq!(value(&text), x, epsilon = 0.0, max_relative = 1e-9), "{x}: {text}");
         }
-        assert!((value(&field(1.0 / 3.0)) - 1.0 / 3.0).abs() < 1e-14);
+        assert_abs_diff_eq!(value(&field(1.0 / 3.0)), 1.0 / 3.0, epsilon = 1e-14);
     }
 }

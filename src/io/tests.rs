@@ -2,6 +2,7 @@
 
 mod solvers;
 
+use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -176,7 +177,7 @@ fn stl_spellings() {
             for hint in [Format::StlBinary, Format::StlAscii] {
                 let mesh = read_bytes(tetra(separator, upper).as_bytes(), hint, Path::new("x")).unwrap();
                 assert_eq!((mesh.nodes.len(), mesh.triangles.len()), (4, 4));
-                assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-15);
+                assert_abs_diff_eq!(mesh.volume(), 1.0 / 6.0, epsilon = 1e-15);
                 assert_eq!(mesh.faces[0].to_lowercase(), "two words");
             }
         }

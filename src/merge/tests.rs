@@ -1,5 +1,6 @@
 //! Merging: the sets, meshes cut and put together again, every way of reading, refusals.
 
+use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use proptest::prelude::*;
 use rayon::prelude::*;
@@ -495,7 +496,7 @@ fn cells_of_any_number_of_nodes_are_written() {
             (Ok(bytes), _) => {
                 let read = io::read_bytes(&bytes, format, std::path::Path::new("x")).unwrap();
                 assert_eq!((read.nodes.len(), read.triangles.len()), (6, 6), "{format:?}");
-                assert!((read.area() - cached.area()).abs() < 1e-6);
+                assert_abs_diff_eq!(read.area(), cached.area(), epsilon = 1e-6);
                 assert!(
                     format == Format::StlBinary || format == Format::StlAscii || read.triangles == cached.triangles
                 );

@@ -82,6 +82,7 @@ pub fn node_curvature(mesh: &EditMesh, v: u32) -> NodeCurvature {
 mod tests {
     use super::*;
     use crate::mesh::TriMesh;
+    use approx::assert_abs_diff_eq;
 
     fn cube() -> EditMesh {
         let mut nodes = Vec::new();
@@ -121,7 +122,7 @@ mod tests {
     fn defects_of_a_cube_are_quarter_turns_and_sum_to_four_pi() {
         let m = cube();
         let sum: f64 = m.nodes().map(|v| node_curvature(&m, v).defect).sum();
-        assert!((sum - 2.0 * TAU).abs() < 1e-12);
+        assert_abs_diff_eq!(sum, 2.0 * TAU, epsilon = 1e-12);
         assert!(m.nodes().all(|v| (node_curvature(&m, v).defect - 0.5 * PI).abs() < 1e-12));
         let bends = m.edges().filter(|&h| (dihedral(&m, h) - 0.5 * PI).abs() < 1e-12).count();
         assert_eq!((bends, m.edges().count()), (12, 18));
@@ -135,10 +136,11 @@ mod tests {
             let equator = m.nodes().filter(|&v| m.point(v).z.abs() < 0.3 * r);
             for v in equator {
                 let [k1, k2] = node_curvature(&m, v).principal;
-                assert!((k1 * r - 1.0).abs() < 0.1 && (k2 * r - 1.0).abs() < 0.1, "{k1} {k2}");
+                assert_abs_diff_eq!(k1 * r, 1.0, epsilon = 0.1);
+                assert_abs_diff_eq!(k2 * r, 1.0, epsilon = 0.1);
             }
             let sum: f64 = m.nodes().map(|v| node_curvature(&m, v).defect).sum();
-            assert!((sum - 2.0 * TAU).abs() < 1e-9);
+            assert_abs_diff_eq!(sum, 2.0 * TAU, epsilon = 1e-9);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -13,7 +14,7 @@ use crate::spatial::triangle_distance_squared;
 fn length(mesh: &TriMesh, a: [f64; 3], b: [f64; 3]) -> f64 {
     let p = shortest_path(mesh, a.into(), b.into(), &Run::new()).unwrap();
     let sum: f64 = p.points.windows(2).map(|w| w[0].distance(w[1])).sum();
-    assert!((sum - p.length).abs() <= 1e-12 * sum);
+    assert_relative_eq!(sum, p.length, epsilon = 0.0, max_relative = 1e-12);
     assert!(p.points[0].distance(a.into()) < 1e-2 && p.points[p.points.len() - 1].distance(b.into()) < 1e-2);
     // Every piece lies on the mesh.
     for w in p.points.windows(2) {
@@ -69,7 +70,7 @@ fn over_the_edges_of_a_cube_it_is_straight_when_unfolded() {
         let mesh = cube(n);
         let near = |a, b, truth: f64| {
             let l = length(&mesh, a, b);
-            assert!((l / truth - 1.0).abs() < 1e-9, "{n}: {l} {truth}");
+            assert!(relative_eq!(l, truth, epsilon = 0.0, max_relative = 1e-9), "{n}: {l} {truth}");
         };
         near([0.1, 0.2, 1.0], [0.9, 0.7, 1.0], 0.8_f64.hypot(0.5));
         near([0.5, 0.5, 1.0], [1.0, 0.5, 0.5], 1.0);
@@ -77,7 +78,7 @@ fn over_the_edges_of_a_cube_it_is_straight_when_unfolded() {
     }
     // Corner to opposite corner: over two faces.
     let l = length(&cube(5), [0.0; 3], [1.0; 3]);
-    assert!((l - 5.0_f64.sqrt()).abs() < 1e-9, "{l}");
+    assert_abs_diff_eq!(l, 5.0_f64.sqrt(), epsilon = 1e-9);
 }
 
 #[test]
@@ -89,8 +90,8 @@ fn on_a_cylinder_it_is_a_helix_and_on_a_sphere_a_great_circle() {
         let l = length(&tube, [1.0, 0.0, 0.25], [angle.cos(), angle.sin(), 2.5]);
         // The facets unrolled are what it runs on; the helix differs by less than a thousandth.
         let facets = f64::from(k) * 2.0 * (PI / f64::from(n)).sin();
-        assert!((l / facets.hypot(2.25) - 1.0).abs() < 1e-9, "{k}: {l}");
-        assert!((l / angle.hypot(2.25) - 1.0).abs() < 1e-3);
+        assert!(relative_eq!(l, facets.hypot(2.25), epsilon = 0.0, max_relative = 1e-9), "{k}: {l}");
+        assert_relative_eq!(l, angle.hypot(2.25), epsilon = 0.0, max_relative = 1e-3);
     }
     let ball = grid(80, 40, true, &|s, t| {
         // Small holes at the poles keep triangles there from having no area.
@@ -104,7 +105,7 @@ fn on_a_cylinder_it_is_a_helix_and_on_a_sphere_a_great_circle() {
     ] {
         let angle = DVec3::from(a).dot(DVec3::from(b)).acos();
         let l = length(&ball, a, b);
-        assert!((l / angle - 1.0).abs() < 0.01, "{l} {angle}");
+        assert_relative_eq!(l, angle, epsilon = 0.0, max_relative = 0.01);
     }
 }
 
@@ -119,13 +120,13 @@ fn it_bends_around_reflex_corners_and_ends_at_gaps() {
     plate.triangles = plate.triangles.iter().copied().filter(kept).collect();
     plate.labels.truncate(plate.triangles.len());
     let l = length(&plate, [0.9, 1.7, 0.0], [1.8, 0.8, 0.0]);
-    assert!((l - (0.1_f64.hypot(0.7) + 0.8_f64.hypot(0.2))).abs() < 1e-12, "{l}");
+    assert_abs_diff_eq!(l, 0.1_f64.hypot(0.7) + 0.8_f64.hypot(0.2), epsilon = 1e-12);
     // Two plates with one node in common, and two apart.
     let v = DVec3::new;
     let nodes = vec![v(0.0, 0.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), v(-1.0, 0.0, 0.0), v(0.0, -1.0, 0.0)];
     let bow = TriMesh::new(nodes, vec![[0, 1, 2], [0, 3, 4]]);
     let l = length(&bow, [0.5, 0.5, 0.0], [-0.5, 0.0, 0.0]);
-    assert!((l - (0.5_f64.hypot(0.5) + 0.5)).abs() < 1e-12, "{l}");
+    assert_abs_diff_eq!(l, 0.5_f64.hypot(0.5) + 0.5, epsilon = 1e-12);
     let run = Run::new();
     let mut apart = bow.clone();
     apart.nodes.push(DVec3::new(-0.1, -0.1, 0.0));

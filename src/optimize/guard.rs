@@ -232,6 +232,7 @@ pub(super) fn ahead<T: Sync>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     const BASE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.8, 0.0)];
 
@@ -244,7 +245,7 @@ mod tests {
         let t = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(4.0, 1.0, 0.0)];
         for k in 0..3 {
             let turned = [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
-            assert!((sharpest_cosine(turned) - 4.0 / 17f64.sqrt()).abs() < 1e-15);
+            assert_abs_diff_eq!(sharpest_cosine(turned), 4.0 / 17f64.sqrt(), epsilon = 1e-15);
         }
         assert_eq!(sharpest_cosine([DVec3::X; 3]), 1.0);
     }

@@ -41,6 +41,7 @@ impl Region {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn lengths_grow_from_the_border_of_a_region() {
@@ -49,6 +50,6 @@ mod tests {
         let b = Aabb::new(DVec3::ZERO, DVec3::ONE);
         let cube = Region { shape: Shape::Box(b), size: 0.2 };
         assert_eq!(cube.at(DVec3::splat(0.5), 0.3), 0.2);
-        assert!((cube.at(DVec3::new(4.0, 5.0, 0.5), 0.3) - (0.2 + 0.3 * 5.0)).abs() < 1e-15);
+        assert_abs_diff_eq!(cube.at(DVec3::new(4.0, 5.0, 0.5), 0.3), 0.2 + 0.3 * 5.0, epsilon = 1e-15);
     }
 }

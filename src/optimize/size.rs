@@ -86,6 +86,7 @@ impl Sizing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn sizes_by_count_and_by_chord() {
@@ -94,7 +95,7 @@ mod tests {
         let s = Sizing { size: 9.0, nodes_per_radius: None, chord: Some(0.1), least: 0.01 };
         // The sagitta of the chord of this length on a unit circle is 0.1.
         let c = s.at(1.0);
-        assert!((1.0 - (1.0 - 0.25 * c * c).sqrt() - 0.1).abs() < 1e-12);
+        assert_abs_diff_eq!(1.0 - (1.0 - 0.25 * c * c).sqrt(), 0.1, epsilon = 1e-12);
         assert_eq!(s.at(20.0), 0.1);
         assert_eq!(Sizing::uniform(2.0).at(1e9), 2.0);
     }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::assert_abs_diff_eq;
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
@@ -69,7 +70,7 @@ fn the_dual_node_lies_on_the_triangles_normal_and_the_surface() {
         let Some(foot) = dual[t as usize] else { continue };
         let n = m.area_vector(t).normalize();
         assert!((foot.point - m.centroid(t)).reject_from_normalized(n).length() < 1e-12);
-        assert!(part.value(foot.point).abs() < 1e-9);
+        assert_abs_diff_eq!(part.value(foot.point), 0.0, epsilon = 1e-9);
         found += 1;
     }
     assert!(found * 100 > 95 * m.triangle_count());

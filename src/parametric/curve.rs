@@ -282,6 +282,7 @@ pub(super) fn gauss(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
     fn all() -> Vec<(Curve, [f64; 2])> {
@@ -301,14 +302,14 @@ mod tests {
     #[test]
     fn lengths_of_conics_are_right() {
         let c = Curve::circle(Frame::WORLD, 2.0);
-        assert!((c.length([0.0, TAU]) - 2.0 * TAU).abs() < 1e-9);
+        assert_abs_diff_eq!(c.length([0.0, TAU]), 2.0 * TAU, epsilon = 1e-9);
         let e = Curve::Ellipse { frame: Frame::WORLD, a: 2.0, b: 1.0 };
         // 4 a E(e) with E the complete elliptic integral of the second kind.
-        assert!((e.length([0.0, TAU]) - 9.688_448_220_547_675).abs() < 1e-4);
+        assert_abs_diff_eq!(e.length([0.0, TAU]), 9.688_448_220_547_675, epsilon = 1e-4);
         let p = Curve::Parabola { frame: Frame::WORLD, focal: 1.0 };
         let exact = 2f64.sqrt() + 1f64.asinh();
-        assert!((p.length([0.0, 1.0]) - exact).abs() < 1e-9);
-        assert!((p.curvature(0.0) - 0.5).abs() < 1e-15);
+        assert_abs_diff_eq!(p.length([0.0, 1.0]), exact, epsilon = 1e-9);
+        assert_abs_diff_eq!(p.curvature(0.0), 0.5, epsilon = 1e-15);
     }
 
     proptest! {

@@ -398,6 +398,7 @@ mod tests {
     use super::*;
     use crate::parametric::frame::Frame;
     use crate::parametric::nurbs::SplineEnds;
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
     use glam::DVec2;
     use proptest::prelude::*;
     use std::f64::consts::PI;
@@ -501,7 +502,12 @@ mod tests {
             let center = p1 + (m - p1) * half;
             let r = center.distance(p0);
             for j in 0..=8 {
-                assert!((f.jet(u, f64::from(j) / 8.0)[0].distance(center) / r - 1.0).abs() < 1e-12);
+                assert_relative_eq!(
+                    f.jet(u, f64::from(j) / 8.0)[0].distance(center),
+                    r,
+                    epsilon = 0.0,
+                    max_relative = 1e-12
+                );
             }
             assert!(f.jet(u, 0.0)[2].cross(p1 - p0).length() < 1e-12);
         }
@@ -561,7 +567,7 @@ mod tests {
         for i in 0..=12 {
             for j in 0..=6 {
                 let p = n.jet(f64::from(i) / 12.0, f64::from(j) / 6.0)[0];
-                assert!((p.truncate().length() - (2.0 - 0.5 * p.z)).abs() < 1e-13);
+                assert_abs_diff_eq!(p.truncate().length(), 2.0 - 0.5 * p.z, epsilon = 1e-13);
             }
         }
     }

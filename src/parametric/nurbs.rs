@@ -346,6 +346,7 @@ impl NurbsSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
     use proptest::prelude::*;
 
     fn points(raw: &[[f64; 3]]) -> Vec<DVec3> {
@@ -363,8 +364,9 @@ mod tests {
         let c = quarter();
         for i in 0..=10 {
             let [p, d, e] = c.jet(f64::from(i) / 10.0);
-            assert!((p.length() - 1.0).abs() < 1e-14 && p.dot(d).abs() < 1e-14);
-            assert!((d.cross(e).length() / d.length().powi(3) - 1.0).abs() < 1e-12);
+            assert_abs_diff_eq!(p.length(), 1.0, epsilon = 1e-14);
+            assert_abs_diff_eq!(p.dot(d), 0.0, epsilon = 1e-14);
+            assert_relative_eq!(d.cross(e).length(), d.length().powi(3), epsilon = 0.0, max_relative = 1e-12);
         }
     }
 
@@ -385,7 +387,9 @@ mod tests {
             for j in 0..10 {
                 let (u, v) = (0.1 * f64::from(i) + 0.02, 0.1 * f64::from(j) + 0.02);
                 let [p, su, sv, ..] = s.jet(u, v);
-                assert!((p.length() - 1.0).abs() < 1e-14 && p.dot(su).abs() < 1e-13 && p.dot(sv).abs() < 1e-13);
+                assert_abs_diff_eq!(p.length(), 1.0, epsilon = 1e-14);
+                assert_abs_diff_eq!(p.dot(su), 0.0, epsilon = 1e-13);
+                assert_abs_diff_eq!(p.dot(sv), 0.0, epsilon = 1e-13);
             }
         }
     }

@@ -71,6 +71,7 @@ impl Wish {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn the_table_of_the_manual_is_this_one() {
@@ -97,6 +98,6 @@ mod tests {
         // Eight sizes to the radius: edges as long as that are as far away as they may be.
         assert!((a.at(0.126) - 1.0).abs() < 0.01 && a.at(0.25) < 0.75, "{} {}", a.at(0.126), a.at(0.25));
         assert_eq!(b.chord, None);
-        assert!((b.at(2.0) - 0.5 * 45f64.to_radians()).abs() < 1e-12);
+        assert_abs_diff_eq!(b.at(2.0), 0.5 * 45f64.to_radians(), epsilon = 1e-12);
     }
 }

@@ -1,5 +1,6 @@
 //! Crossings against integer arithmetic, axes of known regions, trimming of regions with narrow parts.
 
+use approx::assert_abs_diff_eq;
 use glam::DVec2;
 use proptest::prelude::*;
 
@@ -97,9 +98,9 @@ fn a_tail_is_cut_off() {
         points(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [2.0, 0.5], [2.0, 0.52], [1.0, 0.52], [1.0, 1.0], [0.0, 1.0]]);
     let t = trim(&[square], 0.05).unwrap();
     assert_eq!((t.contours.len(), t.merges.len()), (1, 1));
-    assert!((area(&t.contours[0]) - 1.0).abs() < 0.02, "{}", area(&t.contours[0]));
+    assert_abs_diff_eq!(area(&t.contours[0]), 1.0, epsilon = 0.02);
     assert!(t.contours[0].iter().all(|p| p.x < 1.06));
-    assert!((t.merges[0].at.y - 0.51).abs() < 1e-3);
+    assert_abs_diff_eq!(t.merges[0].at.y, 0.51, epsilon = 1e-3);
 }
 
 #[test]
@@ -131,7 +132,7 @@ fn a_narrow_place_between_contours_joins_them() {
         (0..2).filter(|c| turned >> c & 1 > 0).for_each(|c| contours[c].reverse());
         let t = trim(&contours, 0.05).unwrap();
         assert_eq!((t.contours.len(), t.merges.len()), (1, 2));
-        assert!((area(&t.contours[0]) - (9.0 - 1.0)).abs() < 0.05, "{}", area(&t.contours[0]));
+        assert_abs_diff_eq!(area(&t.contours[0]), 9.0 - 1.0, epsilon = 0.05);
         assert_eq!(crossings(&t.contours), []);
         assert_eq!(t.turned, (0..2).filter(|c| turned >> c & 1 == (1 + c) % 2).collect::<Vec<u32>>());
         // both places are between the hole and the side below it

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::assert_abs_diff_eq;
 use glam::DVec3;
 
 use super::*;
@@ -58,11 +59,13 @@ fn cube() -> TriMesh {
 fn shapes_of_known_triangles() {
     let t = |x: f64, y: f64| shape([DVec3::ZERO, DVec3::X, DVec3::new(x, y, 0.0)]);
     let e = t(0.5, 0.75f64.sqrt());
-    assert!((e.min_angle - 60.0).abs() < 1e-12 && (e.radius_ratio - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(e.min_angle, 60.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(e.radius_ratio, 1.0, epsilon = 1e-12);
     let r = t(0.0, 1.0);
-    assert!((r.min_angle - 45.0).abs() < 1e-12 && (r.max_angle - 90.0).abs() < 1e-12);
+    assert_abs_diff_eq!(r.min_angle, 45.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(r.max_angle, 90.0, epsilon = 1e-12);
     // r = (2 - sqrt 2) / 2, R = sqrt 2 / 2
-    assert!((r.radius_ratio - 2.0 * (2.0 - 2f64.sqrt()) / 2f64.sqrt()).abs() < 1e-12);
+    assert_abs_diff_eq!(r.radius_ratio, 2.0 * (2.0 - 2f64.sqrt()) / 2f64.sqrt(), epsilon = 1e-12);
     let flat = t(0.5, 0.0);
     assert_eq!((flat.min_angle, flat.radius_ratio), (0.0, 0.0));
 }
@@ -79,7 +82,8 @@ fn a_sphere_of_chords_is_as_far_as_chords_are() {
     .unwrap();
     assert!(c.closed && c.manifold && c.oriented && c.self_intersections == 0);
     assert_eq!((c.euler, c.genus, c.components), (2, Some(0), 1));
-    assert!((c.area - 4.0 * PI).abs() < 0.01 && (c.volume.unwrap() - 4.0 / 3.0 * PI).abs() < 0.01);
+    assert_abs_diff_eq!(c.area, 4.0 * PI, epsilon = 0.01);
+    assert_abs_diff_eq!(c.volume.unwrap(), 4.0 / 3.0 * PI, epsilon = 0.01);
     let d = c.deviation.unwrap();
     // the farthest point of a chordal triangle is its circumcenter, 1 - sqrt(1 - R^2) below the sphere
     let deepest = (0..m.triangles.len())
@@ -119,7 +123,8 @@ fn recovery_of_a_cube() {
     }
     truth.corners = m.nodes.clone();
     let r = recovery(&m, &truth, None, 0.5, &Run::new()).unwrap();
-    assert!((r.length_true - 12.0).abs() < 1e-12 && (r.length_mesh - 12.0).abs() < 1e-12);
+    assert_abs_diff_eq!(r.length_true, 12.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(r.length_mesh, 12.0, epsilon = 1e-12);
     assert_eq!((r.recall, r.precision, r.corners_found, r.node_residual_max), (1.0, 1.0, 8, 0.0));
     // half of the truth moved away
     truth.samples.iter_mut().step_by(2).for_each(|s| s.point += DVec3::splat(0.1));

@@ -1,5 +1,6 @@
 //! What pictures must show, read off their pixels.
 
+use approx::assert_abs_diff_eq;
 use glam::DVec3;
 
 use super::*;
@@ -225,7 +226,9 @@ fn named_views_show_their_side_upright() {
     }
     let iso: View = "iso".parse().unwrap();
     let [a, b, c] = iso.towards.to_array();
-    assert!((a + b).abs() < 1e-15 && (a - c).abs() < 1e-15 && a > 0.5);
+    assert_abs_diff_eq!(a, -b, epsilon = 1e-15);
+    assert_abs_diff_eq!(a, c, epsilon = 1e-15);
+    assert!(a > 0.5);
     for bad in ["", "up", "Front", "1", "1,2,3", "0,91", "nan,0", "0,inf", "0;0"] {
         let said = bad.parse::<View>().unwrap_err().to_string();
         assert!(said.contains("front") && said.contains("bottom") && said.contains("ELEVATION"), "{said}");
@@ -257,7 +260,7 @@ fn clipping_opens_a_box() {
     // From 45 degrees above, the opening takes two thirds of what is seen, and the front the rest; pixels along borders mix.
     let p = drawn(&["z=0.5"], "0,45", None).unwrap();
     let share = count(&p, grey) as f64 / covered(&p) as f64;
-    assert!((share - 2.0 / 3.0).abs() < 0.015, "{share}");
+    assert_abs_diff_eq!(share, 2.0 / 3.0, epsilon = 0.015);
     // The cut has a dark outline, and no open boundary.
     let p = drawn(&["z=0.5"], "top", Some(30.0)).unwrap();
     assert_eq!(count(&p, red), 0);

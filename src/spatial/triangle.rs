@@ -66,6 +66,7 @@ pub fn triangle_foot(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn the_nearest_point_is_found_in_all_seven_regions() {
@@ -80,7 +81,7 @@ mod tests {
             ((2.0, 2.0, 1.0), 3.0),
         ];
         for ((x, y, z), d) in cases {
-            assert!((triangle_distance_squared(DVec3::new(x, y, z), t) - d).abs() < 1e-14);
+            assert_abs_diff_eq!(triangle_distance_squared(DVec3::new(x, y, z), t), d, epsilon = 1e-14);
         }
         assert_eq!(triangle_distance_squared(DVec3::X, [DVec3::ZERO; 3]), 1.0);
     }

@@ -1,5 +1,6 @@
 //! Arrangements against known truth: all patterns of signs on one tetrahedron with ties, and whole parts.
 
+use approx::assert_abs_diff_eq;
 use glam::DVec3;
 
 use super::cell::{Crossed, Facet, Named, Vertex};
@@ -197,7 +198,7 @@ fn boxes_on_a_grid_have_their_volume_whatever_they_share() {
             let a = made(&solid, size);
             sound(&a);
             let v = a.made.mesh.volume();
-            assert!((v - volume).abs() < 1e-9, "{v} {volume}");
+            assert_abs_diff_eq!(v, volume, epsilon = 1e-9);
         }
     }
 }
@@ -226,10 +227,10 @@ fn what_is_far_thinner_than_a_cell_is_there() {
     let a = made(&pin, 0.2);
     sound(&a);
     let v = std::f64::consts::PI * 1e-4 * 1.7;
-    assert!((a.made.mesh.volume() / v - 1.0).abs() < 0.2, "{} {v}", a.made.mesh.volume());
+    assert_abs_diff_eq!(a.made.mesh.volume(), v, epsilon = 0.2 * v);
     let a = made(&(Solid::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)) - slit), 0.2);
     sound(&a);
-    assert!((a.made.mesh.volume() - (8.0 - 0.04)).abs() < 1e-9);
+    assert_abs_diff_eq!(a.made.mesh.volume(), 8.0 - 0.04, epsilon = 1e-9);
 }
 
 #[test]
@@ -296,7 +297,7 @@ fn what_divides_an_angle_from_itself_is_no_matter_where_it_runs_along_a_surface(
     assert!(a.unproved.is_empty() && a.astray.is_empty(), "{:?}", a.unproved);
     assert_eq!(a.made.leaves.iter().filter(|l| l.len() == 3).count(), 8 * 8);
     let v = a.made.mesh.volume() / (8.0 * wide * (long - short) * high);
-    assert!((v - 1.0).abs() < 0.02, "{v}");
+    assert_abs_diff_eq!(v, 1.0, epsilon = 0.02);
 }
 
 #[test]
@@ -412,7 +413,7 @@ fn nodes_in_one_line_to_rounding_give_no_triangle_without_area() {
                 (area, count) = (area + 0.5 * doubled, count + 1);
             });
             assert_eq!(count, places.len() - 2);
-            assert!((area - 26.0).abs() < 1e-9, "{area}");
+            assert_abs_diff_eq!(area, 26.0, epsilon = 1e-9);
         }
     }
 }

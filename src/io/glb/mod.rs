@@ -195,6 +195,7 @@ impl File {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use glam::DVec3;
 
     use super::super::{Format, encode, read_bytes};
@@ -333,7 +334,7 @@ mod tests {
         let attributes = &document["meshes"][0]["primitives"][0]["attributes"];
         for n in words(&document, buffer, &attributes["NORMAL"]).chunks_exact(3) {
             let length: f32 = n.iter().map(|x| f32::from_bits(*x).powi(2)).sum();
-            assert!((length - 1.0).abs() < 1e-6);
+            assert_abs_diff_eq!(length, 1.0, epsilon = 1e-6);
         }
     }
 

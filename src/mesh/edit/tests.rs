@@ -1,5 +1,6 @@
 //! Tests of the edit mesh: numbering, refusals, and random edit sequences that must keep the manifold.
 
+use approx::assert_abs_diff_eq;
 use proptest::prelude::*;
 
 use super::*;
@@ -70,7 +71,7 @@ fn split_then_collapse_restores_the_octahedron() {
     m.check().unwrap();
     let after = m.to_mesh();
     assert_eq!(after.nodes, before.nodes);
-    assert!((after.volume() - before.volume()).abs() < 1e-15);
+    assert_abs_diff_eq!(after.volume(), before.volume(), epsilon = 1e-15);
 }
 
 #[test]

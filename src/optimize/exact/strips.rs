@@ -244,6 +244,7 @@ impl Remesher<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     fn line(from: DVec3, to: DVec3, steps: usize) -> Track {
         let points = (0..=steps).map(|k| from.lerp(to, k as f64 / steps as f64)).collect();
@@ -280,7 +281,7 @@ mod tests {
             let points: Vec<DVec3> = (0..=n).map(|k| at(k % n)).collect();
             let length = |i: usize| points[i - 1].distance(points[i]) * arc(&points, i);
             let sum: f64 = (1..=n).map(length).sum();
-            assert!((sum - std::f64::consts::TAU).abs() < 1e-9, "{n}: {sum}");
+            assert!(abs_diff_eq!(sum, std::f64::consts::TAU, epsilon = 1e-9), "{n}: {sum}");
         }
         // Nor do turns to and fro make a line longer.
         let zigzag: Vec<DVec3> = (0..9).map(|k| DVec3::new(f64::from(k), f64::from(k % 2), 0.0)).collect();
@@ -302,7 +303,7 @@ mod tests {
         let places = outer.between(&lead, false).unwrap();
         assert_eq!(places.len(), 12);
         for (k, s) in places.iter().enumerate() {
-            assert!((s - (k as f64 + 0.5)).abs() < 0.01, "{places:?}");
+            assert!(abs_diff_eq!(*s, k as f64 + 0.5, epsilon = 0.01), "{places:?}");
         }
     }
 }

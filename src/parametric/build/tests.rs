@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 
 use super::*;
@@ -93,7 +94,7 @@ fn volume(b: &Brep, euler: i64) -> f64 {
 
 #[track_caller]
 fn near(found: f64, truth: f64, share: f64) {
-    assert!((found / truth - 1.0).abs() < share, "{found} {truth}: {:e}", found / truth - 1.0);
+    assert_relative_eq!(found, truth, epsilon = 0.0, max_relative = share);
 }
 
 fn kinds(b: &Brep) -> Vec<&'static str> {
@@ -282,7 +283,7 @@ fn lofts_pass_through_their_sections_and_end_in_points() {
     let b = loft(&s, &Loft { round: [true, true], ..Loft::default() }).unwrap();
     near(volume(&b, 2), 4.0 / 3.0 * PI * 12.0, 0.01);
     let Surface::Nurbs(n) = &b.faces[0].surface else { panic!() };
-    assert!(n.jet(0.3, 0.0)[2].normalize().z.abs() < 1e-12);
+    assert_abs_diff_eq!(n.jet(0.3, 0.0)[2].normalize().z, 0.0, epsilon = 1e-12);
 }
 
 #[test]

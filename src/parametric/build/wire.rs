@@ -326,6 +326,7 @@ impl Wire {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn p(x: f64, y: f64, z: f64) -> DVec3 {
         DVec3::new(x, y, z)
@@ -353,10 +354,11 @@ mod tests {
         let w = Wire::arc(a, m, b).unwrap();
         assert!(w.start().distance(a) < 1e-14 && w.end().distance(b) < 1e-14);
         let c = &w.pieces()[0];
-        assert!((c.curve.length(c.range) - 3.0 * std::f64::consts::PI).abs() < 1e-9);
+        assert_abs_diff_eq!(c.curve.length(c.range), 3.0 * std::f64::consts::PI, epsilon = 1e-9);
         assert!(c.curve.at(c.curve.project(m, c.range, None)).distance(m) < 1e-14);
         assert!(Wire::arc(a, b, a.lerp(b, 0.3)).is_err());
         let circle = Wire::circle(Frame::WORLD, 2.0).unwrap();
-        assert!(circle.is_closed() && (circle.area_vector().z - 4.0 * std::f64::consts::PI).abs() < 1e-8);
+        assert!(circle.is_closed());
+        assert_abs_diff_eq!(circle.area_vector().z, 4.0 * std::f64::consts::PI, epsilon = 1e-8);
     }
 }

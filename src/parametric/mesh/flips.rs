@@ -79,6 +79,7 @@ pub(super) fn flip(triangles: &mut [[usize; 3]], of: &[Corner], fixed: &dyn Fn(u
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn long_domains_of_narrow_tubes_are_joined_across() {
@@ -96,7 +97,7 @@ mod tests {
         let before: f64 = triangles.iter().map(area).sum();
         flip(&mut triangles, &of, &|_, _| false);
         assert!(triangles.iter().all(|t| area(t) > 0.0));
-        assert!((triangles.iter().map(area).sum::<f64>() - before).abs() < 1e-12);
+        assert_abs_diff_eq!(triangles.iter().map(area).sum::<f64>(), before, epsilon = 1e-12);
         assert_eq!(triangles.iter().filter(|t| t.contains(&top)).count(), 1);
     }
 }

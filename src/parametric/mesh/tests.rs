@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
+
 use super::*;
 use crate::geometry::Pieces;
 use crate::io::step::read_step;
@@ -41,7 +43,7 @@ fn sound(brep: Brep, share: f64) -> (Parametric, FaceMeshes) {
 }
 
 fn near(found: f64, truth: f64, share: f64) {
-    assert!((found / truth - 1.0).abs() < share, "{found} {truth}");
+    assert_abs_diff_eq!(found, truth, epsilon = share * truth);
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
+
 use super::*;
 use crate::io::step::{parse_step, read_step};
 use crate::parametric::Surface;
@@ -27,7 +29,7 @@ fn faces_names_colors_and_units_are_read() {
     assert_eq!(b.faces[0].color, Some([1.0, 0.0, 0.0]));
     // The file is in inches.
     assert!(matches!(b.faces[0].surface, Surface::Cylinder { radius, .. } if (radius - 50.8).abs() < 1e-12));
-    assert!((b.vertices[1].z - 76.2).abs() < 1e-12);
+    assert_abs_diff_eq!(b.vertices[1].z, 76.2, epsilon = 1e-12);
     assert_eq!(b.uses(), [2, 2]);
     assert_eq!([b.faces[0].outward, b.faces[1].outward, b.faces[2].outward], [true, false, true]);
 }

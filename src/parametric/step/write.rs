@@ -429,6 +429,7 @@ mod tests {
     use crate::parametric::nurbs::SplineEnds;
     use crate::parametric::step::interpret;
     use crate::run::Run;
+    use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 
     /// One of each: planes and cylinders with a hole, cones, splines, poles, tori, NURBS, a sheet.
     fn models() -> Vec<Brep> {
@@ -483,7 +484,8 @@ mod tests {
                 assert_eq!((f.surface.kind(), f.outward, f.loops.len()), (g.surface.kind(), g.outward, g.loops.len()));
             }
             let (m, n) = (measured(&b), measured(&c));
-            assert!((m.area() / n.area() - 1.0).abs() < 1e-6 && (m.volumes[0] - n.volumes[0]).abs() < 1e-6 * m.area());
+            assert_relative_eq!(m.area(), n.area(), epsilon = 0.0, max_relative = 1e-6);
+            assert_abs_diff_eq!(m.volumes[0], n.volumes[0], epsilon = 1e-6 * m.area());
         }
     }
 
@@ -498,7 +500,7 @@ mod tests {
             let file = write_step(&b, "box", unit).unwrap();
             let back = interpret(&parse_step(file.as_bytes()).unwrap(), &Run::new()).unwrap().brep;
             let widest = back.vertices.iter().map(|p| p.x).fold(0.0, f64::max);
-            assert!((widest / (2.0 * mm) - 1.0).abs() < 1e-12, "{unit}");
+            assert!(relative_eq!(widest, 2.0 * mm, epsilon = 0.0, max_relative = 1e-12), "{unit}");
         }
         assert!(write_step(&b, "box", "parsec").is_err());
         assert_eq!([real(1.0), real(-2.5e-7), real(1e30), real(-0.0)], ["1.0", "-2.5E-7", "1.E30", "0.0"]);

@@ -1,5 +1,6 @@
 //! Formulas of surfaces against differences and closed forms.
 
+use approx::assert_abs_diff_eq;
 use proptest::prelude::*;
 
 use super::*;
@@ -92,13 +93,14 @@ fn curvatures_are_those_of_the_books() {
     let at = |f: &Surface, u: f64, v: f64| f.curvature(DVec2::new(u, v)).unwrap();
     let list = all();
     assert_eq!(at(&list[0].0, 0.3, 0.2), 0.0);
-    assert!((at(&list[1].0, 0.3, 0.2) - 0.5).abs() < 1e-12);
-    assert!((at(&list[3].0, 0.3, 0.2) - 0.5).abs() < 1e-12);
+    assert_abs_diff_eq!(at(&list[1].0, 0.3, 0.2), 0.5, epsilon = 1e-12);
+    assert_abs_diff_eq!(at(&list[3].0, 0.3, 0.2), 0.5, epsilon = 1e-12);
     // Outer and inner equator of the torus: both have the tube's curvature as the larger one.
-    assert!((at(&list[4].0, 0.3, 0.0) - 1.0).abs() < 1e-12 && (at(&list[4].0, 0.3, PI) - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(at(&list[4].0, 0.3, 0.0), 1.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(at(&list[4].0, 0.3, PI), 1.0, epsilon = 1e-12);
     // A cone of radius rho: cos of its half angle over rho.
     let (rho, half) = (1.0 + 0.7 * 0.5, 0.7f64.atan());
-    assert!((at(&list[2].0, 1.0, 0.5) - half.cos() / rho).abs() < 1e-12);
+    assert_abs_diff_eq!(at(&list[2].0, 1.0, 0.5), half.cos() / rho, epsilon = 1e-12);
 }
 
 #[test]

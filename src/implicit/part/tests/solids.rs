@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::implicit::RSystem;
+use approx::abs_diff_eq;
 
 type Points = &'static [[f64; 3]];
 
@@ -244,7 +245,11 @@ fn functions_see_their_parameters_and_the_globals() {
         ("r = (1 +\n     2)  # as long as brackets are open", 3),
     ] {
         let m = model(&part(&format!("{source}\npart(sphere(r))"))).unwrap();
-        assert!((m.bounds().size().x - 2.0 * f64::from(radius)).abs() < 0.5, "{source}: {:?}", m.bounds());
+        assert!(
+            abs_diff_eq!(m.bounds().size().x, 2.0 * f64::from(radius), epsilon = 0.5),
+            "{source}: {:?}",
+            m.bounds()
+        );
     }
 }
 
