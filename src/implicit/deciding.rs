@@ -69,7 +69,7 @@ pub(crate) fn idle(tape: &Tape, leaves: &[u32]) -> Vec<u32> {
         tape.ops.iter().filter_map(|op| if let Op::Leaf { leaf, face, .. } = *op { Some((leaf, face)) } else { None })
     };
     // A leaf that occurs once among leaves that occur once always decides somewhere.
-    if count < 2 || count > MOST_TRIED || occurrences().count() == count {
+    if !(2..=MOST_TRIED).contains(&count) || occurrences().count() == count {
         return Vec::new();
     }
     let mut names = vec![None; count];

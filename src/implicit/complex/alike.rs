@@ -12,10 +12,13 @@ use super::super::leaf::Leaf;
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
+/// The sum and the difference of two leaves, if they have enough in common.
+type Both = Option<Arc<[Formula; 2]>>;
+
 /// Sums and differences of leaves, as they are asked for.
 #[derive(Default)]
 pub(super) struct Alike {
-    known: RwLock<FxHashMap<[u32; 2], Option<Arc<[Formula; 2]>>>>,
+    known: RwLock<FxHashMap<[u32; 2], Both>>,
 }
 
 impl Alike {
