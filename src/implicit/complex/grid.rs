@@ -245,8 +245,38 @@ impl Octree {
             layer = tree.split(leaves, &split);
             points.go_on(&split, &layer);
         }
+        tree.make_whole(points.in_vain());
         tree.balance(leaves, run)?;
         Ok(tree)
+    }
+
+    /// Takes the children of some cubes away, and theirs.
+    fn make_whole(&mut self, which: impl Iterator<Item = u32>) {
+        let mut any = false;
+        for i in which {
+            any |= std::mem::replace(&mut self.cubes[i as usize].children, NONE) != NONE;
+        }
+        if !any {
+            return;
+        }
+        let mut is_left = vec![false; self.cubes.len()];
+        is_left[0] = true;
+        // Children come after their parents.
+        for i in 0..self.cubes.len() {
+            let first = self.cubes[i].children as usize;
+            if is_left[i] && first != NONE as usize {
+                is_left[first..first + 8].fill(true);
+            }
+        }
+        let mut numbers = vec![NONE; self.cubes.len()];
+        (0..self.cubes.len()).filter(|i| is_left[*i]).zip(0..).for_each(|(i, number)| numbers[i] = number);
+        let mut left = is_left.into_iter();
+        self.cubes.retain(|_| left.next().unwrap_or(true));
+        for c in &mut self.cubes {
+            if c.children != NONE {
+                c.children = numbers[c.children as usize];
+            }
+        }
     }
 
     /// Whether a cube is made at all.

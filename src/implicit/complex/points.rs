@@ -14,6 +14,9 @@ use super::proof::Unproved;
 /// A group has grown if it has more than so many halves as many cells as it began with: five quarters end too early on spikes of
 /// 5 degrees, and where surfaces touch along a curve it is four halves.
 const GROWN: usize = 3;
+/// The same where surfaces touch: they are side by side in twice as many cells with each halving, until these are smaller than the circle in
+/// which they meet. Two halvings are looked at; what they do not prove is [undone](Points::in_vain).
+const GROWN_BESIDE: usize = 8;
 /// Surfaces all but touch in a point if that is fewer cells wide: balls of a hundred cells' diameter are side by side that far. Of 40 large
 /// trees two more came out with 8 than with 4, and none more with 16, which takes more cells along curves.
 const WIDE: i64 = 8;
@@ -22,8 +25,23 @@ const WIDE: i64 = 8;
 #[derive(Debug, Default)]
 pub(super) struct Points {
     group: FxHashMap<u32, u32>,
-    /// How many cells groups began with.
-    first: Vec<usize>,
+    groups: Vec<Group>,
+}
+
+#[derive(Debug)]
+struct Group {
+    /// The cells it began with.
+    first: Vec<u32>,
+    reason: Unproved,
+    state: State,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    Open,
+    /// All of it was proved in smaller cells.
+    Proved,
+    Grown,
 }
 
 impl Points {
@@ -66,9 +84,9 @@ impl Points {
                 along().max().zip(along().min()).is_some_and(|(hi, lo)| hi - lo < most)
             });
             if is_short {
-                let number = points.first.len() as u32;
-                points.first.push(group.len());
-                points.group.extend(group.into_iter().map(|i| (i, number)));
+                let number = points.groups.len() as u32;
+                points.group.extend(group.iter().map(|i| (*i, number)));
+                points.groups.push(Group { first: group, reason: *reason, state: State::Open });
             }
         }
         points
@@ -81,10 +99,23 @@ impl Points {
     /// Of cells a level deeper those are kept that are not proved, in groups that did not grow.
     pub(super) fn keep(&mut self, cells: impl Iterator<Item = u32>) {
         let kept: FxHashMap<u32, u32> = cells.filter_map(|i| Some((i, *self.group.get(&i)?))).collect();
-        let mut count = vec![0; self.first.len()];
+        let mut count = vec![0; self.groups.len()];
         kept.values().for_each(|g| count[*g as usize] += 1);
+        for (g, count) in self.groups.iter_mut().zip(count).filter(|x| x.0.state == State::Open) {
+            if count == 0 {
+                g.state = State::Proved;
+            } else if 2 * count > g.first.len() * if g.reason == Unproved::Touching { GROWN_BESIDE } else { GROWN } {
+                g.state = State::Grown;
+            }
+        }
         self.group = kept;
-        self.group.retain(|_, g| 2 * count[*g as usize] <= GROWN * self.first[*g as usize]);
+        self.group.retain(|_, g| self.groups[*g as usize].state == State::Open);
+    }
+
+    /// Cells in which surfaces touch however small cells become: smaller ones show no more there, and triangles would be small for nothing.
+    pub(super) fn in_vain(&self) -> impl Iterator<Item = u32> {
+        let in_vain = |g: &&Group| g.reason == Unproved::Touching && g.state != State::Proved;
+        self.groups.iter().filter(in_vain).flat_map(|g| g.first.iter().copied())
     }
 
     /// Children, eight to a cell, take the places of their parents.
