@@ -552,3 +552,32 @@ fn systems_are_compared_and_meshes_do_not_depend_on_them() {
     }
     run(&["compare", &data("soups/bored_block.off"), "--rsystems"]).code(3);
 }
+
+/// A ring that is thinner than two of the edges it is meshed with.
+struct Ring;
+
+impl Field for Ring {
+    fn value(&self, p: DVec3) -> f64 {
+        0.3 - (p.x.hypot(p.y) - 1.0).hypot(p.z)
+    }
+
+    fn values(&self, points: &[DVec3], out: &mut [f64]) {
+        out.iter_mut().zip(points).for_each(|(v, p)| *v = self.value(*p));
+    }
+
+    fn lipschitz(&self) -> Option<f64> {
+        Some(2.0)
+    }
+}
+
+#[test]
+fn what_bends_too_tightly_for_one_size_of_triangles_is_no_crease() {
+    let mut part = Part::from_solid(Solid::field(Ring).name("ring"));
+    part.domain = Some(Aabb::new(DVec3::new(-2.0, -2.0, -1.0), DVec3::new(2.0, 2.0, 1.0)));
+    let options = MeshOptions { size: Some(SizeRequest::Length(0.39)), ..MeshOptions::default() };
+    let made = mesh_part(&part, &options, &Run::new()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    assert_eq!(made.report.check.unwrap().euler, 0);
+    let off = made.mesh.nodes.iter().map(|p| Ring.value(*p).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-6, "{off}");
+}

@@ -37,3 +37,27 @@ pub(crate) fn cutting_off(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run
     let found = run.install(|| lockstep::each(oracle.leaves(), &all, |t| cut_off(*t)));
     found.into_iter().flatten().collect()
 }
+
+/// How often the place where a direction turns is halved: to a 256th of a triangle, where a bend as tight as a triangle turns by less than
+/// a degree.
+const HALVINGS: usize = 8;
+
+/// Of triangles that cut something off, those within which the direction of their leaf jumps. Elsewhere the leaf bends, too tightly for them.
+pub(crate) fn with_jumps(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, which: &[u32], run: &Run) -> Vec<u32> {
+    let jumps = |t: &u32| {
+        let leaf = oracle.piece_at(mesh.centroid(*t as usize))?;
+        let seen = |p: DVec3| Some((p, oracle.direction(leaf, p)?));
+        let [a, b, c] = mesh.corners(*t as usize);
+        let (a, b, c) = (seen(a)?, seen(b)?, seen(c)?);
+        let apart = |x: &(DVec3, DVec3), y: &(DVec3, DVec3)| x.1.dot(y.1);
+        let mut ends =
+            [(a, b), (b, c), (c, a)].into_iter().min_by(|s, t| apart(&s.0, &s.1).total_cmp(&apart(&t.0, &t.1)))?;
+        for _ in 0..HALVINGS {
+            let middle = seen((ends.0.0 + ends.1.0) * 0.5)?;
+            ends = if apart(&ends.0, &middle) < apart(&middle, &ends.1) { (ends.0, middle) } else { (middle, ends.1) };
+        }
+        Some(apart(&ends.0, &ends.1) < OFF)
+    };
+    let found = run.install(|| lockstep::each(oracle.leaves(), which, jumps));
+    which.iter().zip(found).filter(|x| x.1 == Some(true)).map(|x| *x.0).collect()
+}

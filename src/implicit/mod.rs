@@ -62,7 +62,7 @@ pub(crate) use close::CloseOracle;
 pub use complex::Unproved;
 pub(crate) use complex::{Arranged, CellGrid, EndKey, GridBlock, arranged, cells_along, origin};
 pub use creased::creased;
-pub(crate) use creased::cutting_off;
+pub(crate) use creased::{cutting_off, with_jumps};
 pub use expr::Expr;
 pub use extract::{ExtractOptions, Extracted, extract};
 pub use features::features;

@@ -8,7 +8,7 @@ use super::mesh::Ready;
 use super::method::Method;
 use super::options::MeshOptions;
 use crate::error::{Error, Result};
-use crate::implicit::{Extracted, ImplicitOracle, Remembered, creased, cutting_off};
+use crate::implicit::{Extracted, ImplicitOracle, Remembered, creased, cutting_off, with_jumps};
 use crate::mesh::TriMesh;
 use crate::optimize::improve;
 use crate::run::Run;
@@ -70,8 +70,9 @@ fn share(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run) -> f64 {
     let area = |t: usize| mesh.area_vector(t).length();
     let all: f64 = (0..mesh.triangles.len()).map(area).sum();
     let within = |t: &usize| mesh.triangles[*t].iter().all(|v| !is_between[*v as usize]);
-    let cut_off = cutting_off(mesh, oracle, run).into_iter().map(|t| t as usize);
-    cut_off.filter(within).map(area).sum::<f64>() / all
+    // What bends too tightly for triangles of one size is no crease.
+    let cut_off = with_jumps(mesh, oracle, &cutting_off(mesh, oracle, run), run);
+    cut_off.into_iter().map(|t| t as usize).filter(within).map(area).sum::<f64>() / all
 }
 
 /// The part by the operators, and how many of its triangles are flawed.
