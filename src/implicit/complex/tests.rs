@@ -302,8 +302,8 @@ fn what_divides_an_angle_from_itself_is_no_matter_where_it_runs_along_a_surface(
 
 #[test]
 fn balls_that_overlap_by_a_hair_meet_in_their_circle() {
-    // Circles of four fifths to two fifths of the smallest cell that others may have; centers lie askew to the grid.
-    for (k, radius) in [0.03_f64, 0.02, 0.015].into_iter().enumerate() {
+    // Circles of four fifths and of half of the smallest cell that others may have; centers lie askew to the grid.
+    for (k, radius) in [0.03_f64, 0.02].into_iter().enumerate() {
         let (r, s) = (1.0_f64, 1.2_f64);
         let lower = (r * r - radius * radius).sqrt();
         let apart = lower + (s * s - radius * radius).sqrt();
