@@ -16,8 +16,8 @@ use shapes::revolved;
 const SHELL: &str = "part(sphere(1) - sphere(0.98))";
 /// A ball with needles at its poles.
 const NEEDLE: &str = "part(sphere(1) | cylinder(0.004, height=4))";
-/// Thin walls between waves.
-const WAVES: &str = "part(solid(abs(sin(2*x))+abs(sin(2*y))+abs(sin(2*z)) <= 1) & sphere(1.2))";
+/// A fillet of a 150th of the size between a ball and a cube.
+const FILLET: &str = "part(blend(sphere(0.98), box(size=(1.2, 1.2, 1.2), at=(0.9, 1.0, 0.25)), 0.003))";
 /// Balls that run through each other.
 const BALLS: &str = "part(sphere(1) | sphere(1, at=(1, 0, 0)))";
 /// A tube with walls a 50th of its radius thick.
@@ -67,7 +67,7 @@ fn is_sound_by(made: &Meshed, change: Change) {
 
 #[test]
 fn functions_need_smaller_cells_where_triangles_cross_and_everywhere() {
-    let made = meshed(WAVES, &sized(0.3));
+    let made = meshed(FILLET, &sized(0.45));
     let [before, after] = first_with(&made, Tried::Arrange, Change::SmallerCellsHere);
     assert!(before.faults > 0 && after.faults == 0 && after.kept, "{before:?} {after:?}");
     is_sound_by(&made, Change::SmallerCellsHere);
