@@ -161,16 +161,21 @@ fn gradients_are_differences_and_insides_are_signs() {
     }
 }
 
-/// A ball of radius 1 that counts how often it is asked, and for how much.
+/// How often a field was asked, and for how much.
 #[derive(Default)]
-struct Ball {
+struct Asked {
     calls: AtomicUsize,
     values: AtomicUsize,
 }
 
-struct Shared(Arc<Ball>);
+/// A field that counts what it is asked.
+struct Counted {
+    asked: Arc<Asked>,
+    at: fn(DVec3) -> f64,
+    steep: Option<f64>,
+}
 
-impl Field for Shared {
+impl Field for Counted {
     fn value(&self, p: DVec3) -> f64 {
         let mut out = [0.0];
         self.values(&[p], &mut out);
@@ -178,21 +183,31 @@ impl Field for Shared {
     }
 
     fn values(&self, points: &[DVec3], out: &mut [f64]) {
-        self.0.calls.fetch_add(1, Ordering::Relaxed);
-        self.0.values.fetch_add(points.len(), Ordering::Relaxed);
-        out.iter_mut().zip(points).for_each(|(v, p)| *v = 1.0 - p.length());
+        self.asked.calls.fetch_add(1, Ordering::Relaxed);
+        self.asked.values.fetch_add(points.len(), Ordering::Relaxed);
+        out.iter_mut().zip(points).for_each(|(v, p)| *v = (self.at)(*p));
     }
+
+    fn lipschitz(&self) -> Option<f64> {
+        self.steep
+    }
+}
+
+/// Inside a ball of radius 1.
+fn ball(p: DVec3) -> f64 {
+    1.0 - p.length()
 }
 
 /// Calls, points, and triangles of a mesh of the ball, of which nothing is known but that it is in a box.
 fn meshed(size: f64, threads: usize) -> (usize, usize, rvachev::mesh::TriMesh) {
-    let ball = Arc::new(Ball::default());
-    let mut part = Part::from_solid(Solid::field(Shared(ball.clone())).name("ball"));
+    let asked = Arc::new(Asked::default());
+    let field = Counted { asked: asked.clone(), at: ball, steep: None };
+    let mut part = Part::from_solid(Solid::field(field).name("ball"));
     part.domain = Some(Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5)));
     let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
     let made = mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap();
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
-    (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed), made.mesh)
+    (asked.calls.load(Ordering::Relaxed), asked.values.load(Ordering::Relaxed), made.mesh)
 }
 
 #[test]
@@ -209,45 +224,27 @@ fn a_field_of_which_nothing_is_known_is_meshed_in_large_batches() {
     assert_eq!(mesh, meshed(0.1, 3).2);
 }
 
-/// A cube of half side 1 with bores of radii 0.5 along z and 0.4 along x, as one function that nothing is known of but its slope.
-/// It counts its calls.
-struct Bored(Arc<AtomicUsize>);
-
-impl Field for Bored {
-    fn value(&self, p: DVec3) -> f64 {
-        let mut out = [0.0];
-        self.values(&[p], &mut out);
-        out[0]
-    }
-
-    fn values(&self, points: &[DVec3], out: &mut [f64]) {
-        self.0.fetch_add(1, Ordering::Relaxed);
-        for (v, p) in out.iter_mut().zip(points) {
-            let bores = (p.x.hypot(p.y) - 0.5).min(p.y.hypot(p.z) - 0.4);
-            *v = (1.0 - p.abs().max_element()).min(bores);
-        }
-    }
-
-    fn lipschitz(&self) -> Option<f64> {
-        Some(1.0)
-    }
+/// A cube of half side 1 with bores of radii 0.5 along z and 0.4 along x, as one function.
+fn bored_cube(p: DVec3) -> f64 {
+    let bores = (p.x.hypot(p.y) - 0.5).min(p.y.hypot(p.z) - 0.4);
+    (1.0 - p.abs().max_element()).min(bores)
 }
 
 /// Calls and the mesh of the bored cube, with edges a tenth long.
 fn bored(threads: usize) -> (usize, rvachev::mesh::TriMesh) {
-    let calls = Arc::new(AtomicUsize::new(0));
-    let mut part = Part::from_solid(Solid::field(Bored(calls.clone())).name("bored"));
+    let asked = Arc::new(Asked::default());
+    let field = Counted { asked: asked.clone(), at: bored_cube, steep: Some(1.0) };
+    let mut part = Part::from_solid(Solid::field(field).name("bored"));
     part.domain = Some(Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5)));
     let options = MeshOptions { size: Some(SizeRequest::Length(0.1)), ..MeshOptions::default() };
     let made = mesh_part(&part, &options, &Run::new().with_threads(threads).unwrap()).unwrap();
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
-    (calls.load(Ordering::Relaxed), made.mesh)
+    (asked.calls.load(Ordering::Relaxed), made.mesh)
 }
 
 #[test]
 fn creases_inside_a_field_are_found_in_large_batches() {
     let (calls, mesh) = bored(1);
-    println!("{calls} calls, {} triangles", mesh.triangles.len());
     // One call for each point along the creases would be eight million.
     assert!(calls < 40_000, "{calls}");
     let node = |v: u32| mesh.nodes[v as usize];
@@ -282,7 +279,6 @@ fn creases_inside_a_field_are_found_in_large_batches() {
         }
     }
     let found = truth.iter().filter(|p| is_found(**p)).count();
-    println!("{found} of {} found", truth.len());
     assert!(found as f64 >= 0.99 * truth.len() as f64, "{found} of {}", truth.len());
     for k in 0..8 {
         let corner = DVec3::from([0, 1, 2].map(|i| if k >> i & 1 == 0 { -1.0 } else { 1.0 }));
@@ -290,14 +286,12 @@ fn creases_inside_a_field_are_found_in_large_batches() {
         assert!(off < 1e-5, "{corner}: {off}");
     }
     // All nodes are on the surface.
-    let mut values = vec![0.0; mesh.nodes.len()];
-    Bored(Arc::default()).values(&mesh.nodes, &mut values);
-    assert!(values.iter().all(|v| v.abs() < 1e-8));
+    assert!(mesh.nodes.iter().all(|p| bored_cube(*p).abs() < 1e-8));
     assert_eq!(mesh, bored(3).1);
 }
 
 /// The ball where it may be asked in a box only.
-struct Walled(Shared, Walls);
+struct Walled(Counted, Walls);
 
 impl Field for Walled {
     fn value(&self, p: DVec3) -> f64 {
@@ -320,14 +314,14 @@ impl Field for Walled {
 
 #[test]
 fn walls_that_cut_a_field_off_are_exact_and_it_is_never_asked_beyond() {
-    let ball = Arc::new(Ball::default());
+    let asked = Arc::new(Asked::default());
     let bounds = Aabb::new(DVec3::new(-1.5, -1.5, -0.3), DVec3::splat(1.5));
-    let field = Solid::field(Walled(Shared(ball.clone()), Walls::new(bounds)));
+    let field = Solid::field(Walled(Counted { asked: asked.clone(), at: ball, steep: None }, Walls::new(bounds)));
     let part = Part::from_solid(field & Solid::cuboid(bounds.lo, bounds.hi));
     let options = MeshOptions { size: Some(SizeRequest::Length(0.1)), ..MeshOptions::default() };
     let made = mesh_part(&part, &options, &Run::new()).unwrap();
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
-    let (calls, points) = (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed));
+    let (calls, points) = (asked.calls.load(Ordering::Relaxed), asked.values.load(Ordering::Relaxed));
     assert!(points >= 512 * calls, "{calls} calls of {points} points");
     let mut on_edge = 0;
     for p in &made.mesh.nodes {
@@ -341,17 +335,17 @@ fn walls_that_cut_a_field_off_are_exact_and_it_is_never_asked_beyond() {
 
 #[test]
 fn fields_are_asked_for_many_values_at_once() {
-    let ball = Arc::new(Ball::default());
-    let solid = Solid::field(Shared(ball.clone())) & Solid::field(|p: DVec3| p.z);
+    let asked = Arc::new(Asked::default());
+    let solid = Solid::field(Counted { asked: asked.clone(), at: ball, steep: None }) & Solid::field(|p: DVec3| p.z);
     let domain = Aabb::new(DVec3::splat(-5.0), DVec3::splat(5.0));
     let model = Implicit::new(&solid, RSystem::MinMax, Some(domain)).unwrap();
-    let (calls, values) = (ball.calls.load(Ordering::Relaxed), ball.values.load(Ordering::Relaxed));
+    let (calls, values) = (asked.calls.load(Ordering::Relaxed), asked.values.load(Ordering::Relaxed));
     let points = scattered(10_000, 2.0);
     let found = evaluate(&model, &points, Sampling { gradients: true, faces: true }, &Run::new()).unwrap();
     // Gradients are differences of seven values, asked for where the ball decides.
     let decided = points.iter().filter(|p| 1.0 - p.length() < p.z).count();
-    assert_eq!(ball.values.load(Ordering::Relaxed) - values, points.len() + 7 * decided);
-    assert!(ball.calls.load(Ordering::Relaxed) - calls <= points.len() / 100);
+    assert_eq!(asked.values.load(Ordering::Relaxed) - values, points.len() + 7 * decided);
+    assert!(asked.calls.load(Ordering::Relaxed) - calls <= points.len() / 100);
     for (i, p) in points.iter().enumerate() {
         assert_eq!(found.values[i], (1.0 - p.length()).min(p.z));
         let gradient = if p.z < 1.0 - p.length() { DVec3::Z } else { -p.normalize() };
@@ -554,30 +548,19 @@ fn systems_are_compared_and_meshes_do_not_depend_on_them() {
 }
 
 /// A ring that is thinner than two of the edges it is meshed with.
-struct Ring;
-
-impl Field for Ring {
-    fn value(&self, p: DVec3) -> f64 {
-        0.3 - (p.x.hypot(p.y) - 1.0).hypot(p.z)
-    }
-
-    fn values(&self, points: &[DVec3], out: &mut [f64]) {
-        out.iter_mut().zip(points).for_each(|(v, p)| *v = self.value(*p));
-    }
-
-    fn lipschitz(&self) -> Option<f64> {
-        Some(2.0)
-    }
+fn ring(p: DVec3) -> f64 {
+    0.3 - (p.x.hypot(p.y) - 1.0).hypot(p.z)
 }
 
 #[test]
 fn what_bends_too_tightly_for_one_size_of_triangles_is_no_crease() {
-    let mut part = Part::from_solid(Solid::field(Ring).name("ring"));
+    let field = Counted { asked: Arc::default(), at: ring, steep: Some(2.0) };
+    let mut part = Part::from_solid(Solid::field(field).name("ring"));
     part.domain = Some(Aabb::new(DVec3::new(-2.0, -2.0, -1.0), DVec3::new(2.0, 2.0, 1.0)));
     let options = MeshOptions { size: Some(SizeRequest::Length(0.39)), ..MeshOptions::default() };
     let made = mesh_part(&part, &options, &Run::new()).unwrap();
     assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
     assert_eq!(made.report.check.unwrap().euler, 0);
-    let off = made.mesh.nodes.iter().map(|p| Ring.value(*p).abs()).fold(0.0, f64::max);
+    let off = made.mesh.nodes.iter().map(|p| ring(*p).abs()).fold(0.0, f64::max);
     assert!(off < 1e-6, "{off}");
 }

@@ -326,6 +326,16 @@ fn flip_is_better(mesh: &EditMesh, h: u32) -> bool {
     worst(new) < worst(old) && new.into_iter().all(faces)
 }
 
+/// The sides of the triangles at a node that it is not on.
+fn around(mesh: &EditMesh, v: u32) -> Vec<[DVec3; 2]> {
+    mesh.outgoing(v).map(|h| [mesh.point(mesh.target(h)), mesh.point(mesh.apex(h))]).collect()
+}
+
+/// The sharpest angle of the triangles from a point to sides, as a cosine.
+fn worst_around(ring: &[[DVec3; 2]], p: DVec3) -> f64 {
+    ring.iter().map(|[b, c]| sharpest_cosine([p, *b, *c])).fold(-1.0, f64::max)
+}
+
 /// The shift of a node within the surface, or along its crease, that raises the worst angle of its triangles most; `None` if none does
 /// or the node may not move.
 fn better_place(mesh: &EditMesh, v: u32) -> Option<DVec3> {
@@ -336,9 +346,8 @@ fn better_place(mesh: &EditMesh, v: u32) -> Option<DVec3> {
     if kind == Kind::Corner || mesh.is_boundary(v) {
         return None;
     }
-    let ring: Vec<[DVec3; 2]> =
-        mesh.outgoing(v).map(|h| [mesh.point(mesh.target(h)), mesh.point(mesh.apex(h))]).collect();
-    let worst = |p: DVec3| ring.iter().map(|[b, c]| sharpest_cosine([p, *b, *c])).fold(-1.0, f64::max);
+    let ring = around(mesh, v);
+    let worst = |p: DVec3| worst_around(&ring, p);
     let p = mesh.point(v);
     let scale = ring.iter().map(|[b, _]| b.distance(p)).sum::<f64>() / ring.len() as f64;
     let ways: Vec<DVec3> = if kind == Kind::Crease {
@@ -407,9 +416,8 @@ pub fn relax_worst(
         for v in mesh.corners(t) {
             let Some(better) = better_place(mesh, v) else { continue };
             let p = mesh.point(v);
-            let ring: Vec<[DVec3; 2]> =
-                mesh.outgoing(v).map(|h| [mesh.point(mesh.target(h)), mesh.point(mesh.apex(h))]).collect();
-            let worst = |p: DVec3| ring.iter().map(|[b, c]| sharpest_cosine([p, *b, *c])).fold(-1.0, f64::max);
+            let ring = around(mesh, v);
+            let worst = |p: DVec3| worst_around(&ring, p);
             let q = settled(mesh, oracle, v, better, reach);
             if let Some(q) = q
                 && worst(q) < worst(p)

@@ -38,10 +38,18 @@ struct Group {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
+    /// It is halved further.
     Open,
-    /// All of it was proved in smaller cells.
-    Proved,
+    /// In smaller cells nothing bends or touches.
+    Parted,
+    /// There are too many of its smaller cells.
     Grown,
+}
+
+impl Group {
+    fn most_grown(&self) -> usize {
+        if self.reason == Unproved::Touching { GROWN_BESIDE } else { GROWN }
+    }
 }
 
 impl Points {
@@ -103,8 +111,8 @@ impl Points {
         kept.values().for_each(|g| count[*g as usize] += 1);
         for (g, count) in self.groups.iter_mut().zip(count).filter(|x| x.0.state == State::Open) {
             if count == 0 {
-                g.state = State::Proved;
-            } else if 2 * count > g.first.len() * if g.reason == Unproved::Touching { GROWN_BESIDE } else { GROWN } {
+                g.state = State::Parted;
+            } else if 2 * count > g.most_grown() * g.first.len() {
                 g.state = State::Grown;
             }
         }
@@ -114,7 +122,7 @@ impl Points {
 
     /// Cells in which surfaces touch however small cells become: smaller ones show no more there, and triangles would be small for nothing.
     pub(super) fn in_vain(&self) -> impl Iterator<Item = u32> {
-        let in_vain = |g: &&Group| g.reason == Unproved::Touching && g.state != State::Proved;
+        let in_vain = |g: &&Group| g.reason == Unproved::Touching && g.state != State::Parted;
         self.groups.iter().filter(in_vain).flat_map(|g| g.first.iter().copied())
     }
 
