@@ -15,11 +15,12 @@
 //! 2022); Ju, Du, Zhou, Carr, Ju, Adaptive grid generation for discretizing implicit complexes (ACM TOG 2024). Here the grid is
 //! an octree with tetrahedra between centers of neighbors, proofs are by intervals, and nodes are exact.
 
-mod alike;
 mod assemble;
 mod cell;
+mod differences;
 mod exact;
 mod grid;
+
 mod points;
 mod proof;
 mod retreat;
@@ -45,9 +46,9 @@ use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
-use alike::Alike;
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted};
 use cell::{Boolean, Crossed, Named};
+use differences::Differences;
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
@@ -131,14 +132,14 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let banded: Option<Vec<Leaf>> = ends.then(|| model.leaves.iter().map(|l| l.banded(seen)).collect());
         let (leaves, scale) = (banded.as_deref().unwrap_or(&model.leaves), model.bounds().diagonal());
         let twins = Twins::new(leaves);
-        let (twins, alike) = (&twins, &Alike::default());
+        let (twins, differences) = (&twins, &Differences::default());
         let most = (memory / BYTES_PER_CELL) as usize;
         let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + coarser);
         let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block };
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,
-            &|t, b| judged(t, &Asked { leaves, twins, alike, cell: *b, scale, seen, briefly: true }).unproved,
+            &|t, b| judged(t, &Asked { leaves, twins, differences, cell: *b, scale, seen, briefly: true }).unproved,
             run,
         )?;
         let deeper = tree.deeper;
@@ -146,7 +147,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
         let known = lockstep::each(leaves, &held, |i| {
-            let asked = Asked { leaves, twins, alike, cell: box_of(i), scale, seen, briefly: false };
+            let asked = Asked { leaves, twins, differences, cell: box_of(i), scale, seen, briefly: false };
             Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
         });
         let known: Vec<Judged> = known.into_iter().flatten().collect();

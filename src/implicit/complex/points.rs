@@ -25,11 +25,11 @@ const WIDE: i64 = 8;
 #[derive(Debug, Default)]
 pub(super) struct Points {
     group: FxHashMap<u32, u32>,
-    groups: Vec<Group>,
+    groups: Vec<Cluster>,
 }
 
 #[derive(Debug)]
-struct Group {
+struct Cluster {
     /// The cells it began with.
     first: Vec<u32>,
     reason: Unproved,
@@ -46,7 +46,7 @@ enum State {
     Grown,
 }
 
-impl Group {
+impl Cluster {
     fn most_grown(&self) -> usize {
         if self.reason == Unproved::Touching { GROWN_BESIDE } else { GROWN }
     }
@@ -94,7 +94,7 @@ impl Points {
             if is_short {
                 let number = points.groups.len() as u32;
                 points.group.extend(group.iter().map(|i| (*i, number)));
-                points.groups.push(Group { first: group, reason: *reason, state: State::Open });
+                points.groups.push(Cluster { first: group, reason: *reason, state: State::Open });
             }
         }
         points
@@ -122,7 +122,7 @@ impl Points {
 
     /// Cells in which surfaces touch however small cells become: smaller ones show no more there, and triangles would be small for nothing.
     pub(super) fn in_vain(&self) -> impl Iterator<Item = u32> {
-        let in_vain = |g: &&Group| g.reason == Unproved::Touching && g.state != State::Parted;
+        let in_vain = |g: &&Cluster| g.reason == Unproved::Touching && g.state != State::Parted;
         self.groups.iter().filter(in_vain).flat_map(|g| g.first.iter().copied())
     }
 

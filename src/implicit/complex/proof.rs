@@ -6,7 +6,7 @@ use super::super::leaf::Leaf;
 use super::super::newton::leaves_of;
 use super::super::slopes::Slopes;
 use super::super::tape::Tape;
-use super::alike::Alike;
+use super::differences::Differences;
 use super::shared::{Shared, common};
 use super::twins::Twins;
 use crate::numeric::{Dual, Interval, vector};
@@ -148,7 +148,7 @@ pub(super) struct Judged {
 pub(super) struct Asked<'a> {
     pub(super) leaves: &'a [Leaf],
     pub(super) twins: &'a Twins,
-    pub(super) alike: &'a Alike,
+    pub(super) differences: &'a Differences,
     pub(super) cell: Aabb,
     /// The size of the part.
     pub(super) scale: f64,
@@ -160,7 +160,7 @@ pub(super) struct Asked<'a> {
 
 /// Whether the leaves of a tape are shown to be arranged simply in a box.
 pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
-    let Asked { leaves, twins, alike, cell, seen, briefly, .. } = asked;
+    let Asked { leaves, twins, differences, cell, seen, briefly, .. } = asked;
     let half = cell.size() * 0.5;
     let mut all = Judged { unproved: None, shared: Vec::new() };
     let mut here: Vec<Local> = Vec::new();
@@ -229,7 +229,7 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 let sag = [i, j].map(|k| sag(&leaves[numbers[k] as usize], &here[k], cell));
                 sag[0] + sag[1] < FLAT * between.abs()
             };
-            if alike.apart(leaves, pair, cell).is_some_and(flat) {
+            if differences.apart(leaves, pair, cell).is_some_and(flat) {
                 continue;
             }
             if let Some(between) = touching(leaves, numbers[i], numbers[j]) {
@@ -377,9 +377,16 @@ mod tests {
         for (e, simple) in cases {
             let leaves = [Leaf::Formula(Formula::compile(&e, &Placement::IDENTITY))];
             let tape = Tape { ops: vec![Op::Leaf { leaf: 0, face: 0, negate: false }] };
-            let (twins, alike) = (Twins::new(&leaves), Alike::default());
-            let asked =
-                Asked { leaves: &leaves, twins: &twins, alike: &alike, cell, scale: 1.0, seen: 1.0, briefly: true };
+            let (twins, differences) = (Twins::new(&leaves), Differences::default());
+            let asked = Asked {
+                leaves: &leaves,
+                twins: &twins,
+                differences: &differences,
+                cell,
+                scale: 1.0,
+                seen: 1.0,
+                briefly: true,
+            };
             assert_eq!(judged(&tape, &asked).unproved.is_none(), simple, "{e:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Pairs of leaves made of one formula, such as the two sides of a wall: `c - f` and `c + f`, or `f - a` and `f - b`.
+//! Differences of leaves made of one formula, such as the two sides of a wall: `c - f` and `c + f`, or `f - a` and `f - b`.
 //!
 //! Bounds of each leaf's gradient do not tell that what varies in one varies in the other. Their sum or difference, written as one formula,
 //! does: what they have in common cancels.
@@ -17,11 +17,11 @@ type Both = Option<Arc<[Formula; 2]>>;
 
 /// Sums and differences of leaves, as they are asked for.
 #[derive(Default)]
-pub(super) struct Alike {
+pub(super) struct Differences {
     known: RwLock<FxHashMap<[u32; 2], Both>>,
 }
 
-impl Alike {
+impl Differences {
     /// With which sign two formulas with something in common add up to what is shown not to vanish in a box: so they do not meet there.
     pub(super) fn apart(&self, leaves: &[Leaf], pair: [u32; 2], cell: &Aabb) -> Option<f64> {
         let [Leaf::Formula(a), Leaf::Formula(b)] = pair.map(|l| &leaves[l as usize]) else { return None };
@@ -61,11 +61,11 @@ mod tests {
             of(x.clone() * x + y * 5.0 - z),
         ];
         let cell = Aabb::new(DVec3::splat(-1.0), DVec3::splat(1.0));
-        let alike = Alike::default();
+        let differences = Differences::default();
         for i in 0..5u32 {
             for j in i + 1..5 {
                 let sign = if i == 0 { 1.0 } else { -1.0 };
-                assert_eq!(alike.apart(&leaves, [i, j], &cell), (j < 3).then_some(sign), "{i} {j}");
+                assert_eq!(differences.apart(&leaves, [i, j], &cell), (j < 3).then_some(sign), "{i} {j}");
             }
         }
     }
