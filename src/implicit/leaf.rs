@@ -230,6 +230,11 @@ impl Leaf {
         self.continued(p).abs() <= within * self.slope(p).length()
     }
 
+    /// Whether a point is on the leaf's own surface, up to a distance.
+    pub(crate) fn passes(&self, p: DVec3, within: f64) -> bool {
+        self.value(p).abs() <= within * self.slope(p).length()
+    }
+
     /// The gradient of [`smooth`](Self::smooth) alone.
     pub(crate) fn slope(&self, p: DVec3) -> DVec3 {
         match self {

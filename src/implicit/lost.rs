@@ -64,7 +64,7 @@ impl SurfacePoint {
         let there = |op: &Op| match op {
             Op::Leaf { leaf, face, .. } => {
                 let leaf = &model.leaves[*leaf as usize];
-                leaf.vanishes(self.at, APART * scale).then(|| (*face, leaf.slope(self.at).normalize_or_zero()))
+                leaf.passes(self.at, APART * scale).then(|| (*face, leaf.slope(self.at).normalize_or_zero()))
             }
             _ => None,
         };
@@ -353,8 +353,10 @@ impl Look<'_> {
         if !self.b.grown(BESIDE * self.b.diagonal()).contains(q) {
             return None;
         }
-        // Leaves that go the same way have no point in common but by chance.
-        if which.iter().any(|i| !leaves[*i as usize].vanishes(q, APART * self.scale)) {
+        // Leaves that go the same way have no point in common but by chance, and beyond its end a fillet is the surface it ends in.
+        if !leaves[which[0] as usize].passes(q, APART * self.scale)
+            || which.iter().any(|i| !leaves[*i as usize].vanishes(q, APART * self.scale))
+        {
             return None;
         }
         let tape = self.extracted.tape_at(self.model, q);

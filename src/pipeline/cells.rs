@@ -16,7 +16,7 @@ use crate::implicit::{
     Arranged, CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points,
 };
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, ExactReport, Observer, Patchwork, patch_pieces, remesh_patches};
+use crate::optimize::exact::{ExactMesh, ExactReport, InPieces, Observer, Patchwork, patch_pieces, remesh_patches};
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
@@ -49,6 +49,8 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
+/// Around points that an arrangement lacks cells are smaller within this share of a cell: that of the smallest cells elsewhere.
+const LACKING: f64 = 0.125;
 /// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
 const KEPT: usize = 4;
 const ROOM: f64 = 0.5;
@@ -186,7 +188,8 @@ impl Scout {
         let mut extracted = self.extracted.clone();
         let oracle = ImplicitOracle::new(&ready.asked, &extracted);
         let made = arranged.made;
-        let Ok(mut work) = patch_pieces(&made.mesh, &made.leaves, &made.faces, &oracle, self.cell) else {
+        let given = InPieces { mesh: &made.mesh, on: &made.leaves, faces: &made.faces, stays: &start.kept };
+        let Ok(mut work) = patch_pieces(&given, &oracle, self.cell) else {
             return Ok(None);
         };
         let near = Bvh::new(start.kept.clone());
@@ -229,12 +232,26 @@ impl Scout {
             drawn = draw_apart(&mut exact.mesh, ready.model.bounds().diagonal(), run)?;
             exact.report.self_intersections = intersecting(&exact.mesh, run)?;
         }
-        let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
-        let mut missed = far(&exact.mesh, &self.points, |x| x.at, reach);
-        missed.retain(|x| !x.is_in_passing(&ready.asked));
+        let missed = self.missed(&exact.mesh, ready, options);
         let flat = self.flat(&exact.mesh, ready);
         let crossed = crossed(&exact, run)?;
         Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), crossed, number: 0, drawn })
+    }
+
+    /// Points of the surface that a mesh does not come near to.
+    fn missed(&self, mesh: &TriMesh, ready: &Ready, options: &MeshOptions) -> Vec<SurfacePoint> {
+        let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
+        let mut missed = far(mesh, &self.points, |x| x.at, reach);
+        missed.retain(|x| !x.is_in_passing(&ready.asked));
+        missed
+    }
+
+    /// Points that an arrangement lacks: those of the surface, and those of faces.
+    fn lacking(&self, arranged: &Arranged, ready: &Ready, options: &MeshOptions) -> Vec<SurfacePoint> {
+        let mesh = TriMesh { labels: arranged.made.faces.clone(), ..arranged.made.mesh.clone() };
+        let mut all = self.missed(&mesh, ready, options);
+        all.extend(self.flat(&mesh, ready));
+        all
     }
 
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
@@ -429,19 +446,8 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         {
             return Ok(Some(before.clone()));
         }
-        let grid = CellGrid {
-            size: ARRANGED * cell,
-            coarser: COARSER,
-            places: &self.start.places,
-            more: SMALLER[self.start.times],
-            block: None,
-        };
-        let made = match arranged(&self.ready.asked, &grid, self.options.memory, run) {
-            Ok(made) => made,
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // Too many cells, or too much in one: there are other ways.
-            Err(_) => return Ok(None),
-        };
+        let Some(made) = self.arrange_once(cell, &self.start, run)? else { return Ok(None) };
+        let made = self.with_what_lacks(cell, made, run)?;
         // Where all is proved at those places cells are as they were, and the rest would be, too.
         let as_before = self.arranged.as_ref().is_some_and(|b| b.1.made.mesh == made.made.mesh && !self.start.keeps());
         if as_before || made.made.mesh.triangles.is_empty() {
@@ -449,6 +455,41 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         }
         self.arranged = Some((self.start.clone(), made.clone()));
         Ok(Some(made))
+    }
+
+    /// None where there are too many cells, or too much in one: there are other ways.
+    fn arrange_once(&self, cell: f64, start: &Start, run: &Run) -> Result<Option<Arranged>> {
+        let grid = CellGrid {
+            size: ARRANGED * cell,
+            coarser: COARSER,
+            places: &start.places,
+            more: SMALLER[start.times],
+            block: None,
+        };
+        match arranged(&self.ready.asked, &grid, self.options.memory, run) {
+            Ok(made) => Ok(Some(made)),
+            Err(Error::Cancelled) => Err(Error::Cancelled),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// An arrangement with smaller cells around points that it lacks, as long as that shows more of them.
+    fn with_what_lacks(&mut self, cell: f64, mut made: Arranged, run: &Run) -> Result<Arranged> {
+        let Some(scout) = self.scout.take() else { return Ok(made) };
+        let mut lacking = scout.lacking(&made, self.ready, self.options);
+        let mut start = self.start.clone();
+        while !lacking.is_empty() && start.times + 1 < SMALLER.len() && !made.unproved.is_empty() {
+            start.times += 1;
+            start.places.extend(lacking.iter().map(|x| Aabb::new(x.at, x.at).grown(LACKING * cell)));
+            let Some(finer) = self.arrange_once(cell, &start, run)? else { break };
+            let left = scout.lacking(&finer, self.ready, self.options);
+            if left.len() < lacking.len() {
+                (made, lacking) = (finer, left);
+                self.start = start.clone();
+            }
+        }
+        self.scout = Some(scout);
+        Ok(made)
     }
 
     /// What the cells tell before leaves are arranged; `None` where they are too many, or there is no memory for them.

@@ -17,7 +17,7 @@ use crate::implicit::{Implicit, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
-use crate::optimize::exact::{ExactMesh, ExactOptions, patch_open_pieces, remesh_open};
+use crate::optimize::exact::{ExactMesh, ExactOptions, InPieces, patch_open_pieces, remesh_open};
 use crate::quality::{Against, Check, Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
@@ -251,7 +251,8 @@ impl Alone {
     ) -> Result<ExactMesh> {
         let names = TriMesh { faces: self.mesh.faces.clone(), ..TriMesh::default() };
         let faces = vec![0; self.mesh.triangles.len()];
-        let mut work = patch_open_pieces(&self.mesh, on, &faces, surface, self.mesh.mean_edge_length())?;
+        let given = InPieces { mesh: &self.mesh, on, faces: &faces, stays: &[] };
+        let mut work = patch_open_pieces(&given, surface, self.mesh.mean_edge_length())?;
         work.sizes = self.sizes();
         for v in (0..self.stays.len()).filter(|v| self.stays[*v]) {
             work.mesh.set_pinned(v as u32, true);

@@ -35,7 +35,8 @@ fn lies(mesh: &EditMesh, sets: &[PieceSet], surface: &dyn Pieces, [v, piece]: [u
 
 /// Draws nodes of a strip that lie on one piece alone into the curve around them.
 fn draw_in(mesh: &mut EditMesh, sets: &[PieceSet], surface: &dyn Pieces, cell: f64) {
-    let single: Vec<u32> = mesh.nodes().filter(|v| sets[*v as usize].len() == 1 && !mesh.is_boundary(*v)).collect();
+    let may = |v: &u32| sets[*v as usize].len() == 1 && !mesh.is_boundary(*v) && !mesh.is_pinned(*v);
+    let single: Vec<u32> = mesh.nodes().filter(may).collect();
     for v in single {
         let around: Vec<u32> = mesh.neighbors(v).collect();
         if around.iter().any(|w| sets[*w as usize].len() < 2) {

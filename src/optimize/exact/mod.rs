@@ -32,7 +32,7 @@ mod tips;
 pub use field::asked_triangles;
 pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
-pub use pieced::{patch_open_pieces, patch_pieces};
+pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
 pub use thaw::Off;
 
 use glam::DVec3;

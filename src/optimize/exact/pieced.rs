@@ -11,24 +11,34 @@ use super::pointed::fan_tips;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, edit::NONE};
+use crate::spatial::{Aabb, Bvh};
 
-/// A mesh whose every triangle lies on the piece that is its label, as a patchwork; `on` has the pieces of each node,
-/// `faces` the face of each triangle, or nothing.
+/// A mesh whose every triangle lies on the piece that is its label.
+#[derive(Debug, Clone, Copy)]
+pub struct InPieces<'a> {
+    /// Its labels are pieces.
+    pub mesh: &'a TriMesh,
+    /// The pieces of each node.
+    pub on: &'a [Vec<u32>],
+    /// The face of each triangle, or nothing.
+    pub faces: &'a [u32],
+    /// Where triangles stay as they are: nothing is joined or straightened there.
+    pub stays: &'a [Aabb],
+}
+
+/// A mesh as a patchwork. Corners at one place are joined, strips without width given away, and joints and apexes get nodes.
 ///
 /// *Errors*: [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold.
-pub fn patch_pieces(
-    mesh: &TriMesh,
-    on: &[Vec<u32>],
-    faces: &[u32],
-    surface: &dyn Pieces,
-    cell: f64,
-) -> Result<Patchwork> {
+pub fn patch_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) -> Result<Patchwork> {
+    let InPieces { mesh, on, faces, stays } = *given;
     let fanned = fan_tips(mesh, on, faces, surface, cell);
     let (mesh, on, faces) = fanned.as_ref().map_or((mesh, on, faces), |f| (&f.mesh, &f.on[..], &f.faces[..]));
     let mut edit = EditMesh::new(mesh)?;
     let mut sets: Vec<PieceSet> = on.iter().map(|pieces| PieceSet::of(pieces)).collect();
     let mut of_triangle = mesh.labels.clone();
     let mut faces = faces.to_vec();
+    let held = nodes_in(&edit, stays);
+    held.iter().for_each(|v| edit.set_pinned(*v, true));
     Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.join_corners();
     let mut of = Triangles { piece: &mut of_triangle, face: &mut faces };
     give_strips_away(&mut edit, &mut sets, &mut of, surface, cell);
@@ -36,21 +46,30 @@ pub fn patch_pieces(
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
     let patches = patches(&mut edit, &of_triangle, &faces, surface);
     straighten_borders(&mut edit, &sets);
+    held.iter().for_each(|v| edit.set_pinned(*v, false));
     Ok(Patchwork::new(edit, sets, patches.into()))
+}
+
+/// The nodes of triangles whose boxes meet some boxes.
+fn nodes_in(mesh: &EditMesh, boxes: &[Aabb]) -> Vec<u32> {
+    if boxes.is_empty() {
+        return Vec::new();
+    }
+    let tree = Bvh::new(boxes.to_vec());
+    let is_in = |t: &u32| {
+        let mut meets = false;
+        tree.overlapping(&Aabb::around(mesh.corner_points(*t)), |_| meets = true);
+        meets
+    };
+    mesh.triangles().filter(is_in).flat_map(|t| mesh.corners(t)).collect()
 }
 
 /// The same of a mesh beyond whose open edges the surface goes on, in others that have the same nodes there. These are no border
 /// between pieces, and stay as they are.
 ///
 /// *Errors*: [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold.
-pub fn patch_open_pieces(
-    mesh: &TriMesh,
-    on: &[Vec<u32>],
-    faces: &[u32],
-    surface: &dyn Pieces,
-    cell: f64,
-) -> Result<Patchwork> {
-    let mut work = patch_pieces(mesh, on, faces, surface, cell)?;
+pub fn patch_open_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) -> Result<Patchwork> {
+    let mut work = patch_pieces(given, surface, cell)?;
     work.goes_on = true;
     for h in 0..3 * work.mesh.triangle_capacity() as u32 {
         if work.mesh.is_triangle(h / 3) && work.mesh.opposite(h) == NONE {

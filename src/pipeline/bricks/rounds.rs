@@ -21,7 +21,7 @@ use crate::implicit::{CellGrid, ImplicitOracle, arranged};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
-use crate::optimize::exact::{Laid, patch_open_pieces, remesh_open};
+use crate::optimize::exact::{InPieces, Laid, patch_open_pieces, remesh_open};
 use crate::run::Run;
 
 /// Rounds: the bricks of the grid, shifted by half, by a quarter.
@@ -251,7 +251,8 @@ impl Maker<'_> {
             if which.round == 0 { blocks.holding(0, p) == which.brick } else { nodes.contains_key(&bits(p)) }
         };
         let oracle = ImplicitOracle::within(model, ready.size, around, &is_mine, run)?;
-        let mut work = patch_open_pieces(&given.mesh, &given.on, &given.faces, &oracle, ready.size)?;
+        let pieces = InPieces { mesh: &given.mesh, on: &given.on, faces: &given.faces, stays: &[] };
+        let mut work = patch_open_pieces(&pieces, &oracle, ready.size)?;
         if which.round > 0 {
             work.sizes = sizes_at_ends(&given);
         }
