@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::history::{Attempt, Proof, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
@@ -57,19 +58,8 @@ const ROOM: f64 = 0.5;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
 const LEAST_BESIDE: f64 = 0.05;
 
-/// Those of some things at some place that a mesh does not come near to.
+/// Those of some things at some place that a mesh does not come near to. They are few beside the triangles: the tree is theirs.
 fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
-    far_from(mesh, things, place, reach, |_, _| true)
-}
-
-/// The same of those triangles whose labels `counts` for the thing. The things are few beside the triangles: the tree is theirs.
-fn far_from<T: Copy>(
-    mesh: &TriMesh,
-    things: &[T],
-    place: impl Fn(&T) -> DVec3,
-    reach: f64,
-    counts: impl Fn(&T, u32) -> bool,
-) -> Vec<T> {
     if things.is_empty() {
         return Vec::new();
     }
@@ -80,12 +70,28 @@ fn far_from<T: Copy>(
         let corners = mesh.corners(t);
         tree.overlapping(&Aabb::around(corners), |k| {
             let k = k as usize;
-            away[k] = away[k]
-                && !(counts(&things[k], mesh.labels[t])
-                    && triangle_distance_squared(places[k], corners) <= reach * reach);
+            away[k] = away[k] && triangle_distance_squared(places[k], corners) > reach * reach;
         });
     }
     things.iter().zip(away).filter(|x| x.1).map(|x| *x.0).collect()
+}
+
+/// Points of faces that no triangle of the same face comes near to. The reach is many triangles wide, so there is a tree of those of
+/// each face.
+fn far_from_own(mesh: &TriMesh, points: &[SurfacePoint], reach: f64) -> Vec<SurfacePoint> {
+    let mut by_face: FxHashMap<u32, Vec<usize>> = points.iter().map(|x| (x.face, Vec::new())).collect();
+    for (t, label) in mesh.labels.iter().enumerate() {
+        if let Some(own) = by_face.get_mut(label) {
+            own.push(t);
+        }
+    }
+    let tree = |own: &Vec<usize>| Bvh::new(own.iter().map(|t| Aabb::around(mesh.corners(*t))).collect());
+    let trees: FxHashMap<u32, Bvh> = by_face.iter().map(|(face, own)| (*face, tree(own))).collect();
+    let is_far = |x: &SurfacePoint| {
+        let distance = |i: u32| triangle_distance_squared(x.at, mesh.corners(by_face[&x.face][i as usize]));
+        trees[&x.face].nearest(x.at, reach, distance).is_none()
+    };
+    points.iter().copied().filter(is_far).collect()
 }
 
 /// How many triangles intersect others.
@@ -257,7 +263,7 @@ impl Scout {
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
     /// their points are those of either.
     fn flat(&self, mesh: &TriMesh, ready: &Ready) -> Vec<SurfacePoint> {
-        let away = far_from(mesh, &self.points, |x| x.at, LOST * self.cell, |x, label| x.face == label);
+        let away = far_from_own(mesh, &self.points, LOST * self.cell);
         away.into_iter().filter(|x| x.is_alone(&ready.asked, &self.extracted)).collect()
     }
 }

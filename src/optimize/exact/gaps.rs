@@ -63,20 +63,19 @@ impl Remesher<'_> {
         let gap = |(rim, end): (&Rim, usize)| {
             let (v, p) = (rim.ends[end], rim.points[end]);
             let level = if self.rank[v as usize] == Rank::Corner { INTO } else { ACROSS };
-            let mut found: Option<(f64, DVec3, u32)> = None;
-            tree.overlapping(&Aabb::around([p]).grown(range.end), |k| {
+            let foot_on = |k: u32| segment_foot(p, rims[k as usize].points);
+            let across = tree.nearest(p, range.end, |k| {
                 let other = &rims[k as usize];
                 if other.label != rim.label || other.ends.contains(&v) {
-                    return;
+                    return f64::INFINITY;
                 }
-                let foot = segment_foot(p, other.points);
-                let (way, d) = (foot - p, foot.distance(p));
+                let way = foot_on(k) - p;
+                let d = way.length();
                 let facing = way.dot(rim.inward) > level * d && -way.dot(other.inward) > ACROSS * d;
-                if range.contains(&d) && facing && found.is_none_or(|f| (d, k) < (f.0, f.2)) {
-                    found = Some((d, foot, k));
-                }
+                if range.contains(&d) && facing { d * d } else { f64::INFINITY }
             });
-            let Some((width, foot, k)) = found else { return Vec::new() };
+            let Some((k, squared)) = across else { return Vec::new() };
+            let (foot, width) = (foot_on(k), squared.sqrt());
             let (across, length) = (&rims[k as usize], fitting(width, least.min(size)));
             let mut gaps = vec![Gap { node: v, patch: rim.label, length }];
             // A corner may come near between the nodes of what lies across from it.
