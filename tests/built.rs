@@ -491,3 +491,35 @@ fn bends_too_sharp_for_triangles_are_meshed_as_edges() {
         }
     }
 }
+
+/// A pyramid whose tip is cut off far below the size, by a square whose sides have a vertex in their middle: at those vertices
+/// no border is as long as its neighbors.
+#[test]
+fn edges_too_short_to_be_followed_have_few_triangles_around_them() {
+    let w = 5e-6;
+    let text = format!(
+        "w = {w}
+base = [(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0)]
+top = [(-w, -w, 10), (w, -w, 10), (w, w, 10), (-w, w, 10)]
+mid = [(0, -w, 10), (w, 0, 10), (0, w, 10), (-w, 0, 10)]
+def side(i, j):
+    return flat_face(polyline([base[i], base[j], top[j], mid[i], top[i]], closed=True))
+lid = polyline([top[0], mid[0], top[1], mid[1], top[2], mid[2], top[3], mid[3]], closed=True)
+floor = polyline([base[0], base[3], base[2], base[1]], closed=True)
+part(sew([side(0, 1), side(1, 2), side(2, 3), side(3, 0), flat_face(lid), flat_face(floor)]).name(\"it\"))
+mesh(size=1)
+"
+    );
+    let made = meshed(&text);
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    let check = made.report.check.as_ref().unwrap();
+    assert!(check.certificate.is_sound());
+    // A frustum of a pyramid.
+    let truth = 10.0 / 3.0 * (100.0 + 10.0 * 2.0 * w + 4.0 * w * w);
+    assert_relative_eq!(check.volume.unwrap(), truth, epsilon = 0.0, max_relative = 1e-12);
+    // Needles at the tip alone: one for each side of the eight short edges.
+    let angles = angles(&made.mesh);
+    let poor = (0..angles.len()).filter(|t| angles[*t] < 20.0);
+    let far = poor.clone().filter(|t| made.mesh.corners(*t).iter().all(|p| p.z < 9.5)).count();
+    assert!(poor.count() <= 16 && far == 0, "{far} of them far from the tip");
+}

@@ -26,6 +26,9 @@ const AT_TIP: f64 = 1e-9;
 const MANY: usize = 400_000;
 /// Tubes thinner than a tenth of the size have so many.
 const CROWDED: f64 = 16.0;
+/// Nodes of borders want edges of no less than this share of what was asked for there: edges that are followed, and parts of
+/// longer ones, are that long at least.
+const WHOLE: f64 = 0.5;
 /// The area of a triangle with sides of length one.
 pub(super) const EQUILATERAL: f64 = 0.433;
 
@@ -144,7 +147,8 @@ fn crowded(solid: &Parametric, mesh: &TriMesh, size: f64) -> Vec<u32> {
 }
 
 /// The sizes, at nodes of borders those the border was divided by: whole numbers of parts make edges up to half as long
-/// again as asked for, or as short, and rows beside them shall fit.
+/// again as asked for, or as short, and rows beside them shall fit. Edges of the model too short to be followed are one part
+/// that is shorter still: rows that fit them would be many, and end at needles all the same.
 pub(super) fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
     // Sum of lengths and number of the edges of borders at every node, each edge seen from both sides.
     let mut sums = vec![(0.0, 0u32); part.nodes.len()];
@@ -162,7 +166,7 @@ pub(super) fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
             }
         }
     }
-    let own = |(h, s): (&f64, &(f64, u32))| if s.1 > 0 { s.0 / f64::from(s.1) } else { *h };
+    let own = |(h, s): (&f64, &(f64, u32))| if s.1 > 0 { (s.0 / f64::from(s.1)).max(WHOLE * h) } else { *h };
     sizes.iter().zip(&sums).map(own).collect()
 }
 
