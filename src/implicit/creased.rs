@@ -24,14 +24,17 @@ pub(crate) fn cutting_off(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run
     if !oracle.leaves().iter().any(Leaf::is_user) {
         return Vec::new();
     }
+    let faces = oracle.faces_with(Leaf::is_user);
     let cut_off = |t: usize| {
-        let (p, n) = (mesh.centroid(t), mesh.normal(t));
-        // What only divides a face from itself, as cases of formulas do, has no direction there.
-        let leaf = oracle.piece_at(p).filter(|leaf| oracle.bounds(&[*leaf], p))?;
-        // Where another face's surface is nearer than its own, it is of the other one's direction that nothing is known.
-        let own = oracle.face_at(leaf, p) == Some(mesh.labels[t]);
-        let user = own && oracle.leaves().get(leaf as usize)?.is_user();
-        (user && n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF).then_some(t as u32)
+        let (p, n, label) = (mesh.centroid(t), mesh.normal(t), mesh.labels[t]);
+        if faces.get(label as usize) != Some(&true) {
+            return None;
+        }
+        let leaf = oracle.piece_at(p).filter(|leaf| oracle.leaves().get(*leaf as usize).is_some_and(Leaf::is_user))?;
+        // What only divides a face from itself, as cases of formulas do, has no direction there, and where another face's surface is
+        // nearer than its own, it is of the other one's direction that nothing is known. Both take longer to ask than the direction.
+        let off = n != DVec3::ZERO && oracle.direction(leaf, p)?.dot(n).abs() < OFF;
+        (off && oracle.face_at(leaf, p) == Some(label) && oracle.bounds(&[leaf], p)).then_some(t as u32)
     };
     let all: Vec<usize> = (0..mesh.triangles.len()).collect();
     let found = run.install(|| lockstep::each(oracle.leaves(), &all, |t| cut_off(*t)));

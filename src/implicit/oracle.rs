@@ -79,6 +79,17 @@ impl<'a> ImplicitOracle<'a> {
         &self.model.leaves
     }
 
+    /// For each face whether it has a leaf of some kind.
+    pub(super) fn faces_with(&self, kind: impl Fn(&Leaf) -> bool) -> Vec<bool> {
+        let mut faces = vec![false; self.model.faces().len()];
+        for op in &self.model.tape.ops {
+            if let Op::Leaf { leaf, face, .. } = op {
+                faces[*face as usize] |= kind(&self.model.leaves[*leaf as usize]);
+            }
+        }
+        faces
+    }
+
     /// The surroundings of a point.
     pub(super) fn meeting(&self, q: DVec3) -> Meeting<'_> {
         self.meeting_by(self.tape(q))
