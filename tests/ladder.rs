@@ -18,6 +18,25 @@ const SHELL: &str = "part(sphere(1) - sphere(0.98))";
 const NEEDLE: &str = "part(sphere(1) | cylinder(0.004, height=4))";
 /// A fillet of a 150th of the size between a ball and a cube.
 const FILLET: &str = "part(blend(sphere(0.98), box(size=(1.2, 1.2, 1.2), at=(0.9, 1.0, 0.25)), 0.003))";
+/// A block of which a bore and a sheet leave a corner smaller than the cells, among solids that say where these are.
+const CORNER: &str = r#"
+s0 = (box(size=(1.662366067, 1.328710558, 1.863791419), at=(-0.341868311, 0.268182053, -0.715219778))).name("p0")
+p16 = ((box(size=(1.5, 1.5, 1.5), at=(1.994706221, -1.204348233, 0.924949714)) & half_space((-0.47, -0.1, 1), at=(1.774645539, -0.501755345, 1.737470618)))).name("block")
+s16 = s0 | p16
+p27 = (torus(1.18315608, 0.169388398, axis="x", at=(-0.368984716, -1.570105644, 1.45631481))).name("p27")
+s27 = s16 | p27
+p30 = (sphere(0.395032022, at=(1.740637849, -0.792125332, 1.492307879))).name("p30")
+s30 = blend(s27, p30, 0.1)
+p35 = (cylinder(0.712980864, axis="z", at=(-1.28607111, -1.866913833, 1.829887111), height=2.297500174)).name("p35")
+s35 = s30 | p35
+p39 = (cylinder(0.576062771, axis="z", at=(1.315138752, -0.320266093, 1.305392359), height=1.708910908)).name("bore")
+s39 = s35 - p39
+p46 = ((diamond(1.387345791, 0.144) & sphere(0.863408781, at=(0.525544822, -0.402123878, 0.196748542)))).name("sheet")
+s46 = s39 - p46
+p47 = ((solid(z <= 0.3*sin(2.884285953*x)*cos(2.077834626*y)) & box(size=(2, 2, 2), at=(-0.738270529, -0.337894337, -1.627589924)))).name("p47")
+s47 = s46 | p47
+part(s47)
+"#;
 /// Balls that run through each other.
 const BALLS: &str = "part(sphere(1) | sphere(1, at=(1, 0, 0)))";
 /// A tube with walls a 50th of its radius thick.
@@ -43,6 +62,16 @@ fn coarse(size: f64) -> MeshOptions {
 
 fn sized(size: f64) -> MeshOptions {
     MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() }
+}
+
+/// Smaller cells find the corner before anything is remeshed: no attempt is spent on it.
+#[test]
+fn what_an_arrangement_lacks_is_found_before_there_is_an_attempt() {
+    let Meshed { mesh, report, .. } = meshed(CORNER, &sized(0.4300553217149606));
+    assert_eq!(report.shortfalls, Vec::new());
+    assert_eq!(report.attempts.len(), 1, "{:?}", report.attempts);
+    let corner = DVec3::new(1.244706221, -0.454348233, 0.450936905);
+    assert!(mesh.nodes.iter().any(|p| p.distance(corner) < 1e-9), "no node at the corner");
 }
 
 fn meshed(text: &str, options: &MeshOptions) -> Meshed {
