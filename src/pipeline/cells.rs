@@ -4,12 +4,12 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rustc_hash::FxHashMap;
 
 use super::history::{Attempt, Proof, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
 use super::leaf::exact_options;
 use super::mesh::{Ready, nothing_found};
+use super::missed::{far, far_from_own, unproved_around};
 use super::options::MeshOptions;
 use super::touching::draw_apart;
 use crate::error::{Error, Result};
@@ -20,7 +20,7 @@ use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactReport, InPieces, Observer, Patchwork, patch_pieces, remesh_patches};
 use crate::quality::Fault;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
+use crate::spatial::{Aabb, Bvh};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
 pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -50,49 +50,15 @@ const LOST: f64 = 3.0;
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
 pub(super) const LOOSE: f64 = 2.0;
-/// Around points that an arrangement lacks cells are smaller within this share of a cell: that of the smallest cells elsewhere.
+/// Around points that an arrangement lacks cells are smaller within this share of a cell, as wide as the smallest cells elsewhere.
 const LACKING: f64 = 0.125;
+/// They are not halved again where that many times the cells were not enough: an arrangement takes a quarter of the time of an attempt.
+const MOST_GROWN: usize = 2;
 /// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
 const KEPT: usize = 4;
 const ROOM: f64 = 0.5;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
 const LEAST_BESIDE: f64 = 0.05;
-
-/// Those of some things at some place that a mesh does not come near to. They are few beside the triangles: the tree is theirs.
-fn far<T: Copy>(mesh: &TriMesh, things: &[T], place: impl Fn(&T) -> DVec3, reach: f64) -> Vec<T> {
-    if things.is_empty() {
-        return Vec::new();
-    }
-    let places: Vec<DVec3> = things.iter().map(place).collect();
-    let tree = Bvh::new(places.iter().map(|p| Aabb::new(*p, *p).grown(reach)).collect());
-    let mut away = vec![true; things.len()];
-    for t in 0..mesh.triangles.len() {
-        let corners = mesh.corners(t);
-        tree.overlapping(&Aabb::around(corners), |k| {
-            let k = k as usize;
-            away[k] = away[k] && triangle_distance_squared(places[k], corners) > reach * reach;
-        });
-    }
-    things.iter().zip(away).filter(|x| x.1).map(|x| *x.0).collect()
-}
-
-/// Points of faces that no triangle of the same face comes near to. The reach is many triangles wide, so there is a tree of those of
-/// each face.
-fn far_from_own(mesh: &TriMesh, points: &[SurfacePoint], reach: f64) -> Vec<SurfacePoint> {
-    let mut by_face: FxHashMap<u32, Vec<usize>> = points.iter().map(|x| (x.face, Vec::new())).collect();
-    for (t, label) in mesh.labels.iter().enumerate() {
-        if let Some(own) = by_face.get_mut(label) {
-            own.push(t);
-        }
-    }
-    let tree = |own: &Vec<usize>| Bvh::new(own.iter().map(|t| Aabb::around(mesh.corners(*t))).collect());
-    let trees: FxHashMap<u32, Bvh> = by_face.iter().map(|(face, own)| (*face, tree(own))).collect();
-    let is_far = |x: &SurfacePoint| {
-        let distance = |i: u32| triangle_distance_squared(x.at, mesh.corners(by_face[&x.face][i as usize]));
-        trees[&x.face].nearest(x.at, reach, distance).is_none()
-    };
-    points.iter().copied().filter(is_far).collect()
-}
 
 /// How many triangles intersect others.
 fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
@@ -479,19 +445,27 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         }
     }
 
-    /// An arrangement with smaller cells around points that it lacks, as long as that shows more of them.
+    /// An arrangement with smaller cells around points that it lacks, as long as that shows more of them. Where many cells are not proved
+    /// it is no detail that lacks, and all cells have to be smaller.
     fn with_what_lacks(&mut self, cell: f64, mut made: Arranged, run: &Run) -> Result<Arranged> {
+        if MOST_UNPROVED_OF_MANY * made.unproved.len() > made.cells {
+            return Ok(made);
+        }
         let Some(scout) = self.scout.take() else { return Ok(made) };
         let mut lacking = scout.lacking(&made, self.ready, self.options);
         let mut start = self.start.clone();
         while !lacking.is_empty() && start.times + 1 < SMALLER.len() && !made.unproved.is_empty() {
             start.times += 1;
-            start.places.extend(lacking.iter().map(|x| Aabb::new(x.at, x.at).grown(LACKING * cell)));
+            start.places.extend(unproved_around(&made, &lacking, LACKING * cell));
             let Some(finer) = self.arrange_once(cell, &start, run)? else { break };
             let left = scout.lacking(&finer, self.ready, self.options);
+            let grows = finer.cells > MOST_GROWN * made.cells;
             if left.len() < lacking.len() {
                 (made, lacking) = (finer, left);
                 self.start = start.clone();
+            }
+            if grows {
+                break;
             }
         }
         self.scout = Some(scout);

@@ -28,6 +28,7 @@ mod lengths;
 mod load;
 mod mesh;
 mod method;
+mod missed;
 mod options;
 mod refine;
 mod remesh_face;
