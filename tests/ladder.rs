@@ -37,6 +37,11 @@ p47 = ((solid(z <= 0.3*sin(2.884285953*x)*cos(2.077834626*y)) & box(size=(2, 2, 
 s47 = s46 | p47
 part(s47)
 "#;
+/// A wire a 50th of the size thick in balls.
+const WIRE: &str = "
+balls = sphere(1) | sphere(1, at=(1.2, 0, 0)) | sphere(1, at=(0, 1.2, 0))
+part(balls | cylinder(0.001, height=2.6))
+";
 /// Balls that run through each other.
 const BALLS: &str = "part(sphere(1) | sphere(1, at=(1, 0, 0)))";
 /// A tube with walls a 50th of its radius thick.
@@ -64,16 +69,6 @@ fn sized(size: f64) -> MeshOptions {
     MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() }
 }
 
-/// Smaller cells find the corner before anything is remeshed: no attempt is spent on it.
-#[test]
-fn what_an_arrangement_lacks_is_found_before_there_is_an_attempt() {
-    let Meshed { mesh, report, .. } = meshed(CORNER, &sized(0.4300553217149606));
-    assert_eq!(report.shortfalls, Vec::new());
-    assert_eq!(report.attempts.len(), 1, "{:?}", report.attempts);
-    let corner = DVec3::new(1.244706221, -0.454348233, 0.450936905);
-    assert!(mesh.nodes.iter().any(|p| p.distance(corner) < 1e-9), "no node at the corner");
-}
-
 fn meshed(text: &str, options: &MeshOptions) -> Meshed {
     mesh_part(&parse(text, &[]).unwrap(), options, &Run::new()).unwrap()
 }
@@ -92,6 +87,29 @@ fn is_sound_by(made: &Meshed, change: Change) {
     assert!(kept.contains(&change), "{change}: {:?}", made.report.attempts);
     assert_eq!(made.report.shortfalls, Vec::new(), "{change}");
     assert!(made.report.check.as_ref().unwrap().certificate.is_sound(), "{change}");
+}
+
+/// Smaller cells find the corner before anything is remeshed: no attempt is spent on it.
+#[test]
+fn what_an_arrangement_lacks_is_found_before_there_is_an_attempt() {
+    let Meshed { mesh, report, .. } = meshed(CORNER, &sized(0.4300553217149606));
+    assert_eq!(report.shortfalls, Vec::new());
+    assert_eq!(report.attempts.len(), 1, "{:?}", report.attempts);
+    let corner = DVec3::new(1.244706221, -0.454348233, 0.450936905);
+    assert!(mesh.nodes.iter().any(|p| p.distance(corner) < 1e-9), "no node at the corner");
+}
+
+/// The points that are known of the wire are cells apart: what is between them has to be found, too.
+#[test]
+fn a_wire_thinner_than_the_cells_comes_out_whole() {
+    let Meshed { mesh, report, .. } = meshed(WIRE, &sized(0.1));
+    assert_eq!(report.shortfalls, Vec::new());
+    assert_eq!(report.attempts.len(), 1, "{:?}", report.attempts);
+    let check = report.check.unwrap();
+    assert!(check.certificate.is_sound() && (check.components, check.euler) == (1, 2), "{check}");
+    let ends = mesh.nodes.iter().filter(|p| p.z.abs() > 1.3 - 1e-9);
+    assert!(ends.clone().any(|p| p.z > 0.0) && ends.clone().any(|p| p.z < 0.0));
+    assert!(ends.clone().all(|p| p.truncate().length() < 0.001 + 1e-9));
 }
 
 #[test]

@@ -326,7 +326,7 @@ pub(super) fn stay_around(stays: &mut [bool], (mesh, bad): (&TriMesh, &[u32]), p
     let tree = Bvh::new(bad.iter().map(around).collect());
     let mut more = false;
     for (t, stay) in stays.iter_mut().enumerate().filter(|s| !*s.1) {
-        tree.overlapping(&Aabb::around(part.corners(t)), |_| *stay = true);
+        *stay = tree.meets(&Aabb::around(part.corners(t)));
         more |= *stay;
     }
     more && MOST * stays.iter().filter(|s| **s).count() <= stays.len()

@@ -165,11 +165,7 @@ impl Scout {
             return Ok(None);
         };
         let near = Bvh::new(start.kept.clone());
-        let is_kept = |t: &u32| {
-            let mut is_near = false;
-            near.overlapping(&Aabb::around(work.mesh.corner_points(*t)), |_| is_near = true);
-            is_near
-        };
+        let is_kept = |t: &u32| near.meets(&Aabb::around(work.mesh.corner_points(*t)));
         let kept: Vec<u32> = work.mesh.triangles().filter(is_kept).collect();
         if !kept.is_empty() {
             work.freeze(&kept, LEAST_BESIDE * ready.size);
@@ -448,12 +444,12 @@ impl<'a, 'o> CellLadder<'a, 'o> {
     /// An arrangement with smaller cells around points that it lacks, as long as that shows more of them. Where many cells are not proved
     /// it is no detail that lacks, and all cells have to be smaller.
     fn with_what_lacks(&mut self, cell: f64, mut made: Arranged, run: &Run) -> Result<Arranged> {
-        if MOST_UNPROVED_OF_MANY * made.unproved.len() > made.cells {
+        let few = |made: &Arranged| MOST_UNPROVED_OF_MANY * made.unproved.len() <= made.cells;
+        let Some(scout) = self.scout.as_ref().filter(|_| !made.unproved.is_empty() && few(&made)) else {
             return Ok(made);
-        }
-        let Some(scout) = self.scout.take() else { return Ok(made) };
+        };
         let mut lacking = scout.lacking(&made, self.ready, self.options);
-        let mut start = self.start.clone();
+        let (mut start, mut best) = (self.start.clone(), self.start.clone());
         while !lacking.is_empty() && start.times + 1 < SMALLER.len() && !made.unproved.is_empty() {
             start.times += 1;
             start.places.extend(unproved_around(&made, &lacking, LACKING * cell));
@@ -461,14 +457,13 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             let left = scout.lacking(&finer, self.ready, self.options);
             let grows = finer.cells > MOST_GROWN * made.cells;
             if left.len() < lacking.len() {
-                (made, lacking) = (finer, left);
-                self.start = start.clone();
+                (made, lacking, best) = (finer, left, start.clone());
             }
             if grows {
                 break;
             }
         }
-        self.scout = Some(scout);
+        self.start = best;
         Ok(made)
     }
 
@@ -562,5 +557,36 @@ impl Ladder for CellLadder<'_, '_> {
         }
         self.go_on();
         Some((Change::SmallerCells, "the mesh lacks something"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::{ExtractOptions, Implicit, RSystem, Solid, extract};
+
+    #[test]
+    fn nothing_is_joined_where_triangles_stay() {
+        // Four planes meet in the tip of a pyramid, each three of them in a corner of its own.
+        let tip = DVec3::new(0.013, 0.027, 0.5);
+        let sides = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y].map(|n| Solid::half_space(n + DVec3::Z, tip));
+        let pyramid = sides.into_iter().fold(Solid::cuboid(DVec3::NEG_ONE, DVec3::ONE), |all, side| all & side);
+        let (model, run) = (Implicit::new(&pyramid, RSystem::default(), None).unwrap(), Run::new());
+        let grid = CellGrid { size: 0.25, coarser: 0, places: &[], more: 0, block: None };
+        let made = arranged(&model, &grid, 1 << 30, &run).unwrap().made;
+        let extracted = extract(&model, &ExtractOptions::new(0.25), &run).unwrap();
+        let oracle = ImplicitOracle::new(&model, &extracted);
+        let patched = |stays: &[Aabb]| {
+            let given = InPieces { mesh: &made.mesh, on: &made.leaves, faces: &made.faces, stays };
+            patch_pieces(&given, &oracle, 0.25).unwrap().mesh
+        };
+        let at_tip =
+            |mesh: &crate::mesh::EditMesh| mesh.nodes().filter(|v| mesh.point(*v).distance(tip) < 1e-9).count();
+        let (joined, held) = (patched(&[]), patched(&[model.bounds()]));
+        assert_eq!((at_tip(&joined), at_tip(&held)), (1, 2));
+        let corners: Vec<[DVec3; 3]> = held.triangles().map(|t| held.corner_points(t)).collect();
+        let given: Vec<[DVec3; 3]> = (0..made.mesh.triangles.len()).map(|t| made.mesh.corners(t)).collect();
+        assert_eq!(corners, given);
+        assert!(held.nodes().all(|v| !held.is_pinned(v)));
     }
 }

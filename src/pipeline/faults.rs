@@ -89,10 +89,8 @@ impl Places {
     pub(super) fn keep(&self, kept: &mut [bool], solid: &Discrete) -> bool {
         let mut more = false;
         for t in solid.mesh.triangles().filter(|t| !kept[*t as usize]).collect::<Vec<_>>() {
-            self.tree.overlapping(&Aabb::around(solid.mesh.corner_points(t)), |_| {
-                kept[t as usize] = true;
-                more = true;
-            });
+            kept[t as usize] = self.tree.meets(&Aabb::around(solid.mesh.corner_points(t)));
+            more |= kept[t as usize];
         }
         more
     }

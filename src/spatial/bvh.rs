@@ -59,6 +59,19 @@ impl Bvh {
 
     /// Calls `f` for every item whose box touches `query`.
     pub fn overlapping(&self, query: &Aabb, mut f: impl FnMut(u32)) {
+        self.any(query, |i| {
+            f(i);
+            false
+        });
+    }
+
+    /// Whether the box of some item touches `query`.
+    pub fn meets(&self, query: &Aabb) -> bool {
+        self.any(query, |_| true)
+    }
+
+    /// Whether `f` holds of some item whose box touches `query`; the rest is not asked then.
+    fn any(&self, query: &Aabb, mut f: impl FnMut(u32) -> bool) -> bool {
         let mut stack = [0u32; 64];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
@@ -70,8 +83,8 @@ impl Bvh {
             }
             if node.count > 0 {
                 for k in Self::held(node) {
-                    if self.boxes[k].overlaps(query) {
-                        f(self.items[k]);
+                    if self.boxes[k].overlaps(query) && f(self.items[k]) {
+                        return true;
                     }
                 }
             } else {
@@ -80,6 +93,7 @@ impl Bvh {
                 top += 2;
             }
         }
+        false
     }
 
     /// All pairs of items whose boxes touch and that pass `keep`, the smaller number first, in ascending order whatever

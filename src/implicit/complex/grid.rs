@@ -222,10 +222,7 @@ impl Octree {
                     return Some(Seen { cell: *i, may: true, unproved: None });
                 }
                 let own = tree_now.bounds(c.at, c.level);
-                let mut may = c.level > floor;
-                if c.level > floor - more && !may {
-                    at_places.overlapping(&own, |_| may = true);
-                }
+                let may = c.level > floor || (c.level > floor - more && at_places.meets(&own));
                 (may || c.level == floor || points.holds(*i)).then(|| unproved(tape, &own)).flatten().map(|u| Seen {
                     cell: *i,
                     may,

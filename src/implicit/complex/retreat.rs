@@ -22,11 +22,7 @@ impl Arranged {
             return Ok(());
         }
         let tree = Bvh::new(boxes.to_vec());
-        let is_in = |t: &usize| {
-            let mut near = false;
-            tree.overlapping(&Aabb::around(mesh.corners(*t)), |_| near = true);
-            near
-        };
+        let is_in = |t: &usize| tree.meets(&Aabb::around(mesh.corners(*t)));
         let near: Vec<[u32; 3]> = (0..mesh.triangles.len()).filter(is_in).map(|t| mesh.triangles[t]).collect();
         let mut part = TriMesh { nodes: std::mem::take(&mut mesh.nodes), triangles: near, ..TriMesh::default() };
         for round in 0..HALVINGS + RINGS {

@@ -22,7 +22,7 @@ pub struct InPieces<'a> {
     pub on: &'a [Vec<u32>],
     /// The face of each triangle, or nothing.
     pub faces: &'a [u32],
-    /// Where triangles stay as they are: nothing is joined or straightened there.
+    /// Where triangles stay as they are: nothing is joined or straightened there, but apexes have their nodes.
     pub stays: &'a [Aabb],
 }
 
@@ -38,15 +38,19 @@ pub fn patch_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) -> Re
     let mut of_triangle = mesh.labels.clone();
     let mut faces = faces.to_vec();
     let held = nodes_in(&edit, stays);
-    held.iter().for_each(|v| edit.set_pinned(*v, true));
+    hold(&mut edit, &held, true);
     Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.join_corners();
     let mut of = Triangles { piece: &mut of_triangle, face: &mut faces };
     give_strips_away(&mut edit, &mut sets, &mut of, surface, cell);
     Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.pinch(surface);
+    // An apex that stays has its node all the same.
+    hold(&mut edit, &held, false);
     put_apexes(&mut edit, &mut sets, &mut of_triangle, surface, cell);
     let patches = patches(&mut edit, &of_triangle, &faces, surface);
+    let held: Vec<u32> = held.into_iter().filter(|v| edit.is_node(*v) && !edit.is_pinned(*v)).collect();
+    hold(&mut edit, &held, true);
     straighten_borders(&mut edit, &sets);
-    held.iter().for_each(|v| edit.set_pinned(*v, false));
+    hold(&mut edit, &held, false);
     Ok(Patchwork::new(edit, sets, patches.into()))
 }
 
@@ -56,12 +60,12 @@ fn nodes_in(mesh: &EditMesh, boxes: &[Aabb]) -> Vec<u32> {
         return Vec::new();
     }
     let tree = Bvh::new(boxes.to_vec());
-    let is_in = |t: &u32| {
-        let mut meets = false;
-        tree.overlapping(&Aabb::around(mesh.corner_points(*t)), |_| meets = true);
-        meets
-    };
+    let is_in = |t: &u32| tree.meets(&Aabb::around(mesh.corner_points(*t)));
     mesh.triangles().filter(is_in).flat_map(|t| mesh.corners(t)).collect()
+}
+
+fn hold(mesh: &mut EditMesh, nodes: &[u32], held: bool) {
+    nodes.iter().for_each(|v| mesh.set_pinned(*v, held));
 }
 
 /// The same of a mesh beyond whose open edges the surface goes on, in others that have the same nodes there. These are no border

@@ -238,9 +238,7 @@ impl Remeshing<'_> {
         let tree = Bvh::new(places.iter().map(around).collect());
         let (least, mut any) = (LEAST * self.size, false);
         for t in work.mesh.triangles() {
-            let mut near = false;
-            tree.overlapping(&Aabb::around(work.mesh.corner_points(t)), |_| near = true);
-            if !near {
+            if !tree.meets(&Aabb::around(work.mesh.corner_points(t))) {
                 continue;
             }
             for v in work.mesh.corners(t) {
