@@ -75,7 +75,7 @@ fn a_distance_asked_for_is_kept() {
     let text = "part(revolve_edges(arc((0, 0, -1), (1, 0, 0), (0, 0, 1)), \"z\").name(\"ball\"))\nmesh(size=0.5)\n";
     let part = parse(text, &[]).unwrap();
     for tolerance in [0.01, 0.001] {
-        let how = MeshOptions { tolerance: Some(tolerance), ..MeshOptions::default() };
+        let how = MeshOptions { tolerance: Some(SizeRequest::Length(tolerance)), ..MeshOptions::default() };
         let made = mesh_part(&part, &how, &Run::new()).unwrap();
         assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
         let told = made.report.distance.unwrap();

@@ -134,12 +134,12 @@ fn a_coarse_size_makes_about_as_many_triangles_as_it_says_even_where_much_bends(
     }
     // Who asks for a tolerance gets edges of their own for it.
     let options = MeshOptions { size: Some(SizeRequest::Length(2.0)), ..MeshOptions::default() };
-    let off = |tolerance: Option<f64>| {
+    let off = |tolerance: Option<SizeRequest>| {
         let options = MeshOptions { tolerance, ..options.clone() };
         let made = mesh_soup(&input, &options, &SoupOptions::default(), &Run::new()).unwrap();
         made.report.check.unwrap().deviation.unwrap().max
     };
-    let [loose, near] = [None, Some(0.05)].map(off);
+    let [loose, near] = [None, Some(SizeRequest::Length(0.05))].map(off);
     assert!(near < 0.5 * loose, "{near} {loose}");
 }
 

@@ -217,7 +217,8 @@ fn a_tolerance_asked_for_is_kept_by_functions_or_told() {
     for text in solids {
         let part = parse(text, &[]).unwrap();
         for tolerance in [0.02, 0.004, 0.0008] {
-            let options = MeshOptions { size, tolerance: Some(tolerance), ..MeshOptions::default() };
+            let options =
+                MeshOptions { size, tolerance: Some(SizeRequest::Length(tolerance)), ..MeshOptions::default() };
             let Meshed { report, .. } = mesh_part(&part, &options, &run).unwrap();
             let d = report.check.unwrap().deviation.unwrap();
             assert!(report.shortfalls.is_empty(), "{text} {tolerance}: {:?}", report.shortfalls);
@@ -226,7 +227,12 @@ fn a_tolerance_asked_for_is_kept_by_functions_or_told() {
     }
     // Edges may not be as short as that takes.
     let part = parse("part(sphere(1) | sphere(1, at=(1, 0, 0)))", &[]).unwrap();
-    let options = MeshOptions { size, tolerance: Some(1e-5), least: Some(0.2), ..MeshOptions::default() };
+    let options = MeshOptions {
+        size,
+        tolerance: Some(SizeRequest::Length(1e-5)),
+        least: Some(SizeRequest::Length(0.2)),
+        ..MeshOptions::default()
+    };
     let Meshed { report, .. } = mesh_part(&part, &options, &run).unwrap();
     assert!(report.shortfalls.iter().any(|f| matches!(f, Fault::Far { .. })), "{:?}", report.shortfalls);
 }

@@ -62,7 +62,7 @@ fn plate(length: f64, thickness: f64) -> String {
 
 /// Edges of a length, none of them shorter.
 fn coarse(size: f64) -> MeshOptions {
-    MeshOptions { least: Some(size), ..sized(size) }
+    MeshOptions { least: Some(SizeRequest::Length(size)), ..sized(size) }
 }
 
 fn sized(size: f64) -> MeshOptions {
@@ -130,7 +130,7 @@ fn functions_need_shorter_edges_at_thin_walls_and_for_small_distances() {
     let [before, _] = first_with(&made, Tried::Arrange, Change::ShorterEdgesHere);
     assert!(!before.kept, "{before:?}");
     is_sound_by(&made, Change::ShorterEdgesHere);
-    let made = meshed(BALLS, &MeshOptions { tolerance: Some(0.002), ..sized(0.6) });
+    let made = meshed(BALLS, &MeshOptions { tolerance: Some(SizeRequest::Length(0.002)), ..sized(0.6) });
     let [before, _] = first_with(&made, Tried::Arrange, Change::ShorterEdges);
     assert!(!before.kept, "{before:?}");
     is_sound_by(&made, Change::ShorterEdges);
@@ -143,7 +143,8 @@ fn faces_need_shorter_edges_for_small_distances_and_volumes() {
     let run = Run::new();
     let model = load_step(&path, &run).unwrap();
     let share = |s: f64| Some(SizeRequest::Share(s));
-    let options = MeshOptions { size: share(0.25), tolerance_share: Some(0.002), ..MeshOptions::default() };
+    let options =
+        MeshOptions { size: share(0.25), tolerance: Some(SizeRequest::Share(0.002)), ..MeshOptions::default() };
     let made = mesh_step(model, &options, &run).unwrap();
     let [before, _] = first_with(&made, Tried::Bodies, Change::ShorterEdgesHere);
     assert!(!before.kept, "{before:?}");
@@ -161,7 +162,7 @@ fn faces_need_shorter_edges_for_small_distances_and_volumes() {
 
 #[test]
 fn faces_need_shorter_edges_where_their_first_triangles_cross() {
-    let made = meshed(&plate(5.0, 1.0), &MeshOptions { least: Some(0.25), ..sized(1.0) });
+    let made = meshed(&plate(5.0, 1.0), &MeshOptions { least: Some(SizeRequest::Length(0.25)), ..sized(1.0) });
     let [before, after] = first_with(&made, Tried::Faces, Change::ShorterEdgesHere);
     assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
     is_sound_by(&made, Change::ShorterEdgesHere);

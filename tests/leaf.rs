@@ -263,14 +263,16 @@ fn sizes_follow_faces_curvature_and_chords() {
         m.mesh.sharp_edges(30.0).iter().filter(rim).count()
     };
     let coarse = made(plate(), 0.1, |o| o.angle = Some(60.0));
-    let fine = made(plate(), 0.1, |o| (o.angle, o.least) = (Some(10.0), Some(0.001)));
+    let fine = made(plate(), 0.1, |o| (o.angle, o.least) = (Some(10.0), Some(SizeRequest::Length(0.001))));
     assert!(
         (5..12).contains(&around(&coarse)) && (30..50).contains(&around(&fine)),
         "{} {}",
         around(&coarse),
         around(&fine)
     );
-    let tight = made(plate(), 0.1, |o| (o.tolerance, o.least) = (Some(1e-4), Some(0.001)));
+    let tight = made(plate(), 0.1, |o| {
+        (o.tolerance, o.least) = (Some(SizeRequest::Length(1e-4)), Some(SizeRequest::Length(0.001)))
+    });
     let d = tight.report.check.as_ref().unwrap().deviation.unwrap();
     assert!(d.max < 2.5e-4 && d.from_surface.unwrap() < 2.5e-4, "{d:?}");
     let local = made(

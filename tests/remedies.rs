@@ -6,7 +6,7 @@ use approx::assert_relative_eq;
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
-use rvachev::pipeline::{MeshOptions, Meshed, Remedy, Rung, load_part, load_step, mesh_part, mesh_step};
+use rvachev::pipeline::{MeshOptions, Meshed, Remedy, Rung, SizeRequest, load_part, load_step, mesh_part, mesh_step};
 use rvachev::quality::Fault;
 use rvachev::{Error, Run};
 
@@ -86,7 +86,7 @@ fn a_surface_that_ends_before_its_pole_needs_the_plane() {
 
 #[test]
 fn curvatures_of_tips_need_the_inset() {
-    let how = MeshOptions { tolerance: Some(0.02), ..MeshOptions::default() };
+    let how = MeshOptions { tolerance: Some(SizeRequest::Length(0.02)), ..MeshOptions::default() };
     let [with, without] = both("acute_tips.py", Remedy::Inset, &how).map(|m| {
         assert!(m.report.check.as_ref().unwrap().closed);
         angles(&m)

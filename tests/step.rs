@@ -72,7 +72,7 @@ fn a_distance_asked_for_is_kept_on_step_files() {
     for (name, away) in [("sphere.step", sphere), ("torus.step", torus)] {
         for tolerance in [0.02, 0.003] {
             let how = MeshOptions {
-                tolerance: Some(tolerance),
+                tolerance: Some(SizeRequest::Length(tolerance)),
                 size: Some(SizeRequest::Share(0.2)),
                 ..MeshOptions::default()
             };
@@ -96,8 +96,11 @@ fn a_distance_asked_for_is_kept_on_step_files() {
     }
     // The sizes follow the distance, not the other way round.
     let count = |tolerance: f64| {
-        let how =
-            MeshOptions { tolerance: Some(tolerance), size: Some(SizeRequest::Share(0.5)), ..MeshOptions::default() };
+        let how = MeshOptions {
+            tolerance: Some(SizeRequest::Length(tolerance)),
+            size: Some(SizeRequest::Share(0.5)),
+            ..MeshOptions::default()
+        };
         let made = mesh_step(load_step(&step("sphere.step"), &Run::new()).unwrap(), &how, &Run::new()).unwrap();
         made.mesh.triangles.len()
     };

@@ -405,10 +405,11 @@ fn the_least_feature_is_the_least_edge() {
     let least = |attributes: &str, item: &str| read(&model(&(ball.clone() + &levelset(attributes)), item)).mesh.least;
     assert_eq!(least("", ITEM), None);
     assert_eq!(least(r#"minfeaturesize="0""#, ITEM), None);
-    assert_eq!(least(r#"minfeaturesize="0.25""#, ITEM), Some(0.25));
+    assert_eq!(least(r#"minfeaturesize="0.25""#, ITEM), Some(SizeRequest::Length(0.25)));
     // The size is one of the object: an item that is twice as large doubles it.
     let twice = r#"<item objectid="9" transform="2 0 0 0 2 0 0 0 2 0 0 0"/>"#;
     let found = least(r#"minfeaturesize="0.25""#, twice).unwrap();
+    let SizeRequest::Length(found) = found else { panic!("{found:?}") };
     assert_abs_diff_eq!(found, 0.5, epsilon = 1e-12);
 }
 

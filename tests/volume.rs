@@ -8,6 +8,7 @@ use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 use rvachev::implicit::part::parse;
+use rvachev::pipeline::SizeRequest::{Length, Share};
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, load_step, mesh_part, mesh_soup, mesh_step};
 use rvachev::quality::Fault;
 use rvachev::{Error, Run};
@@ -58,7 +59,7 @@ fn a_step_file_loses_no_more_and_a_cube_nothing() {
 
 #[test]
 fn what_cannot_be_reached_falls_short_and_what_has_no_volume_is_an_error() {
-    let how = MeshOptions { volume: Some(1e-6), least: Some(0.5), ..MeshOptions::default() };
+    let how = MeshOptions { volume: Some(1e-6), least: Some(SizeRequest::Length(0.5)), ..MeshOptions::default() };
     let made = mesh_part(&parse(BALL, &[]).unwrap(), &how, &Run::new()).unwrap();
     let share = made.report.volume.unwrap().share;
     assert!(share > 1e-6 && made.report.shortfalls.contains(&Fault::VolumeLost { share, limit: 1e-6 }));
@@ -73,25 +74,34 @@ fn what_cannot_be_reached_falls_short_and_what_has_no_volume_is_an_error() {
 #[test]
 fn a_share_of_the_diagonal_is_that_length() {
     let run = Run::new();
-    let by = |tolerance: Option<f64>, tolerance_share: Option<f64>| MeshOptions {
-        tolerance,
-        tolerance_share,
+    let by = |tolerance: SizeRequest| MeshOptions {
+        tolerance: Some(tolerance),
         size: Some(SizeRequest::Length(0.5)),
         ..MeshOptions::default()
     };
     let ball = parse(BALL, &[]).unwrap();
-    let shared = mesh_part(&ball, &by(None, Some(1e-3)), &run).unwrap();
+    let shared = mesh_part(&ball, &by(Share(1e-3)), &run).unwrap();
     let told = shared.report.distance.unwrap();
     assert_relative_eq!(told.asked.unwrap(), 1e-3 * told.diagonal, epsilon = 0.0, max_relative = 1e-12);
     assert!(told.to_surface <= told.asked.unwrap());
-    assert_eq!(shared.mesh, mesh_part(&ball, &by(told.asked, None), &run).unwrap().mesh);
+    assert_eq!(shared.mesh, mesh_part(&ball, &by(Length(told.asked.unwrap())), &run).unwrap().mesh);
     let input = &shared.mesh;
     let length = 1e-3 * input.bounds().diagonal();
     let soup = |how: &MeshOptions| mesh_soup(input, how, &SoupOptions::default(), &run).unwrap().mesh;
-    assert_eq!(soup(&by(None, Some(1e-3))), soup(&by(Some(length), None)));
+    assert_eq!(soup(&by(Share(1e-3))), soup(&by(Length(length))));
+    // The least length of edges is either, too, and a part file may say so.
+    let least = |asked: SizeRequest| {
+        let how = MeshOptions { least: Some(asked), ..by(Share(1e-4)) };
+        mesh_part(&ball, &how, &run).unwrap().mesh
+    };
+    let bounded = least(Share(0.05));
+    assert_eq!(bounded, least(Length(0.05 * told.diagonal)));
+    let of_file = parse(&format!("{BALL}mesh(size_min=\"5%\")\n"), &[]).unwrap();
+    assert_eq!(bounded, mesh_part(&of_file, &by(Share(1e-4)), &run).unwrap().mesh);
+    assert!(bounded.triangles.len() < shared.mesh.triangles.len());
     // Of functions: a finer share makes more triangles.
     let tree = parse("part(sphere(2))\n", &[]).unwrap();
-    let count = |share: f64| mesh_part(&tree, &by(None, Some(share)), &run).unwrap().mesh.triangles.len();
+    let count = |share: f64| mesh_part(&tree, &by(Share(share)), &run).unwrap().mesh.triangles.len();
     assert!(count(3e-4) > 2 * count(3e-3));
 }
 
@@ -108,7 +118,9 @@ fn shares_are_options_of_the_command() {
     assert!(report["volume"]["share"].as_f64().unwrap() <= 0.003);
     rvachev(&["mesh", "ball.py", "--size", "10%", "--tol", "0.1%", "-o", "b.off"]).success();
     rvachev(&["mesh", "tree.py", "--volume", "0.01", "-o", "c.off"]).code(2).stderr(contains("CAD models"));
-    rvachev(&["compare", "tree.py", "--tol", "1%"]).code(2).stderr(contains("--tol"));
+    rvachev(&["compare", "tree.py", "--tol", "1%", "--size", "20%"]).success();
+    rvachev(&["compare", "tree.py", "--volume", "0.01"]).code(2).stderr(contains("--volume"));
+    rvachev(&["mesh", "ball.py", "--size-min", "0", "-o", "c.off"]).code(2).stderr(contains("--size-min"));
     rvachev(&["mesh", "ball.py", "--volume", "2", "-o", "c.off"]).code(2).stderr(contains("--volume"));
     rvachev(&["mesh", "ball.py", "--tol", "0", "-o", "c.off"]).code(2).stderr(contains("--tol").and(contains("0")));
 }

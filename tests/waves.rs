@@ -161,3 +161,41 @@ fn a_ramp_around_a_bore_ends_in_a_wall() {
     let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
     assert_eq!(proof.unproved, 0);
 }
+
+#[test]
+fn round_holes_that_repeat_are_proved_where_they_are_cut_out() {
+    // A formula without a switch, subtracted: what is below its seams is the plate's.
+    let text = "u = mod(x + 0.5, 1) - 0.5\nv = mod(y + 0.5, 1) - 0.5\n\
+                part(box(size=(3, 3, 0.2)).name('plate') - solid(hypot(u, v) <= 0.3).name('holes'))\n";
+    let (meshed, check) = meshed(text, 0.03);
+    let proof = meshed.report.attempts[0].proof.as_ref().unwrap();
+    assert!(proof.unproved == 0 && proof.cells < 2000, "{proof:?}");
+    let features = check.features.unwrap();
+    assert_eq!((features.corners_found, features.corners_true), (8, 8));
+    assert!(features.recall > 0.999 && features.precision > 0.999, "{features:?}");
+    let holes = meshed.mesh.faces.iter().position(|f| f == "holes").unwrap() as u32;
+    let walls = meshed.mesh.triangles.iter().zip(&meshed.mesh.labels).filter(|t| *t.1 == holes);
+    for v in walls.flat_map(|t| *t.0) {
+        let p = meshed.mesh.nodes[v as usize];
+        assert_abs_diff_eq!((p.x - p.x.round()).hypot(p.y - p.y.round()), 0.3, epsilon = 1e-9);
+    }
+    // Chords of the holes' walls, some twenty around, leave a hundredth of their area standing or less.
+    let cut = 9.0 * PI * 0.09 * 0.2;
+    let off = (check.volume.unwrap() - (9.0 * 0.2 - cut)) / cut;
+    assert!((0.0..0.02).contains(&off), "{off}");
+}
+
+#[test]
+fn treads_around_an_axis_need_no_box() {
+    // Twelve treads: what bounds them from below and above is their own formulas.
+    let text = "step = floor(atan2(y, x)*6/pi)*0.25\n\
+                part((solid(z <= step + 2).name('top') & solid(z >= step + 1.7).name('bottom') & cylinder(3)) - cylinder(0.8))\n";
+    let (meshed, check) = meshed(text, 0.04);
+    assert_eq!(meshed.report.attempts[0].proof.as_ref().unwrap().unproved, 0);
+    let features = check.features.unwrap();
+    // A tread overlaps the next one by a sixth of its thickness: sides have corners there. The ends of the stairs have 8 more.
+    assert_eq!((features.corners_found, features.corners_true), (11 * 8 + 8, 11 * 8 + 8));
+    assert!(features.recall > 0.999 && features.precision > 0.99, "{features:?}");
+    let volume = PI * (9.0 - 0.64) * 0.3;
+    assert_relative_eq!(check.volume.unwrap(), volume, epsilon = 0.0, max_relative = 5e-3);
+}

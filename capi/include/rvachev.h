@@ -74,7 +74,7 @@ void rv_error_free(rv_error *error);
 int rv_options_new(rv_options **options, rv_error **error);
 
 /* Options have the names and values of the command: size ("2%" of the diagonal, or a length), method, sequence (of operators, which
- * stands for the method that runs it), angle, tol (a length, or "0.1%" of the diagonal), volume (a share), grading, size-min, trim,
+ * stands for the method that runs it), angle, tol and size-min (lengths, or "0.1%" of the diagonal), volume (a share), grading, trim,
  * thickness, refine and without (a remedy left out; both may be said often), eps, memory (GiB); for triangles feature-angle, min-area,
  * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for meshes to be joined within; for files
  * groups ("user", "faces", "all"), msh-version; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false"

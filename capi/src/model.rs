@@ -75,8 +75,8 @@ pub extern "C" fn rv_compare(
         let out = slot(report, std::ptr::null_mut(), "report")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
         let how = &asked.mesh;
-        if how.tolerance_share.is_some() || how.volume.is_some() || !how.without.is_empty() {
-            let what = "methods are compared with a length for tol, and neither volume nor without";
+        if how.volume.is_some() || !how.without.is_empty() {
+            let what = "methods are compared with neither volume nor without";
             return Err(Error::Usage(what.into()).into());
         }
         let found =

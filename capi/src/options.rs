@@ -159,15 +159,10 @@ impl Asked {
             }
             "sequence" => m.sequence = Some(v.parse().map_err(|e: Error| usage(format!("sequence: {e}")))?),
             "angle" => m.angle = Some(positive(v, known)?),
-            "tol" => {
-                (m.tolerance, m.tolerance_share) = match v.parse()? {
-                    SizeRequest::Length(l) => (Some(l), None),
-                    SizeRequest::Share(s) => (None, Some(s)),
-                }
-            }
+            "tol" => m.tolerance = Some(v.parse()?),
             "volume" => m.volume = Some(share(v, known)?),
             "grading" => m.grading = Some(positive(v, known)?),
-            "size-min" => m.least = Some(positive(v, known)?),
+            "size-min" => m.least = Some(v.parse()?),
             "trim" => m.trim = Some(width(v)?),
             "without" => m.without.push(v.parse().map_err(|e: Error| usage(e.to_string()))?),
             "thickness" => m.thickness = Some(positive(v, known)?),

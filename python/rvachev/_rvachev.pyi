@@ -31,7 +31,7 @@ class Options(Run, total=False):
     tol: Size
     volume: float
     grading: float
-    size_min: float
+    size_min: Size
     trim: Size
     without: Remedy | list[Remedy]
     thickness: float
@@ -153,7 +153,7 @@ class Part:
         domain: tuple[Vector, Vector] | None = None,
         rsystem: str | tuple[str, Number] | None = None,
         size: Size | None = None,
-        size_min: float | None = None,
+        size_min: Size | None = None,
     ) -> None: ...
     @staticmethod
     def load(path: Path, define: dict[str, float] | None = None) -> Part: ...

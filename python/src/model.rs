@@ -58,7 +58,7 @@ pub fn step_info<'py>(
 }
 
 /// compare(part, size=None, **options): every stage of every method measured on a part of functions: a dict as `rvachev compare --json`
-/// writes it. Options are those of `mesh`; tol is a length, and there are neither volume nor without.
+/// writes it. Options are those of `mesh`, but for volume and without.
 /// Errors: `InputError` for other options, and those of `mesh`.
 #[pyfunction]
 #[pyo3(signature = (part, size=None, **options))]
@@ -70,8 +70,8 @@ pub fn compare<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let (part, o) = (part.get().part(), sized(Options::new(options, &[])?, size)?);
     let how = o.mesh;
-    if how.tolerance_share.is_some() || how.volume.is_some() || !how.without.is_empty() {
-        let what = "methods are compared with a length for tol, and neither volume nor without";
+    if how.volume.is_some() || !how.without.is_empty() {
+        let what = "methods are compared with neither volume nor without";
         return Err(raise(py, &input(what, "")));
     }
     let found = o.listeners.work(py, |run| pipeline::compare(&part, &how, run))?;

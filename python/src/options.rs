@@ -120,19 +120,14 @@ impl Options {
             }
             "sequence" => m.sequence = Some(v.extract::<String>()?.parse().map_err(|e| raise(py, &e))?),
             "angle" => m.angle = Some(positive(v, name)?),
-            "tol" => {
-                (m.tolerance, m.tolerance_share) = match length(v, name)? {
-                    SizeRequest::Length(l) => (Some(l), None),
-                    SizeRequest::Share(s) => (None, Some(s)),
-                }
-            }
+            "tol" => m.tolerance = Some(length(v, name)?),
             "volume" => m.volume = Some(share(v, name)?),
             "without" => {
                 let list = texts(v)?.iter().map(|s| s.parse()).collect::<rvachev::Result<Vec<_>>>();
                 m.without = list.map_err(|e| raise(py, &e))?;
             }
             "grading" => m.grading = Some(positive(v, name)?),
-            "size_min" => m.least = Some(positive(v, name)?),
+            "size_min" => m.least = Some(length(v, name)?),
             "trim" => {
                 let none = v.extract::<f64>().is_ok_and(|x| x == 0.0);
                 m.trim = Some(if none { SizeRequest::Length(0.0) } else { length(v, name)? });

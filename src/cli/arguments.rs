@@ -100,9 +100,9 @@ pub struct How {
     /// How fast edge lengths may grow per length [default: 0.2, more for STEP where details crowd, 0.3 for triangles that turn by more than 5 degrees from one to the next]
     #[arg(long, value_name = "SLOPE", value_parser = positive)]
     pub grading: Option<f64>,
-    /// Curvature, narrow gaps and thin walls make no edges shorter than this [default: a quarter of the size, less where an R-function part has smaller features; a 40th for gaps and short edges]
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
-    pub size_min: Option<f64>,
+    /// Curvature, narrow gaps and thin walls make no edges shorter than this: a length, or a share of the diagonal such as 0.2% [default: a quarter of the size, less where an R-function part has smaller features; a 40th for gaps and short edges]
+    #[arg(long, value_name = "LENGTH", value_parser = size)]
+    pub size_min: Option<SizeRequest>,
     /// CAD models: cut off regions of faces narrower than this length or share of the diagonal; 0 leaves all [default: size / 40, for
     /// the edges of thin walls size / 160, at most half of --tol]
     #[arg(long, value_name = "WIDTH", value_parser = width)]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
-use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SizeRequest, SoupOptions};
+use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SoupOptions};
 use rvachev::quality;
 use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions};
 use rvachev::{Error, Place, Result, Run};
@@ -26,8 +26,7 @@ pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
         root_tolerance: how.eps,
         memory: (how.memory * (1u64 << 30) as f64) as u64,
         angle: how.angle,
-        tolerance: how.tol.and_then(|t| if let SizeRequest::Length(l) = t { Some(l) } else { None }),
-        tolerance_share: how.tol.and_then(|t| if let SizeRequest::Share(s) = t { Some(s) } else { None }),
+        tolerance: how.tol,
         volume: how.volume,
         grading: how.grading,
         least: how.size_min,

@@ -29,8 +29,8 @@ pub fn compare(a: &Compare) -> Result<bool> {
     a.png.iter().try_for_each(|p| picture(p))?;
     let run = run(&a.common, "compare")?;
     let how = MeshOptions { sequence: sequence(&a.operators)?, ..options(&a.how, Method::default(), true) };
-    if how.tolerance_share.is_some() || how.volume.is_some() || !how.without.is_empty() {
-        let what = "compare takes a length for --tol, and neither --volume nor --without";
+    if how.volume.is_some() || !how.without.is_empty() {
+        let what = "compare takes neither --volume nor --without";
         return Err(Error::Usage(what.into()));
     }
     let text = match &a.part {

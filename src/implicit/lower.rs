@@ -470,7 +470,7 @@ impl Lowerer {
                     bounds = Aabb::ALL;
                 } else {
                     let leaf = Leaf::Formula(Formula::compile(e, place));
-                    let known = if c.negate || self.waits(e) { None } else { Implicit::box_of(leaf.clone()) };
+                    let known = if self.waits(e) || c.negate { None } else { Implicit::box_of(leaf.clone()) };
                     bounds = known.unwrap_or(Aabb::ALL);
                     faces.push(self.leaf(leaf, f, c.negate));
                 }

@@ -195,14 +195,20 @@ impl Apart<'_> {
         if self.depth > MOST_STEPS as usize {
             return None;
         }
-        let [x, y, z] = std::array::from_fn(|k| Interval::new(self.within.bounds.lo[k], self.within.bounds.hi[k]));
-        let range = Formula::compile(&counter, self.place).range(x, y, z).scale(1.0 / self.place.scale);
-        let (first, last) = ((range.lo + BARELY).floor(), (range.hi - BARELY).ceil() - 1.0);
+        let compiled = Formula::compile(&counter, self.place);
+        let passed = |within: &Aabb| {
+            let [x, y, z] = std::array::from_fn(|k| Interval::new(within.lo[k], within.hi[k]));
+            let range = compiled.range(x, y, z).scale(1.0 / self.place.scale);
+            let first = (range.lo + BARELY).floor();
+            [first, ((range.hi - BARELY).ceil() - 1.0).max(first)]
+        };
+        let [first, last] = passed(&self.within.bounds);
         if !(last - first < MOST_STEPS) {
             return None;
         }
-        let last = last.max(first);
-        let (from, to) = if self.within.closed { (first, last) } else { (first - 1.0, last + 1.0) };
+        // An angle takes no other values anywhere.
+        let is_all = self.within.closed || passed(&Aabb::ALL) == [first, last];
+        let (from, to) = if is_all { (first, last) } else { (first - 1.0, last + 1.0) };
         let count = (to - from) as usize + 1;
         let mut all = Vec::with_capacity(count + 2);
         for i in 0..count {
@@ -213,7 +219,7 @@ impl Apart<'_> {
             all.push(self.solid(&stretch)?);
         }
         self.depth -= 1;
-        if self.within.closed {
+        if is_all {
             return Some(divided(&counter, from + 1.0, &all));
         }
         // Beyond the bounds the formula is what it was.

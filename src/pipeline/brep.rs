@@ -18,7 +18,6 @@ use super::report::{FaceStep, Report, Rung};
 use super::volume::mesh_within_volume;
 use super::wish::{CHORD, DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
-use crate::implicit::part::SizeRequest;
 use crate::io::step::read_step;
 use crate::mesh::{Group, TriMesh};
 use crate::parametric::Parametric;
@@ -83,11 +82,7 @@ pub(super) fn mesh_tolerant(
     let solid = Parametric::new(brep, run)?.without(&options.without);
     let diagonal = solid.bounds().diagonal();
     let options = &options.resolved(diagonal);
-    let length = |s: SizeRequest| match s {
-        SizeRequest::Length(h) => h,
-        SizeRequest::Share(s) => s * diagonal,
-    };
-    let size = length(options.size.unwrap_or(DEFAULT_SIZE));
+    let size = options.size.unwrap_or(DEFAULT_SIZE).length(diagonal);
     let mut report = Report::of("faces", size, Some("mm".into()));
     for n in notes.iter().take(NAMED) {
         report.warnings.push(n.to_string());
@@ -101,7 +96,7 @@ pub(super) fn mesh_tolerant(
     if untrimmed && options.trim.is_some() {
         return Err(Error::Usage("a width to trim, and no trimming, cannot both be had".into()));
     }
-    let asked = if untrimmed { Some(0.0) } else { options.trim.map(length) };
+    let asked = if untrimmed { Some(0.0) } else { options.trim.map(|s| s.length(diagonal)) };
     let within = 0.5 * Wish::new(size, solid.bounds().diagonal(), options).tolerance;
     let steps = match asked {
         Some(width) => vec![(width, Walls::Cut)],
@@ -183,17 +178,17 @@ impl Ladder for DistanceLadder<'_> {
         let first = self.faces.within(chord, &std::mem::take(&mut self.finer), attempts, run)?;
         let Bodies { mesh, crossing, mut report, numbers } = remeshed(solid, first, limit, attempts, run)?;
         let mut beyond = Vec::new();
-        if options.measure || options.tolerance.is_some() {
+        if options.measure || options.tolerance_length().is_some() {
             run.progress("distance", 0.0);
             let away = distances(solid, &mesh, limit, run)?;
             beyond.extend((0..away.len()).filter(|t| away[*t] > limit).map(|t| {
                 let [a, b, c] = mesh.corners(t);
                 let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
                 let share = (CHORD * limit / away[t]).sqrt().max(FINER);
-                (mesh.centroid(t), (share * length).max(options.least.unwrap_or(0.0)))
+                (mesh.centroid(t), (share * length).max(options.least_length().unwrap_or(0.0)))
             }));
             let to_surface = away.iter().copied().fold(0.0, f64::max);
-            let (from_surface, asked) = (from_edges(solid, &mesh), options.tolerance);
+            let (from_surface, asked) = (from_edges(solid, &mesh), options.tolerance_length());
             let diagonal = solid.bounds().diagonal();
             report.distance = Some(Distance { to_surface, from_surface, diagonal, asked, beyond: beyond.len() });
         }
@@ -207,7 +202,7 @@ impl Ladder for DistanceLadder<'_> {
 
     fn next(&mut self, seen: &Seen<'_, Round>) -> Option<(Change, &'static str)> {
         self.round += 1;
-        if seen.last.beyond.is_empty() || self.options.tolerance.is_none() || self.round == ROUNDS {
+        if seen.last.beyond.is_empty() || self.options.tolerance_length().is_none() || self.round == ROUNDS {
             return None;
         }
         self.finer.clone_from(&seen.last.beyond);

@@ -208,7 +208,7 @@ impl Scout {
 
     /// Points of the surface that a mesh does not come near to.
     fn missed(&self, mesh: &TriMesh, ready: &Ready, options: &MeshOptions) -> Vec<SurfacePoint> {
-        let reach = (MISSED * ready.size).max(LOOSE * options.tolerance.unwrap_or(0.0));
+        let reach = (MISSED * ready.size).max(LOOSE * options.tolerance_length().unwrap_or(0.0));
         let mut missed = far(mesh, &self.points, |x| x.at, reach);
         missed.retain(|x| !x.is_in_passing(&ready.asked));
         missed

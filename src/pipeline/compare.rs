@@ -81,6 +81,7 @@ pub struct Comparison {
 /// Runs every method on a part and measures the mesh after each stage.
 pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparison> {
     let ready = Ready::new(part, options.size)?;
+    let options = &options.resolved(ready.model.bounds().diagonal());
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
     let extracted = ready.extract(ready.size, options, run)?;
     let oracle = ImplicitOracle::new(&ready.model, &extracted);

@@ -146,10 +146,7 @@ pub(super) fn discrete_options(soup: &SoupOptions, size: f64) -> DiscreteOptions
 }
 
 pub(super) fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
-    match size.unwrap_or(DEFAULT_SIZE) {
-        SizeRequest::Length(h) => h,
-        SizeRequest::Share(s) => s * mesh.bounds().diagonal(),
-    }
+    size.unwrap_or(DEFAULT_SIZE).length(mesh.bounds().diagonal())
 }
 
 /// Meshes a triangle soup.
@@ -292,7 +289,8 @@ impl Asked<'_> {
         let SoupLadder { kept, end, .. } = ladder;
         if matches!(end, End::Strict | End::StrictIfBetter) {
             attempts.change(Change::ShorterEdges, "edges farther from the surface than else left triangles at fault");
-            let options = &MeshOptions { tolerance: Some(STRICT * wish.tolerance), ..options.clone() };
+            let options =
+                &MeshOptions { tolerance: Some(SizeRequest::Length(STRICT * wish.tolerance)), ..options.clone() };
             let strict = Asked { options, ..*self }.mesh(attempts, run)?;
             if end == End::Strict || strict.flaws < flaws {
                 return Ok(strict);

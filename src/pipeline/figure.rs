@@ -176,10 +176,7 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
     let (bounds, faces, _) = looked_at(part)?;
     let options = &options.resolved(bounds.diagonal());
     check_groups(part, faces.iter().map(|f| &f.name[..]))?;
-    let size = match options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
-        SizeRequest::Length(h) => h,
-        SizeRequest::Share(s) => s * bounds.diagonal(),
-    };
+    let size = options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE).length(bounds.diagonal());
     let slab = Slab::new(part, THICKNESS * size)?;
     let how = MeshOptions { size: Some(SizeRequest::Length(size)), ..options.clone() };
     let solid = mesh_part(&slab.part, &how, &run.for_a_part())?;

@@ -175,7 +175,7 @@ fn crossings(mesh: &TriMesh, run: &Run) -> Result<Vec<[u32; 2]>> {
 fn halved(mesh: &TriMesh, t: usize, options: &MeshOptions) -> (DVec3, f64) {
     let [a, b, c] = mesh.corners(t);
     let length = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
-    (mesh.centroid(t), (0.5 * length).max(options.least.unwrap_or(0.0)))
+    (mesh.centroid(t), (0.5 * length).max(options.least_length().unwrap_or(0.0)))
 }
 
 /// What lengths were followed, and how fast they grow.
@@ -219,22 +219,23 @@ impl FaceLadder<'_> {
             field.at(p, of_regions.fold(f64::INFINITY, f64::min))
         };
         let looked = &mut self.looked;
-        let small = if options.tolerance.is_some() { FINEST } else { LEAST_SHARE };
+        let small = if options.tolerance_length().is_some() { FINEST } else { LEAST_SHARE };
         let mut followed = held.unwrap_or(Followed {
-            sizing: Sizing { chord: Some(chord), ..wish.sizing(options.least.unwrap_or(size / small)) },
+            sizing: Sizing { chord: Some(chord), ..wish.sizing(options.least_length().unwrap_or(size / small)) },
             grading: wish.grading,
             sagitta: SAGITTA * chord,
         });
-        let free = options.least.is_none() && options.angle.is_none() && options.tolerance.is_none();
+        let free = options.least_length().is_none() && options.angle.is_none() && options.tolerance_length().is_none();
         // Who asks for a least length gets it.
-        let share = |sizing: &Sizing, s: f64| if options.least.is_some() || sizing.least >= size { 1.0 } else { s };
+        let share =
+            |sizing: &Sizing, s: f64| if options.least_length().is_some() || sizing.least >= size { 1.0 } else { s };
         let of_least = |sizing: &Sizing, s: f64| share(sizing, s) * sizing.least;
         let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
         let mut first = |followed: &Followed, most: usize, narrowest: f64| {
             let Followed { sizing, grading, .. } = followed;
             let by_curvature = |k: f64| followed.at(k, &|s| of_least(sizing, s));
             // A distance asked for is no wish for narrow places.
-            let narrow = sizing.least.max(options.least.map_or(size / LEAST_SHARE, |l| l.min(size)));
+            let narrow = sizing.least.max(options.least_length().map_or(size / LEAST_SHARE, |l| l.min(size)));
             // For study narrow places may be followed however deep, up to what memory holds.
             let held = !options.without.contains(&Remedy::LeastLength);
             let (least, deepest) = if held {

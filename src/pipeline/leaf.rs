@@ -8,6 +8,7 @@ use super::method::Method;
 use super::options::MeshOptions;
 use super::wish::{LEAST_SHARE, Wish, own_tolerance};
 use crate::error::Result;
+use crate::implicit::part::SizeRequest;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Off};
@@ -74,8 +75,9 @@ impl ByLeaf {
 
 /// Options for a part whose curved walls are thinner than chords are high: `times` as many chords to a length.
 pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOptions {
-    let tolerance = Some(own_tolerance(ready.size, ready.model.bounds().diagonal()) / (times * times));
-    let least = options.least.or(Some(ready.size / (LEAST_SHARE * times)));
+    let tolerance = own_tolerance(ready.size, ready.model.bounds().diagonal()) / (times * times);
+    let least = options.least_length().unwrap_or(ready.size / (LEAST_SHARE * times));
+    let [tolerance, least] = [tolerance, least].map(|l| Some(SizeRequest::Length(l)));
     MeshOptions { tolerance, least, ..options.clone() }
 }
 
@@ -83,7 +85,7 @@ pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOpt
 pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> Result<ExactOptions> {
     let wish = Wish::new(ready.size, ready.model.bounds().diagonal(), options);
     // Cells are as wide as the size unless something smaller was found.
-    let sizing = wish.sizing(options.least.unwrap_or(cell / LEAST_SHARE));
+    let sizing = wish.sizing(options.least_length().unwrap_or(cell / LEAST_SHARE));
     let grading = wish.grading;
     let wishes = ready.wishes(options)?;
     let by_face = |i: usize| wishes.faces.get(i).copied().flatten();
@@ -94,7 +96,7 @@ pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> 
         regions: wishes.regions,
         finer: Graded::new(ready.finer.clone(), grading),
         grading,
-        narrowest: options.least.unwrap_or(ready.size / NARROWEST),
+        narrowest: options.least_length().unwrap_or(ready.size / NARROWEST),
         thickness: options.thickness,
         distance: None,
     })

@@ -8,7 +8,7 @@ use super::leaf::finer;
 use super::mesh::{Found, Meshed, Ready, apart, mesh_by_cells};
 use super::options::MeshOptions;
 use crate::error::{Error, Result};
-use crate::implicit::part::Part;
+use crate::implicit::part::{Part, SizeRequest};
 use crate::quality::Fault;
 use crate::run::Run;
 
@@ -70,7 +70,7 @@ pub(super) struct LengthLadder<'a> {
 impl<'a> LengthLadder<'a> {
     pub(super) fn new(part: &'a Part, ready: Ready, options: &'a MeshOptions) -> Self {
         let (asked, start) = (options.clone(), Start::default());
-        let distance = options.tolerance.unwrap_or(0.0);
+        let distance = options.tolerance_length().unwrap_or(0.0);
         Self { part, ready, options, asked, start, aim: Aim::First, distance }
     }
 
@@ -81,7 +81,7 @@ impl<'a> LengthLadder<'a> {
 
     /// Smaller cells, where the best mesh is far from the surface and each step has halved that.
     fn smaller_cells(&mut self, best: &Found, improved: bool) -> Option<(Change, &'static str)> {
-        let near = (APART * self.ready.size).max(LOOSE * self.options.tolerance.unwrap_or(0.0));
+        let near = (APART * self.ready.size).max(LOOSE * self.options.tolerance_length().unwrap_or(0.0));
         if !improved || apart(&best.meshed) <= near {
             return None;
         }
@@ -117,7 +117,7 @@ impl<'a> LengthLadder<'a> {
         }
         self.distance *= BELOW * limit / far;
         (self.aim, self.start) = (Aim::Within(times), best.start.clone());
-        self.asked = MeshOptions { tolerance: Some(self.distance), ..self.options.clone() };
+        self.asked = MeshOptions { tolerance: Some(SizeRequest::Length(self.distance)), ..self.options.clone() };
         Some((Change::ShorterEdges, "farther from the surface than asked for"))
     }
 }
@@ -169,7 +169,7 @@ impl Ladder for LengthLadder<'_> {
                 return Some(change);
             }
         }
-        if let Some(limit) = self.options.tolerance {
+        if let Some(limit) = self.options.tolerance_length() {
             let times = if let Aim::Within(times) = self.aim { times + 1 } else { 1 };
             return if times == 1 || seen.improved { self.nearer(best, limit, times) } else { None };
         }
@@ -193,7 +193,7 @@ impl Ladder for LengthLadder<'_> {
 
 /// Says so where a mesh stayed farther from the surface than was asked for.
 pub(super) fn tell_far(made: &mut Meshed, options: &MeshOptions) {
-    let Some(limit) = options.tolerance.filter(|_| options.method.is_exact()) else { return };
+    let Some(limit) = options.tolerance_length().filter(|_| options.method.is_exact()) else { return };
     let distance = apart(made);
     if distance > limit && !made.report.shortfalls.iter().any(|f| matches!(f, Fault::Far { .. })) {
         made.report.shortfalls.push(Fault::Far { distance, limit, triangles: None });

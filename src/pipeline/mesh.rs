@@ -95,10 +95,7 @@ impl Ready {
             ));
         };
         let model = Arc::new(Implicit::new(solid, part.rsystem, part.domain)?);
-        let size = match size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
-            SizeRequest::Length(h) => h,
-            SizeRequest::Share(s) => s * model.bounds().diagonal(),
-        };
+        let size = size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE).length(model.bounds().diagonal());
         let asked = model.with_proxies(size).map_or_else(|| model.clone(), Arc::new);
         Ok(Ready { model, asked, size, finer: Vec::new() })
     }
@@ -133,11 +130,11 @@ impl Ready {
 
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
         let default = Options::new(self.size);
-        if options.angle.is_none() && options.tolerance.is_none() {
+        if options.angle.is_none() && options.tolerance_length().is_none() {
             return default;
         }
         let nodes_per_radius = options.angle.map(|a| 1.0 / a.to_radians());
-        Options { nodes_per_radius, chord: options.tolerance, least_size: options.least, ..default }
+        Options { nodes_per_radius, chord: options.tolerance_length(), least_size: options.least_length(), ..default }
     }
 
     /// The true sharp edges and corners, sampled finely enough for a mesh's edges.

@@ -25,18 +25,16 @@ pub struct MeshOptions {
     /// On curved parts neighboring edges turn by at most this many degrees; 20 without a wish. The methods without exact edges have
     /// nine nodes to a radius where neither this nor `tolerance` is asked for.
     pub angle: Option<f64>,
-    /// No triangle is to be farther than this from the surface, in the part's unit: edges are made to stay within 0.45 of it. Without it
+    /// No triangle is to be farther than this from the surface: edges are made to stay within 0.45 of it. Without it
     /// 0.035 of the size, at least a 5400th of the diagonal; nothing where only an angle is asked for.
-    pub tolerance: Option<f64>,
-    /// The same as a share of the part's diagonal, where `tolerance` is not given. Parts with a mesh or a CAD model in them refuse it.
-    pub tolerance_share: Option<f64>,
+    pub tolerance: Option<SizeRequest>,
     /// At most this share of the solid's volume is to lie between triangles and surface (CAD models and solids built from edges).
     pub volume: Option<f64>,
     /// How fast edge lengths may grow per length. Without it a fifth; for boundary representations up to 0.45 where details make most
     /// of the triangles, 0.3 for soups of coarse facets.
     pub grading: Option<f64>,
-    /// Curvature, narrow gaps and thin walls make no edges shorter than this, in the part's unit.
-    pub least: Option<f64>,
+    /// Curvature, narrow gaps and thin walls make no edges shorter than this.
+    pub least: Option<SizeRequest>,
     /// Regions of a CAD model's faces narrower than this are cut off; none for 0. Without it those narrower than a fortieth of
     /// the size are, at the edges of thin walls and grooves those too narrow for anything but needles.
     pub trim: Option<SizeRequest>,
@@ -64,7 +62,6 @@ impl Default for MeshOptions {
             memory: extract.memory,
             angle: None,
             tolerance: None,
-            tolerance_share: None,
             volume: None,
             grading: None,
             least: None,
@@ -79,10 +76,20 @@ impl Default for MeshOptions {
 }
 
 impl MeshOptions {
-    /// With the tolerance as a length, for a part whose box has a diagonal.
+    /// With lengths in place of shares, for a part whose box has a diagonal.
     pub(super) fn resolved(&self, diagonal: f64) -> Self {
-        let tolerance = self.tolerance.or(self.tolerance_share.map(|s| s * diagonal));
-        Self { tolerance, tolerance_share: None, ..self.clone() }
+        let length = |asked: SizeRequest| SizeRequest::Length(asked.length(diagonal));
+        Self { tolerance: self.tolerance.map(length), least: self.least.map(length), ..self.clone() }
+    }
+
+    /// The tolerance of [`resolved`](Self::resolved) options.
+    pub(super) fn tolerance_length(&self) -> Option<f64> {
+        self.tolerance.and_then(known)
+    }
+
+    /// The least length of edges of [`resolved`](Self::resolved) options.
+    pub(super) fn least_length(&self) -> Option<f64> {
+        self.least.and_then(known)
     }
 
     /// The options for a part, by the method that was said. Where none was, a sequence of operators, these options' or the part's own,
@@ -111,5 +118,12 @@ impl MeshOptions {
             }
             None => Ok(()),
         }
+    }
+}
+
+fn known(asked: SizeRequest) -> Option<f64> {
+    match asked {
+        SizeRequest::Length(h) => Some(h),
+        SizeRequest::Share(_) => None,
     }
 }

@@ -83,10 +83,7 @@ impl Wishes {
     ) -> Result<Self> {
         let mut out = Self::default();
         for r in list {
-            let size = match r.size {
-                SizeRequest::Length(h) => h,
-                SizeRequest::Share(s) => s * diagonal,
-            };
+            let size = r.size.length(diagonal);
             match &r.place {
                 Place::Region(shape) => out.regions.push(Region { shape: *shape, size }),
                 Place::Faces(pattern) => {

@@ -158,10 +158,7 @@ impl Default for GridOptions {
 /// Errors: [`Error::Usage`] for a spacing that is not positive, and for more nodes than memory was allowed for; cancellation.
 pub fn sample_grid(model: &Implicit, options: &GridOptions, run: &Run) -> Result<SampledGrid> {
     let bounds = model.bounds();
-    let margin = match options.margin {
-        SizeRequest::Length(m) => m,
-        SizeRequest::Share(s) => s * bounds.diagonal(),
-    };
+    let margin = options.margin.length(bounds.diagonal());
     let side = bounds.hi - bounds.lo + 2.0 * margin;
     let step = match options.spacing {
         GridSpacing::Cells(n) => side.max_element() / f64::from(n),

@@ -23,7 +23,7 @@ const MOST_FEATURES: f64 = 2.0;
 const MOST_NODES: f64 = 5e3;
 
 pub(super) fn sizing(size: f64, diagonal: f64, options: &MeshOptions) -> Sizing {
-    Wish::new(size, diagonal, options).sizing(options.least.unwrap_or(size / LEAST_SHARE))
+    Wish::new(size, diagonal, options).sizing(options.least_length().unwrap_or(size / LEAST_SHARE))
 }
 
 /// Where facets are too coarse to tell noise from bends these ask for no number of edges; and where they bend nearly everywhere so much
@@ -34,7 +34,7 @@ pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions,
     }
     let sizing = Sizing { nodes_per_radius: None, ..sizing };
     let simplified = soup.min_area > 0.0 || soup.min_length.is_some();
-    if options.tolerance.is_some() || simplified {
+    if options.tolerance_length().is_some() || simplified {
         return sizing;
     }
     let at = |times: f64| Sizing { chord: sizing.chord.map(|c| times * c), ..sizing };

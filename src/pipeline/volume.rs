@@ -10,6 +10,7 @@ use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
+use crate::implicit::part::SizeRequest;
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
 use crate::parametric::step::StepModel;
@@ -59,7 +60,7 @@ struct VolumeLadder<'a> {
     solid: Parametric,
     options: &'a MeshOptions,
     asked: f64,
-    tolerance: Option<f64>,
+    tolerance: Option<SizeRequest>,
     rounds: usize,
 }
 
@@ -95,7 +96,8 @@ impl Ladder for VolumeLadder<'_> {
         if lost.share <= self.asked || !seen.improved || farthest <= 0.0 || self.rounds == ROUNDS {
             return None;
         }
-        self.tolerance = Some(farthest * (STRICTER * self.asked / lost.share).max(FINER));
+        let tolerance = farthest * (STRICTER * self.asked / lost.share).max(FINER);
+        self.tolerance = Some(SizeRequest::Length(tolerance));
         Some((Change::ShorterEdges, "more volume is lost than asked for"))
     }
 }

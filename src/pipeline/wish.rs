@@ -51,7 +51,7 @@ impl Wish {
         Self {
             size,
             angle: options.angle.unwrap_or(ANGLE).to_radians(),
-            tolerance: options.tolerance.unwrap_or(own),
+            tolerance: options.tolerance_length().unwrap_or(own),
             grading: options.grading.unwrap_or(GRADING),
         }
     }

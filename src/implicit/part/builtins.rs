@@ -459,17 +459,18 @@ fn declaration<'a>(
         }
         "mesh" => {
             let b = Bound::new(it, name, &["size", "size_min", "sequence"], arguments, range)?;
-            if b.get("size_min").is_some() {
-                it.mesh.least = Some(b.positive(it, "size_min")?);
-            }
+            let length = |name: &str| {
+                let Some(a) = b.get(name) else { return Ok(None) };
+                match &a.value {
+                    Value::Str(s) => it.at(a.range, s.parse()).map(Some),
+                    _ => Ok(Some(SizeRequest::Length(b.positive(it, name)?))),
+                }
+            };
+            let (size, least) = (length("size")?, length("size_min")?);
+            it.mesh.size = size.or(it.mesh.size);
+            it.mesh.least = least.or(it.mesh.least);
             if let Some(a) = b.get("sequence") {
                 it.mesh.sequence = Some((b.text(it, "sequence")?, it.place(a.range)));
-            }
-            if let Some(a) = b.get("size") {
-                it.mesh.size = Some(match &a.value {
-                    Value::Str(s) => it.at(a.range, s.parse())?,
-                    _ => SizeRequest::Length(b.positive(it, "size")?),
-                });
             }
         }
         _ => {

@@ -71,6 +71,16 @@ pub enum SizeRequest {
     Share(f64),
 }
 
+impl SizeRequest {
+    /// The length for a part whose bounding box has a diagonal.
+    pub fn length(self, diagonal: f64) -> f64 {
+        match self {
+            Self::Length(h) => h,
+            Self::Share(s) => s * diagonal,
+        }
+    }
+}
+
 impl FromStr for SizeRequest {
     type Err = Error;
 
@@ -94,7 +104,7 @@ pub struct MeshDefaults {
     /// The cell size.
     pub size: Option<SizeRequest>,
     /// Curvature makes no edges shorter than this.
-    pub least: Option<f64>,
+    pub least: Option<SizeRequest>,
     /// The operators that make the mesh, as text, and where the file says so.
     pub sequence: Option<(String, Place)>,
 }

@@ -21,7 +21,7 @@ use super::wish::{DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Place, Result};
 use crate::heal::{MOST_BODIES, boolean};
 use crate::implicit::Solid;
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::mesh::{Group, TriMesh};
 use crate::optimize::Sizing;
 use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patchwork};
@@ -79,12 +79,10 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         loaded.push(read);
     }
     let Some(bounds) = bounds else { return Err(Error::Failed("no operand has a boundary".into())) };
-    let size = match options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE) {
-        SizeRequest::Length(h) => h,
-        SizeRequest::Share(s) => s * bounds.diagonal(),
-    };
+    let size = options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE).length(bounds.diagonal());
     let mut report = Report::of("joined", size, part.units.clone());
     let mut clock = Clock::new(options.timed);
+    let options = &options.resolved(bounds.diagonal());
     let own = with_size(options, size);
     let for_operands = run.for_a_part();
     let wanted = Wanted { part, options: &own, size, run: &for_operands };
@@ -170,7 +168,6 @@ fn refuse(options: &MeshOptions) -> Result<()> {
         (options.sequence.is_some(), "is not made by a sequence of operators"),
         (options.thickness.is_some(), "has no thickness that edges could follow"),
         (options.trim.is_some(), "is not trimmed"),
-        (options.tolerance_share.is_some(), "takes a tolerance as a length"),
     ];
     match refused.iter().find(|r| r.0) {
         Some((_, what)) => Err(Error::Usage(format!("a part with a mesh or a CAD model in it {what}"))),
@@ -181,9 +178,9 @@ fn refuse(options: &MeshOptions) -> Result<()> {
 fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
     let wishes = Wishes::new(&options.refinements, diagonal, numbers.names.iter().map(String::as_str))?;
     let wanted = Wish::new(size, diagonal, options);
-    let least = options.least.unwrap_or(size / LEAST_SHARE);
+    let least = options.least_length().unwrap_or(size / LEAST_SHARE);
     // What the surfaces' curvature asks for is known at the nodes of the operands.
-    let chord = options.tolerance.map(|_| wanted.chord());
+    let chord = options.tolerance_length().map(|_| wanted.chord());
     let sizing = Sizing { size, nodes_per_radius: None, chord, least };
     let plain = ExactOptions::new(sizing, wanted.grading);
     let own = |k: usize| numbers.face_sizes.get(k).copied().flatten();

@@ -100,8 +100,10 @@ impl BrickPlan {
         let mut costs = vec![0; blocks.count(0) as usize];
         regions.into_iter().for_each(|p| costs[blocks.holding(0, p) as usize] += 1);
         options.for_any_solid()?;
-        let MeshOptions { angle, tolerance, grading, memory, .. } = options.resolved(bounds.diagonal());
-        let least = options.least.or(part.mesh.least);
+        let options = MeshOptions { least: options.least.or(part.mesh.least), ..options.clone() };
+        let options = options.resolved(bounds.diagonal());
+        let (tolerance, least) = (options.tolerance_length(), options.least_length());
+        let MeshOptions { angle, grading, memory, .. } = options;
         Ok(Self {
             layout: LAYOUT,
             version: env!("CARGO_PKG_VERSION").into(),
@@ -201,6 +203,7 @@ impl BrickPlan {
     pub(super) fn mesh_options(&self) -> MeshOptions {
         let PlanOptions { size, angle, tolerance, grading, least, memory } = self.options;
         let size = Some(SizeRequest::Length(size));
+        let (tolerance, least) = (tolerance.map(SizeRequest::Length), least.map(SizeRequest::Length));
         MeshOptions { size, angle, tolerance, grading, least, memory, ..MeshOptions::default() }
     }
 }

@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 use super::super::expr::Expr;
 use super::super::solid::Solid;
 use super::vm::{balanced_chains, crowd};
-use super::{MeshDefaults, Part};
+use super::{MeshDefaults, Part, SizeRequest};
 use crate::error::{Error, Place, Result};
 use crate::io::threemf::{Model, Placed, attribute, model_text, number, parsed, real, transform, wrong};
 use domain::within;
@@ -60,7 +60,8 @@ pub fn parse_model(text: &str) -> Result<Part> {
         solids.push(levelset(&model, one, &name)?);
     }
     let solid = if solids.len() == 1 { solids.remove(0) } else { Solid::union(solids) };
-    let mesh = MeshDefaults { least: least.filter(|l| l.is_finite()), ..MeshDefaults::default() };
+    let mesh =
+        MeshDefaults { least: least.filter(|l| l.is_finite()).map(SizeRequest::Length), ..MeshDefaults::default() };
     Ok(Part { units: Some(model.unit.into()), mesh, ..Part::from_solid(solid) })
 }
 
