@@ -166,3 +166,32 @@ fn edges_of_small_holes_count_as_what_they_are() {
     let truth = 8.0 * 40.0 + 4.0 * 5.0 + 8.0 * 2.0 * PI * 1.6;
     assert!(relative_eq!(f.length_true, truth, epsilon = 0.0, max_relative = 2e-3), "{f:?} {truth}");
 }
+
+#[test]
+fn minima_that_are_rounded_off_have_no_edge() {
+    // As distance fields join balls.
+    let made = made(
+        "def smin(a, b, k):\n    return min(a, b) - max(k - abs(a - b), 0)**2 / (4*k)\n\
+         part(solid(-smin(hypot(hypot(x, y), z) - 1, hypot(hypot(x - 1.2, y), z) - 0.7, 0.4)))\n",
+    );
+    let check = made.report.check.as_ref().unwrap();
+    let proof = made.report.attempts[0].proof.as_ref().unwrap();
+    assert_eq!((proof.unproved, check.features.as_ref().unwrap().length_true), (0, 0.0));
+    // As one body without a narrow place: no more triangles than the size asks for. By leaves with an edge between them it had 45 590.
+    assert!(made.mesh.triangles.len() < 7000, "{}", made.mesh.triangles.len());
+}
+
+#[test]
+fn switches_deep_inside_make_edges() {
+    // Two balls meet in a circle.
+    let check = at_once("part(solid(1 - (abs(x) - 0.8)**2 - y**2 - z**2))");
+    near(check.volume, two_balls(1.0, 1.0, 1.6), 5e-3, "balls");
+    let features = check.features.unwrap();
+    assert!(relative_eq!(features.length_true, 2.0 * PI * 0.6, max_relative = 0.01), "{features:?}");
+    // Cylinders across each other: 16/3 of the radius cubed.
+    let check = at_once("q = max(abs(x), abs(y))\npart(solid(1 - q**2 - z**2))");
+    near(check.volume, 16.0 / 3.0, 5e-3, "cylinders");
+    // A rod in steps: five pieces of a cylinder along x, the outer ones half as long.
+    let check = at_once("w = 0.3*floor(x + 0.5)\npart(solid(0.5**2 - (y - w)**2 - z**2) & box(size=(4, 4, 4)))");
+    near(check.volume, 4.0 * PI * 0.25, 0.02, "rod");
+}

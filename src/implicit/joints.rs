@@ -20,11 +20,30 @@ const STEPS: usize = 30;
 const ENOUGH: usize = 8;
 /// Values and gradients on the border agree up to this share of their size: rounding of factors, and of the point.
 const ALIKE: f64 = 1e-9;
+/// How far beyond the border a value is asked for, as a share of the distance at which the border is looked for: farther than rounding
+/// goes, nearer than anything else may end.
+const BEYOND: f64 = 1e-3;
+
+/// How two formulas meet where a third one is zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Joint {
+    /// With the same values and gradients.
+    Smooth,
+    /// With others; both have values beyond.
+    Creased,
+    /// One has no value beyond, or it was not seen.
+    Unknown,
+}
 
 /// Whether `a` and `b` have the same values and gradients where the condition passes zero, as seen at points there.
 pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
+    joint(condition, a, b) == Joint::Smooth
+}
+
+/// How `a`, where the condition is positive, and `b` meet, as seen at points.
+pub(super) fn joint(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
     if ![condition, a, b].into_iter().all(|e| is_small(e, LARGEST)) {
-        return false;
+        return Joint::Unknown;
     }
     let [c, a, b] = [condition, a, b].map(|e| Formula::in_pieces(e, &Placement::IDENTITY));
     let mut state = 1u64;
@@ -32,7 +51,7 @@ pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
-    let mut seen = 0;
+    let (mut seen, mut creased) = (0, false);
     for _ in 0..LOOKS {
         let size = 10f64.powf(5.0 * unit() - 2.0);
         let mut p = DVec3::from_array([0; 3].map(|_| size * (2.0 * unit() - 1.0)));
@@ -57,10 +76,20 @@ pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
         let value = u.v.abs().max(v.v.abs());
         let slope = u.g.length().max(v.g.length()) + value / size;
         let alike = (u.v - v.v).abs() <= ALIKE * (value + slope * size) && (u.g - v.g).length() <= ALIKE.sqrt() * slope;
-        if !alike {
-            return false;
+        let across = c.gradient(p).g.normalize_or_zero();
+        let is_defined = |f: &Formula, side: f64| {
+            let d = f.gradient(p + across * (side * BEYOND * size));
+            d.v.is_finite() && d.g.is_finite()
+        };
+        if !(is_defined(&a, -1.0) && is_defined(&b, 1.0)) && !alike {
+            return Joint::Unknown;
         }
+        creased |= !alike;
         seen += 1;
     }
-    seen >= ENOUGH
+    match seen >= ENOUGH {
+        false => Joint::Unknown,
+        true if creased => Joint::Creased,
+        true => Joint::Smooth,
+    }
 }

@@ -50,6 +50,7 @@ pub mod solid;
 mod splinters;
 mod split;
 mod steps;
+mod switched;
 mod tape;
 
 #[cfg(test)]

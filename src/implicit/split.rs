@@ -3,7 +3,8 @@
 //! `min(a, b) >= 0` is the intersection of `a >= 0` and `b >= 0`; `max` makes a union, `|u| = max(u, -u)`. So the crease of
 //! such a formula is an edge between two leaves, like any other. Sums and multiples are looked through, as `min(a, b) + c` is
 //! `min(a + c, b + c)`. Where only the sign of a formula counts, R-operations are taken apart as `min` and `max` are
-//! (`roperation`), and so are products. Switches deeper inside stay in their leaf, and their creases with them.
+//! (`roperation`), and so are products. What has switches deeper inside is taken apart by the sign of what these hang on
+//! (`switched`).
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -17,11 +18,14 @@ use super::pulled::outermost;
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::Solid;
+use super::switched::{Cases, creased};
 
 /// Formulas that would fall into more pieces than this stay whole.
 const MOST_PIECES: usize = 256;
 /// Switches inside switches are followed this deep.
 const DEPTH: usize = 512;
+/// Creases of so many switches deep inside one formula are edges; each doubles the number of its pieces.
+const MOST_CASES: usize = 6;
 /// Subformulas looked at, each as often as it is met: formulas that share much would take forever written out.
 const MOST_VISITS: usize = 1 << 16;
 
@@ -190,7 +194,7 @@ impl Splitter {
                     let (p, q) = (self.condition(a, factor, rest, deeper)?, self.condition(b, factor, rest, deeper)?);
                     return Some(if (*op == Binary::Min) == (factor > 0.0) { p & q } else { p | q });
                 }
-                ExprNode::Unary(..) if let Some(e) = self.pulled(e) => return self.condition(&e, factor, rest, deeper),
+                _ if let Some(e) = self.pulled(e) => return self.condition(&e, factor, rest, deeper),
                 ExprNode::Select(c, a, b) if !self.is_smooth(e, [c, a, b]) => {
                     self.taken_apart = true;
                     let c = self.condition(c, 1.0, &Rest::default(), deeper)?;
@@ -239,7 +243,7 @@ impl Splitter {
         }
         let whole = plus(rest.done, e, factor);
         let alone = rest.is_nothing();
-        if alone { Some(Solid::formula(whole)) } else { self.ended(&Rest { done: Some(&whole), ..*rest }, deeper) }
+        if alone { self.leaf(whole, 0) } else { self.ended(&Rest { done: Some(&whole), ..*rest }, deeper) }
     }
 
     /// A switch times or by what is never negative, as a switch of products.
@@ -266,8 +270,16 @@ impl Splitter {
         Some(e)
     }
 
-    /// A function of a switch as a switch of functions.
+    /// A function of a switch as a switch of functions. Sums and multiples are looked through without.
     fn pulled(&mut self, e: &Expr) -> Option<Expr> {
+        let is_function = match e.node() {
+            ExprNode::Unary(..) | ExprNode::Binary(Binary::Pow | Binary::Hypot, ..) => true,
+            ExprNode::Binary(Binary::Mul, a, b) => Arc::ptr_eq(&a.0, &b.0),
+            _ => false,
+        };
+        if !is_function {
+            return None;
+        }
         let e = outermost(e, &|e| self.switches.held(e) == Holds::Switch)?;
         self.switches.look_at(&e);
         Some(e)
@@ -296,6 +308,23 @@ impl Splitter {
         })
     }
 
+    /// A formula by cases of the switches deep inside it that make creases.
+    fn leaf(&mut self, e: Expr, cases: usize) -> Option<Solid> {
+        self.switches.look_at(&e);
+        if cases == MOST_CASES || self.switches.held(&e) != Holds::Switch {
+            return Some(Solid::formula(e));
+        }
+        let Some(Cases { by, above, below }) = creased(&e, &mut self.terms) else { return Some(Solid::formula(e)) };
+        self.taken_apart = true;
+        self.pieces += 1;
+        if self.pieces > MOST_PIECES {
+            return None;
+        }
+        let (p, q) = (self.leaf(above, cases + 1)?, self.leaf(below, cases + 1)?);
+        let by = self.leaf(by, cases + 1)?;
+        Some((by.clone() & p) | (!by & q))
+    }
+
     /// The condition of what is done with once nothing is ahead.
     fn ended(&mut self, rest: &Rest, depth: usize) -> Option<Solid> {
         if let Some(Ahead { term, factor, next }) = rest.ahead {
@@ -305,7 +334,7 @@ impl Splitter {
         let zero = Expr::constant(0.0);
         let done = rest.done.unwrap_or(&zero);
         let Some(Root { under, factor }) = rest.root else {
-            return (self.pieces <= MOST_PIECES).then(|| Solid::formula(done.clone()));
+            return if self.pieces <= MOST_PIECES { self.leaf(done.clone(), 0) } else { None };
         };
         self.taken_apart = true;
         let without = if rest.mirrored { without_root_at_nose } else { without_root };
@@ -532,7 +561,12 @@ mod tests {
             // By what is never negative.
             (Expr::constant(0.2) - abs(angle(y.clone(), x.clone()) - 0.3) * square(z.clone()) * 0.6, 6),
             (z.clone() - (abs(x.clone()) - abs(y.clone()) * 0.5) / (square(z.clone()) + 1.0), 4),
-            (abs(x.clone()) * abs(y.clone()) + max(x.clone(), z.clone()) - (abs(y.clone()) - 0.2), 4),
+            (abs(x.clone()) * abs(y.clone()) + max(x.clone(), z.clone()) - (abs(y.clone()) - 0.2), 10),
+            // Deep inside.
+            (abs(x.clone()) * abs(y.clone()) - 0.5, 6),
+            (Expr::constant(0.3) - square(abs(x.clone()) - 0.6) - square(y.clone()) - square(z.clone()), 3),
+            (Expr::constant(0.9) - square(Expr::select(y.clone(), z.clone(), x.clone() * 2.0)) - square(x.clone()), 5),
+            (z.clone() - 0.2 + square(max(x.clone(), y.clone()) * 0.7 + 0.3), 3),
         ];
         let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));
         for (e, leaves) in cases {
@@ -558,6 +592,7 @@ mod tests {
         // Nothing to take apart, or nothing that can be.
         assert!(split(&(x.clone() * y.clone() - 1.0)).is_none());
         assert!(split(&(Expr::unary(Unary::Sqrt, x.clone() * x.clone() + y.clone() * y.clone()) - 0.5)).is_none());
-        assert!(split(&(abs(x) * abs(y) - 0.5)).is_none());
+        // What is not defined on the other side of its crease.
+        assert!(split(&(Expr::binary(Binary::Pow, abs(x), Expr::constant(0.8)) * y - 0.5)).is_none());
     }
 }

@@ -17,6 +17,7 @@ use super::roots::by_cases;
 use super::roperation::Terms;
 use super::solid::{Placement, Solid};
 use super::split::split;
+use super::switched::rounded;
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
@@ -159,7 +160,7 @@ pub(super) fn flat(e: &Expr) -> bool {
 
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
 pub(super) fn taken_apart(given: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
-    let e = with_waves(&without_signs(given));
+    let e = with_waves(&rounded(&without_signs(given)));
     let e = by_cases(&sheet(&e).or_else(|| odd_powers(&e)).unwrap_or(e));
     if let Some(within) = within
         && has_steps(&e)
