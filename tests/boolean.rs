@@ -200,4 +200,13 @@ fn narrow_faces_and_borders_that_bend_are_heeded() {
     // Strips a tenth of the size high have triangles of their width.
     let quality = &made.report.check.as_ref().unwrap().quality;
     assert!(quality.min_angle > 25.0 && quality.p05_angle > 40.0, "{quality:?}");
+    // Two cylinders of one radius touch in two points, towards which all faces narrow: what is left has two halves.
+    let pin = "extrude_edges(circle(1), 'z', 3)";
+    let made =
+        meshed(&at, &format!("part({pin} - cylinder(1, axis='x', height=4, at=(0, 0, 1.5)))\nmesh(size='4%')\n"));
+    let made = made.unwrap();
+    let check = made.report.check.as_ref().unwrap();
+    assert!(check.certificate.is_sound(), "{}", check.certificate);
+    let volume = 3.0 * PI - 16.0 / 3.0;
+    assert_abs_diff_eq!(made.mesh.volume(), volume, epsilon = 0.01 * volume);
 }

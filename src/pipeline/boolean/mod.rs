@@ -25,7 +25,7 @@ use crate::implicit::Solid;
 use crate::implicit::part::Part;
 use crate::mesh::{Group, TriMesh};
 use crate::optimize::Sizing;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patches};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patches, remesh_patchwork};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -154,7 +154,8 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let Work { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
-    let mut ladder = Remeshing { names: &names, joint: &joint, exact: &exact, size, work: patchwork, halved: 0 };
+    let mut ladder =
+        Remeshing { names: &names, joint: &joint, exact: &exact, size, work: patchwork, narrow: true, halved: 0 };
     let Some((mut best, number)) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
     attempts.tell(&[number], &mut report);
     if !joined.touching.is_empty() {
@@ -213,6 +214,8 @@ struct Remeshing<'a> {
     exact: &'a ExactOptions,
     size: f64,
     work: Patchwork,
+    /// Whether narrow faces and bends of borders are heeded.
+    narrow: bool,
     halved: usize,
 }
 
@@ -226,7 +229,12 @@ impl Ladder for Remeshing<'_> {
     type Made = (ExactMesh, usize);
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
-        let made = remesh_patches(self.names, self.work.clone(), self.joint, self.exact, run, None)?;
+        let Self { names, joint, exact, .. } = *self;
+        let made = if self.narrow {
+            remesh_patches(names, self.work.clone(), joint, exact, run, None)?
+        } else {
+            remesh_patchwork(self.work.clone(), names, joint, exact, run, None)?
+        };
         let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
         let number = attempts.add(attempt, run);
         Ok(Some((made, number)))
@@ -237,6 +245,11 @@ impl Ladder for Remeshing<'_> {
     }
 
     fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        // Where surfaces touch faces narrow without end, and so short edges meet there that their triangles cross.
+        if self.narrow && faults(&seen.last.0) > 0 {
+            self.narrow = false;
+            return Some((Change::OtherWay, "triangles are at fault"));
+        }
         self.halved += 1;
         let goes_on = faults(&seen.last.0) > 0 && self.halved <= HALVINGS && self.halve(&seen.last.0.report.faults);
         goes_on.then_some((Change::ShorterEdgesHere, "triangles are at fault"))
