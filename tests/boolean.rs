@@ -167,3 +167,46 @@ fn what_cannot_be_joined_is_refused_at_its_place() {
     let e = pipeline::info(&part).err().unwrap().to_string();
     assert!(e.contains("line 2") && e.contains("has no function"), "{e}");
 }
+
+#[test]
+fn what_has_no_end_is_cut_by_all_that_has_one_and_made_only_where_it_matters() {
+    let at = folder("endless");
+    std::fs::write(at.join("a.off"), cuboid([0.0; 3], [4.0, 4.0, 2.0])).unwrap();
+    // A box of R-functions far from every boundary is cut, too.
+    let below = "half_space(normal=(0, 0, 1), at=(0, 0, 1)).name('cut')";
+    let far = "box(lo=(20, 0, 0), hi=(22, 2, 2)).name('far')";
+    let made = sound(&at, &format!("part((mesh('a.off') | {far}) & {below})\nmesh(size=0.5)\n"));
+    assert_abs_diff_eq!(made.mesh.volume(), 16.0 + 4.0, epsilon = 1e-9);
+    let made = sound(&at, &format!("part((mesh('a.off') | {far}) - {below})\nmesh(size=0.5)\n"));
+    assert_abs_diff_eq!(made.mesh.volume(), 16.0 + 4.0, epsilon = 1e-9);
+    // What stands beside has no part in how much of an endless solid is made.
+    let bored = "mesh('a.off') - cylinder(0.3, axis='x', at=(0, 2, 1)).name('bore')";
+    let alone = sound(&at, &format!("part({bored})\nmesh(size=0.5)\n"));
+    let beside = sound(&at, &format!("part(({bored}) | mesh('a.off').name('b').move((30, 0, 0)))\nmesh(size=0.5)\n"));
+    assert_eq!(alone.report.attempts[0].triangles, beside.report.attempts[0].triangles);
+    // It is in the way of nothing where it does not reach.
+    let made = sound(&at, "part(mesh('a.off') - cylinder(0.3, axis='x', at=(0, 9, 1)).name('bore'))\nmesh(size=0.5)\n");
+    assert_abs_diff_eq!(made.mesh.volume(), 32.0, epsilon = 1e-9);
+}
+
+#[test]
+fn narrow_faces_and_borders_that_bend_are_heeded() {
+    let at = folder("narrow");
+    std::fs::write(at.join("a.off"), cuboid([0.0; 3], [4.0, 4.0, 2.0])).unwrap();
+    let thin = 0.04;
+    let slice = format!("box(lo=(-1, -1, 0.5), hi=(5, 5, {})).name('slice')", 0.5 + thin);
+    let made = sound(&at, &format!("part(mesh('a.off') & {slice})\nmesh(size=0.4)\n"));
+    assert_abs_diff_eq!(made.mesh.volume(), 16.0 * thin, epsilon = 1e-9);
+    // Strips a tenth of the size high have triangles of their width.
+    let quality = &made.report.check.as_ref().unwrap().quality;
+    assert!(quality.min_angle > 25.0 && quality.p05_angle > 40.0, "{quality:?}");
+    // Two cylinders of one radius touch in two points, towards which all faces narrow: what is left has two halves.
+    let pin = "extrude_edges(circle(1), 'z', 3)";
+    let made =
+        meshed(&at, &format!("part({pin} - cylinder(1, axis='x', height=4, at=(0, 0, 1.5)))\nmesh(size='4%')\n"));
+    let made = made.unwrap();
+    let check = made.report.check.as_ref().unwrap();
+    assert!(check.certificate.is_sound(), "{}", check.certificate);
+    let volume = 3.0 * PI - 16.0 / 3.0;
+    assert_abs_diff_eq!(made.mesh.volume(), volume, epsilon = 0.01 * volume);
+}

@@ -19,7 +19,7 @@ use crate::spatial::Graded;
 
 /// Nor do narrow gaps and short borders make them more than this many times shorter than the size, as slivers of faces narrower
 /// than that are cut off boundary representations.
-const NARROWEST: f64 = 40.0;
+pub(super) const NARROWEST: f64 = 40.0;
 /// A mesh by the leaf method, or by the best that could be had instead.
 pub(super) struct ByLeaf {
     pub(super) mesh: TriMesh,

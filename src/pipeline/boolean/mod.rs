@@ -11,6 +11,7 @@ mod work;
 
 use super::history::{Attempt, Clock, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
+use super::leaf::NARROWEST;
 use super::mesh::{Meshed, check_groups, finish_names};
 use super::method::Method;
 use super::options::MeshOptions;
@@ -24,20 +25,21 @@ use crate::implicit::Solid;
 use crate::implicit::part::Part;
 use crate::mesh::{Group, TriMesh};
 use crate::optimize::Sizing;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patches, remesh_patchwork};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 use joint::Joint;
-use operand::{Asked, Made, Wanted, load, make_foreign, make_functions, named_groups, with_size};
+use operand::{Asked, Made, Wanted, extent, load, make_foreign, make_functions, named_groups, with_size};
 use tree::Operand;
 pub(super) use tree::{files_of, holds_foreign};
 use work::{Numbers, Work, align, coinciding, misfit, prepare};
 
-/// An endless solid of R-functions is kept in a box that is larger than what it is joined with by this share of the diagonal on every
-/// side, and by a little more for every operand, so that no two boxes coincide.
-const BEYOND: f64 = 0.11;
-const MORE: f64 = 0.007;
+/// An endless solid of R-functions is kept in a box that is larger than where it matters by this share of the diagonal on every side, and
+/// by a little more for every operand, so that no two boxes coincide. Each percent more is several percent more triangles that are made
+/// for nothing.
+const BEYOND: f64 = 0.011;
+const MORE: f64 = 0.0007;
 /// A node of the cut is at most this many sizes from its place on the true surfaces.
 const REACH: f64 = 2.0;
 /// How often edges are halved around triangles that cross others or are turned over.
@@ -86,23 +88,36 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let own = with_size(options, size);
     let for_operands = run.for_a_part();
     let wanted = Wanted { part, options: &own, size, run: &for_operands };
-    // Boundaries first: what has no end is kept in a box around them.
-    let mut around = bounds;
     let mut boundaries: Vec<Option<Made>> = Vec::with_capacity(operands.len());
     for (o, read) in operands.iter().zip(loaded) {
         boundaries.push(match (o, read) {
             (Operand::Foreign(placed), Some(read)) => Some(make_foreign(placed, read, &wanted, &mut report)?),
             _ => None,
         });
-        around = boundaries.last().iter().copied().flatten().fold(around, |b, m| b.union(&m.mesh.bounds()));
     }
+    // What has no end is kept in a box around where it matters, of all that has one.
+    let known: Vec<Aabb> = operands
+        .iter()
+        .zip(&boundaries)
+        .map(|(o, boundary)| match (o, boundary) {
+            (_, Some(made)) => made.mesh.bounds(),
+            (Operand::Functions(s), None) => extent(s, part),
+            (Operand::Foreign(_), None) => Aabb::ALL,
+        })
+        .collect();
+    let around = known.iter().filter(|b| b.is_finite()).fold(bounds, |a, b| a.union(b));
     let mut attempts = Attempts::new(options.timed);
     let mut made: Vec<Made> = Vec::with_capacity(operands.len());
     for (k, (o, boundary)) in operands.iter().zip(boundaries).enumerate() {
-        let within = around.grown((BEYOND + MORE * k as f64) * around.diagonal());
         made.push(match (o, boundary) {
             (_, Some(boundary)) => boundary,
-            (Operand::Functions(s), None) => make_functions(s, within, &wanted, &mut attempts, &mut report)?,
+            (Operand::Functions(s), None) => {
+                let matters = tree.matters(k, &known).intersection(&around);
+                let inner = if matters.is_empty() { around } else { matters };
+                let within = inner.grown((BEYOND + MORE * k as f64) * inner.diagonal());
+                let domain = (!known[k].is_finite()).then_some(within);
+                make_functions(s, domain, &wanted, &mut attempts, &mut report)?
+            }
             (Operand::Foreign(placed), None) => return Err(placed.solid.refused("was not read")),
         });
     }
@@ -139,7 +154,8 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let Work { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
-    let mut ladder = Remeshing { names: &names, joint: &joint, exact: &exact, size, work: patchwork, halved: 0 };
+    let mut ladder =
+        Remeshing { names: &names, joint: &joint, exact: &exact, size, work: patchwork, narrow: true, halved: 0 };
     let Some((mut best, number)) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
     attempts.tell(&[number], &mut report);
     if !joined.touching.is_empty() {
@@ -187,7 +203,8 @@ fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOpti
     let wish = |k: usize| wishes.faces.get(k).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
     let face_sizes = (0..numbers.names.len()).map(|k| smaller(own(k), wish(k))).collect();
-    Ok(ExactOptions { face_sizes, regions: wishes.regions, ..plain })
+    let narrowest = options.least_length().unwrap_or(size / NARROWEST);
+    Ok(ExactOptions { face_sizes, regions: wishes.regions, narrowest, ..plain })
 }
 
 /// Remeshing with shorter edges around triangles at fault.
@@ -197,6 +214,8 @@ struct Remeshing<'a> {
     exact: &'a ExactOptions,
     size: f64,
     work: Patchwork,
+    /// Whether narrow faces and bends of borders are heeded.
+    narrow: bool,
     halved: usize,
 }
 
@@ -210,7 +229,12 @@ impl Ladder for Remeshing<'_> {
     type Made = (ExactMesh, usize);
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
-        let made = remesh_patchwork(self.work.clone(), self.names, self.joint, self.exact, run, None)?;
+        let Self { names, joint, exact, .. } = *self;
+        let made = if self.narrow {
+            remesh_patches(names, self.work.clone(), joint, exact, run, None)?
+        } else {
+            remesh_patchwork(self.work.clone(), names, joint, exact, run, None)?
+        };
         let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
         let number = attempts.add(attempt, run);
         Ok(Some((made, number)))
@@ -221,6 +245,11 @@ impl Ladder for Remeshing<'_> {
     }
 
     fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        // Where surfaces touch faces narrow without end, and so short edges meet there that their triangles cross.
+        if self.narrow && faults(&seen.last.0) > 0 {
+            self.narrow = false;
+            return Some((Change::OtherWay, "triangles are at fault"));
+        }
         self.halved += 1;
         let goes_on = faults(&seen.last.0) > 0 && self.halved <= HALVINGS && self.halve(&seen.last.0.report.faults);
         goes_on.then_some((Change::ShorterEdgesHere, "triangles are at fault"))

@@ -296,19 +296,22 @@ fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) ->
     })
 }
 
-/// Makes an operand of R-functions; a solid that may have no end is kept in a box.
+/// A box around a solid of R-functions; everything where it may have no end.
+pub(super) fn extent(solid: &Solid, part: &Part) -> Aabb {
+    Implicit::new(solid, part.rsystem, None).map_or(Aabb::ALL, |model| model.bounds())
+}
+
+/// Makes an operand of R-functions; a solid that may have no end is kept in a box, its `domain`.
 ///
 /// Errors: those of [`Implicit::new`]; [`Error::Failed`] where no mesh without intersections is found.
 pub(super) fn make_functions(
     solid: &Solid,
-    within: Aabb,
+    domain: Option<Aabb>,
     wanted: &Wanted<'_>,
     attempts: &mut Attempts,
     report: &mut Report,
 ) -> Result<Made> {
     let Wanted { part, options, run, .. } = *wanted;
-    let endless = Implicit::new(solid, part.rsystem, None).is_err();
-    let domain = endless.then_some(within);
     let alone = Part { solid: Some(solid.clone()), domain, built: Vec::new(), groups: Vec::new(), ..part.clone() };
     let ready = Ready::new(&alone, options.size)?;
     let mut own = Attempts::new(options.timed);

@@ -8,6 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::error::{Error, Place, Result};
 use crate::implicit::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode};
+use crate::spatial::Aabb;
 
 /// Set operations within set operations above solids given by boundaries, at most: what is deeper would need more stack than a
 /// thread has. Chains of one operation count as one.
@@ -47,6 +48,40 @@ impl Tree {
             Tree::And(all) => all.iter().all(|t| t.holds(state)),
             Tree::Or(all) => all.iter().any(|t| t.holds(state)),
             Tree::Not(t) => !t.holds(state),
+        }
+    }
+
+    /// A box around what is inside, or around what is outside, given boxes around the operands.
+    fn extent(&self, bounds: &[Aabb], inside: bool) -> Aabb {
+        let common = |all: &[Tree]| all.iter().fold(Aabb::ALL, |b, t| b.intersection(&t.extent(bounds, inside)));
+        let together = |all: &[Tree]| {
+            let boxes = all.iter().map(|t| t.extent(bounds, inside)).filter(|b| !b.is_empty());
+            boxes.fold(Aabb::EMPTY, |b, x| b.union(&x))
+        };
+        match self {
+            Tree::Operand(k) if inside => bounds.get(*k).copied().unwrap_or(Aabb::ALL),
+            Tree::Operand(_) => Aabb::ALL,
+            Tree::Not(t) => t.extent(bounds, !inside),
+            Tree::And(all) if inside => common(all),
+            Tree::Or(all) if !inside => common(all),
+            Tree::And(all) | Tree::Or(all) => together(all),
+        }
+    }
+
+    /// A box around where it makes a difference whether a point is in the operand of this number, given boxes around all operands:
+    /// where what it is intersected with is, and where what it is united with is not.
+    pub(super) fn matters(&self, operand: usize, bounds: &[Aabb]) -> Aabb {
+        match self {
+            Tree::Operand(k) if *k == operand => Aabb::ALL,
+            Tree::Operand(_) => Aabb::EMPTY,
+            Tree::Not(t) => t.matters(operand, bounds),
+            Tree::And(all) | Tree::Or(all) => {
+                let inside = matches!(self, Tree::And(_));
+                let found = all.iter().map(|t| t.matters(operand, bounds)).enumerate().find(|x| !x.1.is_empty());
+                let Some((holder, own)) = found else { return Aabb::EMPTY };
+                let others = all.iter().enumerate().filter(|x| x.0 != holder);
+                others.fold(own, |b, (_, t)| b.intersection(&t.extent(bounds, inside)))
+            }
         }
     }
 }
@@ -225,6 +260,8 @@ fn refuse_blend(blend: &Solid) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::implicit::part::parse;
 
@@ -244,6 +281,23 @@ mod tests {
         // In the mesh, outside of the others: all functions hold at once.
         assert!(t.holds(&[true, false, false, true]) && !t.holds(&[true, true, false, true]));
         assert!(!t.holds(&[true, false, false, false]));
+    }
+
+    #[test]
+    fn an_operand_matters_where_what_it_is_joined_with_lets_it() {
+        let at = |x: f64| Aabb::new(DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 1.0, 1.0));
+        let bounds = [at(0.0), at(10.0), Aabb::ALL];
+        let [a, b, endless] = [0, 1, 2].map(Tree::Operand);
+        let either = || Tree::Or(vec![a.clone(), b.clone()]);
+        let without = Tree::Not(Box::new(endless.clone()));
+        assert_eq!(Tree::And(vec![a.clone(), endless.clone()]).matters(2, &bounds), at(0.0));
+        assert_eq!(Tree::And(vec![either(), without.clone()]).matters(2, &bounds), at(0.0).union(&at(10.0)));
+        assert_eq!(Tree::Or(vec![Tree::And(vec![a.clone(), without]), b.clone()]).matters(2, &bounds), at(0.0));
+        assert_eq!(Tree::Or(vec![a.clone(), endless.clone()]).matters(2, &bounds), Aabb::ALL);
+        // Outside of a union is in none of them.
+        let none = Tree::Not(Box::new(Tree::Or(vec![Tree::Not(Box::new(b.clone())), endless.clone()])));
+        assert_eq!(none.matters(2, &bounds), at(10.0));
+        assert!(Tree::And(vec![a, b, endless]).matters(2, &bounds).is_empty());
     }
 
     #[test]
