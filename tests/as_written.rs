@@ -195,3 +195,17 @@ fn switches_deep_inside_make_edges() {
     let check = at_once("w = 0.3*floor(x + 0.5)\npart(solid(0.5**2 - (y - w)**2 - z**2) & box(size=(4, 4, 4)))");
     near(check.volume, 4.0 * PI * 0.25, 0.02, "rod");
 }
+
+#[test]
+fn a_tapered_wing_has_the_nose_of_its_profile() {
+    // The profile's thickness is scaled by the chord, which falls from the root to the tip on both sides: sections are alike.
+    let profile = "c = 1 - 0.25*abs(z)\nX = (x + 0.2*abs(z))/c\n\
+                   yt = 0.6*(0.2969*sqrt(X) - 0.126*X - 0.3516*X**2 + 0.2843*X**3 - 0.1036*X**4)\n\
+                   part(solid(yt*c - abs(y)) & box(lo=(-1, -1, -2), hi=(1.5, 1, 2)))\n";
+    let check = at_once(profile);
+    let area = 2.0 * 0.6 * (0.2969 / 1.5 - 0.126 / 2.0 - 0.3516 / 3.0 + 0.2843 / 4.0 - 0.1036 / 5.0);
+    // The integral of c^2 over both halves.
+    let chords = 2.0 * (1.0 - 0.125) / 0.75;
+    near(check.volume, area * chords, 0.01, profile);
+    assert_eq!(check.features.unwrap().corners_true, 6);
+}

@@ -42,22 +42,68 @@ pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
 
 /// How `a`, where the condition is positive, and `b` meet, as seen at points.
 pub(super) fn joint(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
-    if ![condition, a, b].into_iter().all(|e| is_small(e, LARGEST)) {
-        return Joint::Unknown;
+    Border::new(condition, a, b).map_or(Joint::Unknown, |mut border| border.joint(Border::point))
+}
+
+/// The same where `a` is zero, too: how two parts of a surface meet.
+pub(super) fn joint_of_surface(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
+    Border::new(condition, a, b).map_or(Joint::Unknown, |mut border| border.joint(Border::surface_point))
+}
+
+/// Two formulas on both sides of where a third one is zero.
+struct Border {
+    condition: Formula,
+    a: Formula,
+    b: Formula,
+    state: u64,
+}
+
+/// A point of the border, found at some distance from the origin.
+#[derive(Clone, Copy)]
+struct Found {
+    p: DVec3,
+    size: f64,
+}
+
+impl Border {
+    fn new(condition: &Expr, a: &Expr, b: &Expr) -> Option<Self> {
+        if ![condition, a, b].into_iter().all(|e| is_small(e, LARGEST)) {
+            return None;
+        }
+        let [condition, a, b] = [condition, a, b].map(|e| Formula::in_pieces(e, &Placement::IDENTITY));
+        Some(Self { condition, a, b, state: 1 })
     }
-    let [c, a, b] = [condition, a, b].map(|e| Formula::in_pieces(e, &Placement::IDENTITY));
-    let mut state = 1u64;
-    let mut unit = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let (mut seen, mut creased) = (0, false);
-    for _ in 0..LOOKS {
-        let size = 10f64.powf(5.0 * unit() - 2.0);
-        let mut p = DVec3::from_array([0; 3].map(|_| size * (2.0 * unit() - 1.0)));
+
+    fn unit(&mut self) -> f64 {
+        self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.state >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn joint(&mut self, point: impl Fn(&mut Self) -> Option<Found>) -> Joint {
+        let (mut seen, mut creased) = (0, false);
+        for _ in 0..LOOKS {
+            let Some(found) = point(self) else { continue };
+            let Some(alike) = self.is_alike(found) else { continue };
+            if !(alike || self.goes_on(found)) {
+                return Joint::Unknown;
+            }
+            creased |= !alike;
+            seen += 1;
+        }
+        match seen >= ENOUGH {
+            false => Joint::Unknown,
+            true if creased => Joint::Creased,
+            true => Joint::Smooth,
+        }
+    }
+
+    /// A point where the condition is zero.
+    fn point(&mut self) -> Option<Found> {
+        let size = 10f64.powf(5.0 * self.unit() - 2.0);
+        let mut p = DVec3::from_array([0; 3].map(|_| size * (2.0 * self.unit() - 1.0)));
         let mut moved = f64::INFINITY;
         for _ in 0..STEPS {
-            let d = c.gradient(p);
+            let d = self.condition.gradient(p);
             let step = d.g * (d.v / d.g.length_squared());
             moved = step.length();
             p -= step;
@@ -65,31 +111,46 @@ pub(super) fn joint(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
                 break;
             }
         }
-        if !(p.is_finite() && moved <= 1e-12 * size && p.length() < 100.0 * size) {
-            continue;
+        (p.is_finite() && moved <= 1e-12 * size && p.length() < 100.0 * size).then_some(Found { p, size })
+    }
+
+    /// A point where the condition and the first formula are zero.
+    fn surface_point(&mut self) -> Option<Found> {
+        let Found { mut p, size } = self.point()?;
+        let mut moved = f64::INFINITY;
+        for _ in 0..STEPS {
+            let (c, a) = (self.condition.gradient(p), self.a.gradient(p));
+            // Within the plane of both gradients; nothing where these are parallel.
+            let normal = c.g.cross(a.g);
+            let step = (a.g.cross(normal) * c.v + normal.cross(c.g) * a.v) / normal.length_squared();
+            moved = step.length();
+            p -= step.clamp_length_max(size);
+            if !(moved > 1e-15 * size) {
+                break;
+            }
         }
-        let (u, v) = (a.gradient(p), b.gradient(p));
+        (p.is_finite() && moved <= 1e-9 * size && p.length() < 100.0 * size).then_some(Found { p, size })
+    }
+
+    /// Whether both have the same value and gradient; nothing where one of them has none.
+    fn is_alike(&self, Found { p, size }: Found) -> Option<bool> {
+        let (u, v) = (self.a.gradient(p), self.b.gradient(p));
         if !(u.v.is_finite() && v.v.is_finite() && u.g.is_finite() && v.g.is_finite()) {
-            continue;
+            return None;
         }
         // A gradient that vanishes there is rounding.
         let value = u.v.abs().max(v.v.abs());
         let slope = u.g.length().max(v.g.length()) + value / size;
-        let alike = (u.v - v.v).abs() <= ALIKE * (value + slope * size) && (u.g - v.g).length() <= ALIKE.sqrt() * slope;
-        let across = c.gradient(p).g.normalize_or_zero();
-        let is_defined = |f: &Formula, side: f64| {
-            let d = f.gradient(p + across * (side * BEYOND * size));
+        Some((u.v - v.v).abs() <= ALIKE * (value + slope * size) && (u.g - v.g).length() <= ALIKE.sqrt() * slope)
+    }
+
+    /// Whether both have values beyond the border.
+    fn goes_on(&self, Found { p, size }: Found) -> bool {
+        let across = self.condition.gradient(p).g.normalize_or_zero() * (BEYOND * size);
+        let is_defined = |f: &Formula, p: DVec3| {
+            let d = f.gradient(p);
             d.v.is_finite() && d.g.is_finite()
         };
-        if !(is_defined(&a, -1.0) && is_defined(&b, 1.0)) && !alike {
-            return Joint::Unknown;
-        }
-        creased |= !alike;
-        seen += 1;
-    }
-    match seen >= ENOUGH {
-        false => Joint::Unknown,
-        true if creased => Joint::Creased,
-        true => Joint::Smooth,
+        is_defined(&self.a, p - across) && is_defined(&self.b, p + across)
     }
 }

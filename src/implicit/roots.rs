@@ -102,8 +102,8 @@ fn shown(e: &Expr) -> Vec<&Expr> {
     match e.node() {
         ExprNode::Unary(Unary::Neg | Unary::Abs, a) => vec![a],
         ExprNode::Binary(Binary::Add | Binary::Sub | Binary::Min | Binary::Max, a, b) => vec![a, b],
-        ExprNode::Binary(Binary::Mul, a, b) if a.as_constant().is_some() => vec![b],
-        ExprNode::Binary(Binary::Mul | Binary::Div, a, b) if b.as_constant().is_some() => vec![a],
+        ExprNode::Binary(Binary::Mul, a, b) => vec![a, b],
+        ExprNode::Binary(Binary::Div, a, _) => vec![a],
         ExprNode::Select(_, a, b) => vec![a, b],
         _ => Vec::new(),
     }

@@ -8,7 +8,7 @@
 use rustc_hash::FxHashSet;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
-use super::joints::{Joint, joint};
+use super::joints::{Joint, is_smooth, joint_of_surface};
 use super::roperation::Terms;
 use super::steps::{operands, rewritten};
 
@@ -53,10 +53,6 @@ impl Cases {
         let [above, below] = [true, false].map(|above| on_side(e, numbers, above, terms));
         Self { by, above, below }
     }
-
-    fn joint(&self) -> Joint {
-        joint(&self.by, &self.above, &self.below)
-    }
 }
 
 /// The numbers of a formula and of its opposite.
@@ -97,7 +93,7 @@ pub(super) fn rounded(e: &Expr) -> Expr {
         let ExprNode::Binary(Binary::Add | Binary::Sub, p, q) = e.node() else { return None };
         let by = [(p, q), (q, p)].into_iter().find_map(|(p, q)| rounded_off(p, q, &mut terms, 0))?;
         let cases = Cases::new(e, by, &mut terms);
-        matches!(cases.joint(), Joint::Smooth).then(|| Expr::select(cases.by, cases.above, cases.below))
+        is_smooth(&cases.by, &cases.above, &cases.below).then(|| Expr::select(cases.by, cases.above, cases.below))
     })
 }
 
@@ -149,7 +145,7 @@ fn inner_first(e: &Expr) -> Vec<&Expr> {
     found
 }
 
-/// The cases of a switch that makes a crease, if there is one. Both have values beyond it.
+/// The cases of a switch that makes a crease of the surface, if there is one. Both have values beyond it.
 pub(super) fn creased(e: &Expr, terms: &mut Terms) -> Option<Cases> {
     let mut asked = FxHashSet::default();
     for switch in inner_first(e).into_iter().filter_map(Switch::of) {
@@ -160,7 +156,7 @@ pub(super) fn creased(e: &Expr, terms: &mut Terms) -> Option<Cases> {
             return None;
         }
         let cases = Cases::new(e, switch.by, terms);
-        if matches!(cases.joint(), Joint::Creased) {
+        if joint_of_surface(&cases.by, &cases.above, &cases.below) == Joint::Creased {
             return Some(cases);
         }
     }
