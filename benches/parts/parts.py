@@ -424,6 +424,47 @@ part(solid(z <= 0.3*atan2(y, x)).name("ramp") & cylinder(1, height=3).name("drum
 """
 
 
+@part("treads around an axis, by floor of an angle")
+def winding_stairs():
+    return """
+step = floor(atan2(y, x)*6/pi)*0.25
+treads = solid(z <= step + 2).name("top") & solid(z >= step + 1.7).name("bottom") & cylinder(3).name("rim") - cylinder(0.8)
+part(treads | cylinder(0.9, height=5).name("post"))
+"""
+
+
+@part("a plate with 81 round holes, by mod of both coordinates")
+def perforated_plate():
+    return """
+u = mod(x + 0.25, 0.5) - 0.25
+v = mod(y + 0.25, 0.5) - 0.25
+part(box(size=(4, 4, 0.1)).name("plate") - solid(hypot(u, v) <= 0.15).name("holes"))
+"""
+
+
+@part("balls and a rod joined by polynomial minima, as distance fields are")
+def smooth_minima():
+    return """
+def smin(a, b, k):
+    return min(a, b) - max(k - abs(a - b), 0)**2 / (4*k)
+def ball(a, b, c, r):
+    return sqrt((x - a)**2 + (y - b)**2 + (z - c)**2) - r
+balls = smin(smin(ball(0, 0, 0, 1), ball(1.2, 0, 0.3, 0.7), 0.4), ball(-1, 0.5, 0.2, 0.6), 0.3)
+rod = max(hypot(x - 0.2, y) - 0.3, abs(z) - 1.6)
+part(solid(-smin(balls, rod, 0.3)))
+"""
+
+
+@part("a swept wing that tapers to both sides")
+def wing_tapered():
+    return """
+c = 1 - 0.25*abs(z)
+X = (x + 0.2*abs(z))/c
+yt = 0.6*(0.2969*sqrt(X) - 0.126*X - 0.3516*X**2 + 0.2843*X**3 - 0.1036*X**4)
+part(solid(yt*c - abs(y)).name("skin") & box(lo=(-1, -1, -2), hi=(1.5, 1, 2)).name("ends"))
+"""
+
+
 @part("six metaballs with a flat, one formula")
 def metaballs():
     terms = " + ".join(f"1/((x - {a})**2 + (y - {b})**2 + (z - {c})**2 + 0.01)"

@@ -45,7 +45,7 @@ pub(super) fn joint(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
     Border::new(condition, a, b).map_or(Joint::Unknown, |mut border| border.joint(Border::point))
 }
 
-/// The same where `a` is zero, too: how two parts of a surface meet.
+/// The same where the surface is, by cases of `a` and `b`: how two parts of it meet.
 pub(super) fn joint_of_surface(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
     Border::new(condition, a, b).map_or(Joint::Unknown, |mut border| border.joint(Border::surface_point))
 }
@@ -114,9 +114,13 @@ impl Border {
         (p.is_finite() && moved <= 1e-12 * size && p.length() < 100.0 * size).then_some(Found { p, size })
     }
 
-    /// A point where the condition and the first formula are zero.
+    /// A point where the condition and the first formula are zero, or in a wall where the two have different signs.
     fn surface_point(&mut self) -> Option<Found> {
-        let Found { mut p, size } = self.point()?;
+        let found = self.point()?;
+        let Found { mut p, size } = found;
+        if (self.a.gradient(p).v > 0.0) != (self.b.gradient(p).v > 0.0) {
+            return Some(found);
+        }
         let mut moved = f64::INFINITY;
         for _ in 0..STEPS {
             let (c, a) = (self.condition.gradient(p), self.a.gradient(p));

@@ -89,6 +89,8 @@ fn what_is_split_is_the_same_solid() {
         (abs(x.clone()) * abs(y.clone()) - 0.5, 1),
         (Expr::constant(0.5) - square(abs(x.clone()) - 0.6) - square(y.clone()) - square(z.clone()), 3),
         (Expr::constant(0.9) - square(Expr::select(y.clone(), z.clone(), x.clone() * 2.0)) - square(x.clone()), 5),
+        // A wall without an end in sight.
+        (square(Expr::select(x.clone(), Expr::constant(1.0), Expr::constant(0.2))) - 0.5 + y.clone() * 0.1, 3),
         (z.clone() - 0.2 + square(max(x.clone(), y.clone()) * 0.7 + 0.3), 3),
     ];
     let domain = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.2));
