@@ -209,7 +209,8 @@ int rv_step_check(const char *path, const rv_options *options, rv_text **report,
 /* What is in it, as JSON of `rvachev info --json`: bodies with volumes, faces with areas, a box. Lengths are in millimeters. RV_SHORT where
  * something was not understood or had to be put right, which the notes tell. */
 int rv_step_info(const char *path, const rv_options *options, rv_text **info, rv_error **error);
-/* Every stage of every method measured on a part, as JSON of `rvachev compare --json`. The option tol is a length here. */
+/* Every stage of every method measured on a part, as JSON of `rvachev compare --json`. The options volume and without are
+ * wrong here. */
 int rv_compare(const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
 /* Reads a file of triangles as it is. */
 int rv_mesh_read(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);

@@ -24,6 +24,8 @@ def test_a_tolerance_is_a_length_or_a_share_of_the_diagonal():
     share, length = (ball.mesh(size="40%", tol=t) for t in ("0.1%", 0.002 * math.sqrt(3)))
     assert len(share.triangles) == len(length.triangles) > 1000
     assert len(ball.mesh(size="40%", tol="1%").triangles) < len(share.triangles) / 5
+    bounded, by_length = (ball.mesh(size="40%", tol="0.1%", size_min=m) for m in ("5%", 0.1 * math.sqrt(3)))
+    assert len(bounded.triangles) == len(by_length.triangles) < len(share.triangles)
     with pytest.raises(rv.Error, match="-1%"):
         ball.mesh(tol="-1%")
 

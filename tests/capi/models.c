@@ -80,8 +80,8 @@ int main(int argc, char **argv) {
     NEED(rv_part_load(argv[3], NULL, &part, &error));
     status = rv_compare(part, options, &text, &error);
     show("compared", status, text);
-    NEED(rv_options_set(options, "tol", "1%", &error));
-    WRONG(rv_compare(part, options, &text, &error), RV_USAGE, "length");
+    NEED(rv_options_set(options, "volume", "0.01", &error));
+    WRONG(rv_compare(part, options, &text, &error), RV_USAGE, "neither volume");
     WRONG(rv_compare(NULL, options, &text, &error), RV_USAGE, "part is NULL");
     WRONG(rv_compare(part, options, NULL, &error), RV_USAGE, "report is NULL");
     WRONG(rv_step_check(NULL, NULL, &text, &error), RV_USAGE, "path is NULL");
