@@ -37,15 +37,10 @@ pub(super) enum Joint {
 
 /// Whether `a` and `b` have the same values and gradients where the condition passes zero, as seen at points there.
 pub(super) fn is_smooth(condition: &Expr, a: &Expr, b: &Expr) -> bool {
-    joint(condition, a, b) == Joint::Smooth
+    Border::new(condition, a, b).is_some_and(|mut border| border.joint(Border::point) == Joint::Smooth)
 }
 
-/// How `a`, where the condition is positive, and `b` meet, as seen at points.
-pub(super) fn joint(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
-    Border::new(condition, a, b).map_or(Joint::Unknown, |mut border| border.joint(Border::point))
-}
-
-/// The same where the surface is, by cases of `a` and `b`: how two parts of it meet.
+/// How two parts of a surface meet: `a` is zero in one of them, where the condition is positive, and `b` in the other. As seen at points.
 pub(super) fn joint_of_surface(condition: &Expr, a: &Expr, b: &Expr) -> Joint {
     Border::new(condition, a, b).map_or(Joint::Unknown, |mut border| border.joint(Border::surface_point))
 }
@@ -89,12 +84,11 @@ impl Border {
             }
             creased |= !alike;
             seen += 1;
+            if creased && seen >= ENOUGH {
+                return Joint::Creased;
+            }
         }
-        match seen >= ENOUGH {
-            false => Joint::Unknown,
-            true if creased => Joint::Creased,
-            true => Joint::Smooth,
-        }
+        if seen >= ENOUGH { Joint::Smooth } else { Joint::Unknown }
     }
 
     /// A point where the condition is zero.
