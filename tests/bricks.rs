@@ -135,6 +135,32 @@ fn a_mesh_on_disk_is_the_one_in_memory_in_its_bytes_and_its_measures() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// The volume of the box of [`a_wall_beside_the_point_where_bores_touch`] below both bores, by the midpoint rule on its base.
+fn below_bores(at: [f64; 2]) -> f64 {
+    let (n, half, r) = (600, 0.3, 0.4f64);
+    let middle = |c: f64, k: usize| c - half + 2.0 * half * (k as f64 + 0.5) / n as f64;
+    let height = |x: f64, z: f64| 0.75 + (-(r * r - (x * x).min(z * z)).sqrt()).min(-0.25);
+    let row = |i: usize| (0..n).map(|k| height(middle(at[0], i), middle(at[1], k))).sum::<f64>();
+    (0..n).map(row).sum::<f64>() * (2.0 * half / n as f64).powi(2)
+}
+
+#[test]
+fn a_wall_beside_the_point_where_bores_touch() {
+    // Four creases meet in (0, -0.4, 0), where both bores go the same way. Walls pass it at less than half an edge: it has one node, and
+    // the brick beyond the wall draws nothing to it.
+    for at in [[-0.00998, -0.00996], [-0.00908, -0.01766]] {
+        let [x, z] = at;
+        let text = format!(
+            "part(box(at=({x}, -0.5, {z}), size=(0.6, 0.5, 0.6)) - cylinder(0.4, axis='x') - cylinder(0.4, axis='z'))\n"
+        );
+        let (mesh, c) = made(&text, 0.01, [2, 1, 2], &format!("touching{x}"));
+        assert!(c.certificate.is_sound() && c.euler == 2, "{at:?}: {:?}", c.certificate);
+        assert_relative_eq!(c.volume.unwrap(), below_bores(at), epsilon = 0.0, max_relative = 1e-4);
+        let joint = DVec3::new(0.0, -0.4, 0.0);
+        assert_eq!(mesh.nodes.iter().filter(|p| p.distance(joint) < 1e-6).count(), 1, "{at:?}");
+    }
+}
+
 #[test]
 fn parts_smaller_than_a_brick_walls_along_its_wall_and_an_edge_in_it_come_out() {
     // The grid's middle wall is near x = 0: a thin wall on both sides of it, and one that it halves lengthwise; small balls.

@@ -4,12 +4,13 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::patchwork::PieceSet;
 use crate::geometry::{Pieces, common_normal};
 use crate::mesh::EditMesh;
 use crate::mesh::edit::NONE;
+use crate::numeric::predicates::orient2d;
 
 /// Pieces at a smaller angle than this (its cosine) to each other may touch nearby.
 const CLOSE: f64 = 0.85;
@@ -35,6 +36,8 @@ const CLEAR: f64 = 0.6;
 struct Joint {
     at: DVec3,
     pieces: PieceSet,
+    /// Of both pieces there.
+    normal: DVec3,
 }
 
 /// Whether two pieces go about the same way at a place.
@@ -86,7 +89,9 @@ impl Pieced<'_> {
             let Some(joint) = touching(surface, pair, start, self.cell) else { continue };
             if done.iter().all(|p| p.distance(joint.at) > SAME * self.cell) {
                 done.push(joint.at);
-                self.pinch_at(&joint);
+                if self.holds(&joint) {
+                    self.pinch_at(&joint);
+                }
             }
         }
     }
@@ -105,6 +110,33 @@ impl Pieced<'_> {
     pub(super) fn is_border(&self, h: u32) -> bool {
         let of = |h: u32| self.of_triangle[h as usize / 3];
         self.mesh.opposite(h) != NONE && of(h) != of(self.mesh.opposite(h))
+    }
+
+    /// Whether a joint lies in this mesh. Where the mesh ends nearby another one goes on that may find the same joint, and only one may draw
+    /// triangles to it: the one that has it in a triangle, as seen along the normal. The ends are the same in both, and so is the side of
+    /// them it is on. What neither has is found when both are one mesh; what is a node at an end already is there.
+    fn holds(&self, joint: &Joint) -> bool {
+        let (m, reach) = (&self.mesh, (REACH * self.cell).powi(2));
+        let is_near = |v: u32| m.point(v).distance_squared(joint.at) < reach;
+        let ends: Vec<DVec3> = m.nodes().filter(|v| is_near(*v) && m.is_boundary(*v)).map(|v| m.point(v)).collect();
+        if ends.is_empty() {
+            return true;
+        }
+        if ends.iter().any(|p| p.distance(joint.at) <= SAME * self.cell) {
+            return false;
+        }
+        let (e, f) = joint.normal.any_orthonormal_pair();
+        let seen = |p: DVec3| DVec2::new((p - joint.at).dot(e), (p - joint.at).dot(f));
+        let has = |t: u32| {
+            let p = m.corner_points(t).map(seen);
+            let sides: [f64; 3] = std::array::from_fn(|k| orient2d(p[k], p[(k + 1) % 3], DVec2::ZERO));
+            let on_end = |k: usize| sides[k] == 0.0 && m.opposite(3 * t + k as u32) == NONE;
+            let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+            inside && !(0..3).any(on_end)
+        };
+        let around = |t: &u32| m.corners(*t).into_iter().any(is_near);
+        let of_them = |t: &u32| joint.pieces.as_slice().contains(&self.of_triangle[*t as usize]);
+        m.triangles().filter(|t| of_them(t) && around(t)).any(has)
     }
 
     /// Draws what lies around a joint into its node, the nearest first, until four arms of the border come out of that.
@@ -162,5 +194,5 @@ fn touching(surface: &dyn Pieces, [i, j]: [u32; 2], start: DVec3, cell: f64) -> 
     let first = (1..around.len()).find(|&k| around[k] != around[k - 1])?;
     around.rotate_left(first);
     let sectors = around.chunk_by(|a, b| a == b).count();
-    (sectors == WIDE).then(|| Joint { at: p, pieces: PieceSet::of(&[i, j]) })
+    (sectors == WIDE).then(|| Joint { at: p, pieces: PieceSet::of(&[i, j]), normal })
 }
