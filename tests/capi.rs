@@ -1,6 +1,6 @@
 //! The library for C: programs in C, C++ and Fortran, compiled and run. `tests/header.rs` compares its header with the source.
 //!
-//! Needs a compiler of each: `cc`, `c++`, `gfortran`, or what `CC`, `CXX` and `FC` name. What is missing fails, saying so.
+//! Needs a compiler of each: `cc`, `c++`, `gfortran`, or what `CC`, `CXX` and `FC` name; and `pkg-config`. What is missing fails, saying so.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -445,4 +445,37 @@ fn bindings_have_the_version_of_the_library() {
         let own = text.lines().find_map(|l| l.strip_prefix("version = ")).unwrap();
         assert_eq!(own.trim_matches('"'), env!("CARGO_PKG_VERSION"), "{member}");
     }
+}
+
+#[test]
+fn installed_library_is_found_by_pkg_config() {
+    let target = library().parent().unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("capi/installed");
+    let _ = fs::remove_dir_all(&folder);
+    said(Command::new(root().join("capi/install")).arg(&folder).env("CARGO_TARGET_DIR", target));
+    let told = |arguments: &[&str]| {
+        let mut command = Command::new("pkg-config");
+        command.args(arguments).arg("rvachev").env("PKG_CONFIG_PATH", folder.join("lib/pkgconfig"));
+        let text = said(&mut command);
+        text.split_whitespace().map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&["--modversion"]), [env!("CARGO_PKG_VERSION")]);
+    let source = documented("c", "c");
+    // With nothing but what pkg-config tells: once with the shared library, once with the static one.
+    let built = |name: &str, flags: &[String]| {
+        let program = folder.join(name);
+        done(C.compiler().args(C.flags).arg(&source).arg("-o").arg(&program).args(flags))
+            .unwrap_or_else(|e| panic!("{e}"));
+        said(
+            Command::new(&program)
+                .env("LD_LIBRARY_PATH", folder.join("lib"))
+                .env("DYLD_LIBRARY_PATH", folder.join("lib")),
+        )
+    };
+    let shared = built("shared", &told(&["--cflags", "--libs"]));
+    assert!(shared.trim_end().ends_with(" points"), "{shared}");
+    for file in ["librvachev_c.so", "librvachev_c.dylib"] {
+        let _ = fs::remove_file(folder.join("lib").join(file));
+    }
+    assert_eq!(built("alone", &told(&["--static", "--cflags", "--libs"])), shared);
 }

@@ -247,6 +247,36 @@ fn differences_between_headers_are_named() {
     }
 }
 
+#[test]
+fn every_handle_has_a_free() {
+    let header = committed();
+    for name in header.iter().filter(|(_, m)| **m == Meaning::Handle).map(|(name, _)| name) {
+        let free = header.get(&format!("{name}_free"));
+        let Some(Meaning::Function(whole)) = free else { panic!("{name}_free is {free:?}") };
+        assert!(whole.len() == 2 && whole[0] == "void" && apart(&whole[1]).1 == format!("{name}*"), "{whole:?}");
+    }
+}
+
+#[test]
+fn every_call_stops_panics() {
+    let mut calls = 0;
+    for file in fs::read_dir(root().join("capi/src")).unwrap() {
+        let text = fs::read_to_string(file.unwrap().path()).unwrap();
+        for part in text.split("pub extern \"C\" fn ").skip(1) {
+            let (head, rest) = part.split_once('(').unwrap();
+            let body = rest.split_once("\n}\n").unwrap().0;
+            // What only reads an error or the version has nothing to panic.
+            let reads = head.starts_with("rv_error_") || head == "rv_version";
+            // `lend` is `entry` for arrays.
+            let stopped = ["entry(error, ||", "lend(", "release("].iter().any(|way| body.contains(way));
+            assert!(stopped || reads, "{head} goes through neither `entry` nor `release`");
+            calls += 1;
+        }
+    }
+    let functions = committed().values().filter(|m| matches!(m, Meaning::Function(_))).count();
+    assert_eq!(calls, functions);
+}
+
 /// How Fortran declares what C passes or has in a struct, without a name. A pointer may be a `c_ptr` by value, or what it points to.
 fn by_value(kind: &str) -> Option<&'static str> {
     match kind {
