@@ -1,8 +1,7 @@
-//! The library for C: its header beside its source, and programs in C, C++ and Fortran, compiled and run.
+//! The library for C: programs in C, C++ and Fortran, compiled and run. `tests/header.rs` compares its header with the source.
 //!
-//! Needs a compiler of each: `cc`, `c++`, `gfortran`, or what `CC`, `CXX` and `FC` name. What is missing fails, saying so.
+//! Needs a compiler of each: `cc`, `c++`, `gfortran`, or what `CC`, `CXX` and `FC` name; and `pkg-config`. What is missing fails, saying so.
 
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -439,128 +438,6 @@ fn valgrind_finds_nothing() {
     assert!(text.contains("quick done"), "{text}");
 }
 
-// ---------------------------------------------------------------------------------------------------------------- the header
-
-/// Splits at commas outside of brackets.
-fn split(list: &str) -> Vec<String> {
-    let (mut all, mut depth) = (vec![String::new()], 0);
-    for c in list.chars() {
-        match c {
-            '<' | '(' | '[' => depth += 1,
-            '>' | ')' | ']' => depth -= 1,
-            ',' if depth == 0 => {
-                all.push(String::new());
-                continue;
-            }
-            _ => {}
-        }
-        all.last_mut().unwrap().push(c);
-    }
-    all.iter().map(|s| s.trim().to_string()).filter(|s| !s.is_empty()).collect()
-}
-
-/// `RvMesh` as `rv_mesh`.
-fn snake(name: &str) -> String {
-    let mut out = String::new();
-    for c in name.chars() {
-        if c.is_uppercase() && !out.is_empty() {
-            out.push('_');
-        }
-        out.extend(c.to_lowercase());
-    }
-    out
-}
-
-/// A type of Rust as C has it.
-fn as_c(t: &str) -> String {
-    let t = t.trim();
-    let inner = |before: &str| t.strip_prefix(before).and_then(|t| t.strip_suffix('>'));
-    if let Some(x) = inner("Option<Box<").and_then(|x| x.strip_suffix('>')) {
-        return format!("{}*", snake(x));
-    }
-    if let Some(x) = inner("Option<&") {
-        return format!("const {}*", snake(x));
-    }
-    if let Some(x) = inner("Out<'_,") {
-        return format!("{}*", as_c(x));
-    }
-    if let Some(x) = t.strip_prefix("*const ") {
-        return format!("const {}*", as_c(x));
-    }
-    if let Some(x) = t.strip_prefix("*mut ") {
-        return format!("{}*", as_c(x));
-    }
-    if let Some(x) = inner("Items<") {
-        return if x.starts_with("Option<&") { format!("{}const*", as_c(x)) } else { format!("const {}*", as_c(x)) };
-    }
-    if let Some(x) = inner("Room<") {
-        return format!("{}*", as_c(x));
-    }
-    match t {
-        "ErrorOut<'_>" => "rv_error**",
-        "SolidOut<'_>" => "rv_solid**",
-        "Chars" => "const char*",
-        "c_char" => "char",
-        "c_int" => "int",
-        "c_void" => "void",
-        "usize" => "size_t",
-        "f64" => "double",
-        "u32" => "uint32_t",
-        other if other.starts_with("Rv") => return snake(other),
-        other => panic!("what is {other:?} in C?"),
-    }
-    .to_string()
-}
-
-/// A declaration of C without the name of what it declares, and without blanks before stars.
-fn nameless(declaration: &str) -> String {
-    let d = declaration.trim();
-    let end = d.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |i| i + 1);
-    let kind = if end == 0 { d } else { &d[..end] };
-    kind.trim().replace(" *", "*").replace("* ", "*")
-}
-
-/// Whether options, parts and runs are changed by a call is the library's business: `const` is for the reader there.
-fn handle(t: &str) -> String {
-    let once = t.matches('*').count() == 1 && t.contains("rv_");
-    if once { t.replace("const ", "") } else { t.to_string() }
-}
-
-type Prototypes = BTreeMap<String, (String, Vec<String>)>;
-
-fn of_source() -> Prototypes {
-    let mut all = Prototypes::new();
-    for file in fs::read_dir(root().join("capi/src")).unwrap() {
-        let text = fs::read_to_string(file.unwrap().path()).unwrap();
-        for part in text.split("pub extern \"C\" fn ").skip(1) {
-            let (name, rest) = part.split_once('(').unwrap();
-            let (arguments, rest) = rest.split_once(") ").unwrap();
-            let returned = rest.split_once('{').unwrap().0.trim().strip_prefix("->").map_or("void".into(), as_c);
-            let arguments = split(arguments).iter().map(|a| handle(&as_c(a.split_once(':').unwrap().1))).collect();
-            assert!(all.insert(name.to_string(), (returned, arguments)).is_none(), "{name} twice");
-        }
-    }
-    all
-}
-
-fn of_header() -> Prototypes {
-    let text = fs::read_to_string(root().join("capi/include/rvachev.h")).unwrap();
-    let mut bare = String::new();
-    for part in text.split("/*") {
-        bare.push_str(part.split_once("*/").map_or(part, |(_, after)| after));
-    }
-    let flat = bare.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join(" ");
-    let mut all = Prototypes::new();
-    for statement in flat.split([';', '{', '}']).map(str::trim).filter(|s| !s.starts_with("typedef")) {
-        let Some((head, arguments)) = statement.strip_suffix(')').and_then(|s| s.split_once('(')) else { continue };
-        let Some(at) = head.rfind("rv_") else { continue };
-        let arguments = split(arguments).iter().filter(|a| *a != "void").map(|a| handle(&nameless(a))).collect();
-        let returned = head[..at].trim().replace(" *", "*");
-        assert!(all.insert(head[at..].to_string(), (returned, arguments)).is_none(), "{} twice", &head[at..]);
-    }
-    all
-}
-
 #[test]
 fn bindings_have_the_version_of_the_library() {
     for member in ["capi", "python"] {
@@ -571,26 +448,34 @@ fn bindings_have_the_version_of_the_library() {
 }
 
 #[test]
-fn header_says_what_the_library_has() {
-    let (source, header) = (of_source(), of_header());
-    assert!(source.len() > 60, "only {} functions found", source.len());
-    for (name, prototype) in &source {
-        assert_eq!(header.get(name), Some(prototype), "{name} in the header, and in the source");
+fn installed_library_is_found_by_pkg_config() {
+    let target = library().parent().unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("capi/installed");
+    let _ = fs::remove_dir_all(&folder);
+    said(Command::new(root().join("capi/install")).arg(&folder).env("CARGO_TARGET_DIR", target));
+    let told = |arguments: &[&str]| {
+        let mut command = Command::new("pkg-config");
+        command.args(arguments).arg("rvachev").env("PKG_CONFIG_PATH", folder.join("lib/pkgconfig"));
+        let text = said(&mut command);
+        text.split_whitespace().map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&["--modversion"]), [env!("CARGO_PKG_VERSION")]);
+    let source = documented("c", "c");
+    // With nothing but what pkg-config tells: once with the shared library, once with the static one.
+    let built = |name: &str, flags: &[String]| {
+        let program = folder.join(name);
+        done(C.compiler().args(C.flags).arg(&source).arg("-o").arg(&program).args(flags))
+            .unwrap_or_else(|e| panic!("{e}"));
+        said(
+            Command::new(&program)
+                .env("LD_LIBRARY_PATH", folder.join("lib"))
+                .env("DYLD_LIBRARY_PATH", folder.join("lib")),
+        )
+    };
+    let shared = built("shared", &told(&["--cflags", "--libs"]));
+    assert!(shared.trim_end().ends_with(" points"), "{shared}");
+    for file in ["librvachev_c.so", "librvachev_c.dylib"] {
+        let _ = fs::remove_file(folder.join("lib").join(file));
     }
-    for name in header.keys() {
-        assert!(source.contains_key(name), "the header has {name}, the library has not");
-    }
-}
-
-#[test]
-fn fortran_module_says_what_the_header_has() {
-    let text = fs::read_to_string(root().join("capi/fortran/rvachev.f90")).unwrap();
-    let mut found = BTreeMap::new();
-    for line in text.lines().filter(|l| l.contains(" bind(c)") && l.contains(" rv_")) {
-        let (head, rest) = line.split_once('(').unwrap();
-        let arguments = rest.split_once(')').unwrap().0;
-        found.insert(head.split_whitespace().last().unwrap().to_string(), split(arguments).len());
-    }
-    let header: BTreeMap<String, usize> = of_header().into_iter().map(|(name, p)| (name, p.1.len())).collect();
-    assert_eq!(found, header);
+    assert_eq!(built("alone", &told(&["--static", "--cflags", "--libs"])), shared);
 }

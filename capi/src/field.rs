@@ -13,21 +13,23 @@ use crate::solid::{RvSolid, solid_out};
 use crate::work::watched;
 
 /// A function of the caller's: `n` points, three numbers of each; gives `n` values, positive inside, and three numbers of a gradient
-/// for each point unless there is NULL for them. What it returns, unless it is 0, stops the run.
-pub type Function = extern "C" fn(usize, *const f64, *mut f64, *mut f64, *mut c_void) -> c_int;
+/// for each point unless there is NULL for them. What it returns, unless it is 0, stops the run. `None` is NULL; it stands in the
+/// alias since cbindgen, which the header is compared with, sees no pointer in an `Option` of an alias.
+pub type RvFunction =
+    Option<extern "C" fn(n: usize, xyz: *const f64, value: *mut f64, gradient: *mut f64, user: *mut c_void) -> c_int>;
 
 /// Told once that a field is not asked any more.
-pub type Release = extern "C" fn(*mut c_void);
+pub type RvRelease = Option<extern "C" fn(user: *mut c_void)>;
 
 /// What a caller says of a field.
 #[repr(C)]
 pub struct RvField {
     /// The function.
-    function: Option<Function>,
+    function: RvFunction,
     /// What it is handed.
     user: *mut c_void,
     /// Called with `user` when nothing holds the field any more; may be NULL.
-    release: Option<Release>,
+    release: RvRelease,
     /// Values change by at most this much per length; 0 where that is not known.
     lipschitz: f64,
     /// x0 y0 z0 x1 y1 z1: where the function may be called; NULL for everywhere.
@@ -40,9 +42,9 @@ pub struct RvField {
 
 /// A field that is a leaf of a solid.
 struct Leaf {
-    function: Function,
+    function: extern "C" fn(usize, *const f64, *mut f64, *mut f64, *mut c_void) -> c_int,
     user: *mut c_void,
-    release: Option<Release>,
+    release: RvRelease,
     lipschitz: Option<f64>,
     walls: Option<Walls>,
     has_gradient: bool,
