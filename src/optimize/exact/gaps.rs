@@ -56,17 +56,23 @@ impl Remesher<'_> {
     pub(super) fn across_gaps(&self) -> Result<Vec<Gap>> {
         let Sizing { size, least, .. } = self.options.sizing;
         let rims = self.rims();
-        let tree = Bvh::new(rims.iter().map(|r| Aabb::around(r.points)).collect());
+        // Only borders of the same patch lie across from each other: a tree for each.
+        let mut of: Vec<Vec<u32>> = vec![Vec::new(); self.work.patches.len()];
+        rims.iter().zip(0..).for_each(|(r, k)| of[r.label as usize].push(k));
+        let boxes = |list: &Vec<u32>| list.iter().map(|k| Aabb::around(rims[*k as usize].points)).collect();
+        let trees: Vec<Bvh> = of.iter().map(|list| Bvh::new(boxes(list))).collect();
         let range = self.options.narrowest.min(least) / EASE..size / ROW;
         self.run.check()?;
         // The width of the gap at a node, and what lies across there.
         let gap = |(rim, end): (&Rim, usize)| {
             let (v, p) = (rim.ends[end], rim.points[end]);
             let level = if self.rank[v as usize] == Rank::Corner { INTO } else { ACROSS };
-            let foot_on = |k: u32| segment_foot(p, rims[k as usize].points);
-            let across = tree.nearest(p, range.end, |k| {
-                let other = &rims[k as usize];
-                if other.label != rim.label || other.ends.contains(&v) {
+            let own = &of[rim.label as usize];
+            let there = |k: u32| &rims[own[k as usize] as usize];
+            let foot_on = |k: u32| segment_foot(p, there(k).points);
+            let across = trees[rim.label as usize].nearest(p, range.end, |k| {
+                let other = there(k);
+                if other.ends.contains(&v) {
                     return f64::INFINITY;
                 }
                 let way = foot_on(k) - p;
@@ -76,7 +82,7 @@ impl Remesher<'_> {
             });
             let Some((k, squared)) = across else { return Vec::new() };
             let (foot, width) = (foot_on(k), squared.sqrt());
-            let (across, length) = (&rims[k as usize], fitting(width, least.min(size)));
+            let (across, length) = (there(k), fitting(width, least.min(size)));
             let mut gaps = vec![Gap { node: v, patch: rim.label, length }];
             // A corner may come near between the nodes of what lies across from it.
             if self.rank[v as usize] == Rank::Corner {

@@ -116,7 +116,8 @@ impl Remesher<'_> {
             self.run.check()?;
             let mut steps = 0;
             for (v, q, _) in self.off(&nodes, rounding) {
-                steps += usize::from(self.returns(v, q, &mut guard, &mut zone));
+                let is_done = self.returns(v, q, &mut guard, &mut zone) || self.gives_way(v, &mut guard, &mut zone);
+                steps += usize::from(is_done);
             }
             let m = &self.work.mesh;
             let shape = |t: u32| self.work.shape_at(self.surface, m.label(t), m.corner_points(t));
@@ -161,11 +162,22 @@ impl Remesher<'_> {
         outcome.is_some_and(|o| self.take(step, &o, guard, zone))
     }
 
-    /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
-    fn put_right(&mut self, t: u32, guard: &mut Guard, zone: &mut [bool]) -> bool {
-        let steps: Vec<Step> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
-        let mut all: Vec<(Step, Outcome)> = steps.into_iter().filter_map(|s| Some((s, self.outcome(s)?))).collect();
-        all.retain(|(_, o)| o.worst[1] > o.worst[0] + GAIN);
+    /// Draws a node that cannot go back into one of its neighbors; whether that could be. Where two surfaces run into each other it is
+    /// their many small triangles that would cross, and with fewer nodes nothing does.
+    fn gives_way(&mut self, v: u32, guard: &mut Guard, zone: &mut [bool]) -> bool {
+        let m = &self.work.mesh;
+        if !m.is_node(v) || m.is_pinned(v) {
+            return false;
+        }
+        let into = |h: u32| Step::Collapse(h, self.point(m.target(h)));
+        let fair = |o: &Outcome| o.worst[1] > 0.0 && o.worst[1] >= o.worst[0].min(FAIR);
+        let ways = m.outgoing(v).filter(|h| self.may_collapse(*h)).map(into);
+        let all = ways.filter_map(|s| Some((s, self.outcome(s).filter(fair)?))).collect();
+        self.take_best(all, guard, zone)
+    }
+
+    /// Takes the step of the best shape of those after which nothing crosses; whether there is one.
+    fn take_best(&mut self, mut all: Vec<(Step, Outcome)>, guard: &mut Guard, zone: &mut [bool]) -> bool {
         all.sort_by(|a, b| b.1.worst[1].total_cmp(&a.1.worst[1]));
         let fits = |x: &&(Step, Outcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
         let Some(k) = all.iter().position(|x| fits(&x)) else { return false };
@@ -173,23 +185,28 @@ impl Remesher<'_> {
         self.take(*step, outcome, guard, zone)
     }
 
+    /// Whether the origin of a side may go to its target.
+    fn may_collapse(&self, h: u32) -> bool {
+        let m = &self.work.mesh;
+        let [from, to] = [m.origin(h), m.target(h)].map(|v| self.rank[v as usize]);
+        m.opposite(h) != NONE && from <= to && (from == Rank::Face || (from == Rank::Curve && m.is_sharp(h)))
+    }
+
+    /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
+    fn put_right(&mut self, t: u32, guard: &mut Guard, zone: &mut [bool]) -> bool {
+        let steps: Vec<Step> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
+        let gains = |o: &Outcome| o.worst[1] > o.worst[0] + GAIN;
+        let all = steps.into_iter().filter_map(|s| Some((s, self.outcome(s).filter(gains)?))).collect();
+        self.take_best(all, guard, zone)
+    }
+
     /// Steps at a side of a triangle and its origin.
     fn steps(&self, h: u32) -> Vec<Step> {
         let m = &self.work.mesh;
-        let (a, b, o) = (m.origin(h), m.target(h), m.opposite(h));
+        let a = m.origin(h);
+        let sides = [h, m.opposite(h)].into_iter().filter(|s| *s != NONE && self.may_collapse(*s));
         let mut out = vec![Step::Flip(h)];
-        if o != NONE {
-            let may = |from: u32, to: u32| {
-                let (x, y) = (self.rank[from as usize], self.rank[to as usize]);
-                x <= y && (x == Rank::Face || (x == Rank::Curve && m.is_sharp(h)))
-            };
-            if may(a, b) {
-                out.push(Step::Collapse(h, self.point(b)));
-            }
-            if may(b, a) {
-                out.push(Step::Collapse(o, self.point(a)));
-            }
-        }
+        out.extend(sides.map(|s| Step::Collapse(s, self.point(m.target(s)))));
         let near: Vec<DVec3> = match self.rank[a as usize] {
             Rank::Face => m.neighbors(a).map(|v| self.point(v)).collect(),
             Rank::Curve => m.sharp_neighbors(a).map(|v| self.point(v)).collect(),
