@@ -206,3 +206,34 @@ fn a_tapered_wing_has_the_nose_of_its_profile() {
     near(check.volume, area * chords, 0.01, profile);
     assert_eq!(check.features.unwrap().corners_true, 6);
 }
+
+/// Distances as they are commonly written, by functions with names of their own inside: with sharp edges, rounded off, and hollow.
+#[test]
+fn distances_have_the_edges_of_what_they_are_to() {
+    let functions = "def block(u, v, w, a, b, c):\n\
+                     \x20   p, q, r = abs(u) - a, abs(v) - b, abs(w) - c\n\
+                     \x20   outside = hypot(max(p, 0), max(q, 0), max(r, 0))\n\
+                     \x20   return outside + min(max(p, q, r), 0)\n\
+                     def rod(u, v, w, a, h):\n\
+                     \x20   p, q = hypot(u, v) - a, abs(w) - h\n\
+                     \x20   return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))\n";
+    let bored = format!(
+        "{functions}part(solid(max(block(x, y, z, 1, 0.8, 0.5), -rod(x, y, z, 0.4, 2)) <= 0))\nmesh(size=0.1)\n"
+    );
+    let c = at_once(&bored);
+    assert_eq!((c.euler, c.features.unwrap().corners_true), (0, 8));
+    near(c.volume, 2.0 * 1.6 - 0.16 * PI, 2e-3, &bored);
+    let rounded = format!("{functions}part(solid(block(x, y, z, 0.8, 0.5, 0.3) <= 0.1))\nmesh(size=0.1)\n");
+    let c = at_once(&rounded);
+    let [faces, edges] = [1.6 + 0.6 + 0.96, 3.2];
+    let beyond = 0.2 * faces + 0.01 * PI * edges + 4.0 / 3.0 * PI * 1e-3;
+    assert_eq!(c.features.unwrap().length_true, 0.0);
+    near(c.volume, 0.96 + beyond, 5e-3, &rounded);
+    let hollow = format!(
+        "{functions}part(solid(abs(rod(x, y, z, 0.6, 0.8) + 0.1) <= 0.05) & solid(z <= 0.2))\nmesh(size=0.08)\n"
+    );
+    let c = at_once(&hollow);
+    // Walls on both sides of the rod drawn in by 0.1.
+    let part = |r: f64, low: f64| PI * r * r * (0.2 - low);
+    near(c.volume, part(0.55, -0.75) - part(0.45, -0.65), 1e-2, &hollow);
+}

@@ -73,7 +73,7 @@ __all__ = [
 
 # What part files call numpy's functions.
 pi = _math.pi
-sqrt, exp, log, sin, cos, tan, hypot, atan2 = _np.sqrt, _np.exp, _np.log, _np.sin, _np.cos, _np.tan, _np.hypot, _np.arctan2
+sqrt, exp, log, sin, cos, tan, atan2 = _np.sqrt, _np.exp, _np.log, _np.sin, _np.cos, _np.tan, _np.arctan2
 
 
 def _all(items):
@@ -88,6 +88,16 @@ def min(*items):  # noqa: A001 - the name part files have
 def max(*items):  # noqa: A001 - the name part files have
     """The largest of numbers and formulas."""
     return _reduce(_np.maximum, _all(items))
+
+
+def hypot(*items):
+    """The length of a vector of numbers or formulas."""
+    return _reduce(_np.hypot, items) if len(items) > 1 else abs(*items)
+
+
+def clamp(value, low, high):
+    """A number or formula, but no less than low and no more than high."""
+    return _np.minimum(_np.maximum(value, low), high)
 
 
 # ----------------------------------------------------------------------------------------------------------- primitives

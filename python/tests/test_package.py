@@ -160,6 +160,18 @@ def test_functions_are_traced_once_and_edges_in_them_are_exact():
     assert np.abs(rim[:, 0]).max() < 1e-9 and np.hypot(rim[:, 1], rim[:, 2]) == pytest.approx(math.sqrt(0.75), abs=1e-9)
 
 
+def test_distances_are_written_as_in_part_files():
+    def block(x, y, z):
+        p, q, r = abs(x) - 1, abs(y) - 0.8, abs(z) - 0.5
+        return rv.hypot(rv.max(p, 0), rv.max(q, 0), rv.max(r, 0)) + rv.min(rv.max(p, q, r), 0)
+
+    with quiet():
+        made = rv.Part(solid(lambda x, y, z: -block(x, y, z))).mesh(size="4%")
+    assert made.report["check"]["features"]["corners_found"] == 8
+    assert volume(*made) == pytest.approx(2 * 1.6 * 1, rel=1e-12)
+    assert rv.clamp(3, 0, 1) == 1 and rv.hypot(-2) == 2 and rv.hypot(2, 3, 6) == 7
+
+
 @pytest.mark.parametrize(
     "s",
     [

@@ -6,6 +6,7 @@
 mod alike;
 mod apex;
 mod batch;
+mod beyond;
 mod blend;
 mod branches;
 mod close;

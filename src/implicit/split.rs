@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
+use super::beyond::{Sign, sign_of_distance};
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::joints::is_smooth;
 use super::jumps::{cases, swinging};
@@ -475,6 +476,10 @@ impl Splitter {
         {
             self.taken_apart = true;
             return Some(self.shown(&square, sign, depth));
+        }
+        if let Some(Sign { of, factor: own }) = sign_of_distance(e, &mut self.terms) {
+            self.taken_apart = true;
+            return Some(self.shown(&of, own * factor, depth));
         }
         let (ExprNode::Binary(Binary::Mul, a, b) | ExprNode::Binary(Binary::Div, a, b)) = e.node() else { return None };
         if a.as_constant().or(b.as_constant()).is_some() {

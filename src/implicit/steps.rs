@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::beyond::without_nested_lengths;
 use super::expr::{Binary, Expr, ExprNode, SWING, Unary};
 use super::forms::{odd_powers, sheet, with_waves};
 use super::formula::Formula;
@@ -160,7 +161,7 @@ pub(super) fn flat(e: &Expr) -> bool {
 
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.
 pub(super) fn taken_apart(given: &Expr, place: &Placement, within: Option<&Within>) -> Option<Solid> {
-    let e = with_waves(&rounded(&without_signs(given)));
+    let e = with_waves(&rounded(&without_nested_lengths(&without_signs(given))));
     let e = by_cases(&sheet(&e).or_else(|| odd_powers(&e)).unwrap_or(e));
     if let Some(within) = within
         && has_steps(&e)

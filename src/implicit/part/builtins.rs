@@ -25,7 +25,7 @@ use crate::error::Result;
 use crate::spatial::Aabb;
 
 /// All names, for suggestions.
-pub(super) const NAMES: [&str; 64] = [
+pub(super) const NAMES: [&str; 65] = [
     "x",
     "y",
     "z",
@@ -41,6 +41,7 @@ pub(super) const NAMES: [&str; 64] = [
     "min",
     "max",
     "hypot",
+    "clamp",
     "box",
     "sphere",
     "ellipsoid",
@@ -123,8 +124,10 @@ pub(super) fn call<'a>(
     arguments: Vec<Argument<'a>>,
 ) -> Result<Value<'a>> {
     match name {
-        "sqrt" | "exp" | "log" | "sin" | "cos" | "tan" | "abs" | "atan2" | "hypot" | "pow" | "min" | "max" | "mod"
-        | "fmod" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "sign" => function(it, range, name, arguments),
+        "sqrt" | "exp" | "log" | "sin" | "cos" | "tan" | "abs" | "atan2" | "hypot" | "clamp" | "pow" | "min"
+        | "max" | "mod" | "fmod" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "sign" => {
+            function(it, range, name, arguments)
+        }
         "round" | "floor" | "ceil" | "trunc" if matches!(&arguments[..], [a] if matches!(a.value, Value::Formula(_))) => {
             function(it, range, name, arguments)
         }

@@ -75,14 +75,16 @@ pub(super) fn function<'a>(
     let made = match (unary, binary) {
         (Some(op), _) if count == 1 => formulas.into_iter().next().map(|f| Expr::unary(op, f)),
         (None, Binary::Min | Binary::Max) => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
-        (None, _) if count == 2 => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
+        (None, _) if count == 2 && name != "clamp" => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
         _ => None,
     };
     let Some(made) = made else {
         let wants = if unary.is_some() {
             "1 argument"
-        } else if matches!(name, "min" | "max") {
+        } else if matches!(name, "min" | "max" | "hypot") {
             "at least 1"
+        } else if name == "clamp" {
+            "3 arguments: a value, the least and the greatest"
         } else {
             "2 arguments"
         };
@@ -111,6 +113,12 @@ fn composed(name: &str, arguments: &[Expr]) -> Option<Expr> {
         ("ceil", [a]) => Some(a.clone().ceil()),
         ("trunc", [a]) => Some(a.clone().trunc()),
         ("fmod", [a, b]) => Some(a.clone().fmod(b.clone())),
+        ("clamp", [a, low, high]) => {
+            let above = Expr::binary(Binary::Max, a.clone(), low.clone());
+            Some(Expr::binary(Binary::Min, above, high.clone()))
+        }
+        ("hypot", [a]) => Some(Expr::unary(Unary::Abs, a.clone())),
+        ("hypot", all) => all.iter().cloned().reduce(|a, b| Expr::binary(Binary::Hypot, a, b)),
         _ => None,
     }
 }

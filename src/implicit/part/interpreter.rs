@@ -207,13 +207,13 @@ impl<'a> Interpreter<'a> {
         }
         let mut body = f.body.iter().peekable();
         body.next_if(|s| matches!(s, Stmt::Expr(e) if matches!(&*e.value, Expr::StringLiteral(_))));
-        match (body.next(), body.next()) {
-            (Some(Stmt::Return(r)), None) if r.value.is_some() => Ok(()),
-            (Some(other), _) if !matches!(other, Stmt::Return(_)) => Err(self
-                .error(other.range(), "a function holds one return and nothing else")
-                .with_help("def name(a): return expression")),
-            (_, Some(extra)) => Err(self.error(extra.range(), "a function holds one return and nothing else")),
-            _ => Err(self.error(f.range, "a function must return something")),
+        let body = body.skip_while(|s| matches!(s, Stmt::Assign(_)));
+        let other = |s: &Stmt| self.error(s.range(), "a function holds assignments and one return at its end");
+        match body.collect::<Vec<_>>()[..] {
+            [Stmt::Return(r)] if r.value.is_some() => Ok(()),
+            [] | [Stmt::Return(_)] => Err(self.error(f.range, "a function must return something")),
+            [Stmt::Return(_), extra, ..] => Err(other(extra)),
+            [wrong, ..] => Err(other(wrong).with_help("def name(a): return expression")),
         }
     }
 
@@ -253,6 +253,7 @@ impl<'a> Interpreter<'a> {
         let mut near: Vec<(usize, &str)> = known.map(|k| (crate::error::edit_distance(k, name), k)).collect();
         near.sort_unstable();
         Err(match near.first() {
+            _ if name == "where" => e.with_help("write a if condition else b"),
             Some((d, k)) if *d <= 2 && *d < name.chars().count() => e.with_help(format!("did you mean {k:?}?")),
             _ => e,
         })
@@ -561,16 +562,33 @@ impl<'a> Interpreter<'a> {
             };
             bound.push((n, v));
         }
-        let body = f.body.iter().find_map(|s| if let Stmt::Return(r) = s { r.value.as_deref() } else { None });
-        let Some(body) = body else { return Ok(Value::None) };
         let (frame, depth) = (self.frame, self.locals.len());
         self.frame = depth;
         self.locals.extend(bound);
         self.calls += 1;
-        let r = self.eval(body);
+        let r = self.body(&f.body);
         self.calls -= 1;
         self.locals.truncate(depth);
         self.frame = frame;
         r
+    }
+
+    /// What a function returns: its assignments one after the other, then the value of its return.
+    fn body(&mut self, statements: &'a [Stmt]) -> Result<Value<'a>> {
+        for s in statements {
+            match s {
+                Stmt::Assign(a) => {
+                    let assigned = self.eval(&a.value)?;
+                    for target in &a.targets {
+                        let mut names = Vec::new();
+                        self.unpack(target, assigned.clone(), &mut names)?;
+                        self.locals.extend(names);
+                    }
+                }
+                Stmt::Return(r) => return r.value.as_deref().map_or(Ok(Value::None), |e| self.eval(e)),
+                _ => {}
+            }
+        }
+        Ok(Value::None)
     }
 }

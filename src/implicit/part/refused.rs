@@ -26,7 +26,7 @@ pub(super) fn statement(s: &Stmt) -> (&'static str, &'static str) {
                 Stmt::Break(_) | Stmt::Continue(_) => "loops",
                 _ => "such statements",
             };
-            (what, "a part file holds assignments, functions of one return, and calls")
+            (what, "a part file holds assignments, functions, and calls")
         }
     }
 }

@@ -45,7 +45,11 @@ fn what_is_split_is_the_same_solid() {
     let (x, y, z) = (Expr::x(), Expr::y(), Expr::z());
     let max = |a: Expr, b: Expr| Expr::binary(Binary::Max, a, b);
     let (radius, turn) = (hypot(x.clone(), y.clone()), angle(y.clone(), x.clone()) * 3.0 - z.clone() * 2.0);
-    let arc = angle(Expr::unary(Unary::Sin, turn.clone()), Expr::unary(Unary::Cos, turn)) / -3.0 * radius * 0.9;
+    let (zero, min) = (Expr::constant(0.0), |a: Expr, b: Expr| Expr::binary(Binary::Min, a, b));
+    let far = [abs(x.clone()) - 0.8, abs(y.clone()) - 0.5, abs(z.clone()) - 0.4];
+    let boxed = max(far[0].clone(), max(far[1].clone(), far[2].clone()));
+    let over = |e: &Expr| max(e.clone(), Expr::constant(0.0));
+    let arc = angle(Expr::unary(Unary::Sin, turn.clone()), Expr::unary(Unary::Cos, turn)) / -3.0 * radius.clone() * 0.9;
     let cases = [
         (-max(abs(x.clone()), max(abs(y.clone()), abs(z.clone()))) + 0.7, 6),
         ((abs(x.clone()) * -2.0 + 1.0) / 3.0 - y.clone() * y.clone(), 2),
@@ -55,6 +59,16 @@ fn what_is_split_is_the_same_solid() {
         (Expr::constant(0.5) - Expr::unary(Unary::Sqrt, abs(x.clone())), 2),
         (x.clone() * (abs(y.clone()) - 0.3), 3),
         (r_and(x.clone() + 0.3, r_or(y.clone() - 0.2, z.clone() + 0.1, 0.0), 0.0), 3),
+        // Distances as they are commonly written, to a box and to a cylinder.
+        (-(min(boxed.clone(), zero.clone()) + hypot(hypot(over(&far[0]), over(&far[1])), over(&far[2]))), 6),
+        (
+            min(max(radius.clone() - 0.6, far[2].clone()), zero.clone()) * -2.0
+                - sqrt(square(over(&(radius.clone() - 0.6))) + square(over(&far[2]))) * 3.0,
+            3,
+        ),
+        // The same, walked on inward, and a step outward: there what is beyond the faces is smooth.
+        (-(min(boxed.clone(), zero.clone()) + hypot(hypot(over(&far[0]), over(&far[1])), over(&far[2]))) - 0.1, 6),
+        (-(min(boxed, zero) + hypot(hypot(over(&far[0]), over(&far[1])), over(&far[2]))) + 0.1, 1),
         // A square beside a number is two planes.
         (r_and(r_or(x.clone() + 0.3, y.clone() * 2.0 - 0.2, 0.5), z.clone() * z.clone() - 0.1, -0.3) / 0.7, 4),
         (-r_or(x.clone() * y.clone() - 0.3, z.clone(), 0.0) * 2.0, 2),
