@@ -46,7 +46,7 @@ use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 use crate::spatial::{Aabb, Graded};
 use patchwork::plain_shape;
-use remesh::{Rank, Remesher, SHORT};
+use remesh::{Rank, Remesher, SHORT, SLIVER};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
@@ -280,7 +280,14 @@ fn remesh<'a>(
             r.work.by_angles = true;
             r.work.mesh.set_all_changed();
         }
-        polish(&mut r, LAST)?;
+        if r.look_beyond_ends() {
+            // Others begin from there: nothing may be folded.
+            polish(&mut r, LAST)?;
+            r.look_everywhere();
+            r.mend_worst(SLIVER, POLISH)?;
+        } else {
+            polish(&mut r, LAST)?;
+        }
         if let Some(limit) = options.distance {
             tested = nearer(mesh, &mut r, limit)?;
         }

@@ -15,6 +15,10 @@ use crate::run::Run;
 /// Rounds of splitting edges that might fall together with others' edges: a loop of two edges takes two.
 const CHORD_ROUNDS: usize = 4;
 
+/// Of the edges up to which triangles are made anew so many are polished all the same: nodes of the last row stay, and those of the row
+/// before have had their say in where they are.
+const KEPT: usize = 2;
+
 /// What a mesh lies on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Laid {
@@ -83,6 +87,16 @@ fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool>
 }
 
 impl Remesher<'_> {
+    /// Has what follows leave out the nodes that are [made anew](Patchwork::made_anew), if any are.
+    pub(super) fn look_beyond_ends(&mut self) -> bool {
+        let Some(rings) = self.work.made_anew.checked_sub(KEPT) else { return false };
+        let m = &self.work.mesh;
+        let ends = (0..m.node_capacity() as u32).map(|v| m.is_node(v) && m.is_boundary(v)).collect();
+        self.look_around(ends, rings);
+        self.focus.iter_mut().flatten().for_each(|sees| *sees = !*sees);
+        true
+    }
+
     fn ends(&self, h: u32) -> Ends {
         let m = &self.work.mesh;
         let mut ends = [m.origin(h), m.target(h)].map(|v| bits(m.point(v)));
