@@ -169,10 +169,11 @@ impl Wide {
     /// What of a block is so far from other blocks that none of these makes any of it.
     fn new(block: &GridBlock, all: [u32; 3], deeper: u8, wider: u8) -> Self {
         let [mut lo, mut hi] = block.cubes(deeper, -HALO);
+        // Where the grid ends there is no block beyond, but a layer of cells is outside: what is larger would have none beside it.
+        let [first, last] = block.cubes(deeper, -1);
         for k in 0..3 {
-            // Beyond the grid there is no block.
-            lo[k] = if block.lo[k] == 0 { i64::MIN } else { lo[k] };
-            hi[k] = if block.hi[k] >= all[k] { i64::MAX } else { hi[k] };
+            lo[k] = if block.lo[k] == 0 { first[k] } else { lo[k] };
+            hi[k] = if block.hi[k] >= all[k] { last[k] } else { hi[k] };
         }
         Self { corners: [lo, hi], level: deeper + wider }
     }

@@ -30,6 +30,7 @@ mod thaw;
 mod tips;
 
 pub use field::asked_triangles;
+use open::polish_beyond_ends;
 pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
@@ -46,7 +47,7 @@ use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 use crate::spatial::{Aabb, Graded};
 use patchwork::plain_shape;
-use remesh::{Rank, Remesher, SHORT, SLIVER};
+use remesh::{Rank, Remesher, SHORT};
 
 /// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
 const TINY: f64 = 0.3;
@@ -280,14 +281,7 @@ fn remesh<'a>(
             r.work.by_angles = true;
             r.work.mesh.set_all_changed();
         }
-        if r.look_beyond_ends() {
-            // Others begin from there: nothing may be folded.
-            polish(&mut r, LAST)?;
-            r.look_everywhere();
-            r.mend_worst(SLIVER, POLISH)?;
-        } else {
-            polish(&mut r, LAST)?;
-        }
+        polish_beyond_ends(&mut r)?;
         if let Some(limit) = options.distance {
             tested = nearer(mesh, &mut r, limit)?;
         }
@@ -488,6 +482,7 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
         r.flip_evenly()?;
         r.relax()?;
     }
+    r.look_beyond_ends();
     for _ in 0..ROUNDS {
         if r.share_below(EVEN) < UNEVEN || r.even_fans()? == 0 {
             break;
@@ -495,6 +490,7 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
         r.flip_evenly()?;
         r.relax()?;
     }
+    r.look_everywhere();
     Ok(())
 }
 

@@ -236,7 +236,7 @@ impl Remesher<'_> {
                 raw: false,
                 fine: false,
                 goes_on: false,
-                made_anew: 0,
+                made_anew: self.work.made_anew,
             },
         };
         (r, part.nodes)
