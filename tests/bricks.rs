@@ -68,7 +68,7 @@ fn a_cube_with_holes_is_as_good_in_bricks_as_in_one() {
         }
         // Where the bores touch edges are short, and a wall may pass there: one triangle in ten thousand may be worse.
         let q = c.quality;
-        assert!(q.min_angle > 8.0 && q.below_20 < 1e-4 && q.p05_angle > 48.5, "{bricks:?}: {q:?}");
+        assert!(q.min_angle > 8.0 && q.below_20 < 1e-4 && q.p05_angle > 49.5, "{bricks:?}: {q:?}");
     }
 }
 

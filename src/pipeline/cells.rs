@@ -29,7 +29,7 @@ pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 pub(super) const ARRANGED: f64 = 2.0;
 /// Where the leaves are shown to be arranged simply in cells so many times twice as large, these do: with one, an arrangement takes no more
 /// time than marching cubes and a cut. Another one saves nothing on `data/bracket.py`, and costs `data/thread.py` twice as much.
-const COARSER: u8 = 1;
+pub(super) const COARSER: u8 = 1;
 /// How often cells around what came out at fault are halved more than elsewhere, one attempt after the other.
 const SMALLER: [u8; 4] = [0, 2, 4, 6];
 /// With fewer triangles smaller cells cost a second or two: they are tried before an arrangement is healed.

@@ -45,8 +45,8 @@ pub(super) struct Cube {
     pub(super) children: u32,
     /// What holds in the cube, if it is not all inside or all outside.
     pub(super) tape: Option<Arc<Tape>>,
-    /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns. Cubes larger than the largest cells own
-    /// none; theirs holds only as far as a block reaches.
+    /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns. Cubes larger than the largest cells, but
+    /// for those well inside a block, own none; theirs holds only as far as a block reaches.
     pub(super) wide: Option<Arc<Tape>>,
 }
 
@@ -131,6 +131,8 @@ pub(super) struct Wanted<'a> {
     pub(super) most: usize,
     /// What is wanted of it, if not all.
     pub(super) block: Option<GridBlock>,
+    /// How often cells of a block may be larger where none beside it is the wiser.
+    pub(super) wider: u8,
 }
 
 /// A cube that is larger than wanted, or in which something is not proved.
@@ -151,6 +153,36 @@ pub(super) struct Octree {
     pub(super) cubes: Vec<Cube>,
     /// The corners of what is made at all, in smallest cubes.
     near: Option<[[i64; 3]; 2]>,
+    /// Where cubes up to a level may be left larger than the largest cells elsewhere.
+    wide: Option<Wide>,
+}
+
+/// Where in a block cells may be larger than the largest ones that blocks have in common.
+struct Wide {
+    /// In smallest cubes.
+    corners: [[i64; 3]; 2],
+    /// Of the largest cubes there.
+    level: u8,
+}
+
+impl Wide {
+    /// What of a block is so far from other blocks that none of these makes any of it.
+    fn new(block: &GridBlock, all: [u32; 3], deeper: u8, wider: u8) -> Self {
+        let [mut lo, mut hi] = block.cubes(deeper, -HALO);
+        // Where the grid ends there is no block beyond, but a layer of cells is outside: what is larger would have none beside it.
+        let [first, last] = block.cubes(deeper, -1);
+        for k in 0..3 {
+            lo[k] = if block.lo[k] == 0 { first[k] } else { lo[k] };
+            hi[k] = if block.hi[k] >= all[k] { last[k] } else { hi[k] };
+        }
+        Self { corners: [lo, hi], level: deeper + wider }
+    }
+
+    fn holds(&self, c: &Cube) -> bool {
+        let [lo, hi] = self.corners;
+        c.level <= self.level
+            && (0..3).all(|k| i64::from(c.at[k]) >= lo[k] && i64::from(c.at[k]) + (1 << c.level) <= hi[k])
+    }
 }
 
 /// What of a tape holds in a box, if that is not all inside or all outside.
@@ -182,7 +214,7 @@ impl Octree {
         unproved: &(dyn Fn(&Tape, &Aabb) -> Option<Unproved> + Sync),
         run: &Run,
     ) -> Result<Self> {
-        let Wanted { leaves, tape, bounds, size, more, places, most, block, .. } = *wanted;
+        let Wanted { leaves, tape, bounds, size, more, places, most, block, wider, .. } = *wanted;
         let at_places = Bvh::new(places.to_vec());
         let longest = bounds.size().max_element() + MARGIN * size;
         let levels = (longest / size).log2().ceil().max(0.0);
@@ -197,7 +229,8 @@ impl Octree {
         let root = Cube { at: [0; 3], level, children: NONE, tape: Some(tape.clone()), wide: Some(tape.clone()) };
         let unit = size / f64::from(1u32 << deeper);
         let near = block.map(|b| b.cubes(deeper, HALO));
-        let mut tree = Octree { origin: origin(&bounds, size), unit, deeper, cubes: vec![root], near };
+        let wide = block.map(|b| Wide::new(&b, cells_along(&bounds, size), deeper, wider));
+        let mut tree = Octree { origin: origin(&bounds, size), unit, deeper, cubes: vec![root], near, wide };
         if tape.ops.len() > MANY
             && let Some(block) = block
         {
@@ -218,7 +251,7 @@ impl Octree {
             let judge = |i: &u32| {
                 let c = &tree_now.cubes[*i as usize];
                 let tape = c.tape.as_ref()?;
-                if c.level > deeper {
+                if c.level > deeper && !tree_now.wide.as_ref().is_some_and(|w| w.holds(c)) {
                     return Some(Seen { cell: *i, may: true, unproved: None });
                 }
                 let own = tree_now.bounds(c.at, c.level);

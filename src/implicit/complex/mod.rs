@@ -109,12 +109,13 @@ pub(crate) type EndKey = [u64; 4];
 pub(crate) struct CellGrid<'a> {
     /// The side of cells that are larger than all that is to be seen.
     pub(crate) size: f64,
-    /// How often larger ones may be halved down to that: where less shows that the leaves are arranged simply they stay large.
+    /// How often larger ones may be halved down to that: where less shows that the leaves are arranged simply they stay large. Of a
+    /// block only where no block beside it makes the same cells.
     pub(crate) coarser: u8,
     /// Places where smaller cells may be halved this often more than elsewhere.
     pub(crate) places: &'a [Aabb],
     pub(crate) more: u8,
-    /// What is wanted of it, if not all.
+    /// What is wanted of it, if not all: by cells of that size.
     pub(crate) block: Option<GridBlock>,
 }
 
@@ -126,7 +127,9 @@ pub(crate) struct CellGrid<'a> {
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
 pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: &Run) -> Result<Arranged> {
     let CellGrid { size: seen, coarser, places, more, block } = *grid;
-    let size = seen * f64::from(1u32 << coarser);
+    // Blocks are told apart by the cells that all of them have along their ends.
+    let (halved, wider) = if block.is_some() { (0, coarser) } else { (coarser, 0) };
+    let size = seen * f64::from(1u32 << halved);
     run.install(|| {
         let ends = model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)));
         let banded: Option<Vec<Leaf>> = ends.then(|| model.leaves.iter().map(|l| l.banded(seen)).collect());
@@ -134,8 +137,8 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let twins = Twins::new(leaves);
         let (twins, differences) = (&twins, &Differences::default());
         let most = (memory / BYTES_PER_CELL) as usize;
-        let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + coarser);
-        let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block };
+        let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + halved);
+        let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block, wider };
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,

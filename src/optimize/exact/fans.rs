@@ -59,11 +59,12 @@ fn fits(corners: [DVec3; 3], up: DVec3) -> bool {
 }
 
 impl Remesher<'_> {
-    /// The share of triangles with a shape below `limit`.
+    /// The share of triangles with a shape below `limit` among those to be looked at.
     pub(super) fn share_below(&self, limit: f64) -> f64 {
         let m = &self.work.mesh;
-        let below = m.triangles().filter(|t| !Facet::new(m.corner_points(*t)).is_above(limit)).count();
-        below as f64 / m.triangles().count().max(1) as f64
+        let seen = || m.triangles().filter(|t| m.corners(*t).into_iter().all(|v| self.sees(v)));
+        let below = seen().filter(|t| !Facet::new(m.corner_points(*t)).is_above(limit)).count();
+        below as f64 / seen().count().max(1) as f64
     }
 
     /// The triangles of every node, and the angles they fill.
@@ -86,7 +87,7 @@ impl Remesher<'_> {
     }
 
     /// Takes out nodes of a patch, the only one of its mesh, at short edges and puts some in at long ones, where that evens out
-    /// angles. Returns how many.
+    /// angles; of edges that are to be looked at. Returns how many.
     pub(super) fn even_fans(&mut self) -> Result<usize> {
         let mut fans = self.fans();
         let mut count = 0;
@@ -96,6 +97,9 @@ impl Remesher<'_> {
             }
             let m = &self.work.mesh;
             if !m.is_triangle(h / 3) || !m.is_edge(h) || m.opposite(h) == NONE || m.is_sharp(h) {
+                continue;
+            }
+            if !(self.sees(m.origin(h)) && self.sees(m.target(h))) {
                 continue;
             }
             let want = 0.5 * (self.want[m.origin(h) as usize] + self.want[m.target(h) as usize]);

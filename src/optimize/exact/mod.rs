@@ -30,6 +30,7 @@ mod thaw;
 mod tips;
 
 pub use field::asked_triangles;
+use open::polish_beyond_ends;
 pub use open::{Laid, remesh_open};
 pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
@@ -280,7 +281,7 @@ fn remesh<'a>(
             r.work.by_angles = true;
             r.work.mesh.set_all_changed();
         }
-        polish(&mut r, LAST)?;
+        polish_beyond_ends(&mut r)?;
         if let Some(limit) = options.distance {
             tested = nearer(mesh, &mut r, limit)?;
         }
@@ -481,6 +482,7 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
         r.flip_evenly()?;
         r.relax()?;
     }
+    r.look_beyond_ends();
     for _ in 0..ROUNDS {
         if r.share_below(EVEN) < UNEVEN || r.even_fans()? == 0 {
             break;
@@ -488,6 +490,7 @@ fn even_out(r: &mut Remesher<'_>) -> Result<()> {
         r.flip_evenly()?;
         r.relax()?;
     }
+    r.look_everywhere();
     Ok(())
 }
 

@@ -4,8 +4,8 @@ use glam::DVec3;
 use rustc_hash::FxHashSet;
 
 use super::patchwork::{Patchwork, PieceSet};
-use super::remesh::Remesher;
-use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, check_options, finish, polish, remesh};
+use super::remesh::{Remesher, SLIVER};
+use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, POLISH, check_options, finish, polish, remesh};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -14,6 +14,10 @@ use crate::run::Run;
 
 /// Rounds of splitting edges that might fall together with others' edges: a loop of two edges takes two.
 const CHORD_ROUNDS: usize = 4;
+
+/// Of the edges up to which triangles are made anew so many are polished all the same: nodes of the last row stay, and those of the row
+/// before have had their say in where they are.
+const KEPT: usize = 2;
 
 /// What a mesh lies on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -57,6 +61,17 @@ pub fn remesh_open(
     Ok((made, laid))
 }
 
+/// Polishes all but what is made anew, where only what is folded is mended: others begin from it.
+pub(super) fn polish_beyond_ends(r: &mut Remesher<'_>) -> Result<()> {
+    r.look_beyond_ends();
+    polish(r, LAST)?;
+    r.look_everywhere();
+    if r.work.made_anew > 0 {
+        r.mend_worst(SLIVER, POLISH)?;
+    }
+    Ok(())
+}
+
 /// Splits edges that others may have, and mends what that leaves. Whether there were any.
 fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool> {
     let count = r.work.mesh.node_capacity();
@@ -69,7 +84,13 @@ fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool>
         }
         r.look_around((0..capacity).map(|v| v >= first).collect(), AROUND);
         first = capacity;
-        if last {
+        if r.work.made_anew > 0 {
+            // Whoever makes them anew needs them unfolded only.
+            if !last {
+                r.mend_worst(SLIVER, POLISH)?;
+                first = r.work.mesh.node_capacity();
+            }
+        } else if last {
             // Flips might make such edges again.
             r.relax()?;
             r.raise_angles()?;
@@ -83,6 +104,16 @@ fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool>
 }
 
 impl Remesher<'_> {
+    /// Has what follows leave out the nodes that are [made anew](Patchwork::made_anew), if any are; of a part those along its cuts, too.
+    pub(super) fn look_beyond_ends(&mut self) {
+        let Some(rings) = self.work.made_anew.checked_sub(KEPT) else { return };
+        let m = &self.work.mesh;
+        let at_end = |v: u32| if self.alone { self.is_open(v) } else { m.is_node(v) && m.is_boundary(v) };
+        let ends = (0..m.node_capacity() as u32).map(at_end).collect();
+        self.look_around(ends, rings);
+        self.focus.iter_mut().flatten().for_each(|sees| *sees = !*sees);
+    }
+
     fn ends(&self, h: u32) -> Ends {
         let m = &self.work.mesh;
         let mut ends = [m.origin(h), m.target(h)].map(|v| bits(m.point(v)));

@@ -109,6 +109,8 @@ impl Remesher<'_> {
         }
         let m = &self.work.mesh;
         let mut near = std::mem::take(&mut self.open);
+        // Others work along the ends.
+        m.nodes().filter(|&v| m.is_boundary(v)).for_each(|v| near[v as usize] = false);
         for _ in 1..BAND {
             let front: Vec<u32> = m.nodes().filter(|&v| near[v as usize]).collect();
             front.iter().for_each(|&v| m.neighbors(v).for_each(|x| near[x as usize] = true));
@@ -119,6 +121,11 @@ impl Remesher<'_> {
         }
         let regions = Regions::new(m, of, 2 * patches);
         self.each_region(&regions, patches as u32, false, work)
+    }
+
+    /// Whether a node lies at an open edge, and on no border between patches.
+    fn ends_inside(&self, v: u32) -> bool {
+        self.work.goes_on && self.work.mesh.is_boundary(v) && self.work.mesh.sharp_neighbors(v).next().is_none()
     }
 
     /// The label of every triangle.
@@ -197,7 +204,9 @@ impl Remesher<'_> {
             .collect();
         // Nodes of borders between patches have a rank of their own.
         let within = |v: u32| self.rank[part.nodes[v as usize] as usize] == Rank::Face;
-        let cut = |v: u32| open && part.mesh.is_boundary(v) && within(v);
+        // Rows that left a ragged end would be no better than it is, all the way to the next border.
+        let ends = |v: u32| self.work.made_anew > 0 && self.ends_inside(part.nodes[v as usize]);
+        let cut = |v: u32| part.mesh.is_boundary(v) && (open && within(v) || ends(v));
         let open = (0..part.nodes.len() as u32).map(cut).collect();
         let r = Remesher {
             surface: self.surface,
@@ -227,6 +236,7 @@ impl Remesher<'_> {
                 raw: false,
                 fine: false,
                 goes_on: false,
+                made_anew: self.work.made_anew,
             },
         };
         (r, part.nodes)

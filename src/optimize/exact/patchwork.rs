@@ -128,6 +128,8 @@ pub struct Patchwork {
     pub fine: bool,
     /// Whether the surface goes on beyond open edges, in other meshes that know the nodes there: these stay, and are no border.
     pub goes_on: bool,
+    /// Up to so many edges from open edges triangles are made anew by whoever takes the mesh, from these but whatever their angles.
+    pub made_anew: usize,
 }
 
 impl Patchwork {
@@ -148,6 +150,7 @@ impl Patchwork {
             raw: false,
             fine: false,
             goes_on: false,
+            made_anew: 0,
         }
     }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::super::cells::CELLS;
+use super::super::cells::{CELLS, COARSER};
 use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};
@@ -193,8 +193,13 @@ impl Maker<'_> {
     /// What the leaves' arrangement gives in a brick.
     fn arranged(&self, brick: u32) -> Result<Given> {
         let Self { plan, ready, run, .. } = self;
-        let grid =
-            CellGrid { size: plan.cell(), coarser: 0, places: &[], more: 0, block: Some(plan.blocks().block(brick)) };
+        let grid = CellGrid {
+            size: plan.cell(),
+            coarser: COARSER,
+            places: &[],
+            more: 0,
+            block: Some(plan.blocks().block(brick)),
+        };
         let made = arranged(&ready.model, &grid, plan.options.memory, run)?;
         let proof = Proof::of(&made);
         let (ends, made) = (made.ends, made.made);
@@ -253,6 +258,8 @@ impl Maker<'_> {
         let oracle = ImplicitOracle::within(model, ready.size, around, &is_mine, run)?;
         let pieces = InPieces { mesh: &given.mesh, on: &given.on, faces: &given.faces, stays: &[] };
         let mut work = patch_open_pieces(&pieces, &oracle, ready.size)?;
+        // All of it is made anew: a brick of the first round has no end that is remeshed.
+        work.made_anew = if which.round == 0 { BAND } else { 0 };
         if which.round > 0 {
             work.sizes = sizes_at_ends(&given);
         }
