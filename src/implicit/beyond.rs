@@ -17,7 +17,6 @@ pub(super) struct Sign {
 /// The sign of a sum of `min(max(a, b), 0)`, of what is zero where `a` and `b` are both at most zero and positive elsewhere, and of a
 /// number: a distance to walk on from the faces. Outside only what is beyond them counts, inside only the greatest.
 pub(super) fn sign_of_distance(e: &Expr, terms: &mut Terms) -> Option<Sign> {
-    let ExprNode::Binary(Binary::Add | Binary::Sub, ..) = e.node() else { return None };
     let (numbers, mut addends): (Vec<_>, Vec<_>) =
         terms.addends(e).into_iter().partition(|(a, _)| a.as_constant().is_some());
     let within = addends.iter().position(|(a, _)| beside_zero(a, Binary::Min).is_some())?;

@@ -169,6 +169,9 @@ impl Splitter {
             {
                 return parts;
             }
+            if let Some(parts) = self.distance(e, factor, rest, deeper) {
+                return parts;
+            }
             if let Some(a) = root_of_square(e) {
                 self.taken_apart = true;
                 return self.both_signs(a, factor, rest, deeper);
@@ -477,10 +480,6 @@ impl Splitter {
             self.taken_apart = true;
             return Some(self.shown(&square, sign, depth));
         }
-        if let Some(Sign { of, factor: own }) = sign_of_distance(e, &mut self.terms) {
-            self.taken_apart = true;
-            return Some(self.shown(&of, own * factor, depth));
-        }
         let (ExprNode::Binary(Binary::Mul, a, b) | ExprNode::Binary(Binary::Div, a, b)) = e.node() else { return None };
         if a.as_constant().or(b.as_constant()).is_some() {
             return None;
@@ -496,6 +495,18 @@ impl Splitter {
         let both = self.condition(a, factor, &nothing, depth).zip(self.condition(b, 1.0, &nothing, depth));
         let neither = self.condition(a, -factor, &nothing, depth).zip(self.condition(b, -1.0, &nothing, depth));
         Some(both.zip(neither).map(|((p, q), (r, s))| (p & q) | (r & s)))
+    }
+
+    /// `factor * e + rest >= 0` for a distance as it is commonly written, where the rest is a number at most; `None` if it is not.
+    fn distance(&mut self, e: &Expr, factor: f64, rest: &Rest, depth: usize) -> Option<Option<Solid>> {
+        let is_number = rest.done.is_none_or(|d| d.as_constant().is_some());
+        let is_sum = matches!(e.node(), ExprNode::Binary(Binary::Add | Binary::Sub, ..));
+        if !is_sum || !is_number || rest.ahead.is_some() || rest.root.is_some() {
+            return None;
+        }
+        let Sign { of, factor } = sign_of_distance(&plus(rest.done, e, factor), &mut self.terms)?;
+        self.taken_apart = true;
+        Some(self.shown(&of, factor, depth))
     }
 
     /// The condition of a formula that was put together here.

@@ -73,9 +73,11 @@ pub(super) fn function<'a>(
     };
     let all_ints = ints.len() == count;
     let made = match (unary, binary) {
+        // With its three arguments it is composed.
+        _ if name == "clamp" => None,
         (Some(op), _) if count == 1 => formulas.into_iter().next().map(|f| Expr::unary(op, f)),
         (None, Binary::Min | Binary::Max) => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
-        (None, _) if count == 2 && name != "clamp" => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
+        (None, _) if count == 2 => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
         _ => None,
     };
     let Some(made) = made else {
