@@ -455,6 +455,34 @@ part(solid(-smin(balls, rod, 0.3)))
 """
 
 
+@part("a bored block, a rod and a rounded block, by distances as they are commonly written")
+def distance_block():
+    return """
+def block(u, v, w, a, b, c):
+    p, q, r = abs(u) - a, abs(v) - b, abs(w) - c
+    return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)
+def rod(u, v, w, a, h):
+    p, q = hypot(u, v) - a, abs(w) - h
+    return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))
+bored = max(block(x, y, z, 1, 0.8, 0.5), -rod(x, y, z, 0.4, 2))
+part(solid(-min(bored, rod(x - 1, z, y, 0.3, 0.5), block(x + 1.5, y, z, 0.7, 0.6, 0.3) - 0.1)))
+"""
+
+
+@part("rings and plates repeated by round and clamp, rounded off")
+def repeated_by_clamp():
+    return """
+def near(v, step, last):
+    return v - step*clamp(round(v/step), -last, last)
+def plate(u, v, w):
+    p, q, r = abs(u) - 0.3, abs(v) - 0.25, abs(w) - 0.2
+    return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)
+plates = plate(near(x, 0.8, 2), near(y, 0.8, 1), z) - 0.05
+rings = hypot(hypot(near(x, 0.8, 2), near(y, 0.8, 1)) - 0.3, z - 0.3) - 0.08
+part(solid(plates <= 0).name("plates") | solid(rings <= 0).name("rings"))
+"""
+
+
 @part("a swept wing that tapers to both sides")
 def wing_tapered():
     return """
