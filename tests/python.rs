@@ -55,9 +55,7 @@ fn tested() -> Result<String, String> {
     let tests = package.join("tests");
     let pytest = ["-P", "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib"];
     let options: &[&str] = if pytest_is_safe(&python) { &pytest } else { &pytest[1..] };
-    // The command, which calls are compared with.
-    let mut pytest = clean(&python, &tests);
-    let out = done(pytest.env("RVACHEV", env!("CARGO_BIN_EXE_rvachev")).args(options).arg(&tests))?;
+    let out = done(clean(&python, &tests).args(options).arg(&tests))?;
     Ok(String::from_utf8_lossy(&out.stdout).into_owned())
 }
 

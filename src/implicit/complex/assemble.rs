@@ -47,8 +47,15 @@ pub(super) struct Triangle {
     /// Whether the leaf's positive side is inside.
     pub(super) plus: bool,
     pub(super) face: u32,
+    /// Where its tetrahedron lies along each axis: in the block that is asked for (0), below it (-1) or above.
+    pub(super) side: [i8; 3],
+}
+
+impl Triangle {
     /// Whether it is of the block that is asked for, and not beside it.
-    pub(super) own: bool,
+    pub(super) fn is_own(&self) -> bool {
+        self.side == [0; 3]
+    }
 }
 
 /// The boundary within some tetrahedra, with nodes of its own.
@@ -58,8 +65,8 @@ pub(super) struct Skin {
     pub(super) places: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     index: FxHashMap<Key, u32>,
-    /// Whether the triangles to come are of the block that is asked for.
-    pub(super) own: bool,
+    /// That of the triangles to come.
+    pub(super) side: [i8; 3],
 }
 
 impl Skin {
@@ -74,7 +81,7 @@ impl Skin {
 
     /// Adds the facets of one tetrahedron.
     pub(super) fn add(&mut self, tree: &Octree, corners: &[Point; 4], cut: &Crossed<'_>, facets: &[Facet]) {
-        let (points, own) = (corners.map(|p| tree.point(p)), self.own);
+        let (points, side) = (corners.map(|p| tree.point(p)), self.side);
         for f in facets {
             let mut rings: Vec<Vec<(u32, DVec3)>> = Vec::new();
             for ring in &f.loops {
@@ -88,7 +95,7 @@ impl Skin {
             }
             let ring = bridged(rings);
             let (plus, Named { leaf, face }) = (f.plus, f.named);
-            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus, face, own }));
+            triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus, face, side }));
         }
     }
 
@@ -250,6 +257,19 @@ pub(super) fn at_ends(triangles: &[Triangle]) -> Vec<u32> {
     nodes.sort_unstable();
     nodes.dedup();
     nodes
+}
+
+/// For each node, along how many axes its triangles lie on both sides of where blocks meet.
+pub(super) fn walls(triangles: &[Triangle], count: usize) -> Vec<u8> {
+    let mut sides: Vec<Option<[i8; 3]>> = vec![None; count];
+    let mut on_wall = vec![[false; 3]; count];
+    for t in triangles {
+        for v in t.nodes.map(|v| v as usize) {
+            let first = *sides[v].get_or_insert(t.side);
+            (0..3).for_each(|k| on_wall[v][k] |= t.side[k] != first[k]);
+        }
+    }
+    on_wall.iter().map(|w| w.iter().filter(|x| **x).count() as u8).collect()
 }
 
 /// Halves edges of more than two triangles: where both ends lie in one part of the inside, its copies could not be told from

@@ -83,7 +83,7 @@ pub(crate) struct GridBlock {
 
 impl GridBlock {
     /// In smallest cubes, grown by `by` largest cells.
-    fn cubes(&self, deeper: u8, by: i64) -> [[i64; 3]; 2] {
+    pub(super) fn cubes(&self, deeper: u8, by: i64) -> [[i64; 3]; 2] {
         let scaled = |c: u32, d: i64| (i64::from(c) + d) << deeper;
         [self.lo.map(|c| scaled(c, -by)), self.hi.map(|c| scaled(c, by))]
     }
@@ -106,11 +106,15 @@ pub(crate) fn origin(bounds: &Aabb, size: f64) -> DVec3 {
 impl Tetrahedron {
     /// Whether it belongs to a block, grown by so many largest cells: each belongs to one of the blocks that fill the grid.
     pub(super) fn is_in(&self, block: &GridBlock, deeper: u8, by: i64) -> bool {
-        let [lo, hi] = block.cubes(deeper, by);
-        (0..3).all(|k| {
+        self.side(block.cubes(deeper, by)) == [0; 3]
+    }
+
+    /// Where it lies along each axis: between these corners in smallest cubes (0), below (-1) or above.
+    pub(super) fn side(&self, [lo, hi]: [[i64; 3]; 2]) -> [i8; 3] {
+        std::array::from_fn(|k| {
             // Four corners, in halves of cubes.
             let sum: i64 = self.corners.iter().map(|p| p.coordinates()[k] as i64).sum();
-            (8 * lo[k]..8 * hi[k]).contains(&sum)
+            i8::from(sum >= 8 * hi[k]) - i8::from(sum < 8 * lo[k])
         })
     }
 }

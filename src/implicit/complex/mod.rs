@@ -46,14 +46,14 @@ use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
-use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted};
+use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted, walls};
 use cell::{Boolean, Crossed, Named};
 use differences::Differences;
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
-use settle::Nodes;
+use settle::{Common, Nodes};
 use shared::{Curves, Shared, beside, existing, with};
 use twins::Twins;
 
@@ -64,8 +64,8 @@ const DEEPER: u8 = 4;
 /// Bytes a cell takes with its share of tetrahedra and mesh, measured on `data/lattice.py`.
 const BYTES_PER_CELL: u64 = 4_000;
 
-/// So many largest cells beside a block are arranged with it: nodes around triangles that are turned over there move as they do in
-/// the block beside, which moves no others than nodes next to such triangles.
+/// So many largest cells beside a block are arranged with it: all triangles around a node where blocks meet are in them, and such
+/// nodes move as they do in the block beside.
 const BESIDE: i64 = 1;
 
 /// Groups of tetrahedra that are worked on at a time: enough for threads to share, few enough to join.
@@ -122,7 +122,7 @@ pub(crate) struct CellGrid<'a> {
 /// The boundary of a solid on a grid of cells of about a size, smaller where that shows more.
 ///
 /// Of a block of the grid it is what all of the grid would give in its tetrahedra, node by node. Where it ends nodes come out bit
-/// by bit as in the block beside, but where one triangle that is turned over follows the other for a cell.
+/// by bit as in the block beside.
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
 pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: &Run) -> Result<Arranged> {
@@ -180,9 +180,10 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let places: Vec<DVec3> = copies.iter().map(|c| places[*c as usize]).collect();
         let names: Vec<Key> = copies.iter().map(|c| keys[*c as usize]).collect();
         let stay = if block.is_some() { at_ends(&triangles) } else { Vec::new() };
-        let by_name = block.is_some().then_some(&names[..]);
+        let walls = walls(&triangles, places.len());
+        let common = block.is_some().then_some(Common { names: &names, walls: &walls });
         let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
-        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, names: by_name };
+        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
         let mut astray = nodes.settle();
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;
@@ -220,7 +221,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
 
 /// Drops triangles beside a block. The nodes that are left, ascending, in the order of their new numbers.
 fn own_nodes(triangles: &mut Vec<Triangle>, count: usize) -> Vec<u32> {
-    triangles.retain(|t| t.own);
+    triangles.retain(Triangle::is_own);
     let mut used = vec![false; count];
     triangles.iter().flat_map(|t| t.nodes).for_each(|v| used[v as usize] = true);
     let kept: Vec<u32> = (0..count as u32).filter(|v| used[*v as usize]).collect();
@@ -370,7 +371,7 @@ fn within(around: &Around<'_>, group: &[Tetrahedron], values: Vec<f64>, out: &mu
                 Named { leaf, face: tape.owner(leaf, &sides) }
             },
         });
-        out.own = block.is_none_or(|b| t.is_in(&b, *deeper, 0));
+        out.side = block.map_or([0; 3], |b| t.side(b.cubes(*deeper, 0)));
         out.add(tree, &t.corners, &cut, &facets);
     }
     Ok(())

@@ -28,8 +28,24 @@ pub(super) struct Nodes<'a> {
     pub(super) scale: f64,
     /// Nodes that others know, ascending: they do not move for the sake of triangles.
     pub(super) stay: &'a [u32],
-    /// What nodes are called, where that is the order they move in: beside a block others move them, too.
-    pub(super) names: Option<&'a [Key]>,
+    /// Where a block beside moves some of them, too.
+    pub(super) common: Option<Common<'a>>,
+}
+
+/// What makes nodes where blocks meet move as in the block beside: these are moved before all others, those of several walls first, so
+/// that no chain of bad triangles brings what one block does not know.
+#[derive(Clone, Copy)]
+pub(super) struct Common<'a> {
+    /// What nodes are called: that is the order they move in.
+    pub(super) names: &'a [Key],
+    /// How many walls they are in.
+    pub(super) walls: &'a [u8],
+}
+
+/// Triangles, and those around each node.
+struct Stars<'a> {
+    triangles: &'a [Triangle],
+    around: &'a [Vec<u32>],
 }
 
 impl Nodes<'_> {
@@ -65,47 +81,65 @@ impl Nodes<'_> {
         for (t, triangle) in triangles.iter().enumerate() {
             triangle.nodes.iter().for_each(|v| around[*v as usize].push(t as u32));
         }
-        let mut looked: Vec<u32> = (0..triangles.len() as u32).collect();
+        let stars = Stars { triangles, around: &around };
+        let Some(Common { walls, .. }) = self.common else {
+            return self.rounds(&stars, |_| true, GOES, run);
+        };
+        for most in (1..=3).rev() {
+            // How many go is another share in the block beside, where the same nodes must move as often.
+            self.rounds(&stars, |v| walls[v as usize] == most, f64::NEG_INFINITY, run)?;
+        }
+        self.rounds(&stars, |v| walls[v as usize] == 0, GOES, run)
+    }
+
+    /// Moves some of the nodes, until fewer than a share of the bad triangles around them go.
+    fn rounds(&mut self, stars: &Stars<'_>, moves: impl Fn(u32) -> bool, goes: f64, run: &Run) -> Result<()> {
+        let triangles = stars.triangles;
+        let touched = |t: &u32| triangles[*t as usize].nodes.iter().any(|v| moves(*v));
+        let mut looked: Vec<u32> = (0..triangles.len() as u32).filter(touched).collect();
         let mut before = usize::MAX;
         for _ in 0..ROUNDS {
             run.check()?;
             let is_bad = |t: &u32| self.lies(&triangles[*t as usize], u32::MAX, DVec3::ZERO) < FLAT;
             let bad = lockstep::each(self.leaves, &looked, is_bad);
             let bad: Vec<u32> = looked.into_iter().zip(bad).filter(|x| x.1).map(|x| x.0).collect();
-            if bad.is_empty() || bad.len() as f64 > (1.0 - GOES) * before as f64 {
+            if bad.is_empty() || bad.len() as f64 > (1.0 - goes) * before as f64 {
                 break;
             }
             before = bad.len();
-            let mut nodes: Vec<u32> = bad.iter().flat_map(|t| triangles[*t as usize].nodes).collect();
+            let mut nodes: Vec<u32> =
+                bad.iter().flat_map(|t| triangles[*t as usize].nodes).filter(|v| moves(*v)).collect();
             nodes.sort_unstable();
             nodes.dedup();
-            if let Some(names) = self.names {
-                nodes.sort_by_key(|v| names[*v as usize]);
+            if let Some(common) = self.common {
+                nodes.sort_by_key(|v| common.names[*v as usize]);
             }
-            nodes.iter().for_each(|v| self.relax(*v, &around[*v as usize], triangles));
-            looked = nodes.iter().flat_map(|v| around[*v as usize].iter().copied()).collect();
+            nodes.iter().for_each(|v| self.relax(*v, stars));
+            looked = nodes.iter().flat_map(|v| stars.around[*v as usize].iter().copied()).collect();
             looked.sort_unstable();
             looked.dedup();
         }
         Ok(())
     }
 
-    fn relax(&mut self, v: u32, around: &[u32], triangles: &[Triangle]) {
+    fn relax(&mut self, v: u32, stars: &Stars<'_>) {
         let which = &self.on[v as usize];
         if which.len() > 2 || self.stay.binary_search(&v).is_ok() {
             return;
         }
+        let (triangles, around) = (stars.triangles, &stars.around[v as usize]);
         // The middle of the neighbors that lie on all that it lies on.
-        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-        for u in around.iter().flat_map(|t| triangles[*t as usize].nodes).filter(|u| *u != v) {
-            if which.iter().all(|l| self.on[u as usize].contains(l)) {
-                sum += self.places[u as usize];
-                count += 1.0;
-            }
-        }
-        if count == 0.0 {
+        let with_all = |u: &u32| *u != v && which.iter().all(|l| self.on[*u as usize].contains(l));
+        let mut near: Vec<u32> = around.iter().flat_map(|t| triangles[*t as usize].nodes).filter(with_all).collect();
+        if near.is_empty() {
             return;
         }
+        if let Some(common) = self.common {
+            // Sums are rounded by their order, and that of triangles is another in the block beside.
+            near.sort_by_key(|u| common.names[*u as usize]);
+        }
+        let sum: DVec3 = near.iter().map(|u| self.places[*u as usize]).sum();
+        let count = near.len() as f64;
         let worst = |p| around.iter().map(|t| self.lies(&triangles[*t as usize], v, p)).fold(f64::INFINITY, f64::min);
         let from = self.places[v as usize];
         let mut best = (worst(from), from);

@@ -1,6 +1,6 @@
 //! Arrangements against known truth: all patterns of signs on one tetrahedron with ties, and whole parts.
 
-use approx::assert_abs_diff_eq;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 
 use super::cell::{Crossed, Facet, Named, Vertex};
@@ -381,6 +381,38 @@ fn blocks_of_a_grid_give_what_the_whole_grid_gives() {
     assert_eq!(all.len(), expected.len());
     let common = all.iter().filter(|t| expected.binary_search(t).is_ok()).count();
     assert!(100 * common >= 97 * all.len(), "{common} of {}", all.len());
+}
+
+#[test]
+fn a_block_with_larger_cells_inside_ends_as_one_without() {
+    let hole = |radius, axis| Solid::cylinder(radius, axis, DVec3::ZERO, None);
+    let cube = Solid::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0));
+    let model = Implicit::new(&(cube - hole(0.4, DVec3::X) - hole(0.3, DVec3::Y)), RSystem::R0, None).unwrap();
+    let size = 0.08;
+    let cells = cells_along(&model.bounds(), size);
+    let half = cells[0] / 2;
+    for (lo, hi) in [(0, half), (half, cells[0])] {
+        let block = Some(GridBlock { lo: [lo, 0, 0], hi: [hi, cells[1], cells[2]] });
+        let [fine, coarse] = [0, 1].map(|coarser| {
+            let grid = CellGrid { size, coarser, places: &[], more: 0, block };
+            arranged(&model, &grid, 1 << 32, &Run::new()).unwrap()
+        });
+        let ends = |a: &Arranged| {
+            let place = |v: u32| a.made.mesh.nodes[v as usize].to_array().map(f64::to_bits);
+            let mut ends: Vec<(EndKey, [u64; 3])> = a.ends.iter().map(|(v, key)| (*key, place(*v))).collect();
+            ends.sort_unstable();
+            ends
+        };
+        assert!(fine.ends.len() > 50);
+        let [one, other] = [ends(&fine), ends(&coarse)];
+        let differ = one.iter().filter(|e| !other.contains(e)).count();
+        assert!(one.len() == other.len() && differ == 0, "{differ} of {} and {}", one.len(), other.len());
+        let [few, many] = [&coarse, &fine].map(|a| a.made.mesh.triangles.len());
+        assert!(10 * few < 9 * many, "{few} of {many}");
+        // Planes and the straight lines of cylinders go through both: the bores' chords are all that area differs by.
+        assert_relative_eq!(coarse.made.mesh.area(), fine.made.mesh.area(), max_relative = 5e-3);
+        assert!(coarse.unproved.is_empty() && coarse.astray.is_empty());
+    }
 }
 
 #[test]

@@ -42,8 +42,12 @@ pub(super) fn function<'a>(
     if matches!(name, "mod" | "fmod") && formulas.get(1).and_then(Expr::as_constant) == Some(0.0) {
         return Err(it.error(range, "division by zero"));
     }
+    let all_ints = ints.len() == count;
     if let Some(made) = composed(name, &formulas) {
-        return finite(it, range, name, made);
+        return match made.as_constant() {
+            Some(c) if all_ints && name == "clamp" => Ok(Value::Int(c as i64)),
+            _ => finite(it, range, name, made),
+        };
     }
     let unary = match name {
         "asin" => Some(Unary::Asin),
@@ -64,20 +68,17 @@ pub(super) fn function<'a>(
         _ => None,
     };
     let binary = match name {
-        "atan2" => Binary::Atan2,
-        "hypot" => Binary::Hypot,
-        "pow" => Binary::Pow,
-        "mod" | "fmod" => Binary::Mod,
-        "min" => Binary::Min,
-        _ => Binary::Max,
+        "atan2" => Some(Binary::Atan2),
+        "pow" => Some(Binary::Pow),
+        "mod" | "fmod" => Some(Binary::Mod),
+        "min" => Some(Binary::Min),
+        "max" => Some(Binary::Max),
+        _ => None,
     };
-    let all_ints = ints.len() == count;
     let made = match (unary, binary) {
-        // With its three arguments it is composed.
-        _ if name == "clamp" => None,
         (Some(op), _) if count == 1 => formulas.into_iter().next().map(|f| Expr::unary(op, f)),
-        (None, Binary::Min | Binary::Max) => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
-        (None, _) if count == 2 => formulas.into_iter().reduce(|a, b| Expr::binary(binary, a, b)),
+        (_, Some(op @ (Binary::Min | Binary::Max))) => formulas.into_iter().reduce(|a, b| Expr::binary(op, a, b)),
+        (_, Some(op)) if count == 2 => formulas.into_iter().reduce(|a, b| Expr::binary(op, a, b)),
         _ => None,
     };
     let Some(made) = made else {

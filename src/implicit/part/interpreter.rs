@@ -249,11 +249,13 @@ impl<'a> Interpreter<'a> {
             return Ok(v);
         }
         let e = self.error(range, format!("nothing is called {name:?}"));
+        if let Some(help) = refused::name(name) {
+            return Err(e.with_help(help));
+        }
         let known = self.globals.keys().map(String::as_str).chain(builtins::names().map(|n| -> &str { n }));
         let mut near: Vec<(usize, &str)> = known.map(|k| (crate::error::edit_distance(k, name), k)).collect();
         near.sort_unstable();
         Err(match near.first() {
-            _ if name == "where" => e.with_help("write a if condition else b"),
             Some((d, k)) if *d <= 2 && *d < name.chars().count() => e.with_help(format!("did you mean {k:?}?")),
             _ => e,
         })

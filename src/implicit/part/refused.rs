@@ -31,6 +31,17 @@ pub(super) fn statement(s: &Stmt) -> (&'static str, &'static str) {
     }
 }
 
+/// What to write instead of a name that other languages have.
+pub(super) fn name(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "where" => "write a if condition else b",
+        "clip" => "write clamp(f, low, high)",
+        "length" | "norm" => "write hypot(a, b, c)",
+        "mix" => "write a*(1 - t) + b*t",
+        _ => return None,
+    })
+}
+
 /// What to call an expression that is refused.
 pub(super) fn expression(e: &Expr) -> &'static str {
     match e {

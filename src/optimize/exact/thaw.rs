@@ -14,6 +14,9 @@ const POOR: f64 = 0.55;
 const GAIN: f64 = 1e-3;
 /// Passes over all that is poor; hardly anything changes after that many.
 const PASSES: usize = 10;
+/// A tree is made anew once so many triangles are not where it has them. Each step looks at all of these, and with a thousand that takes
+/// as long as its share in making a tree of 100 000 triangles.
+const MOST_MOVED: usize = 1024;
 /// Shares of the way to the middle of its neighbors that a node is moved by.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 
@@ -69,12 +72,15 @@ impl Guard {
         })
     }
 
-    fn note(&mut self, triangles: &[u32]) {
+    fn note(&mut self, m: &EditMesh, triangles: &[u32]) {
         for &t in triangles {
             if !self.is_moved[t as usize] {
                 self.is_moved[t as usize] = true;
                 self.moved.push(t);
             }
+        }
+        if self.moved.len() > MOST_MOVED {
+            *self = Self::new(m);
         }
     }
 }
@@ -285,8 +291,57 @@ impl Remesher<'_> {
         if taken {
             let left: Vec<u32> = outcome.gone.iter().copied().filter(|t| self.work.mesh.is_triangle(*t)).collect();
             left.iter().for_each(|t| zone[*t as usize] = true);
-            guard.note(&left);
+            guard.note(&self.work.mesh, &left);
         }
         taken
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pieces;
+    use crate::implicit::{ExtractOptions, Implicit, ImplicitOracle, RSystem, Solid, extract};
+    use crate::mesh::{TriMesh, self_intersections};
+    use crate::optimize::exact::ExactOptions;
+    use crate::optimize::exact::patchwork::{Patch, Patchwork, PieceSet};
+    use crate::optimize::size::Sizing;
+    use crate::run::Run;
+
+    /// The top of a cylinder in eight triangles, the node in their middle below it at the height of a chord. Something stands where it
+    /// should be: there it cannot go, but where it is it is not needed.
+    #[test]
+    fn nodes_that_cannot_go_back_give_way() {
+        let run = Run::new();
+        let solid =
+            Solid::cylinder(1.0, DVec3::X, DVec3::ZERO, None) & Solid::cuboid(DVec3::splat(-2.0), DVec3::splat(2.0));
+        let model = Implicit::new(&solid, RSystem::default(), None).unwrap();
+        let extracted = extract(&model, &ExtractOptions::new(0.25), &run).unwrap();
+        let oracle = ImplicitOracle::new(&model, &extracted);
+        let on = |x: f64, t: f64| DVec3::new(x, t.sin(), t.cos());
+        let ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
+        let mut nodes = vec![DVec3::new(0.0, 0.0, 0.4f64.cos())];
+        nodes.extend(ring.map(|(i, k)| on(0.3 * f64::from(i), 0.4 * f64::from(k))));
+        let mut triangles: Vec<[u32; 3]> = (0..8).map(|k| [0, 1 + k, 1 + (k + 1) % 8]).collect();
+        nodes.extend([[-0.02, 0.0, 0.95], [0.02, 0.0, 0.95], [0.0, 0.01, 1.05]].map(DVec3::from));
+        triangles.push([9, 10, 11]);
+        let labels = vec![0, 0, 0, 0, 0, 0, 0, 0, 1];
+        let mesh =
+            TriMesh { nodes, triangles, labels, faces: vec!["top".into(), "thing".into()], ..TriMesh::default() };
+        let side = oracle.piece_at(on(0.1, 0.1)).unwrap();
+        let outward = oracle.direction(side, DVec3::Z).unwrap().z.signum();
+        let top = Patch { piece: side, outward, plane: None, face: 0 };
+        let thing = Patch { piece: NONE, outward: 1.0, plane: None, face: 1 };
+        let mut sets = vec![PieceSet::one(side); 9];
+        sets.extend([PieceSet::of(&[]); 3]);
+        let mut work = Patchwork::new(EditMesh::new(&mesh).unwrap(), sets, vec![top, thing].into());
+        work.freeze(&[0, 1, 2, 3, 4, 5, 6, 7], 0.1);
+        let (options, run) = (ExactOptions::new(Sizing::uniform(0.3), 0.2), Run::new());
+        let mut r = Remesher::new(work, &oracle, &options, &run).unwrap();
+        assert_eq!(r.thaw().unwrap(), []);
+        let made = r.work.mesh.to_mesh();
+        assert_eq!((made.nodes.len(), made.triangles.len()), (11, 7));
+        assert!(self_intersections(&made, &run).unwrap().is_empty());
+        assert!(made.nodes[..8].iter().all(|p| (p.y.hypot(p.z) - 1.0).abs() < 1e-12));
     }
 }
