@@ -45,6 +45,8 @@ pub(crate) struct Formula {
     program: Program,
     /// Whether [`backwards`](Self::backwards) may give closer bounds of gradients than forwards.
     shared: bool,
+    /// One of the same sign everywhere, with closer bounds: without a divisor that is positive.
+    plain: Option<Arc<Formula>>,
 }
 
 #[derive(Default)]
@@ -147,6 +149,15 @@ impl Formula {
         Self::put_together(expr, placement, is_smooth)
     }
 
+    /// The same with one that has its sign everywhere, and closer bounds.
+    pub(crate) fn with_sign_of(self, plain: Formula) -> Self {
+        Self { plain: Some(Arc::new(plain)), ..self }
+    }
+
+    pub(crate) fn plain(&self) -> Option<&Formula> {
+        self.plain.as_deref()
+    }
+
     /// The same, when nobody asks for bounds: pieces are not asked whether they go over into each other smoothly.
     pub(crate) fn in_pieces(expr: &Expr, placement: &Placement) -> Self {
         Self::put_together(expr, placement, |_, _, _| false)
@@ -214,7 +225,7 @@ impl Formula {
     fn of(ops: Vec<Op>) -> Self {
         let idle = idle(&ops);
         let program = Program::new(&ops, |i| idle.get(i).copied().unwrap_or(false));
-        Formula { idle, program, shared: adjoint::is_shared(&ops), ops }
+        Formula { idle, program, shared: adjoint::is_shared(&ops), ops, plain: None }
     }
 
     /// The sum of two formulas and their difference, in which operations of both are one; nothing where most of neither are.

@@ -383,6 +383,15 @@ impl Leaf {
         }
     }
 
+    /// What stands for the leaf in cells of about a size, if anything does: its zeros are the same.
+    pub(crate) fn in_cells(&self, length: f64) -> Option<Leaf> {
+        match self {
+            Leaf::Fillet(_) => Some(self.banded(length)),
+            Leaf::Formula(f) => f.plain().map(|f| Leaf::Formula(f.clone())),
+            _ => None,
+        }
+    }
+
     /// What is to be interpolated linearly between points so far apart in place of the leaf; see [`Fillet::band`].
     pub(crate) fn banded(&self, length: f64) -> Leaf {
         if let Leaf::Fillet(f) = self { Leaf::Fillet(Arc::new(f.banded(length))) } else { self.clone() }

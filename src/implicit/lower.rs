@@ -14,7 +14,7 @@ use super::formula::Formula;
 use super::leaf::{Frame, Leaf};
 use super::model::Implicit;
 use super::polygon::{EdgeTree, polygon_tree};
-use super::shapes::{canonical, clean, disk_bounds, ellipsoid, tpms};
+use super::shapes::{Scaled, canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
 use super::steps::Within;
 use super::tape::{Op, Tape};
@@ -303,7 +303,8 @@ impl Lowerer {
                     positive("a radius of an ellipsoid", radii[i])?;
                 }
                 let f = face!("ellipsoid", "");
-                let formula = Formula::compile(&ellipsoid(*radii, *at), place);
+                let Scaled { value, sign } = ellipsoid(*radii, *at);
+                let formula = Formula::compile(&value, place).with_sign_of(Formula::compile(&sign, place));
                 faces.push(self.leaf(Leaf::Formula(formula), f, c.negate));
                 and = true;
                 let reach = place.rotation * DMat3::from_diagonal(*radii * k);

@@ -36,15 +36,21 @@ pub(super) fn disk_bounds(c: DVec3, a: DVec3, r: f64) -> Aabb {
     Aabb::new(c - half, c + half)
 }
 
+/// A function by another that is positive, and the function itself.
+pub(super) struct Scaled {
+    pub(super) value: Expr,
+    pub(super) sign: Expr,
+}
+
 /// `w / sqrt(w^2 / m^2 + |grad w|^2)` with `w = 1 - sum (x_i / a_i)^2`: Rvachev's normalization, gradient 1 on the surface.
-pub(super) fn ellipsoid(radii: DVec3, at: DVec3) -> Expr {
+pub(super) fn ellipsoid(radii: DVec3, at: DVec3) -> Scaled {
     let square = |e: Expr| Expr::binary(Binary::Pow, e, Expr::constant(2.0));
     let q: [Expr; 3] = std::array::from_fn(|i| [Expr::x(), Expr::y(), Expr::z()][i].clone() - at[i]);
     let sum = |f: &dyn Fn(usize) -> Expr| f(0) + f(1) + f(2);
     let w = Expr::constant(1.0) - sum(&|i| square(q[i].clone() / radii[i]));
     let slope = sum(&|i| square(q[i].clone() * (2.0 / (radii[i] * radii[i]))));
     let m = radii.min_element();
-    w.clone() / Expr::unary(Unary::Sqrt, square(w / m) + slope)
+    Scaled { value: w.clone() / Expr::unary(Unary::Sqrt, square(w.clone() / m) + slope), sign: w }
 }
 
 /// g(2 pi (p - at) / period) period / 2 pi

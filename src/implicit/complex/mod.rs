@@ -131,9 +131,8 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
     let (halved, wider) = if block.is_some() { (0, coarser) } else { (coarser, 0) };
     let size = seen * f64::from(1u32 << halved);
     run.install(|| {
-        let ends = model.leaves.iter().any(|l| matches!(l, Leaf::Fillet(_)));
-        let banded: Option<Vec<Leaf>> = ends.then(|| model.leaves.iter().map(|l| l.banded(seen)).collect());
-        let (leaves, scale) = (banded.as_deref().unwrap_or(&model.leaves), model.bounds().diagonal());
+        let others = in_cells(&model.leaves, seen);
+        let (leaves, scale) = (others.as_deref().unwrap_or(&model.leaves), model.bounds().diagonal());
         let twins = Twins::new(leaves);
         let (twins, differences) = (&twins, &Differences::default());
         let most = (memory / BYTES_PER_CELL) as usize;
@@ -217,6 +216,13 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             ends,
         })
     })
+}
+
+/// The leaves as they are taken in cells of about a size, if that is another for any of them.
+fn in_cells(leaves: &[Leaf], size: f64) -> Option<Vec<Leaf>> {
+    let others: Vec<Option<Leaf>> = leaves.iter().map(|l| l.in_cells(size)).collect();
+    let one = |(other, leaf): (Option<Leaf>, &Leaf)| other.unwrap_or_else(|| leaf.clone());
+    others.iter().any(Option::is_some).then(|| others.into_iter().zip(leaves).map(one).collect())
 }
 
 /// Drops triangles beside a block. The nodes that are left, ascending, in the order of their new numbers.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::cell::{Crossed, Facet, Named, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
-use crate::implicit::{Expr, RSystem, Solid};
+use crate::implicit::{Expr, Primitive, RSystem, Solid};
 use crate::spatial::Aabb;
 
 /// Boolean functions of up to three sides: meeting, joining, differences, touching sectors.
@@ -330,6 +330,21 @@ fn balls_that_overlap_by_a_hair_meet_in_their_circle() {
 fn placed(a: &Arranged) -> Vec<[[u64; 3]; 3]> {
     let bits = |v: u32| a.made.mesh.nodes[v as usize].to_array().map(f64::to_bits);
     a.made.mesh.triangles.iter().map(|t| t.map(bits)).collect()
+}
+
+#[test]
+fn an_ellipsoid_is_no_harder_to_prove_than_its_quadric() {
+    // Its function is divided by that of its slope: the quotient's bounds are far wider.
+    let radii = DVec3::new(1.0, 0.9, 0.1);
+    let (x, y, z) = (Expr::x() / radii.x, Expr::y() / radii.y, Expr::z() / radii.z);
+    let quadric = Expr::constant(1.0) - (x.clone() * x + y.clone() * y + z.clone() * z);
+    let [one, other] = [Primitive::Ellipsoid { radii, at: DVec3::ZERO }.into(), Solid::formula(quadric)]
+        .map(|s: Solid| made(&s, 0.06));
+    sound(&one);
+    assert!(one.unproved.is_empty() && one.astray.is_empty());
+    assert_eq!(one.cells, other.cells);
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * radii.element_product();
+    assert_relative_eq!(one.made.mesh.volume(), volume, max_relative = 0.02);
 }
 
 #[test]

@@ -72,6 +72,16 @@ const SOLIDS: &[(&str, Points, Points)] = &[
     ),
     ("union(sphere(1, at=(3 * i, 0, 0)) for i in [0, 2])", &[O, [6.0, 0.0, 0.0]], &[[3.0, 0.0, 0.0]]),
     ("union(sphere(1), [sphere(1, at=(3, 0, 0))], x > 8)", &[O, [3.0, 0.0, 0.0], [8.5, 0.0, 0.0]], &[[6.0, 0.0, 0.0]]),
+    (
+        "intersection(half_space(a) for (i, a) in enumerate('xyz') if i > 0)",
+        &[[1.0, -1.0, -1.0]],
+        &[[-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]],
+    ),
+    (
+        "union(sphere(1, at=p).name(a) for (a, p) in zip('ab', [(0, 0, 0), (3, 0, 0)]) for b in list(a))",
+        &[O, [3.0, 0.0, 0.0]],
+        &[[1.5, 0.0, 0.0]],
+    ),
     ("union(*[sphere(i) for i in (1, 2)])", &[[1.5, 0.0, 0.0]], &[[2.5, 0.0, 0.0]]),
     (
         "intersection([half_space(a) for a in ('x', 'y', 'z')])",
