@@ -270,7 +270,8 @@ int rv_mesh_nodes_of(const rv_mesh *mesh, const char *name, const uint32_t **nod
 int rv_mesh_curvatures(const rv_mesh *mesh, const double **principal, size_t *count, rv_error **error);
 /* By how much the angles around each node differ from a full turn, half of one on an open border: 0 where it is flat. */
 int rv_mesh_angle_defects(const rv_mesh *mesh, const double **radians, size_t *count, rv_error **error);
-/* What each node is by its curvature: 0 regular, 1 on a crease, 2 a corner. */
+/* What each node is by its curvature: 0 regular, 1 on a crease, 2 a corner. Nodes are compared with each other, so a mesh of a few
+ * triangles without smooth places may have no corner. */
 int rv_mesh_node_classes(const rv_mesh *mesh, const uint8_t **classes, size_t *count, rv_error **error);
 /* How far each node is from the surface of a part, never less than it is; infinite where it is far from all of it. Room for a number of
  * each node. Of the options threads is heeded. */

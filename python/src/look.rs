@@ -135,7 +135,8 @@ pub fn curvature<'py>(
 
 /// node_classes(points, triangles=None): what each point of a mesh is by its curvature, uint8 (n,): 0 regular, 1 on a crease, 2 a corner.
 ///
-/// points (n, 3) and triangles (m, 3), or a Mesh alone.
+/// points (n, 3) and triangles (m, 3), or a Mesh alone. Points are compared with each other, so a mesh of a few triangles without smooth
+/// places may have no corner.
 /// Errors: `InputError` for a mesh that is no oriented manifold.
 #[pyfunction]
 #[pyo3(signature = (points, triangles=None))]

@@ -51,7 +51,8 @@ def test_a_mesh_is_drawn(ball, part, tmp_path):
 
 def test_pictures_that_make_no_sense_are_refused(ball, part, tmp_path):
     for wrong, match in [
-        ({"view": "up"}, "up"), ({"pixels": (4, 4)}, "WIDTHxHEIGHT"), ({"color": "distance"}, "surface of a part"), ({"against": part}, "distance alone"),
+        ({"view": "up"}, "up"), ({"pixels": (4, 4)}, "WIDTHxHEIGHT"), ({"color": "distance"}, "surface of a part"),
+        ({"against": part}, "distance alone"),
         ({"clip": "x=9"}, "x"), ({"path": "a.jpg"}, "a.jpg"), ({"color": "distance", "against": tmp_path / "no.py"}, "no.py"),
     ]:  # fmt: skip
         with pytest.raises(rv.InputError, match=match):
@@ -70,7 +71,9 @@ def test_a_ball_bends_by_its_radius_and_a_cube_has_corners(ball, part):
     # By Gauss and Bonnet.
     assert defects.sum() == pytest.approx(4 * math.pi, abs=1e-8)
     assert (rv.node_classes(ball) == 0).all()
-    assert (rv.node_classes(CUBE, SIDES) == 2).all()
+    classes = rv.node_classes(rv.Part(rv.box(size=(2, 2, 2))).mesh(size=0.3))
+    # Six nodes between the corners of each edge.
+    assert classes.dtype == np.uint8 and np.bincount(classes)[1:].tolist() == [72, 8]
     principal, defects = rv.curvature(CUBE, SIDES)
     assert defects == pytest.approx(np.full(8, math.pi / 2))
     assert rv.distances(ball, against=part).max() < 1e-9

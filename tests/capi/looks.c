@@ -67,11 +67,12 @@ static int pictures(const rv_mesh *ball, const rv_part *part, const char *file) 
     return 0;
 }
 
-static int bends(const rv_mesh *ball, const rv_part *part, const char *file) {
+static int bends(const rv_mesh *ball, const rv_part *part, const rv_options *options) {
     const double *k, *defects, *again;
     const uint8_t *classes;
-    size_t n, m, corners = 0;
+    size_t n, m, corners = 0, creases = 0;
     double sum = 0, least = 9, most = 0, far = 0, distances[20000];
+    rv_part *box;
     rv_mesh *cube;
     NEED(rv_mesh_curvatures(ball, &k, &n, &error));
     NEED(rv_mesh_curvatures(ball, &again, &m, &error));
@@ -86,17 +87,18 @@ static int bends(const rv_mesh *ball, const rv_part *part, const char *file) {
         far = fmax(far, distances[i]);
     }
     printf("bends nodes %zu of %zu mean %.6f order %d most %.3f sum %.9f far %.3e\n", n, m, mean, least >= 0, most, sum, far);
-    NEED(rv_mesh_read(file, NULL, &cube, &error));
+    NEED(rv_part_parse("part(box(size=(2, 2, 2)))", NULL, &box, &error));
+    NEED(rv_part_mesh(box, options, &cube, &error));
     NEED(rv_mesh_node_classes(cube, &classes, &n, &error));
-    for (size_t i = 0; i < n; i++) corners += classes[i] == 2;
-    printf("classes corners %zu of %zu\n", corners, n);
+    for (size_t i = 0; i < n; i++) corners += classes[i] == 2, creases += classes[i] == 1;
+    printf("classes corners %zu creases %zu regular %zu\n", corners, creases, n - corners - creases);
     WRONG(rv_mesh_curvatures(NULL, &k, &n, &error), RV_USAGE, "mesh is NULL");
     if (k || n) return 5;
     WRONG(rv_mesh_angle_defects(ball, NULL, &n, &error), RV_USAGE, "array is NULL");
     WRONG(rv_mesh_node_classes(ball, &classes, NULL, &error), RV_USAGE, "count is NULL");
     WRONG(rv_mesh_distances(ball, NULL, NULL, distances, &error), RV_USAGE, "part is NULL");
     WRONG(rv_mesh_distances(ball, part, NULL, NULL, &error), RV_USAGE, "distances is NULL");
-    rv_mesh_free(cube);
+    rv_mesh_free(cube), rv_part_free(box);
     return 0;
 }
 
@@ -153,7 +155,7 @@ int main(int argc, char **argv) {
     NEED(rv_part_parse("part(sphere(2).name('ball'))", NULL, &part, &error));
     NEED(rv_part_mesh(part, options, &ball, &error));
     failed = pictures(ball, part, argv[3]);
-    if (!failed) failed = bends(ball, part, argv[1]);
+    if (!failed) failed = bends(ball, part, options);
     if (!failed) failed = soups(argv[1]);
     if (failed) return failed;
     NEED(rv_part_load(argv[2], NULL, &bored, &error));

@@ -36,10 +36,12 @@ int main(int argc, char **argv) try {
     const auto far = rvachev::distances(ball, part);
     std::printf("bends nodes %zu of %zu mean %.6f order %d most %.3f sum %.9f far %.3e\n", bends.size(), ball.points().size(), mean, order,
                 most, sum, *std::max_element(far.begin(), far.end()));
-    const auto file = rvachev::mesh::read(argv[1]);
-    const auto classes = file.node_classes();
-    std::printf("classes corners %td of %zu\n", std::count(classes.begin(), classes.end(), 2), classes.size());
+    const auto box = rvachev::part(rvachev::solid("box(size=(2, 2, 2))")).mesh(rvachev::options().set("size", "0.3"));
+    const auto classes = box.node_classes();
+    const auto count = [&](int kind) { return std::count(classes.begin(), classes.end(), kind); };
+    std::printf("classes corners %td creases %td regular %td\n", count(2), count(1), count(0));
 
+    const auto file = rvachev::mesh::read(argv[1]);
     const auto points = file.points();
     const auto triangles = file.triangles();
     const rvachev::surface cube{{points.begin(), points.end()}, {triangles.begin(), triangles.end()}};

@@ -3,7 +3,7 @@ program looks
     use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int8_t
     use rvachev
     implicit none
-    type(rv_part) :: part, bored
+    type(rv_part) :: part, bored, block
     type(rv_options) :: sizes, soups, samples, how
     type(rv_mesh) :: ball, cube
     type(rv_picture) :: picture, half, far
@@ -39,9 +39,11 @@ program looks
     print '(2(a, i0), a, f9.6, a, i0, a, f6.3, a, f14.9, a, es10.3)', 'bends nodes ', size(bends, 2), ' of ', size(points, 2), &
         ' mean ', sum(bends)/size(bends), ' order ', merge(1, 0, all(bends(1, :) >= bends(2, :))), ' most ', maxval(bends), &
         ' sum ', sum(defects), ' far ', maxval(ball%distances(part))
-    call rv_read_triangles(cube, file)
+    call block%parse('part(box(size=(2, 2, 2)))')
+    call block%mesh(cube, sizes)
     allocate (classes, source=cube%node_classes())
-    print '(2(a, i0))', 'classes corners ', count(classes == 2), ' of ', size(classes)
+    print '(3(a, i0))', 'classes corners ', count(classes == 2), ' creases ', count(classes == 1), ' regular ', count(classes == 0)
+    call rv_read_triangles(cube, file)
     points => cube%points()
     allocate (triangles, source=cube%triangles())
     call rv_triangles_told(text, points, triangles)
@@ -59,7 +61,7 @@ program looks
     call bored%load(bores)
     print '(2a)', 'rsystems 0 ', bored%compare_rsystems(sizes)
     call picture%free(); call half%free(); call far%free(); call ball%free(); call cube%free(); call part%free()
-    call bored%free(); call sizes%free(); call soups%free(); call samples%free(); call how%free()
+    call bored%free(); call block%free(); call sizes%free(); call soups%free(); call samples%free(); call how%free()
 contains
     ! How many pixels are covered.
     function covered(of) result(pixels)

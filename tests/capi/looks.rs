@@ -23,7 +23,10 @@ fn holds(text: &str, png: &Path) {
     assert!(number(text, "bends", "order") == 1.0 && number(text, "bends", "most") < 0.75, "{text}");
     assert!(near(number(text, "bends", "sum"), 4.0 * PI, 1e-7), "{text}");
     assert!(number(text, "bends", "far") < 1e-9, "{text}");
-    assert!(text.contains("classes corners 8 of 8\n"), "{text}");
+    assert_eq!(number(text, "classes", "corners"), 8.0, "{text}");
+    // Each of the cube's 12 edges has some seven of length 0.3, with six nodes between its corners; each side has some 45 inside.
+    let [creases, regular] = ["creases", "regular"].map(|word| number(text, "classes", word));
+    assert!(creases > 48.0 && creases < 120.0 && regular > 6.0 * 16.0, "{text}");
 
     let (_, info) = told(text, "info ");
     assert_eq!([&info["vertices"], &info["edges"], &info["closed"]], [&json!(8), &json!(12), &json!(true)]);
