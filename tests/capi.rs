@@ -13,6 +13,9 @@ use rvachev::implicit::part::parse;
 use rvachev::pipeline::{build, save_step};
 use serde_json::{Value, json};
 
+#[path = "capi/looks.rs"]
+mod looks;
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }

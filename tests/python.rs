@@ -121,8 +121,19 @@ fn distributed() -> Result<(), String> {
     done(clean(&python, &folder).args(["-m", "tarfile", "-e"]).arg(&archive))
         .map_err(|e| format!("Python cannot unpack {}\n{e}", archive.display()))?;
     let tree = folder.join(concat!("rvachev-", env!("CARGO_PKG_VERSION")));
-    let alone =
-        ["Cargo.lock", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "rust-toolchain.toml", "python/Cargo.toml"];
+    // The package's page, which is another one than the crate's.
+    let said = fs::read_to_string(tree.join("PKG-INFO")).map_err(|e| format!("PKG-INFO: {e}"))?;
+    let page = fs::read_to_string(root().join("python/README.md")).map_err(|e| format!("python/README.md: {e}"))?;
+    assert!(said.trim_end().ends_with(page.trim_end()), "the page of the package is not python/README.md:\n{said}");
+    let alone = [
+        "Cargo.lock",
+        "README.md",
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "rust-toolchain.toml",
+        "python/Cargo.toml",
+        "python/README.md",
+    ];
     let mut all: Vec<PathBuf> = alone.iter().map(PathBuf::from).collect();
     files(root(), "src", &mut all)?;
     files(root(), "python/src", &mut all)?;

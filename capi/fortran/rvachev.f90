@@ -919,6 +919,115 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_compare_rsystems(part, options, report, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: part
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_compare_samples(options, report, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_triangles_info(surface, options, report, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_surface
+            type(c_surface), intent(in) :: surface
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_triangles_info_file(path, options, report, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_compare_triangles(surface, options, report, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_surface
+            type(c_surface), intent(in) :: surface
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_compare_triangles_file(path, options, report, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: report
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_curvatures(mesh, principal, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            type(c_ptr), intent(out) :: principal
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_angle_defects(mesh, radians, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            type(c_ptr), intent(out) :: radians
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_node_classes(mesh, classes, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: mesh
+            type(c_ptr), intent(out) :: classes
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_distances(mesh, part, options, distances, error) bind(c) result(status)
+            import :: c_double, c_int, c_ptr
+            type(c_ptr), value :: mesh
+            type(c_ptr), value :: part
+            type(c_ptr), value :: options
+            real(c_double), intent(out) :: distances(*)
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_mesh_picture(mesh, part, options, picture, error) bind(c) result(status)
+            import :: c_int, c_ptr
+            type(c_ptr), value :: mesh
+            type(c_ptr), value :: part
+            type(c_ptr), value :: options
+            type(c_ptr), intent(out) :: picture
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_picture_pixels(picture, rgba, width, height, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: picture
+            type(c_ptr), intent(out) :: rgba
+            integer(c_size_t), intent(out) :: width
+            integer(c_size_t), intent(out) :: height
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_picture_write(picture, path, error) bind(c) result(status)
+            import :: c_char, c_int, c_ptr
+            type(c_ptr), value :: picture
+            character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        subroutine rv_picture_free(picture) bind(c)
+            import :: c_ptr
+            type(c_ptr), value :: picture
+        end subroutine
         function rv_bricks_plan(path, counts, options, folder, error) bind(c) result(status)
             import :: c_char, c_int, c_int32_t, c_ptr
             character(kind=c_char), intent(in) :: path(*)
@@ -967,8 +1076,10 @@ module rvachev
     implicit none
     private
     public :: rv_good, rv_short, rv_usage, rv_input, rv_failed, rv_stopped, rv_cancelled
-    public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_prisms, rv_samples, rv_shape
+    public :: rv_failure, rv_run, rv_options, rv_solid, rv_part, rv_mesh, rv_picture, rv_prisms, rv_samples, rv_shape
     public :: rv_mesh_of_file, rv_mesh_of_triangles, rv_healed, rv_read_triangles, rv_checked, rv_expected_of_file
+    public :: rv_triangles_told, rv_triangles_told_of_file, rv_triangles_compared, rv_triangles_compared_of_file
+    public :: rv_samples_compared
     public :: rv_step_checked, rv_step_told, rv_planned, rv_made, rv_merged
 
     ! What a call came to: a status of rvachev.h, and what is known of it (empty and 0 where nothing is).
@@ -1035,6 +1146,7 @@ module rvachev
         procedure :: expected_triangles => part_expected_triangles
         procedure :: sample => part_sample
         procedure :: compare => part_compare
+        procedure :: compare_rsystems => part_compare_rsystems
         procedure :: write => part_write
         procedure :: write_step => part_write_step
         procedure :: free => part_free
@@ -1046,7 +1158,11 @@ module rvachev
         ! Pointers to the mesh's own memory: gone when it is freed.
         procedure :: points => mesh_points
         procedure :: normals => mesh_normals
+        procedure :: curvatures => mesh_curvatures
+        procedure :: angle_defects => mesh_angle_defects
         ! Copies.
+        procedure :: node_classes => mesh_node_classes
+        procedure :: distances => mesh_distances
         procedure :: triangles => mesh_triangles
         procedure :: labels => mesh_labels
         procedure :: feature_edges => mesh_feature_edges
@@ -1075,8 +1191,20 @@ module rvachev
         procedure :: path => mesh_path
         procedure :: join => mesh_join
         procedure :: page => mesh_page
+        procedure :: draw => mesh_draw
         procedure :: write => mesh_write
         procedure :: free => mesh_free
+    end type
+
+    ! Pixels, and PNG files of them: draw of a mesh makes it.
+    type :: rv_picture
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t) :: width = 0, height = 0
+    contains
+        ! A pointer to the picture's own memory: gone when it is freed.
+        procedure :: pixels => picture_pixels
+        procedure :: write => picture_write
+        procedure :: free => picture_free
     end type
 
     ! A part's function on a regular grid: point (i, j, k), from 1, is at origin + step * [i - 1, j - 1, k - 1].
@@ -1752,6 +1880,99 @@ contains
         call keep(status, error, failure)
     end function
 
+    ! R-systems compared on it, as JSON.
+    function part_compare_rsystems(self, options, failure) result(report)
+        class(rv_part), intent(in) :: self
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: report
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_compare_rsystems(self%handle, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end function
+
+    ! Every method measured on the samples that come with the library, as JSON.
+    subroutine rv_samples_compared(report, options, failure)
+        character(:), allocatable, intent(out) :: report
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_compare_samples(handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Faces, edges and vertices that are found in a surface of points (3, n) and triangles (3, m), as JSON.
+    subroutine rv_triangles_told(report, points, triangles, options, failure)
+        character(:), allocatable, intent(out) :: report
+        real(c_double), intent(in), target, contiguous :: points(:, :)
+        integer(c_int32_t), intent(in) :: triangles(:, :)
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_surface) :: surface
+        integer(c_int32_t), allocatable, target :: numbers(:, :)
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        surface%points = c_loc(points)
+        surface%point_count = size(points, 2, kind=c_size_t)
+        allocate (numbers, source=triangles - 1)
+        surface%triangles = c_loc(numbers)
+        surface%triangle_count = size(triangles, 2, kind=c_size_t)
+        status = rv_triangles_info(surface, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! The same of a file of triangles.
+    subroutine rv_triangles_told_of_file(report, path, options, failure)
+        character(:), allocatable, intent(out) :: report
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_triangles_info_file(trim(path)//c_null_char, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! A surface of points (3, n) and triangles (3, m) measured beside what methods make of it, as JSON.
+    subroutine rv_triangles_compared(report, points, triangles, options, failure)
+        character(:), allocatable, intent(out) :: report
+        real(c_double), intent(in), target, contiguous :: points(:, :)
+        integer(c_int32_t), intent(in) :: triangles(:, :)
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_surface) :: surface
+        integer(c_int32_t), allocatable, target :: numbers(:, :)
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        surface%points = c_loc(points)
+        surface%point_count = size(points, 2, kind=c_size_t)
+        allocate (numbers, source=triangles - 1)
+        surface%triangles = c_loc(numbers)
+        surface%triangle_count = size(triangles, 2, kind=c_size_t)
+        status = rv_compare_triangles(surface, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! The same of a file of triangles.
+    subroutine rv_triangles_compared_of_file(report, path, options, failure)
+        character(:), allocatable, intent(out) :: report
+        character(*), intent(in) :: path
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_compare_triangles_file(trim(path)//c_null_char, handle_of(options), text, error)
+        report = taken(text)
+        call keep(status, error, failure)
+    end subroutine
+
     ! What is wrong with the model of a STEP file, as JSON; a status of rv_short where anything is.
     subroutine rv_step_checked(report, path, options, failure)
         character(:), allocatable, intent(out) :: report
@@ -2363,6 +2584,112 @@ contains
         html = taken(text)
         call keep(status, error, failure)
     end function
+
+    ! Of each node the two principal curvatures (2, n), 1 over length, as magnitudes with the larger one first.
+    function mesh_curvatures(self, failure) result(principal)
+        class(rv_mesh), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), pointer :: principal(:, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_mesh_curvatures(self%handle, data, n, error)
+        call c_f_pointer(data, principal, [2_c_size_t, n])
+        call keep(status, error, failure)
+    end function
+
+    ! By how much the angles around each node differ from those where it is flat, radians (n).
+    function mesh_angle_defects(self, failure) result(radians)
+        class(rv_mesh), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), pointer :: radians(:)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_mesh_angle_defects(self%handle, data, n, error)
+        call c_f_pointer(data, radians, [n])
+        call keep(status, error, failure)
+    end function
+
+    ! 0 for a regular node, 1 on a crease, 2 for a corner.
+    function mesh_node_classes(self, failure) result(classes)
+        class(rv_mesh), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        integer, allocatable :: classes(:)
+        integer(c_int8_t), pointer :: lent(:)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_mesh_node_classes(self%handle, data, n, error)
+        allocate (classes(n))
+        if (n > 0) then
+            call c_f_pointer(data, lent, [n])
+            classes = lent
+        end if
+        call keep(status, error, failure)
+    end function
+
+    ! How far each node is from the surface of a part; infinite where it is far from all of it.
+    function mesh_distances(self, part, options, failure) result(distances)
+        class(rv_mesh), intent(in) :: self
+        type(rv_part), intent(in) :: part
+        type(rv_options), intent(in), optional :: options
+        type(rv_failure), intent(out), optional :: failure
+        real(c_double), allocatable :: distances(:)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: n
+        integer(c_int) :: status
+        status = rv_mesh_points(self%handle, data, n, error)
+        allocate (distances(n))
+        if (status == rv_good) status = rv_mesh_distances(self%handle, part%handle, handle_of(options), distances, error)
+        call keep(status, error, failure)
+    end function
+
+    ! A picture; rv_mesh_picture of rvachev.h describes the options. The part is for the color distance.
+    subroutine mesh_draw(self, picture, options, part, failure)
+        class(rv_mesh), intent(in) :: self
+        type(rv_picture), intent(out) :: picture
+        type(rv_options), intent(in), optional :: options
+        type(rv_part), intent(in), optional :: part
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: against, data, error
+        integer(c_int) :: status
+        against = c_null_ptr
+        if (present(part)) against = part%handle
+        status = rv_mesh_picture(self%handle, against, handle_of(options), picture%handle, error)
+        if (status == rv_good) status = rv_picture_pixels(picture%handle, data, picture%width, picture%height, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    ! Red, green, blue and opacity (4, width, height) from the top left: 0 to 255, of which 128 and more are negative here.
+    function picture_pixels(self, failure) result(rgba)
+        class(rv_picture), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        integer(c_int8_t), pointer :: rgba(:, :, :)
+        type(c_ptr) :: data, error
+        integer(c_size_t) :: width, height
+        integer(c_int) :: status
+        status = rv_picture_pixels(self%handle, data, width, height, error)
+        call c_f_pointer(data, rgba, [4_c_size_t, width, height])
+        call keep(status, error, failure)
+    end function
+
+    ! PNG.
+    subroutine picture_write(self, path, failure)
+        class(rv_picture), intent(in) :: self
+        character(*), intent(in) :: path
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_picture_write(self%handle, trim(path)//c_null_char, error)
+        call keep(status, error, failure)
+    end subroutine
+
+    subroutine picture_free(self)
+        class(rv_picture), intent(inout) :: self
+        call rv_picture_free(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
 
     ! Prisms in layers: what a face sweeps along a vector, or the room to another face that matches; one of the two is given.
     subroutine mesh_sweep(self, prisms, face, layers, along, to, failure)

@@ -46,6 +46,7 @@ typedef struct rv_mesh rv_mesh;
 typedef struct rv_prisms rv_prisms;
 typedef struct rv_path rv_path;
 typedef struct rv_samples rv_samples;
+typedef struct rv_picture rv_picture;
 typedef struct rv_text rv_text;
 
 /* The version of the library, such as "0.1.0". */
@@ -77,7 +78,8 @@ int rv_options_new(rv_options **options, rv_error **error);
  * stands for the method that runs it), angle, tol and size-min (lengths, or "0.1%" of the diagonal), volume (a share), grading, trim,
  * thickness, refine and without (a remedy left out; both may be said often), eps, memory (GiB); for triangles feature-angle, min-area,
  * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for meshes to be joined within; for files
- * groups ("user", "faces", "all"), msh-version; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false"
+ * groups ("user", "faces", "all"), msh-version; for pictures view, focus, clip, color, edges, pixels, transparent, legend, against, which
+ * rv_mesh_picture describes; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false"
  * measures only what makes a mesh sound), define ("radius=0.3", may be said often).
  * Wherever options are asked for NULL stands for none. */
 int rv_options_set(rv_options *options, const char *name, const char *value, rv_error **error);
@@ -212,6 +214,11 @@ int rv_step_info(const char *path, const rv_options *options, rv_text **info, rv
 /* Every stage of every method measured on a part, as JSON of `rvachev compare --json`. The options volume and without are
  * wrong here. */
 int rv_compare(const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
+/* R-systems instead of methods: how near the part's function is to a distance under each, as JSON of `rvachev compare --rsystems
+ * --json`. */
+int rv_compare_rsystems(const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
+/* Every method measured on three cubes with two holes that come with the library, as JSON of `rvachev compare --samples --json`. */
+int rv_compare_samples(const rv_options *options, rv_text **report, rv_error **error);
 /* Reads a file of triangles as it is. */
 int rv_mesh_read(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
 
@@ -231,6 +238,15 @@ int rv_check(const rv_surface *surface, const rv_part *part, const rv_options *o
 /* Against a part file or a STEP file. */
 int rv_check_file(const rv_surface *surface, const char *path, const rv_options *options, rv_text **report, rv_error **error);
 
+/* What is found in one before it is meshed: faces with areas and neighbors, edges with lengths, vertices, as JSON of `rvachev info --json`.
+ * The options are those of triangles. Of a file, names of faces are heeded. */
+int rv_triangles_info(const rv_surface *surface, const rv_options *options, rv_text **report, rv_error **error);
+int rv_triangles_info_file(const char *path, const rv_options *options, rv_text **report, rv_error **error);
+/* One measured beside what rv_remesh makes of it and what two simpler methods make, as JSON of `rvachev compare --json`. The options
+ * volume and without are wrong here. */
+int rv_compare_triangles(const rv_surface *surface, const rv_options *options, rv_text **report, rv_error **error);
+int rv_compare_triangles_file(const char *path, const rv_options *options, rv_text **report, rv_error **error);
+
 /* ------------------------------------------------------------------------------------------------------------ meshes */
 
 /* Arrays are lent, see above. `count` is the number of points, triangles or edges. */
@@ -248,6 +264,18 @@ int rv_mesh_corners(const rv_mesh *mesh, const uint32_t **nodes, size_t *count, 
  * RV_INPUT where there is none. */
 int rv_mesh_triangles_of(const rv_mesh *mesh, const char *name, const uint32_t **triangles, size_t *count, rv_error **error);
 int rv_mesh_nodes_of(const rv_mesh *mesh, const char *name, const uint32_t **nodes, size_t *count, rv_error **error);
+
+/* How the mesh bends at its nodes. Two magnitudes of each node, 1 over length, the larger one first: the principal curvatures, of the
+ * angles between triangles around the node. RV_INPUT for a mesh that is no oriented manifold, here and in the next two. */
+int rv_mesh_curvatures(const rv_mesh *mesh, const double **principal, size_t *count, rv_error **error);
+/* By how much the angles around each node differ from a full turn, half of one on an open border: 0 where it is flat. */
+int rv_mesh_angle_defects(const rv_mesh *mesh, const double **radians, size_t *count, rv_error **error);
+/* What each node is by its curvature: 0 regular, 1 on a crease, 2 a corner. Nodes are compared with each other, so a mesh of a few
+ * triangles without smooth places may have no corner. */
+int rv_mesh_node_classes(const rv_mesh *mesh, const uint8_t **classes, size_t *count, rv_error **error);
+/* How far each node is from the surface of a part, never less than it is; infinite where it is far from all of it. Room for a number of
+ * each node. Of the options threads is heeded. */
+int rv_mesh_distances(const rv_mesh *mesh, const rv_part *part, const rv_options *options, double *distances, rv_error **error);
 
 /* Lists of texts: how many, and each by its number from 0. */
 int rv_mesh_face_count(const rv_mesh *mesh, size_t *count, rv_error **error);
@@ -285,6 +313,18 @@ int rv_mesh_remesh_face(const rv_mesh *mesh, const char *face, const rv_options 
 /* One HTML page that shows the mesh in a browser, as `rvachev view` writes it; it needs no network. */
 int rv_mesh_page(const rv_mesh *mesh, const char *title, rv_text **page, rv_error **error);
 void rv_mesh_free(rv_mesh *mesh);
+
+/* Draws a mesh as `rvachev render` does, without a screen. The options: view ("iso", "front", "back", "left", "right", "top", "bottom", or
+ * "AZIMUTH,ELEVATION" in degrees), focus ("X,Y,Z,RADIUS" of the ball that fills the picture; the whole mesh does without), clip ("x=0",
+ * "z=1.5,above"; may be said often), color ("face", "angle", "edge", "distance", "class"), edges ("none", "sharp", "all"), pixels
+ * ("1200x900"), transparent ("true" for no background), legend ("false" for none). For the color distance either `part` is the part whose
+ * surface the mesh should be of, or the option against names its file; otherwise `part` is NULL. */
+int rv_mesh_picture(const rv_mesh *mesh, const rv_part *part, const rv_options *options, rv_picture **picture, rv_error **error);
+/* Lent: red, green, blue and opacity of each pixel, 0 to 255, row by row from the top left; 4 * width * height bytes. */
+int rv_picture_pixels(const rv_picture *picture, const uint8_t **rgba, size_t *width, size_t *height, rv_error **error);
+/* A PNG file. */
+int rv_picture_write(const rv_picture *picture, const char *path, rv_error **error);
+void rv_picture_free(rv_picture *picture);
 
 /* Values at a mesh's nodes, to be carried to other points, such as the nodes of a finer mesh. */
 typedef struct rv_carry {

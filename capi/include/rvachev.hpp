@@ -250,6 +250,32 @@ private:
     std::shared_ptr<rv_samples> handle_;
 };
 
+// Pixels, and PNG files of them: draw makes it.
+class picture {
+public:
+    // Takes a handle of C.
+    explicit picture(rv_picture *handle) : handle_(handle, rv_picture_free) {
+        detail::run([&](rv_error **e) { return rv_picture_pixels(get(), &data_, &width, &height, e); });
+    }
+
+    std::size_t width = 0, height = 0;
+
+    // Red, green, blue and opacity of each pixel, row by row from the top left.
+    view<std::array<std::uint8_t, 4>> pixels() const & {
+        return {reinterpret_cast<const std::array<std::uint8_t, 4> *>(data_), width * height};
+    }
+    void pixels() const && = delete;
+    // PNG.
+    void write(const std::string &path) const {
+        detail::run([&](rv_error **e) { return rv_picture_write(get(), path.c_str(), e); });
+    }
+    rv_picture *get() const { return handle_.get(); }
+
+private:
+    std::shared_ptr<rv_picture> handle_;
+    const std::uint8_t *data_ = nullptr;
+};
+
 class mesh {
 public:
     // Takes a handle of C.
@@ -280,6 +306,12 @@ public:
         return lent<std::array<std::uint32_t, 2>, std::uint32_t>(rv_mesh_feature_edges);
     }
     view<std::uint32_t> corners() const & { return lent<std::uint32_t, std::uint32_t>(rv_mesh_corners); }
+    // Of each node the two principal curvatures, 1 over length, as magnitudes with the larger one first.
+    view<std::array<double, 2>> curvatures() const & { return lent<std::array<double, 2>, double>(rv_mesh_curvatures); }
+    // By how much the angles around each node differ from those where it is flat, radians.
+    view<double> angle_defects() const & { return lent<double, double>(rv_mesh_angle_defects); }
+    // 0 for a regular node, 1 on a crease, 2 for a corner.
+    view<std::uint8_t> node_classes() const & { return lent<std::uint8_t, std::uint8_t>(rv_mesh_node_classes); }
     // Of a group, a face, or faces whose names fit a pattern.
     view<std::uint32_t> triangles_of(const std::string &name) const & { return named(rv_mesh_triangles_of, name); }
     view<std::uint32_t> nodes_of(const std::string &name) const & { return named(rv_mesh_nodes_of, name); }
@@ -290,6 +322,9 @@ public:
     void normals() const && = delete;
     void feature_edges() const && = delete;
     void corners() const && = delete;
+    void curvatures() const && = delete;
+    void angle_defects() const && = delete;
+    void node_classes() const && = delete;
     void triangles_of(const std::string &) const && = delete;
     void nodes_of(const std::string &) const && = delete;
 
@@ -598,6 +633,18 @@ private:
     static const double *numbers(const std::vector<point> &p) { return reinterpret_cast<const double *>(p.data()); }
 };
 
+// Draws a mesh: see rv_mesh_picture for the options. The part is for the color distance.
+inline picture draw(const mesh &m, const options &o = {}, const part *against = nullptr) {
+    const rv_part *p = against ? against->get() : nullptr;
+    return picture(detail::made<rv_picture>([&](rv_picture **out, rv_error **e) { return rv_mesh_picture(m.get(), p, o.get(), out, e); }));
+}
+// How far each node of a mesh is from the surface of a part; infinite where it is far from all of it.
+inline std::vector<double> distances(const mesh &m, const part &p, const options &o = {}) {
+    std::vector<double> out(m.points().size());
+    detail::run([&](rv_error **e) { return rv_mesh_distances(m.get(), p.get(), o.get(), out.data(), e); });
+    return out;
+}
+
 // A surface in arrays: points, and three of them for each triangle.
 struct surface {
     std::vector<point> points;
@@ -639,6 +686,30 @@ inline told step_info(const std::string &path, const options &o = {}) {
 // Every stage of every method measured on a part, as JSON.
 inline std::string compare(const part &p, const options &o = {}) {
     return detail::tell([&](rv_text **t, rv_error **e) { return rv_compare(p.get(), o.get(), t, e); }).text;
+}
+// R-systems compared on a part, as JSON.
+inline std::string compare_rsystems(const part &p, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_compare_rsystems(p.get(), o.get(), t, e); }).text;
+}
+// Every method measured on the samples that come with the library, as JSON.
+inline std::string compare_samples(const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_compare_samples(o.get(), t, e); }).text;
+}
+// A surface, or a file of triangles, measured beside what methods make of it, as JSON.
+inline std::string compare(const surface &s, const options &o = {}) {
+    const rv_surface raw = s.get();
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_compare_triangles(&raw, o.get(), t, e); }).text;
+}
+inline std::string compare_triangles(const std::string &path, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_compare_triangles_file(path.c_str(), o.get(), t, e); }).text;
+}
+// Faces, edges and vertices that are found in a surface, or in a file of triangles, as JSON.
+inline std::string info(const surface &s, const options &o = {}) {
+    const rv_surface raw = s.get();
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_triangles_info(&raw, o.get(), t, e); }).text;
+}
+inline std::string triangles_info(const std::string &path, const options &o = {}) {
+    return detail::tell([&](rv_text **t, rv_error **e) { return rv_triangles_info_file(path.c_str(), o.get(), t, e); }).text;
 }
 
 // A plan of bricks for a part file, in a folder.

@@ -16,6 +16,7 @@ use rvachev::{Error, Run};
 use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, given, input, release, slot, usage};
 use crate::options::{Asked, RvOptions, asked};
 use crate::pass::{Chars, Out, c_string, flat};
+use crate::shape::Bends;
 use crate::text::json;
 use crate::work::work;
 
@@ -53,6 +54,10 @@ pub struct RvMesh {
     chosen: Mutex<BTreeMap<String, Box<Chosen>>>,
     edges: OnceLock<Vec<u32>>,
     normals: OnceLock<Vec<f64>>,
+    /// How it bends at its nodes.
+    pub bends: OnceLock<Bends>,
+    /// What its nodes are by that.
+    pub classes: OnceLock<Vec<u8>>,
     report: OnceLock<CString>,
 }
 
@@ -87,6 +92,8 @@ impl RvMesh {
             chosen: Mutex::default(),
             edges: OnceLock::new(),
             normals: OnceLock::new(),
+            bends: OnceLock::new(),
+            classes: OnceLock::new(),
             report: OnceLock::new(),
         };
         made.faces = c_strings(&made.mesh().faces);

@@ -4,11 +4,12 @@ use std::ffi::c_int;
 use std::mem::MaybeUninit;
 
 use rvachev::parametric::step::StepModel;
-use rvachev::{Error, Run, pipeline};
+use rvachev::pipeline::MeshOptions;
+use rvachev::{Run, pipeline};
 use serde::Serialize;
 
 use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, given, slot};
-use crate::options::{RvOptions, asked};
+use crate::options::{Asked, RvOptions, asked};
 use crate::part::RvPart;
 use crate::pass::{Chars, Out};
 use crate::text::{RvText, json, text};
@@ -63,6 +64,16 @@ pub extern "C" fn rv_step_info(
     })
 }
 
+/// What a comparison finds, as JSON.
+fn compared<T: Serialize + Send>(
+    asked: &Asked,
+    compare: impl FnOnce(&MeshOptions, &Run) -> rvachev::Result<T> + Send,
+) -> Result<*mut RvText, Failure> {
+    asked.comparable()?;
+    let found = work(asked.run.as_ref(), asked.threads, |run| Ok(compare(&asked.mesh, run)?))?;
+    Ok(text(json(&found)?))
+}
+
 /// Measures every stage of every method on a part, as `rvachev compare --json` does.
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_compare(
@@ -74,14 +85,37 @@ pub extern "C" fn rv_compare(
     entry(error, || {
         let out = slot(report, std::ptr::null_mut(), "report")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
-        let how = &asked.mesh;
-        if how.volume.is_some() || !how.without.is_empty() {
-            let what = "methods are compared with neither volume nor without";
-            return Err(Error::Usage(what.into()).into());
-        }
-        let found =
-            work(asked.run.as_ref(), asked.threads, |run| Ok::<_, Failure>(pipeline::compare(&part, how, run)?))?;
-        out.write(text(json(&found)?));
+        out.write(compared(&asked, |how, run| pipeline::compare(&part, how, run))?);
+        Ok(GOOD)
+    })
+}
+
+/// Compares R-systems on a part, as `rvachev compare --rsystems --json` does.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_compare_rsystems(
+    part: Option<&RvPart>,
+    options: Option<&RvOptions>,
+    report: Out<'_, *mut RvText>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(report, std::ptr::null_mut(), "report")?;
+        let (part, asked) = (given(part, "part")?.part(), asked(options));
+        out.write(compared(&asked, |how, run| pipeline::compare_rsystems(&part, how, run))?);
+        Ok(GOOD)
+    })
+}
+
+/// Measures what every method makes of the samples, as `rvachev compare --samples --json` does.
+#[unsafe(no_mangle)]
+pub extern "C" fn rv_compare_samples(
+    options: Option<&RvOptions>,
+    report: Out<'_, *mut RvText>,
+    error: ErrorOut<'_>,
+) -> c_int {
+    entry(error, || {
+        let out = slot(report, std::ptr::null_mut(), "report")?;
+        out.write(compared(&asked(options), pipeline::compare_samples)?);
         Ok(GOOD)
     })
 }

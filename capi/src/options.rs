@@ -1,19 +1,23 @@
 //! Options of meshing, by the names the command has for them.
 
 use std::ffi::c_int;
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Mutex, PoisonError};
 
 use rvachev::Error;
 use rvachev::io::Grouping;
-use rvachev::pipeline::{GridOptions, GridSpacing, HealOptions, MeshOptions, Method, SizeRequest, SoupOptions};
+use rvachev::pipeline::{
+    GridOptions, GridSpacing, HealOptions, MeshOptions, Method, PictureOptions, SizeRequest, SoupOptions,
+};
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, release, slot, usage};
 use crate::pass::{Chars, Out};
 use crate::work::RvRun;
 
 /// All options there are.
-const NAMES: [&str; 31] = [
+/// Those of pictures but `against` are [`PictureOptions::NAMES`].
+const NAMES: [&str; 32] = [
     "size",
     "method",
     "sequence",
@@ -45,6 +49,7 @@ const NAMES: [&str; 31] = [
     "threads",
     "force",
     "define",
+    "against",
 ];
 
 /// Threads, at most.
@@ -75,6 +80,10 @@ pub struct Asked {
     pub groups: Grouping,
     /// gmsh files as version 2.2.
     pub old_msh: bool,
+    /// Of pictures.
+    pub picture: PictureOptions,
+    /// The file whose surface a mesh should be of.
+    pub against: Option<PathBuf>,
     /// What cancels and watches.
     pub run: Option<RvRun>,
 }
@@ -94,6 +103,8 @@ impl Default for Asked {
             define: Vec::new(),
             groups: Grouping::default(),
             old_msh: false,
+            picture: PictureOptions::default(),
+            against: None,
             run: None,
         }
     }
@@ -144,6 +155,14 @@ impl Asked {
     /// The options of grids.
     pub fn for_grid(&self) -> GridOptions {
         GridOptions { memory: self.mesh.memory, ..self.grid }
+    }
+
+    /// Errors: usage, for what methods are not compared with.
+    pub fn comparable(&self) -> rvachev::Result<()> {
+        if self.mesh.volume.is_some() || !self.mesh.without.is_empty() {
+            return Err(Error::Usage("methods are compared with neither volume nor without".into()));
+        }
+        Ok(())
     }
 
     fn set(&mut self, name: &str, v: &str) -> Result<(), Failure> {
@@ -203,7 +222,12 @@ impl Asked {
                 let (name, value) = v.split_once('=').ok_or_else(wrong)?;
                 self.define.push((name.trim().to_string(), value.trim().parse().map_err(|_| wrong())?));
             }
-            _ => return Err(usage(format!("there is no option {name:?}; there are: {}", NAMES.join(", ")))),
+            "against" => self.against = Some(PathBuf::from(v)),
+            _ if PictureOptions::NAMES.contains(&known) => self.picture.set(known, v)?,
+            _ => {
+                let all = [&NAMES[..], &PictureOptions::NAMES].concat().join(", ");
+                return Err(usage(format!("there is no option {name:?}; there are: {all}")));
+            }
         }
         Ok(())
     }

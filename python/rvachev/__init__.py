@@ -37,6 +37,11 @@ from ._rvachev import (
     carry,
     check,
     compare,
+    compare_rsystems,
+    compare_samples,
+    compare_triangles,
+    curvature,
+    distances,
     evaluate,
     expected_triangles,
     field,
@@ -47,6 +52,8 @@ from ._rvachev import (
     merge,
     mesh,
     mesh_brick,
+    node_classes,
+    picture,
     plan,
     read_triangles,
     remesh,
@@ -54,6 +61,7 @@ from ._rvachev import (
     solid,
     step_check,
     step_info,
+    triangles_info,
     union,
     x,
     y,
@@ -63,12 +71,12 @@ from ._rvachev import made as _made
 
 __all__ = [
     "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "Hexahedra", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Prisms", "Shortfall", "Solid", "Task", "Told",
-    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "carry", "chain", "check", "circle", "compare", "cone", "conic", "cylinder",
-    "diamond", "ellipse", "ellipsoid", "evaluate", "expected_triangles", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
+    "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "carry", "chain", "check", "circle", "compare", "compare_rsystems", "compare_samples", "compare_triangles", "cone", "conic", "curvature", "cylinder",
+    "diamond", "distances", "ellipse", "ellipsoid", "evaluate", "expected_triangles", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
     "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "join", "lagrange", "loft", "merge", "mesh", "mesh_brick",
-    "nurbs", "nurbs_surface", "parabola", "plan", "polygon", "polyline", "polynomial", "read_triangles", "remesh", "revolve",
+    "node_classes", "nurbs", "nurbs_surface", "parabola", "picture", "plan", "polygon", "polyline", "polynomial", "read_triangles", "remesh", "revolve",
     "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "shortest_path", "solid", "sphere", "spline", "spline_surface", "step_check",
-    "step_info", "sweep_edges", "torus", "union", "x", "y", "z",
+    "step_info", "sweep_edges", "torus", "triangles_info", "union", "x", "y", "z",
 ]
 
 # What part files call numpy's functions.

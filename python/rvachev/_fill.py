@@ -24,7 +24,7 @@ BLOCK = 1_000_000
 class Filled:
     """A solid in tetrahedra, with the names of its surface.
 
-    points: float64 (n, 3). tets: int64 (m, 4), of positive volume: the fourth point is where the first three are counter-clockwise
+    points: float64 (n, 3), in the part's unit. tets: int64 (m, 4), of positive volume: the fourth point is where the first three are counter-clockwise
     seen from outside it. triangles: int64 (k, 3), the surface, counter-clockwise seen from outside; each is a facet of one
     tetrahedron. labels: uint32 (k,), the face of each triangle, an index into face_names. groups, faces: name -> triangles.
     by: the generator. Where `keeps_surface` holds, points and triangles begin with those of the surface mesh, as they were.
@@ -54,7 +54,7 @@ class Filled:
 
     @property
     def volumes(self):
-        """float64 (m,): volumes of the tetrahedra."""
+        """float64 (m,): volumes of the tetrahedra, in the cubed unit of the part."""
         return volumes(self.points, self.tets)
 
     def to_meshio(self):

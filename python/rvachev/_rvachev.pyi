@@ -57,6 +57,25 @@ class FaceOptions(Run, total=False):
 class CheckOptions(Run, total=False):
     define: dict[str, float]
 
+class TrianglesOptions(Run, total=False):
+    size: Size
+    feature_angle: float
+    min_area: float
+    min_length: float
+    nodes: int
+    close: bool
+
+class PictureOptions(CheckOptions, total=False):
+    view: Literal["iso", "front", "back", "left", "right", "top", "bottom"] | str | tuple[Number, Number]
+    focus: tuple[Number, Number, Number, Number] | str
+    clip: str | list[str]
+    color: Literal["face", "angle", "edge", "distance", "class"]
+    against: Part | Path
+    edges: Literal["none", "sharp", "all"]
+    pixels: tuple[int, int] | str
+    transparent: bool
+    legend: bool
+
 __version__: str
 x: Expr
 y: Expr
@@ -351,3 +370,31 @@ def join(meshes: Iterable[Mesh], within: Size | None = None) -> Mesh:
 def step_check(path: Path, **options: Unpack[Run]) -> dict[str, Any]: ...
 def step_info(path: Path, **options: Unpack[Run]) -> dict[str, Any]: ...
 def compare(part: Part, size: Size | None = None, **options: Unpack[Options]) -> dict[str, Any]: ...
+def compare_rsystems(part: Part, size: Size | None = None, **options: Unpack[Options]) -> dict[str, Any]: ...
+def compare_samples(size: Size | None = None, **options: Unpack[Options]) -> dict[str, Any]: ...
+def compare_triangles(
+    points: ArrayLike | Mesh | Path,
+    triangles: ArrayLike | None = None,
+    size: Size | None = None,
+    **options: Unpack[Options],
+) -> dict[str, Any]: ...
+def triangles_info(
+    points: ArrayLike | Mesh | Path, triangles: ArrayLike | None = None, **options: Unpack[TrianglesOptions]
+) -> dict[str, Any]: ...
+def picture(
+    points: ArrayLike | Mesh,
+    triangles: ArrayLike | None = None,
+    path: Path | None = None,
+    **options: Unpack[PictureOptions],
+) -> NDArray[np.uint8]:
+    """Pixels, (height, width, 4), and with a path a PNG file."""
+def curvature(
+    points: ArrayLike | Mesh, triangles: ArrayLike | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Principal curvatures, (n, 2), as magnitudes, 1 over length; and angle defects, (n,), radians."""
+def node_classes(points: ArrayLike | Mesh, triangles: ArrayLike | None = None) -> NDArray[np.uint8]:
+    """(n,): 0 regular, 1 on a crease, 2 a corner."""
+def distances(
+    points: ArrayLike | Mesh, triangles: ArrayLike | None = None, *, against: Part
+) -> NDArray[np.float64]:
+    """How far points are from the surface of a part, (n,)."""

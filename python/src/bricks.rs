@@ -94,6 +94,7 @@ pub fn piece_again(py: Python<'_>, plan: &str, brick: u32, bytes: Vec<u8>) -> Py
 /// plan(part, size=None, *, bricks, **options): the bricks of a mesh, as tasks for `mesh_brick`.
 ///
 /// part: a part file, or a Part read from one: other processes get its text.
+/// size: the length of edges in the part's unit, or a share of the diagonal such as "2%". bricks: how many along x, y and z.
 #[pyfunction]
 #[pyo3(signature = (part, size=None, *, bricks, **options))]
 pub fn plan(

@@ -65,12 +65,12 @@ macro_rules! placed {
     ($class:ident { $($more:item)* }) => {
         #[pymethods]
         impl $class {
-            /// Moved by a vector (dx, dy, dz).
+            /// Moved by a vector (dx, dy, dz), in the part's unit.
             #[pyo3(name = "move", signature = (*args, **kwargs), text_signature = "($self, by)")]
             fn moved(&self, py: Python<'_>, args: Args<'_, '_>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 self.then(py, "move", args, kwargs)
             }
-            /// Turned about an axis through a point.
+            /// Turned by so many degrees about an axis through a point.
             #[pyo3(signature = (*args, **kwargs), text_signature = "($self, degrees, axis='z', at=(0, 0, 0))")]
             fn rotate(&self, py: Python<'_>, args: Args<'_, '_>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 self.then(py, "rotate", args, kwargs)
@@ -80,7 +80,7 @@ macro_rules! placed {
             fn scale(&self, py: Python<'_>, args: Args<'_, '_>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 self.then(py, "scale", args, kwargs)
             }
-            /// Mirrored in a plane.
+            /// Mirrored in the plane square to an axis through a point.
             #[pyo3(signature = (*args, **kwargs), text_signature = "($self, axis, at=(0, 0, 0))")]
             fn mirror(&self, py: Python<'_>, args: Args<'_, '_>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 self.then(py, "mirror", args, kwargs)

@@ -156,51 +156,67 @@ impl PyExpr {
     }
 
     // What numpy calls for arrays of objects.
+    /// The square root; what `numpy.sqrt` calls.
     fn sqrt(&self) -> Self {
         self.with(Unary::Sqrt)
     }
+    /// e to this power.
     fn exp(&self) -> Self {
         self.with(Unary::Exp)
     }
+    /// The natural logarithm.
     fn log(&self) -> Self {
         self.with(Unary::Log)
     }
+    /// The sine of an angle in radians.
     fn sin(&self) -> Self {
         self.with(Unary::Sin)
     }
+    /// The cosine of an angle in radians.
     fn cos(&self) -> Self {
         self.with(Unary::Cos)
     }
+    /// The tangent of an angle in radians.
     fn tan(&self) -> Self {
         self.with(Unary::Tan)
     }
+    /// The angle with this sine, in radians.
     fn arcsin(&self) -> Self {
         self.with(Unary::Asin)
     }
+    /// The angle with this cosine, in radians.
     fn arccos(&self) -> Self {
         self.with(Unary::Acos)
     }
+    /// The angle with this tangent, in radians.
     fn arctan(&self) -> Self {
         Self::of(Expr::binary(Binary::Atan2, self.expr.clone(), Expr::constant(1.0)))
     }
+    /// The hyperbolic sine.
     fn sinh(&self) -> Self {
         self.with(Unary::Sinh)
     }
+    /// The hyperbolic cosine.
     fn cosh(&self) -> Self {
         self.with(Unary::Cosh)
     }
+    /// The hyperbolic tangent.
     fn tanh(&self) -> Self {
         self.with(Unary::Tanh)
     }
+    /// The next whole number below.
     fn floor(&self) -> Self {
         self.with(Unary::Floor)
     }
+    /// The next whole number above.
     fn ceil(&self) -> Self {
         self.__ceil__()
     }
+    /// The whole number next to it towards 0.
     fn trunc(&self) -> Self {
         self.__trunc__()
     }
+    /// The nearest whole number; halves go to the even one.
     fn rint(&self) -> Self {
         self.__round__()
     }

@@ -498,7 +498,7 @@ impl PyMesh {
 
     /// The solid inside in tetrahedra, a `rvachev.Filled`, by one of the packages gmsh, tetgen, netgen and pytetwild,
     /// where it is installed. Triangles stay as they are but by pytetwild, and names stay with all.
-    /// size: the longest edges inside should have; without it they grow from those of the surface.
+    /// size: the longest edges inside should have, in the part's unit; without it they grow from those of the surface.
     #[pyo3(signature = (by="gmsh", size=None))]
     fn fill<'py>(slf: &Bound<'py, Self>, by: &str, size: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rvachev._fill")?.call_method1("fill", (slf, by, size))
@@ -511,7 +511,9 @@ impl PyMesh {
     }
 }
 
-/// Reads a file of triangles as it is: `points`, `triangles`, names of faces and the face of each triangle.
+/// read_triangles(path, **options): a file of triangles as it is: points, float64 (n, 3), in the file's unit, and triangles, int64 (m, 3).
+///
+/// Options: progress, cancel, threads. Errors: `InputError` for a file that holds no triangles.
 #[pyfunction]
 #[pyo3(signature = (path, **options))]
 pub fn read_triangles<'py>(

@@ -1,13 +1,15 @@
-//! What is known of CAD models, and methods compared, as dicts.
+//! What is known of CAD models and of triangles, and methods compared, as dicts.
 
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rvachev::mesh::TriMesh;
 use rvachev::parametric::step::StepModel;
 use rvachev::{Run, pipeline};
 use serde::Serialize;
 
+use crate::arrays::surface;
 use crate::errors::{input, raise};
 use crate::mesh::from_json;
 use crate::options::Options;
@@ -58,7 +60,7 @@ pub fn step_info<'py>(
 }
 
 /// compare(part, size=None, **options): every stage of every method measured on a part of functions: a dict as `rvachev compare --json`
-/// writes it. Options are those of `mesh`, but for volume and without.
+/// writes it. Options are those of `mesh`, but for volume and without. size: a length in the part's unit, or a share.
 /// Errors: `InputError` for other options, and those of `mesh`.
 #[pyfunction]
 #[pyo3(signature = (part, size=None, **options))]
@@ -68,12 +70,122 @@ pub fn compare<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (part, o) = (part.get().part(), sized(Options::new(options, &[])?, size)?);
+    let (part, o) = (part.get().part(), comparable(py, options, size)?);
     let how = o.mesh;
-    if how.volume.is_some() || !how.without.is_empty() {
+    let found = o.listeners.work(py, |run| pipeline::compare(&part, &how, run))?;
+    from_json(py, &found)
+}
+
+/// Options of a comparison.
+fn comparable(
+    py: Python<'_>,
+    options: Option<&Bound<'_, PyDict>>,
+    size: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Options> {
+    let o = sized(Options::new(options, &[])?, size)?;
+    if o.mesh.volume.is_some() || !o.mesh.without.is_empty() {
         let what = "methods are compared with neither volume nor without";
         return Err(raise(py, &input(what, "")));
     }
-    let found = o.listeners.work(py, |run| pipeline::compare(&part, &how, run))?;
+    Ok(o)
+}
+
+/// compare_rsystems(part, size=None, **options): how near the function of a part is to a distance under each R-system: a dict as
+/// `rvachev compare --rsystems --json` writes it. Lengths, and size, are in the part's unit; options are those of
+/// `compare`.
+/// Errors: `InputError` for other options, and those of `mesh`.
+#[pyfunction]
+#[pyo3(signature = (part, size=None, **options))]
+pub fn compare_rsystems<'py>(
+    py: Python<'py>,
+    part: &Bound<'py, PyPart>,
+    size: Option<&Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (part, o) = (part.get().part(), comparable(py, options, size)?);
+    let how = o.mesh;
+    let found = o.listeners.work(py, |run| pipeline::compare_rsystems(&part, &how, run))?;
+    from_json(py, &found)
+}
+
+/// compare_samples(size=None, **options): every method measured on three cubes with two holes that come with the package, whose sides
+/// are 2 units long: a dict as `rvachev compare --samples --json` writes it. Options are those of `compare`.
+/// Errors: `InputError` for other options.
+#[pyfunction]
+#[pyo3(signature = (size=None, **options))]
+pub fn compare_samples<'py>(
+    py: Python<'py>,
+    size: Option<&Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let o = comparable(py, options, size)?;
+    let how = o.mesh;
+    let found = o.listeners.work(py, |run| pipeline::compare_samples(&how, run))?;
+    from_json(py, &found)
+}
+
+/// A surface: arrays, a Mesh, or a file of triangles with its names of faces.
+enum Triangles {
+    Given(TriMesh),
+    File(PathBuf),
+}
+
+impl Triangles {
+    fn of(points: &Bound<'_, PyAny>, triangles: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        match points.extract::<PathBuf>() {
+            Ok(path) if triangles.is_none() => Ok(Triangles::File(path)),
+            _ => surface(points, triangles).map(Triangles::Given),
+        }
+    }
+
+    fn look<T>(&self, run: &Run, look: impl Fn(&TriMesh) -> rvachev::Result<T>) -> rvachev::Result<T> {
+        match self {
+            Triangles::Given(mesh) => look(mesh),
+            Triangles::File(path) => {
+                pipeline::load_mesh(path, run).and_then(|mesh| look(&mesh)).map_err(|e| e.in_file(path))
+            }
+        }
+    }
+}
+
+/// compare_triangles(points, triangles=None, size=None, **options): a surface of triangles measured beside what `remesh` makes of it and
+/// what two simpler methods make: a dict as `rvachev compare --json` writes it.
+///
+/// points (n, 3), in any unit, and triangles (m, 3), or a Mesh or the path of a file of triangles alone. size: a length in that unit, or a
+/// share. Options are those of `remesh`.
+/// Errors: `InputError` for other options, and those of `remesh`.
+#[pyfunction]
+#[pyo3(signature = (points, triangles=None, size=None, **options))]
+pub fn compare_triangles<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    triangles: Option<&Bound<'py, PyAny>>,
+    size: Option<&Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (of, mut o) = (Triangles::of(points, triangles)?, comparable(py, options, size)?);
+    let listeners = std::mem::take(&mut o.listeners);
+    let found = listeners.work(py, |run| of.look(run, |mesh| pipeline::compare_soup(mesh, &o.mesh, &o.soup, run)))?;
+    from_json(py, &found)
+}
+
+/// triangles_info(points, triangles=None, **options): what is found in a surface of triangles before it is meshed: a dict as
+/// `rvachev info --json` writes it, of faces with their areas, edges with their lengths and vertices with their places, in its unit.
+///
+/// points (n, 3) and triangles (m, 3), or a Mesh or the path of a file of triangles alone; of a file, names of faces are heeded.
+/// Options: size, feature_angle (degrees), min_area, min_length, nodes, close, progress, cancel, threads.
+/// Errors: those of `remesh`.
+#[pyfunction]
+#[pyo3(signature = (points, triangles=None, **options))]
+pub fn triangles_info<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    triangles: Option<&Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let known = ["size", "feature_angle", "min_area", "min_length", "nodes", "close", "progress", "cancel", "threads"];
+    let (of, mut o) = (Triangles::of(points, triangles)?, Options::new(options, &known)?);
+    let listeners = std::mem::take(&mut o.listeners);
+    let found = listeners.work(py, |run| of.look(run, |mesh| pipeline::soup_info(mesh, &o.mesh, &o.soup, run)))?;
     from_json(py, &found)
 }

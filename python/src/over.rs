@@ -90,7 +90,7 @@ pub fn shortest_path<'py>(
 
 /// join(meshes, within=None): meshes joined to one where their nodes match.
 ///
-/// meshes: an iterable of Mesh. within: a length, or a share of the diagonal of all, 0.0001% unless it is said; 0 for the same
+/// meshes: an iterable of Mesh. within: a length in their unit, or a share of the diagonal of all, 0.0001% unless it is said; 0 for the same
 /// coordinates alone. A node of one mesh and the nearest node of another are one where they are no farther apart. Joined nodes stand
 /// where the mesh that comes first has them, triangles keep their order; faces, and groups, of the same name are one. `report` counts
 /// edges that are open, that have more than two triangles, and that are of meshes which are inside out. A mesh without a node in

@@ -208,7 +208,10 @@ impl PyPart {
         from_json(py, &info)
     }
 
-    /// Meshes the part. See the package's stubs for all options.
+    /// Meshes the part.
+    ///
+    /// size: the length of edges in the part's unit, or a share of the diagonal such as "2%". The package's stubs have all options:
+    /// lengths are in that unit or shares, angles in degrees. Errors: `InputError`, `Failed`, `Cancelled`.
     #[pyo3(signature = (size=None, **options))]
     fn mesh(
         &self,
@@ -288,6 +291,10 @@ impl Wanted {
 }
 
 /// mesh(source, size=None, **options): meshes a Part, or a file: a part file, a STEP file, or a file of triangles.
+///
+/// size: the length of edges in the part's unit, or a share of the diagonal such as "2%".
+/// Options: those of `Part.mesh`, and for triangles feature_angle (degrees), min_area, min_length, nodes, close.
+/// Errors: `InputError`, `Failed`, `Cancelled`.
 #[pyfunction]
 #[pyo3(signature = (source, size=None, **options))]
 pub fn mesh(
@@ -304,6 +311,7 @@ pub fn mesh(
 
 /// expected_triangles(source, size=None, **options): about how many triangles `mesh` with these arguments gives, an int.
 ///
+/// size: the length of edges in the part's unit, or a share of the diagonal such as "2%".
 /// It is told as soon as lengths of edges are known, and no mesh is made. Within a tenth as a rule, and more than that where a part has
 /// narrow places that show only later. Errors: those of `mesh`, but for a mesh that is not sound or falls short.
 #[pyfunction]
@@ -322,7 +330,9 @@ pub fn expected_triangles(
 
 /// remesh(points, triangles=None, size=None, **options): meshes a surface of triangles anew, its faces, edges and corners found.
 ///
-/// points (n, 3) and triangles (m, 3), or a Mesh alone.
+/// points (n, 3), in any unit, and triangles (m, 3), or a Mesh alone.
+/// size: the length of edges in that unit, or a share of the diagonal such as "2%". Options: those of `mesh`.
+/// Errors: `InputError` for arrays that are no surface; `Failed`, `Cancelled`.
 #[pyfunction]
 #[pyo3(signature = (points, triangles=None, size=None, **options))]
 pub fn remesh(
@@ -340,6 +350,10 @@ pub fn remesh(
 }
 
 /// heal(points, triangles=None, **options): sets right what is wrong with a mesh: gaps, holes, overlaps, intersections.
+///
+/// points (n, 3), in any unit, and triangles (m, 3), or a Mesh alone. The result's `report` tells what was repaired.
+/// Options: max_hole (how many edges around a hole that is closed), progress, cancel, threads, force.
+/// Errors: `InputError` for arrays that are no surface; `Failed` for a mesh that is not sound, without force.
 #[pyfunction]
 #[pyo3(signature = (points, triangles=None, **options))]
 pub fn heal(
@@ -359,6 +373,7 @@ pub fn heal(
 
 /// check(points, triangles=None, against=None, **options): measures a mesh; a dict as `mesh.report["check"]`.
 ///
+/// points (n, 3), in any unit, and triangles (m, 3), or a Mesh alone; lengths of the result are in that unit, angles in degrees.
 /// against: a Part, or the path of a part file or STEP file whose surface it should be.
 #[pyfunction]
 #[pyo3(signature = (points, triangles=None, against=None, **options))]
@@ -397,7 +412,7 @@ pub fn check<'py>(
 type Evaluated<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray2<f64>>>);
 
 /// evaluate(part, points, gradient=False): the part's function at points (N, 3): float64 (N,), positive inside, about the
-/// distance near the surface; with gradient=True also its gradient, (N, 3), which points inwards.
+/// distance near the surface, in the part's unit; with gradient=True also its gradient, (N, 3), which points inwards.
 #[pyfunction]
 #[pyo3(signature = (part, points, gradient=false))]
 pub fn evaluate<'py>(

@@ -118,12 +118,12 @@ impl PySolid {
     fn size(&self, py: Python<'_>, args: &Bound<'_, PyTuple>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         self.then(py, "size", args, kwargs)
     }
-    /// Moved by a vector (dx, dy, dz).
+    /// Moved by a vector (dx, dy, dz), in the part's unit.
     #[pyo3(name = "move", signature = (*args, **kwargs), text_signature = "($self, by)")]
     fn moved(&self, py: Python<'_>, args: &Bound<'_, PyTuple>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         self.then(py, "move", args, kwargs)
     }
-    /// Turned about an axis through a point, counter-clockwise seen from where the axis points to.
+    /// Turned by so many degrees about an axis through a point, counter-clockwise seen from where the axis points to.
     #[pyo3(signature = (*args, **kwargs), text_signature = "($self, degrees, axis='z', at=(0, 0, 0))")]
     fn rotate(&self, py: Python<'_>, args: &Bound<'_, PyTuple>, kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         self.then(py, "rotate", args, kwargs)
@@ -197,7 +197,7 @@ pub fn intersection(solids: &Bound<'_, PyTuple>) -> PyResult<PySolid> {
     Ok(Solid::intersection(self::solids(solids, "intersection")?).into())
 }
 
-/// blend(a, b, radius): the union of two solids with a fillet of the given radius between their faces.
+/// blend(a, b, radius): the union of two solids with a fillet of a radius, in the part's unit, between their faces.
 #[pyfunction]
 pub fn blend(py: Python<'_>, a: &Bound<'_, PySolid>, b: &Bound<'_, PySolid>, radius: f64) -> PyResult<PySolid> {
     if !(radius > 0.0 && radius.is_finite()) {
@@ -206,7 +206,7 @@ pub fn blend(py: Python<'_>, a: &Bound<'_, PySolid>, b: &Bound<'_, PySolid>, rad
     Ok(a.get().solid.clone().blend(b.get().solid.clone(), radius).into())
 }
 
-/// A solid, a chain of edges or something built, as a part file makes it.
+/// made(kind, function, *args, **kwargs): a solid, a chain of edges or something built, as a part file makes it.
 #[pyfunction]
 #[pyo3(signature = (kind, function, *args, **kwargs))]
 pub fn made(

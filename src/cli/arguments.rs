@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use rvachev::DVec3;
 use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, Remedy, SizeRequest};
-use rvachev::render::{ClipPlane, MAX_SIDE, View};
+use rvachev::render::{ClipPlane, View};
 
 const EXIT_CODES: &str =
     "Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.";
@@ -478,7 +478,7 @@ pub struct Render {
     pub edges: Option<DrawnEdges>,
     /// Width and height in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = pixels, default_value = "1200x900")]
-    pub size: (usize, usize),
+    pub size: [usize; 2],
     /// Transparent background
     #[arg(long)]
     pub transparent: bool,
@@ -520,14 +520,8 @@ fn clip(s: &str) -> Result<ClipPlane, String> {
 }
 
 /// Width and height of a picture.
-fn pixels(s: &str) -> Result<(usize, usize), String> {
-    /// Less shows nothing.
-    const MIN_SIDE: usize = 16;
-    let side = |t: &str| t.parse::<usize>().ok().filter(|n| (MIN_SIDE..=MAX_SIDE).contains(n));
-    let sides = s.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
-    sides.ok_or_else(|| {
-        format!("a picture is WIDTHxHEIGHT with whole numbers of pixels from {MIN_SIDE} to {MAX_SIDE}, not {s:?}")
-    })
+fn pixels(s: &str) -> Result<[usize; 2], String> {
+    rvachev::pipeline::pixels(s).map_err(|e| e.to_string())
 }
 
 fn number(s: &str) -> Result<f64, String> {

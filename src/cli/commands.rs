@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use rvachev::io::{self, Format, Names, Renamed, WriteOptions};
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
-use rvachev::pipeline::{self, MeshOptions, Meshed, Method, Sequence, SoupOptions};
+use rvachev::pipeline::{self, MeshOptions, Meshed, Method, PictureOptions, Sequence, SoupOptions, TrueSurface};
 use rvachev::quality;
-use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions};
+use rvachev::render::{self as draw, Picture, RenderOptions};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
@@ -464,40 +464,29 @@ pub fn render(a: &Render) -> Result<bool> {
         Some(DrawnEdges::Sharp) => (Some(false), usual.sharp_angle),
         Some(DrawnEdges::All) => (Some(true), usual.sharp_angle),
     };
-    let color_by = match (a.color, &a.against) {
-        (Coloring::Distance, Some(part)) => ColorBy::Distance(node_distances(&mesh, part, &a.define, &run)?),
-        (Coloring::Angle, _) => ColorBy::Angle,
-        (Coloring::Edge, _) => ColorBy::Edge,
-        (Coloring::Class, _) => ColorBy::Class(pipeline::node_classes(&mesh, &run).map_err(|e| e.in_file(&a.mesh))?),
-        _ if a.quality => ColorBy::Angle,
-        _ => ColorBy::Face,
+    let coloring = match a.color {
+        _ if a.quality => pipeline::Coloring::Angle,
+        Coloring::Face => pipeline::Coloring::Face,
+        Coloring::Angle => pipeline::Coloring::Angle,
+        Coloring::Edge => pipeline::Coloring::Edge,
+        Coloring::Distance => pipeline::Coloring::Distance,
+        Coloring::Class => pipeline::Coloring::Class,
     };
-    let options = RenderOptions {
-        width: a.size.0,
-        height: a.size.1,
-        view: a.view.unwrap_or(usual.view),
-        clips: a.clip.clone(),
-        color_by,
-        wireframe,
-        sharp_angle,
-        transparent: a.transparent,
-        ..usual
+    let [width, height] = a.size;
+    let options = PictureOptions {
+        render: RenderOptions {
+            width,
+            height,
+            view: a.view.unwrap_or(usual.view),
+            clips: a.clip.clone(),
+            wireframe,
+            sharp_angle,
+            transparent: a.transparent,
+            ..usual
+        },
+        coloring,
+        against: a.against.as_ref().map(|path| TrueSurface::File { path: path.clone(), overrides: a.define.clone() }),
     };
-    write_picture(&a.output, &draw::render(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?)?;
+    write_picture(&a.output, &pipeline::picture(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?)?;
     Ok(true)
-}
-
-fn node_distances(mesh: &TriMesh, part: &Path, define: &[(String, f64)], run: &Run) -> Result<Vec<f64>> {
-    let found = if pipeline::is_step(part) {
-        pipeline::distances_to_step(mesh, pipeline::load_step(part, run)?, run)
-    } else {
-        pipeline::distances_to(mesh, &pipeline::load_part(part, define)?, run)
-    };
-    let found = found.map_err(|e| e.in_file(part))?;
-    // A picture of one color would tell nothing.
-    if found.iter().all(|d| d.is_infinite()) {
-        let what = "its surface is nowhere near the mesh";
-        return Err(Error::input(Place::Unknown, what).with_help("are both in the same unit?").in_file(part));
-    }
-    Ok(found)
 }

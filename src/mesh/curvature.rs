@@ -4,7 +4,12 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use rayon::prelude::*;
+
+use super::TriMesh;
 use super::edit::{EditMesh, NONE};
+use crate::error::Result;
+use crate::run::Run;
 
 /// What the triangles around a node say about the surface's curvature there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -78,10 +83,22 @@ pub fn node_curvature(mesh: &EditMesh, v: u32) -> NodeCurvature {
     NodeCurvature { principal: [a.max(b), a.min(b)], defect: (full - angles).abs() }
 }
 
+/// Curvatures at all nodes of a mesh, in their order; zero at a node without triangles.
+///
+/// Guarantees: the same for any number of threads.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold; [`Error::Cancelled`](crate::Error::Cancelled).
+pub fn node_curvatures(mesh: &TriMesh, run: &Run) -> Result<Vec<NodeCurvature>> {
+    run.check()?;
+    let edit = EditMesh::new(mesh)?;
+    let all = 0..mesh.nodes.len() as u32;
+    Ok(run.install(|| all.into_par_iter().map(|v| node_curvature(&edit, v)).collect()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::TriMesh;
     use approx::assert_abs_diff_eq;
 
     fn cube() -> EditMesh {
@@ -142,6 +159,20 @@ mod tests {
             let sum: f64 = m.nodes().map(|v| node_curvature(&m, v).defect).sum();
             assert_abs_diff_eq!(sum, 2.0 * TAU, epsilon = 1e-9);
         }
+    }
+
+    #[test]
+    fn all_nodes_have_theirs_in_order_and_a_lone_one_has_none() {
+        let m = sphere(2.0, 12);
+        let mut flat = m.to_mesh();
+        flat.nodes.push(DVec3::splat(9.0));
+        let all = node_curvatures(&flat, &Run::new()).unwrap();
+        assert_eq!(all.len(), flat.nodes.len());
+        assert_eq!(all.last(), Some(&NodeCurvature::default()));
+        assert!(m.nodes().all(|v| all[v as usize] == node_curvature(&m, v)));
+        flat.triangles.push(flat.triangles[0]);
+        flat.labels.push(0);
+        assert!(matches!(node_curvatures(&flat, &Run::new()), Err(crate::Error::Input { .. })));
     }
 
     #[test]
