@@ -64,7 +64,8 @@ impl Solid {
                 Work::Visit(s, place) => {
                     visited += 1;
                     if visited > MOST_NODES {
-                        let what = format!("the figure that is turned has more than {MOST_NODES} nodes when written out");
+                        let what =
+                            format!("the figure that is turned has more than {MOST_NODES} nodes when written out");
                         return Err(Error::input(Place::Unknown, what));
                     }
                     let wrap = Work::Wrap(s, place.scale);

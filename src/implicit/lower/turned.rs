@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Context, Lowerer, Op, Part, along, disk_bounds, direction, original_edge, positive};
+use super::{Context, Lowerer, Op, Part, along, direction, disk_bounds, original_edge, positive};
 use crate::error::{Error, Place, Result};
 use crate::implicit::leaf::{Frame, Leaf};
 use crate::implicit::polygon::polygon_tree;
@@ -104,7 +104,8 @@ impl Lowerer {
                 if corners.iter().all(|p| snapped(p[0], reach) <= 0.0) {
                     return Ok(nothing(self));
                 }
-                let sides = [("xmin", -DVec3::X, 0), ("xmax", DVec3::X, 1), ("ymin", -DVec3::Y, 0), ("ymax", DVec3::Y, 1)];
+                let sides =
+                    [("xmin", -DVec3::X, 0), ("xmax", DVec3::X, 1), ("ymin", -DVec3::Y, 0), ("ymax", DVec3::Y, 1)];
                 let ops = sides.map(|(sub, n, end)| {
                     let on = flat(plane.apply(ends[end]));
                     let line = line(plane.turn(n), [snapped(on[0], reach), on[1]]);
@@ -129,11 +130,7 @@ impl Lowerer {
                 let n = direction(plane.turn(*normal), "the normal of a half-space")?;
                 let on = flat(plane.apply(*at));
                 let op = self.turned_line(&axis, line(n, on), c, |l| l.face(solid, "half_space", "", c));
-                let bounds = if clean(n) == DVec3::X {
-                    along(axis.swept(on), axis.along)
-                } else {
-                    Aabb::ALL
-                };
+                let bounds = if clean(n) == DVec3::X { along(axis.swept(on), axis.along) } else { Aabb::ALL };
                 Ok(Part { op, bounds })
             }
             _ => Err(Error::input(Place::Unknown, "what is turned about an axis is a plane figure, which this is not")),
