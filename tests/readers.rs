@@ -312,7 +312,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.csg", "", &["line 1, column 1", "no solid"]),
     ("a.csg", "group();\n", &["no solid"]),
     ("a.csg", "group() {\n  hull() {\n    cube(1);\n  }\n}\n", &["line 2, column 3", "hull() cannot be read", "a.stl"]),
-    ("a.csg", "cube(1);\npolyhedron(points = [[0, 0, 0]], faces = []);\n", &["line 2, column 44", "four faces"]),
+    ("a.csg", "cube(1);\npolyhedron(points = [[0, 0, 0]], faces = []);\n", &["line 2, column 42", "four faces"]),
     ("a.csg", "linear_extrude(height = 1) { offset(r = 1); }", &["line 1, column 30", "offset()", "a.stl"]),
     ("a.csg", "cub(1);\n", &["line 1, column 1", "unknown operation \"cub\"", "is it cube()?"]),
     ("a.csg", "cube(size = [1, 2]);\n", &["line 1, column 13", "size of a cube"]),
