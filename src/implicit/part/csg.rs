@@ -231,7 +231,7 @@ impl<'a> Reader<'a> {
         let mut raise = None;
         if !idle {
             if word.text == "multmatrix" {
-                map = map * if flat { call.matrix_of_plane()? } else { call.matrix()? };
+                map *= if flat { call.matrix_of_plane()? } else { call.matrix()? };
             }
             if word.text.ends_with("_extrude") {
                 let name = self.name("extrude");

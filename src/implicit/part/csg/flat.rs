@@ -114,7 +114,7 @@ fn nested(paths: &[Vec<[f64; 2]>], one: &dyn Fn(usize) -> Solid) -> Solid {
     let n = paths.len();
     let around = |i: usize| (0..n).filter(move |&k| k != i && holds(&paths[k], paths[i][0]));
     let depth: Vec<usize> = (0..n).map(|i| around(i).count()).collect();
-    let outer = (0..n).filter(|&i| depth[i] % 2 == 0);
+    let outer = (0..n).filter(|&i| depth[i].is_multiple_of(2));
     Solid::union(outer.map(|i| {
         let holes = (0..n).filter(|&k| depth[k] == depth[i] + 1 && holds(&paths[i], paths[k][0]));
         Solid::intersection(std::iter::once(one(i)).chain(holes.map(|k| !one(k))))
