@@ -67,14 +67,16 @@ from ._rvachev import (
     y,
     z,
 )
+from ._rvachev import extruded as _extruded
 from ._rvachev import made as _made
+from ._rvachev import revolved as _revolved
 
 __all__ = [
     "Built", "Cancelled", "Edges", "Error", "Expr", "Failed", "Filled", "Hexahedra", "InputError", "Mesh", "NotTraced", "Part", "Piece", "Prisms", "Shortfall", "Solid", "Task", "Told",
     "arc", "bezier", "bezier_surface", "bilinear", "blend", "box", "carry", "chain", "check", "circle", "compare", "compare_rsystems", "compare_samples", "compare_triangles", "cone", "conic", "curvature", "cylinder",
     "diamond", "distances", "ellipse", "ellipsoid", "evaluate", "expected_triangles", "extrude", "extrude_edges", "field", "fillet_surface", "flat_face", "grid",
     "gyroid", "half_space", "heal", "hermite", "hyperbola", "intersection", "join", "lagrange", "loft", "merge", "mesh", "mesh_brick",
-    "node_classes", "nurbs", "nurbs_surface", "parabola", "picture", "plan", "polygon", "polyline", "polynomial", "read_triangles", "remesh", "revolve",
+    "node_classes", "nurbs", "nurbs_surface", "parabola", "picture", "plan", "polygon", "polyline", "polynomial", "read_triangles", "rectangle", "remesh", "revolve",
     "revolve_edges", "ruled", "schwarz_p", "sectorial", "sew", "shift", "shortest_path", "solid", "sphere", "spline", "spline_surface", "step_check",
     "step_info", "sweep_edges", "torus", "triangles_info", "union", "x", "y", "z",
 ]
@@ -168,14 +170,28 @@ def polygon(points):
     return points
 
 
-def extrude(polygon, height, at=None) -> Solid:
-    """A polygon in the xy plane extruded along z, from -height / 2 to height / 2. Faces side0 side1 ... bottom top."""
-    return _made("solid", "extrude", polygon=polygon, height=height, at=at)
+def rectangle(size, at=None) -> Solid:
+    """A rectangle of two sizes around a point, the same at every z: a figure for extrude and revolve. Faces xmin xmax ymin ymax."""
+    return _made("solid", "rectangle", size=size, at=at)
 
 
-def revolve(polygon) -> Solid:
-    """A polygon of points (radius, z) turned about the z axis. Faces side0 side1 ..."""
-    return _made("solid", "revolve", polygon=polygon)
+def extrude(figure, height, at=None) -> Solid:
+    """A figure of the xy plane extruded along z, from -height / 2 to height / 2. Faces bottom, top and those of the figure.
+
+    A figure is a polygon of points (x, y), a circle, an ellipse, or a solid that is the same at every z: rectangle(size),
+    cylinder(r) without a height, comparisons of x and y, and set operations on them.
+    """
+    if isinstance(figure, (Solid, Expr)):
+        made = _extruded(solid(figure), height)
+        return made if at is None else made.move(at)
+    return _made("solid", "extrude", figure=figure, height=height, at=at)
+
+
+def revolve(figure) -> Solid:
+    """A figure, as extrude takes it, turned about the z axis: x becomes the radius, y becomes z. Faces are those of the figure."""
+    if isinstance(figure, (Solid, Expr)):
+        return _revolved(solid(figure))
+    return _made("solid", "revolve", figure=figure)
 
 
 # ---------------------------------------------------------------------------------------------------- edges, and what they build

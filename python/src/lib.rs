@@ -39,6 +39,8 @@ fn _rvachev(m: &Bound<'_, PyModule>) -> PyResult<()> {
         m.add(name, expr::PyExpr { expr })?;
     }
     m.add_function(wrap_pyfunction!(solid::made, m)?)?;
+    m.add_function(wrap_pyfunction!(solid::extruded, m)?)?;
+    m.add_function(wrap_pyfunction!(solid::revolved, m)?)?;
     m.add_function(wrap_pyfunction!(solid::solid, m)?)?;
     m.add_function(wrap_pyfunction!(solid::union, m)?)?;
     m.add_function(wrap_pyfunction!(solid::intersection, m)?)?;

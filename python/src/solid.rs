@@ -206,6 +206,18 @@ pub fn blend(py: Python<'_>, a: &Bound<'_, PySolid>, b: &Bound<'_, PySolid>, rad
     Ok(a.get().solid.clone().blend(b.get().solid.clone(), radius).into())
 }
 
+/// extruded(figure, height): a solid that is the same at every z, from z = -height / 2 to height / 2.
+#[pyfunction]
+pub fn extruded(py: Python<'_>, figure: &Bound<'_, PySolid>, height: f64) -> PyResult<PySolid> {
+    figure.get().solid.clone().extruded(height).map(PySolid::from).map_err(|e| raise(py, &e))
+}
+
+/// revolved(figure): a solid that is the same at every z, turned: its x becomes the radius, its y becomes z.
+#[pyfunction]
+pub fn revolved(py: Python<'_>, figure: &Bound<'_, PySolid>) -> PyResult<PySolid> {
+    figure.get().solid.clone().revolved().map(PySolid::from).map_err(|e| raise(py, &e))
+}
+
 /// made(kind, function, *args, **kwargs): a solid, a chain of edges or something built, as a part file makes it.
 #[pyfunction]
 #[pyo3(signature = (kind, function, *args, **kwargs))]

@@ -3,6 +3,7 @@
 mod blends;
 mod formulas;
 mod pairs;
+mod turned;
 
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use super::shapes::{Scaled, canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
 use super::steps::Within;
 use super::tape::{Op, Tape};
+use super::turned::slab_bounds;
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
@@ -348,8 +350,8 @@ impl Lowerer {
                 let center = place.apply(*at);
                 let half = a * (0.5 * height * k);
                 let f = face!("cone", "side");
-                let line = [[*r0 * k, -0.5 * height * k], [*r1 * k, 0.5 * height * k]];
-                faces.extend(self.turned(center, a, line[0], line[1], f, c.negate));
+                let line = [[*r0 * k, -0.5 * height * k], [(*r1 - *r0) * k, height * k]];
+                faces.push(self.turned(center, a, line, f, c.negate));
                 for (sub, s, r) in [("bottom", -1.0, *r0), ("top", 1.0, *r1)] {
                     let f = face!("cone", sub);
                     if r > 0.0 {
@@ -443,26 +445,33 @@ impl Lowerer {
                         format!("corner {i} of the turned polygon has a negative radius"),
                     ));
                 }
-                let (corners, tree) = polygon_tree(polygon)?;
-                let n = corners.len();
-                let a = place.turn(DVec3::Z);
-                let mut edges = Vec::with_capacity(n);
-                for i in 0..n {
-                    let (p, q) = (corners[i], corners[(i + 1) % n]);
-                    if p[0] == 0.0 && q[0] == 0.0 {
-                        edges.push(self.op(Op::All(!c.negate)));
-                        continue;
-                    }
-                    let f = face!("revolve", &format!("side{}", original_edge(polygon, p, q)));
-                    let line = self.turned(place.shift, a, p.map(|v| v * k), q.map(|v| v * k), f, c.negate);
-                    edges.push(line.unwrap_or(0));
-                }
-                faces.push(self.edge_tree(&tree, &edges, c.negate));
+                let part = self.revolve(solid, "revolve", polygon, c)?;
+                faces.push(part.op);
                 and = true;
-                bounds = corners
-                    .iter()
-                    .map(|p| disk_bounds(place.apply(DVec3::Z * p[1]), a, p[0] * k))
-                    .fold(Aabb::EMPTY, |b, d| b.union(&d));
+                bounds = part.bounds;
+            }
+            Primitive::Turned(turned) => {
+                let part = self.turn(turned, c)?;
+                faces.push(part.op);
+                and = true;
+                bounds = part.bounds;
+            }
+            Primitive::Slab { height, around } => {
+                positive("the height of an extrusion", *height)?;
+                let half = 0.5 * height;
+                let mut b = Aabb::ALL;
+                for (sub, s) in [("bottom", -1.0), ("top", 1.0)] {
+                    let f = face!("extrude", sub);
+                    let (n, at) = (clean(place.turn(DVec3::Z * s)), place.apply(DVec3::Z * (s * half)));
+                    faces.push(self.plane(n, at, f, c.negate));
+                    for i in 0..3 {
+                        if n.abs() == DVec3::AXES[i] {
+                            if n[i] > 0.0 { b.hi[i] = at[i] } else { b.lo[i] = at[i] }
+                        }
+                    }
+                }
+                and = true;
+                bounds = slab_bounds(around, half, place).unwrap_or(b);
             }
             Primitive::Formula(e) => {
                 let f = face!("formula", "");
@@ -508,23 +517,6 @@ impl Lowerer {
         // any point of the axis names it; the one nearest the origin is canonical
         let c = at - a * a.dot(at);
         self.leaf(Leaf::Cylinder { c, frame: Frame::about(a), r }, face, negate)
-    }
-
-    /// The side swept by turning the segment `p q` of the half-plane (radius, height) about the axis; inside is on its left.
-    fn turned(&mut self, c: DVec3, a: DVec3, p: [f64; 2], q: [f64; 2], face: u32, negate: bool) -> Option<u32> {
-        let (dr, dz) = (q[0] - p[0], q[1] - p[1]);
-        let length = dr.hypot(dz);
-        let (k, m) = (dz / length, -dr / length);
-        if k == 0.0 {
-            return Some(self.plane(a * m, c + a * p[1], face, negate));
-        }
-        if m == 0.0 {
-            return Some(self.cylinder(c, a, p[0], face, negate != (k < 0.0)));
-        }
-        let d = k * p[0] + m * p[1];
-        let (k, m, d, flip) = if k < 0.0 { (-k, -m, -d, true) } else { (k, m, d, false) };
-        let frame = Frame::about(clean(a));
-        Some(self.leaf(Leaf::Cone { c, frame, k, m, d }, face, negate != flip))
     }
 }
 

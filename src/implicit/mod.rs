@@ -57,6 +57,7 @@ mod tape;
 #[cfg(test)]
 mod tests;
 mod thin;
+mod turned;
 mod walls;
 mod written;
 
@@ -84,5 +85,6 @@ pub use sample::{Samples, Sampling, evaluate};
 pub use solid::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode, Tpms};
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
+pub use turned::Turned;
 pub use walls::Walls;
 pub use written::write_vm;

@@ -57,7 +57,8 @@ fn primitive(p: &Primitive, z: DVec3) -> Result<()> {
         Primitive::Cone { .. } => (false, "a cone"),
         Primitive::Torus { .. } => (false, "a torus"),
         Primitive::Tpms { .. } => (false, "a periodic surface"),
-        Primitive::Revolve { .. } => (false, "a solid of revolution"),
+        Primitive::Slab { .. } => (false, "an extrusion"),
+        Primitive::Revolve { .. } | Primitive::Turned(_) => (false, "a solid of revolution"),
         Primitive::Foreign(_) => (false, "a boundary"),
         Primitive::Field(_) => (false, "a function of a program"),
     };

@@ -98,6 +98,16 @@ fn touch(p: &[[f64; 2]], i: usize, j: usize) -> bool {
         let (shared, e, f) = if j == i + 1 { (b, a, d) } else { (a, b, c) };
         return cross(e, shared, f) == 0.0 && (within(shared, e, f) || within(shared, f, e));
     }
+    segments_meet([a, b], [c, d])
+}
+
+/// Whether two segments share a point.
+pub(crate) fn segments_meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+    if (0..2).any(|k| a[k].max(b[k]) < c[k].min(d[k]) || c[k].max(d[k]) < a[k].min(b[k])) {
+        return false;
+    }
+    let within =
+        |a: [f64; 2], b: [f64; 2], q: [f64; 2]| (0..2).all(|k| q[k] >= a[k].min(b[k]) && q[k] <= a[k].max(b[k]));
     let (s1, s2) = (cross(a, b, c), cross(a, b, d));
     let (s3, s4) = (cross(c, d, a), cross(c, d, b));
     if s1 * s2 < 0.0 && s3 * s4 < 0.0 {

@@ -10,7 +10,9 @@ use glam::{DMat3, DVec3};
 use super::expr::Expr;
 use super::field::Field;
 use super::part::recipe::Recipe;
+use super::turned::Turned;
 use crate::error::{Error, Place};
+use crate::spatial::Aabb;
 
 /// The triply periodic minimal surfaces on offer, as sheets of finite thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -115,6 +117,16 @@ pub enum Primitive {
         /// The polygon's corners in order, either orientation; must be simple.
         polygon: Vec<[f64; 2]>,
     },
+    /// Between `z = -height / 2` and `height / 2`. Faces `bottom` and `top`. [`Solid::extruded`] cuts figures with it.
+    Slab {
+        /// Length along z.
+        height: f64,
+        /// The box around the figure that is cut with it, as far as known, which becomes the box around both. Its z counts for
+        /// nothing, and infinite is not known.
+        around: Aabb,
+    },
+    /// A primitive of the plane turned about the z axis, with the faces it has there. [`Solid::revolved`] makes these.
+    Turned(Turned),
     /// Inside where the formula is positive. One face.
     Formula(Expr),
     /// Inside where the field is positive. One face.

@@ -242,24 +242,7 @@ fn shape<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             it.grow(range, points.len())?;
             return Ok(Value::Polygon(Rc::new(points)));
         }
-        "extrude" => {
-            let b = bind(&["polygon", "height", "at"])?;
-            let polygon = b.polygon(it, "polygon")?;
-            it.at(b.need(it, "polygon")?.range, polygon_tree(&polygon))?;
-            it.grow(range, polygon.len())?;
-            Primitive::Extrude { polygon, height: b.positive(it, "height")?, at: b.point(it, "at")? }
-        }
-        "revolve" => {
-            let b = bind(&["polygon"])?;
-            let polygon = b.polygon(it, "polygon")?;
-            let at = b.need(it, "polygon")?.range;
-            it.at(at, polygon_tree(&polygon))?;
-            if let Some(i) = polygon.iter().position(|p| p[0] < 0.0) {
-                return Err(it.error(at, format!("point {i} of the turned polygon has a negative radius")));
-            }
-            it.grow(range, polygon.len())?;
-            Primitive::Revolve { polygon }
-        }
+        "extrude" | "revolve" => return figures::raised(it, range, name, arguments),
         "solid" => {
             let b = bind(&["condition"])?;
             let a = b.need(it, "condition")?;

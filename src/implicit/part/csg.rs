@@ -2,6 +2,8 @@
 //!
 //! `openscad -o a.csg a.scad` writes them: all variables, loops and modules are gone, each placement is a matrix.
 
+mod flat;
+mod polyhedron;
 mod shapes;
 mod tokens;
 
@@ -12,7 +14,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::super::solid::Solid;
 use super::{Part, place};
 use crate::error::{Error, Place, Result, nearest};
-use shapes::{Round, Shape};
+use flat::Raise;
+use shapes::{Round, SIX_DIGITS, Shape};
 use tokens::{Argument, Token, Tokens, Value};
 
 /// Bytes of a file that is read.
@@ -22,26 +25,31 @@ const MOST_BYTES: usize = 64 << 20;
 const FEW_SIDES: f64 = 8.0;
 
 /// The operations that are read.
-const KNOWN: [&str; 10] =
-    ["group", "union", "difference", "intersection", "multmatrix", "color", "render", "cube", "sphere", "cylinder"];
-
-/// Operations of OpenSCAD that are not read here.
-const REFUSED: [&str; 14] = [
-    "hull",
-    "minkowski",
-    "text",
+const KNOWN: [&str; 16] = [
+    "group",
+    "union",
+    "difference",
+    "intersection",
+    "multmatrix",
+    "color",
+    "render",
+    "cube",
+    "sphere",
+    "cylinder",
+    "polyhedron",
     "linear_extrude",
     "rotate_extrude",
-    "import",
-    "surface",
-    "offset",
-    "projection",
-    "polyhedron",
-    "polygon",
-    "circle",
     "square",
-    "resize",
+    "circle",
+    "polygon",
 ];
+
+/// What is a solid, and what is a figure of the plane.
+const SOLIDS: [&str; 6] = ["cube", "sphere", "cylinder", "polyhedron", "linear_extrude", "rotate_extrude"];
+const FIGURES: [&str; 3] = ["square", "circle", "polygon"];
+
+/// Operations of OpenSCAD that are not read here.
+const REFUSED: [&str; 8] = ["hull", "minkowski", "text", "import", "surface", "offset", "projection", "resize"];
 
 /// What to do with a tree that cannot be read.
 const AS_TRIANGLES: &str =
@@ -52,7 +60,8 @@ const AS_TRIANGLES: &str =
 ///
 /// Spheres, cylinders and cones are round whatever `$fn` says, but for cylinders and cones with a `$fn` from 3 to 8, which are
 /// prisms and pyramids as OpenSCAD makes them. What is drawn only (`%`) or switched off (`*`) is passed over. As in OpenSCAD, a
-/// group of nothing is empty: nothing remains of what is intersected with it.
+/// group of nothing is empty: nothing remains of what is intersected with it. Plane figures are read in `linear_extrude` without a
+/// twist or scale and in `rotate_extrude` by 360 degrees; circles are round likewise. A polyhedron must be convex.
 ///
 /// Errors: [`Error::Input`] with line and column for anything wrong in the text, and for operations that cannot be read.
 pub fn parse_csg(source: &str) -> Result<Part> {
@@ -88,11 +97,25 @@ struct Block<'a> {
     idle: bool,
     /// Whether it ends with its first solid, as without braces.
     single: bool,
+    /// Whether it holds figures of the plane.
+    flat: bool,
+    /// What makes a solid of them.
+    raise: Option<Raise>,
     word: Token<'a>,
 }
 
 impl Block<'_> {
-    fn solid(self) -> Solid {
+    fn solid(mut self, source: &str) -> Result<Solid> {
+        let raise = self.raise.take();
+        let (word, empty) = (self.word, self.solids.is_empty());
+        let joined = self.joined();
+        match raise {
+            Some(raise) if !empty => raise.solid(joined, word, source),
+            _ => Ok(joined),
+        }
+    }
+
+    fn joined(self) -> Solid {
         let mut solids = self.solids;
         match self.join {
             _ if solids.is_empty() => Solid::union([]),
@@ -126,6 +149,8 @@ impl<'a> Reader<'a> {
             solids,
             idle: false,
             single: false,
+            flat: false,
+            raise: None,
             word: start,
         };
         self.open.push(top(Vec::new()));
@@ -137,13 +162,13 @@ impl<'a> Reader<'a> {
                     if self.open.len() == 1 || self.open.last().is_some_and(|b| b.single) {
                         return Err(token.error(self.source, "nothing is open that this brace could close"));
                     }
-                    self.close();
+                    self.close()?;
                 }
                 _ => self.statement()?,
             }
         }
         match self.open.pop() {
-            Some(block) if self.open.is_empty() => Ok(block.solid()),
+            Some(block) if self.open.is_empty() => block.solid(self.source),
             Some(block) => {
                 Err(block.word.error(self.source, format!("the braces of {} are not closed", block.word.text)))
             }
@@ -152,15 +177,16 @@ impl<'a> Reader<'a> {
     }
 
     /// Joins the solids of the innermost block, and those around it that end with it.
-    fn close(&mut self) {
+    fn close(&mut self) -> Result<()> {
         while self.open.len() > 1 {
-            let Some(block) = self.open.pop() else { return };
+            let Some(block) = self.open.pop() else { break };
             let idle = block.idle;
-            let solid = block.solid();
+            let solid = block.solid(self.source)?;
             if self.put(solid, idle) {
-                return;
+                break;
             }
         }
+        Ok(())
     }
 
     /// Puts a solid into the innermost block; whether that goes on.
@@ -173,7 +199,8 @@ impl<'a> Reader<'a> {
     }
 
     fn statement(&mut self) -> Result<()> {
-        let (map, mut idle) = self.open.last().map_or((DAffine3::IDENTITY, false), |b| (b.map, b.idle));
+        let (map, mut idle, flat) =
+            self.open.last().map_or((DAffine3::IDENTITY, false, false), |b| (b.map, b.idle, b.flat));
         let mut word = self.tokens.next("an operation")?;
         while matches!(word.text, "%" | "*" | "#" | "!") {
             if word.text == "!" {
@@ -188,30 +215,60 @@ impl<'a> Reader<'a> {
         }
         let arguments = self.tokens.arguments()?;
         let call = Call { source: self.source, word, arguments };
-        let shape = if idle { None } else { call.shape()? };
-        if let Some(shape) = shape {
-            self.tokens.expect(";")?;
-            let count = self.counts.entry(shape.kind()).or_default();
-            *count += 1;
-            let name = format!("{}{count}", shape.kind());
-            let solid = shape.placed(&map, &name);
-            if !self.put(solid, false) {
-                self.close();
+        if !idle {
+            call.fits(flat)?;
+            if let Some(solid) = self.primitive(&call, &map)? {
+                self.tokens.expect(";")?;
+                return if self.put(solid, false) { Ok(()) } else { self.close() };
             }
-            return Ok(());
         }
         let join = match word.text {
             "difference" => Join::Difference,
             "intersection" => Join::Intersection,
             _ => Join::Union,
         };
-        let map = if word.text == "multmatrix" && !idle { map * call.matrix()? } else { map };
+        let mut map = map;
+        let mut raise = None;
+        if !idle {
+            if word.text == "multmatrix" {
+                map *= if flat { call.matrix_of_plane()? } else { call.matrix()? };
+            }
+            if word.text.ends_with("_extrude") {
+                let name = self.name("extrude");
+                if let Some((made, plane)) = call.raise(&map, &name)? {
+                    (raise, map) = (Some(made), plane);
+                }
+            }
+        }
         let single = !self.tokens.accept("{")?;
-        self.open.push(Block { join, map, solids: Vec::new(), idle, single, word });
+        let flat = flat || raise.is_some();
+        self.open.push(Block { join, map, solids: Vec::new(), idle, single, flat, raise, word });
         if single && self.tokens.accept(";")? {
-            self.close();
+            self.close()?;
         }
         Ok(())
+    }
+
+    /// The next name for a kind of solid.
+    fn name(&mut self, kind: &'static str) -> String {
+        let count = self.counts.entry(kind).or_default();
+        *count += 1;
+        format!("{kind}{count}")
+    }
+
+    /// A primitive in its place; `None` for operations on others.
+    fn primitive(&mut self, call: &Call<'a>, map: &DAffine3) -> Result<Option<Solid>> {
+        if let Some(figure) = call.figure()? {
+            let name = self.name(figure.kind());
+            return Ok(Some(figure.placed(map, &name)));
+        }
+        if let Some(polyhedron) = call.polyhedron()? {
+            let name = self.name("polyhedron");
+            return Ok(Some(polyhedron.placed(map, &name)));
+        }
+        let Some(shape) = call.shape()? else { return Ok(None) };
+        let name = self.name(shape.kind());
+        Ok(Some(shape.placed(map, &name)))
     }
 }
 
@@ -223,12 +280,26 @@ struct Call<'a> {
 }
 
 impl<'a> Call<'a> {
+    /// Refuses solids among figures of the plane, and figures among solids.
+    fn fits(&self, flat: bool) -> Result<()> {
+        let word = self.word.text;
+        if flat && SOLIDS.contains(&word) {
+            let e = self.error(&format!("{word}() is a solid, where plane figures should stand"));
+            return Err(e.with_help(format!("plane figures are {}", FIGURES.map(|f| format!("{f}()")).join(", "))));
+        }
+        if !flat && FIGURES.contains(&word) {
+            let e = self.error(&format!("{word}() is a plane figure, where solids should stand"));
+            return Err(e.with_help("linear_extrude() and rotate_extrude() make solids of plane figures"));
+        }
+        Ok(())
+    }
+
     /// The primitive; `None` for operations on others.
     fn shape(&self) -> Result<Option<Shape>> {
         Ok(Some(match self.word.text {
             "cube" => {
                 self.only(&["size", "center"])?;
-                let size = self.size()?;
+                let size = self.numbers("size", 3)?.unwrap_or(DVec3::ONE);
                 let shift = if self.centered()? { -0.5 * size } else { DVec3::ZERO };
                 Shape::Cube { lo: shift, hi: shift + size }
             }
@@ -272,6 +343,12 @@ impl<'a> Call<'a> {
             "cube" => &["size", "center"],
             "sphere" => &["r"],
             "cylinder" => &["h", "r1", "r2", "center"],
+            "square" => &["size", "center"],
+            "circle" => &["r"],
+            "polygon" => &["points", "paths"],
+            "polyhedron" => &["points", "faces"],
+            "linear_extrude" => &["height", "center"],
+            "rotate_extrude" => &["angle"],
             _ => &["m"],
         };
         let unnamed = self.arguments.iter().filter(|a| a.name.is_empty());
@@ -325,20 +402,16 @@ impl<'a> Call<'a> {
         }
     }
 
-    fn size(&self) -> Result<DVec3> {
-        let Some(a) = self.argument("size") else { return Ok(DVec3::ONE) };
-        let size = match &a.value {
-            Value::Number(v) => DVec3::splat(*v),
-            Value::List(all) => match all[..] {
-                [Value::Number(x), Value::Number(y), Value::Number(z)] => DVec3::new(x, y, z),
-                _ => return Err(a.token.error(self.source, "the size of a cube is a number or three of them")),
-            },
-            _ => return Err(a.token.error(self.source, "the size of a cube is a number or three of them")),
-        };
-        if size.min_element() <= 0.0 {
-            return Err(a.token.error(self.source, format!("the sizes of a cube must be positive, not {size}")));
+    /// The map a matrix stands for in the plane: what it does along z does not matter there.
+    fn matrix_of_plane(&self) -> Result<DAffine3> {
+        let map = self.matrix()?;
+        let m = map.matrix3;
+        let aside = |v: DVec3| v.z.abs() > SIX_DIGITS * v.length();
+        if aside(m.x_axis) || aside(m.y_axis) {
+            return Err(self.error("this matrix takes plane figures out of their plane").with_help(AS_TRIANGLES));
         }
-        Ok(size)
+        let matrix3 = DMat3::from_cols(m.x_axis.with_z(0.0), m.y_axis.with_z(0.0), DVec3::Z);
+        Ok(DAffine3 { matrix3, translation: map.translation.with_z(0.0) })
     }
 
     /// The map a matrix of four rows stands for.

@@ -6,7 +6,8 @@ use ruff_text_size::TextRange;
 
 use super::super::expr::Expr;
 use super::super::plane::check_plane;
-use super::super::solid::{Primitive, Solid, SolidNode};
+use super::super::polygon::polygon_tree;
+use super::super::solid::{Placement, Primitive, Solid, SolidNode};
 use super::arguments::{Argument, Bound};
 use super::interpreter::Interpreter;
 use super::methods;
@@ -57,7 +58,7 @@ fn inside(edges: &Edges) -> Option<Solid> {
         let around = Primitive::Cylinder { r, axis: DVec3::Z, at: *at, height: None };
         Solid::intersection([Primitive::Formula(formula).into(), around.into()])
     };
-    let solid = if *placement == super::super::solid::Placement::IDENTITY { solid } else { solid.placed(*placement) };
+    let solid = if *placement == Placement::IDENTITY { solid } else { solid.placed(*placement) };
     check_plane(&solid).ok().map(|()| solid)
 }
 
@@ -120,11 +121,59 @@ pub(super) fn call<'a>(
     }
     let b = Bound::new(it, name, &["figure"], arguments, range)?;
     let a = b.need(it, "figure")?;
-    let v = match &a.value {
-        Value::Formula(e) => Value::Solid(Primitive::Formula(e.clone()).into()),
-        v => v.clone(),
+    region(it, a).map(Value::Region)
+}
+
+/// The figure that an argument is, where a formula is one, too.
+fn region<'a>(it: &It<'a>, a: &Argument<'a>) -> Result<Solid> {
+    match &a.value {
+        Value::Formula(e) => flat(it, a.range, &Value::Solid(Primitive::Formula(e.clone()).into())),
+        v => flat(it, a.range, v),
+    }
+}
+
+/// `extrude(figure, height, at)` and `revolve(figure)`; a list of points is a figure, too.
+pub(super) fn raised<'a>(
+    it: &It<'a>,
+    range: TextRange,
+    name: &'static str,
+    mut arguments: Vec<Argument<'a>>,
+) -> Result<Value<'a>> {
+    // Polygons alone have names of faces of their own, and may be called what they are.
+    for a in &mut arguments {
+        if a.keyword.as_deref() == Some("polygon") {
+            a.keyword = Some("figure".into());
+        }
+    }
+    let names: &'static [&'static str] = if name == "extrude" { &["figure", "height", "at"] } else { &["figure"] };
+    let b = Bound::new(it, name, names, arguments, range)?;
+    let a = b.need(it, "figure")?;
+    if !matches!(a.value, Value::Polygon(_)) && a.value.items().is_none() {
+        let figure = region(it, a)?;
+        it.grow(range, 8)?;
+        if name == "revolve" {
+            return it.at(a.range, figure.revolved()).map(Value::Solid);
+        }
+        let (height, at) = (b.positive(it, "height")?, b.point(it, "at")?);
+        let solid = it.at(a.range, figure.extruded(height))?;
+        return Ok(Value::Solid(if at == DVec3::ZERO { solid } else { solid.placed(shifted(at)) }));
+    }
+    let polygon = b.polygon(it, "figure")?;
+    it.at(a.range, polygon_tree(&polygon))?;
+    it.grow(range, polygon.len())?;
+    let primitive = if name == "extrude" {
+        Primitive::Extrude { polygon, height: b.positive(it, "height")?, at: b.point(it, "at")? }
+    } else {
+        if let Some(i) = polygon.iter().position(|p| p[0] < 0.0) {
+            return Err(it.error(a.range, format!("point {i} of the turned polygon has a negative radius")));
+        }
+        Primitive::Revolve { polygon }
     };
-    flat(it, a.range, &v).map(Value::Region)
+    Ok(Value::Solid(primitive.into()))
+}
+
+fn shifted(by: DVec3) -> Placement {
+    Placement { shift: by, ..Placement::IDENTITY }
 }
 
 /// Methods of figures: those of solids, as long as they keep the plane.
@@ -140,9 +189,7 @@ pub(super) fn method<'a>(
         b.need(it, "by")?;
         let shift = b.flat_point(it, "by")?;
         it.grow(range, 1)?;
-        return Ok(Value::Region(
-            s.placed(super::super::solid::Placement { shift, ..super::super::solid::Placement::IDENTITY }),
-        ));
+        return Ok(Value::Region(s.placed(shifted(shift))));
     }
     let made = methods::placed(it, range, s, method, arguments)?;
     if let SolidNode::Placed(p, _) = made.node()

@@ -7,10 +7,10 @@ use super::super::super::solid::{Placement, Primitive, Solid};
 use crate::spatial::Aabb;
 
 /// OpenSCAD writes matrices with six digits: what differs by less from a rotation with a factor is meant to be one.
-const SIX_DIGITS: f64 = 5e-6;
+pub(super) const SIX_DIGITS: f64 = 5e-6;
 
 /// How far walls stand off the box they tell the bounds of, as a share of its diagonal.
-const ROOM: f64 = 0.01;
+pub(super) const ROOM: f64 = 0.01;
 
 /// A primitive where it was made, before it is placed. Cylinders and their kin stand on `bottom`.
 #[derive(Debug, Clone, Copy)]
@@ -165,14 +165,14 @@ fn caps(round: &Round, plane: &mut impl FnMut(&str, DVec3, DVec3)) {
 }
 
 /// Coordinates before a map as formulas of those after it.
-struct Local {
+pub(super) struct Local {
     /// The map back.
     back: DMat3,
     q: [Expr; 3],
 }
 
 impl Local {
-    fn of(map: &DAffine3) -> Self {
+    pub(super) fn of(map: &DAffine3) -> Self {
         let back = map.inverse();
         let q = std::array::from_fn(|k| {
             let row = back.matrix3.row(k);
@@ -184,7 +184,7 @@ impl Local {
     }
 
     /// `w = 1 - (sum of squares) / r^2` over the first few coordinates, normalized after Rvachev: close to a distance at its zeros.
-    fn quadric(&self, count: usize, r: f64) -> Expr {
+    pub(super) fn quadric(&self, count: usize, r: f64) -> Expr {
         let square = |e: Expr| Expr::binary(Binary::Pow, e, Expr::constant(2.0));
         let k = 1.0 / (r * r);
         let mut w = Expr::constant(1.0);
