@@ -342,7 +342,8 @@ fn an_ellipsoid_is_no_harder_to_prove_than_its_quadric() {
         .map(|s: Solid| made(&s, 0.06));
     sound(&one);
     assert!(one.unproved.is_empty() && one.astray.is_empty());
-    assert_eq!(one.cells, other.cells);
+    // Their boxes, and so their grids, are not the same.
+    assert!(10 * one.cells < 11 * other.cells, "{} and {}", one.cells, other.cells);
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radii.element_product();
     assert_relative_eq!(one.made.mesh.volume(), volume, max_relative = 0.02);
 }
