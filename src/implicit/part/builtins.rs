@@ -339,7 +339,7 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
                 operators::binary(it, range, ruff_python_ast::Operator::Add, s, v.clone())
             })
         }
-        ("enumerate", [v]) => match it.spread(range, (*v).clone())?.items() {
+        ("enumerate", [v]) => match operators::spread(it, range, (*v).clone())?.items() {
             Some(items) => it.charge(range, PAIR * items.len()).and_then(|()| {
                 list(
                     items
@@ -352,7 +352,8 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             None => Err(it.error(range, format!("enumerate() takes a list, not {}", v.kind()))),
         },
         ("zip", v) if !v.is_empty() => {
-            let v: Vec<Value<'a>> = v.iter().map(|v| it.spread(range, (*v).clone())).collect::<Result<_>>()?;
+            let v: Vec<Value<'a>> =
+                v.iter().map(|v| operators::spread(it, range, (*v).clone())).collect::<Result<_>>()?;
             let lists: Option<Vec<&[Value<'a>]>> = v.iter().map(|v| v.items()).collect();
             let Some(lists) = lists else { return Err(it.error(range, "zip() takes lists")) };
             let n = lists.iter().map(|l| l.len()).min().unwrap_or(0);
@@ -360,7 +361,7 @@ fn plain<'a>(it: &It<'a>, range: TextRange, name: &'static str, arguments: Vec<A
             it.charge(range, PAIR * n)?;
             list((0..n).map(|i| Value::Tuple(Rc::new(lists.iter().map(|l| l[i].clone()).collect()))).collect())
         }
-        ("list" | "tuple", [v]) => match it.spread(range, (*v).clone())?.items() {
+        ("list" | "tuple", [v]) => match operators::spread(it, range, (*v).clone())?.items() {
             Some(items) if name == "list" => list(items.to_vec()),
             Some(items) => it.fits(range, items.len()).map(|()| Value::Tuple(Rc::new(items.to_vec()))),
             None => Err(it.error(range, format!("{name}() takes a list, not {}", v.kind()))),

@@ -450,7 +450,7 @@ impl<'a> Interpreter<'a> {
             return Err(self.error(g.range, "asynchronous comprehensions are not part of the part language"));
         }
         let iter = self.eval(&g.iter)?;
-        let iter = self.spread(g.iter.range(), iter)?;
+        let iter = operators::spread(self, g.iter.range(), iter)?;
         let Some(items) = iter.items() else {
             return Err(self.error(g.iter.range(), format!("a list is needed here, not {}", iter.kind())));
         };
@@ -470,13 +470,6 @@ impl<'a> Interpreter<'a> {
             self.locals.truncate(depth);
         }
         Ok(())
-    }
-
-    /// What is gone through one by one: of a string its characters.
-    pub(super) fn spread(&self, range: TextRange, v: Value<'a>) -> Result<Value<'a>> {
-        let Value::Str(s) = v else { return Ok(v) };
-        self.fits(range, s.len())?;
-        Ok(Value::List(Rc::new(s.chars().map(|c| Value::Str(c.to_string().into())).collect())))
     }
 
     /// A number, unless it is too large to be one.

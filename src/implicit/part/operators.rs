@@ -15,6 +15,13 @@ use crate::error::Result;
 
 type It<'a> = Interpreter<'a>;
 
+/// What is gone through one by one: of a string its characters.
+pub(super) fn spread<'a>(it: &It<'a>, range: TextRange, v: Value<'a>) -> Result<Value<'a>> {
+    let Value::Str(s) = v else { return Ok(v) };
+    it.fits(range, s.len())?;
+    Ok(Value::List(Rc::new(s.chars().map(|c| Value::Str(c.to_string().into())).collect())))
+}
+
 pub(super) fn binary<'a>(it: &It<'a>, range: TextRange, op: Operator, l: Value<'a>, r: Value<'a>) -> Result<Value<'a>> {
     let mismatch = || {
         let e = it.error(range, format!("{} {} {} has no meaning", l.kind(), op.as_str(), r.kind()));
