@@ -9,7 +9,7 @@ import rvachev as rv
 
 
 def made(solid):
-    mesh = rv.Part(solid).mesh(size="2%")
+    mesh = rv.Part(solid).mesh(size="1%")
     a, b, c = (mesh.points[mesh.triangles[:, k]] for k in range(3))
     return np.einsum("ij,ij->", a, np.cross(b, c)) / 6, set(mesh.faces)
 
