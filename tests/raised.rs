@@ -128,6 +128,11 @@ fn figures_are_turned() {
         // Circles that cross the axis aside of it have a dimple or a tip on either end.
         ("circle(2, at=(1, 0))", apple(2.0, 1.0), 2),
         ("circle(2, at=(-1, 0)).name('lemon')", apple(2.0, -1.0), 2),
+        // A cone with its apex on the axis, as a triangle that crosses it, and a rectangle on its corner.
+        ("polygon([(-1, 0), (1, 0), (0, 2)]).move((0, 1))", 2.0 / 3.0 * PI, 2),
+        ("rectangle((2, 2)).rotate(45)", 2.0 / 3.0 * PI * 2f64.sqrt().powi(3), 2),
+        // A comb with its back beyond the axis: its two teeth are disks.
+        ("polygon([(-2, 0), (1, 0), (1, 1), (-1, 1), (-1, 2), (1, 2), (1, 3), (-2, 3)]).move((0, 0))", 2.0 * PI, 4),
         // A ball with a bore: what is left is as high as the bore is long.
         ("circle(2) & region(x >= 1)", 4.0 / 3.0 * PI * 3f64.powf(1.5), 0),
     ] {
@@ -148,6 +153,22 @@ fn figures_keep_their_names_when_they_turn() {
         0,
     );
     faces(&m, &["ring.xmin", "ring.xmax", "ring.ymin", "ring.ymax", "seat"]);
+}
+
+#[test]
+fn nodes_of_what_is_turned_count_as_those_of_the_part() {
+    // Each row has twice the circles of the one before, which are one tree but for where they stand.
+    let rows: String = (0..16).map(|k| format!("f{} = f{k} | f{k}.move(({}, 0))\n", k + 1, 1 << k)).collect();
+    let text = |times: usize| {
+        format!("f0 = circle(0.3, at=(1, 0))\n{rows}part(union([revolve(f16) for i in range({times})]))\n")
+    };
+    assert!(parse_part(Path::new("a.py"), &text(1), &[]).is_ok());
+    match parse_part(Path::new("a.py"), &text(30), &[]) {
+        Err(Error::Input { place: Place::Text { line: 18, .. }, message, .. }) => {
+            assert!(message.contains("nodes"), "{message}");
+        }
+        other => panic!("{:?}", other.map(|_| ())),
+    }
 }
 
 #[test]

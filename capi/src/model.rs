@@ -69,7 +69,6 @@ fn compared<T: Serialize + Send>(
     asked: &Asked,
     compare: impl FnOnce(&MeshOptions, &Run) -> rvachev::Result<T> + Send,
 ) -> Result<*mut RvText, Failure> {
-    asked.comparable()?;
     let found = work(asked.run.as_ref(), asked.threads, |run| Ok(compare(&asked.mesh, run)?))?;
     Ok(text(json(&found)?))
 }

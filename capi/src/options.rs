@@ -157,14 +157,6 @@ impl Asked {
         GridOptions { memory: self.mesh.memory, ..self.grid }
     }
 
-    /// Errors: usage, for what methods are not compared with.
-    pub fn comparable(&self) -> rvachev::Result<()> {
-        if self.mesh.volume.is_some() || !self.mesh.without.is_empty() {
-            return Err(Error::Usage("methods are compared with neither volume nor without".into()));
-        }
-        Ok(())
-    }
-
     fn set(&mut self, name: &str, v: &str) -> Result<(), Failure> {
         let known = name.replace('_', "-");
         let known = known.trim_start_matches('-');

@@ -3,9 +3,8 @@
 use std::ffi::c_int;
 use std::ptr::{null, null_mut};
 
-use rvachev::io;
 use rvachev::pipeline::{self, TrueSurface};
-use rvachev::{Error, render};
+use rvachev::render;
 
 use crate::errors::{ErrorOut, GOOD, entry, given, release, slot, usage};
 use crate::mesh::RvMesh;
@@ -23,10 +22,7 @@ pub struct RvPicture {
 
 impl RvPicture {
     fn new(picture: render::Picture) -> Self {
-        let opacity = |i: usize| picture.alpha.as_ref().map_or(u8::MAX, |a| a[i]);
-        let pixels = picture.rgb.chunks_exact(3).enumerate();
-        let rgba = pixels.flat_map(|(i, c)| [c[0], c[1], c[2], opacity(i)]).collect();
-        RvPicture { picture, rgba }
+        RvPicture { rgba: picture.rgba(), picture }
     }
 }
 
@@ -80,11 +76,7 @@ pub extern "C" fn rv_picture_pixels(
 pub extern "C" fn rv_picture_write(picture: Option<&RvPicture>, path: Chars, error: ErrorOut<'_>) -> c_int {
     entry(error, || {
         let (of, path) = (given(picture, "picture")?, path.path("path")?);
-        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return Err(usage(format!("pictures are written as png, not {}", path.display())));
-        }
-        let bytes = of.picture.png_bytes()?;
-        io::write_atomic(&path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", &path, e)))?;
+        pipeline::write_picture(&path, &of.picture)?;
         Ok(GOOD)
     })
 }

@@ -6,8 +6,6 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use rvachev::Error;
-use rvachev::io::write_atomic;
 use rvachev::mesh::curvature::node_curvatures;
 use rvachev::pipeline::{self, PictureOptions, TrueSurface};
 
@@ -84,21 +82,15 @@ pub fn picture<'py>(
             Err(_) => TrueSurface::File { path: a.extract()?, overrides: o.define },
         }),
     };
-    if let Some(path) = path.as_ref().filter(|p| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
-        return Err(raise(py, &Error::Usage(format!("pictures are written as png, not {}", path.display()))));
-    }
+    path.iter().try_for_each(|p| pipeline::check_picture_name(p)).map_err(|e| raise(py, &e))?;
     let drawn = o.listeners.work(py, |run| {
         let drawn = pipeline::picture(&mesh, &how, run)?;
         if let Some(path) = &path {
-            let bytes = drawn.png_bytes()?;
-            write_atomic(path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", path, e)))?;
+            pipeline::write_picture(path, &drawn)?;
         }
         Ok(drawn)
     })?;
-    let opacity = |i: usize| drawn.alpha.as_ref().map_or(u8::MAX, |a| a[i]);
-    let pixels = drawn.rgb.chunks_exact(3).enumerate();
-    let rgba: Vec<u8> = pixels.flat_map(|(i, c)| [c[0], c[1], c[2], opacity(i)]).collect();
-    rgba.into_pyarray(py).reshape([drawn.height, drawn.width, 4])
+    drawn.rgba().into_pyarray(py).reshape([drawn.height, drawn.width, 4])
 }
 
 /// An option that is unknown, told with those of pictures as well.

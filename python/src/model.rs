@@ -10,7 +10,6 @@ use rvachev::{Run, pipeline};
 use serde::Serialize;
 
 use crate::arrays::surface;
-use crate::errors::{input, raise};
 use crate::mesh::from_json;
 use crate::options::Options;
 use crate::part::{PyPart, sized};
@@ -70,24 +69,15 @@ pub fn compare<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (part, o) = (part.get().part(), comparable(py, options, size)?);
+    let (part, o) = (part.get().part(), wished(options, size)?);
     let how = o.mesh;
     let found = o.listeners.work(py, |run| pipeline::compare(&part, &how, run))?;
     from_json(py, &found)
 }
 
 /// Options of a comparison.
-fn comparable(
-    py: Python<'_>,
-    options: Option<&Bound<'_, PyDict>>,
-    size: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Options> {
-    let o = sized(Options::new(options, &[])?, size)?;
-    if o.mesh.volume.is_some() || !o.mesh.without.is_empty() {
-        let what = "methods are compared with neither volume nor without";
-        return Err(raise(py, &input(what, "")));
-    }
-    Ok(o)
+fn wished(options: Option<&Bound<'_, PyDict>>, size: Option<&Bound<'_, PyAny>>) -> PyResult<Options> {
+    sized(Options::new(options, &[])?, size)
 }
 
 /// compare_rsystems(part, size=None, **options): how near the function of a part is to a distance under each R-system: a dict as
@@ -102,7 +92,7 @@ pub fn compare_rsystems<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (part, o) = (part.get().part(), comparable(py, options, size)?);
+    let (part, o) = (part.get().part(), wished(options, size)?);
     let how = o.mesh;
     let found = o.listeners.work(py, |run| pipeline::compare_rsystems(&part, &how, run))?;
     from_json(py, &found)
@@ -118,7 +108,7 @@ pub fn compare_samples<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let o = comparable(py, options, size)?;
+    let o = wished(options, size)?;
     let how = o.mesh;
     let found = o.listeners.work(py, |run| pipeline::compare_samples(&how, run))?;
     from_json(py, &found)
@@ -163,7 +153,7 @@ pub fn compare_triangles<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (of, mut o) = (Triangles::of(points, triangles)?, comparable(py, options, size)?);
+    let (of, mut o) = (Triangles::of(points, triangles)?, wished(options, size)?);
     let listeners = std::mem::take(&mut o.listeners);
     let found = listeners.work(py, |run| of.look(run, |mesh| pipeline::compare_soup(mesh, &o.mesh, &o.soup, run)))?;
     from_json(py, &found)

@@ -8,7 +8,7 @@ use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::page::{self, PageKind, PageLine, PageText};
 use rvachev::pipeline::{self, MeshOptions, Meshed, Method, PictureOptions, Sequence, SoupOptions, TrueSurface};
 use rvachev::quality;
-use rvachev::render::{self as draw, Picture, RenderOptions};
+use rvachev::render::{self as draw, RenderOptions};
 use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
@@ -77,10 +77,6 @@ pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
 
 fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     io::write_atomic(path, |out| out.write_all(bytes).map_err(|e| Error::io("write", path, e)))
-}
-
-pub(super) fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
-    write_bytes(path, &picture.png_bytes()?)
 }
 
 fn write_page(path: &Path, mesh: &TriMesh, text: &PageText, run: &Run) -> Result<()> {
@@ -260,7 +256,7 @@ pub(super) fn mesh_once(a: &Mesh, base: &Run) -> Result<bool> {
         )?;
     }
     if let (Some(path), Some(picture)) = (&a.png, &picture) {
-        write_picture(path, picture)?;
+        pipeline::write_picture(path, picture)?;
     }
     let text = shown(&made, &a.part.part, &told);
     if let Some(path) = &a.html {
@@ -487,6 +483,6 @@ pub fn render(a: &Render) -> Result<bool> {
         coloring,
         against: a.against.as_ref().map(|path| TrueSurface::File { path: path.clone(), overrides: a.define.clone() }),
     };
-    write_picture(&a.output, &pipeline::picture(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?)?;
+    pipeline::write_picture(&a.output, &pipeline::picture(&mesh, &options, &run).map_err(|e| e.in_file(&a.mesh))?)?;
     Ok(true)
 }

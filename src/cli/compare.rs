@@ -8,7 +8,7 @@ use rvachev::render::{self as draw, ColorBy, Picture, RenderOptions, View};
 use rvachev::{Error, Result, Run};
 
 use super::arguments::{Compare, StageColor};
-use super::commands::{options, sequence, soup_options, write_json, write_picture};
+use super::commands::{options, sequence, soup_options, write_json};
 use super::console::{picture, run, say, writable};
 use super::sample::function_part;
 
@@ -73,7 +73,7 @@ fn of_samples(a: &Compare, how: &MeshOptions, run: &Run) -> Result<String> {
 fn written(a: &Compare, rows: &impl serde::Serialize, drawn: impl FnOnce() -> Result<Picture>) -> Result<()> {
     let png: Option<&PathBuf> = a.png.as_ref();
     if let Some(path) = png {
-        write_picture(path, &drawn()?)?;
+        pipeline::write_picture(path, &drawn()?)?;
     }
     a.json.iter().try_for_each(|p| write_json(p, rows))
 }

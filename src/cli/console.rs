@@ -104,12 +104,8 @@ pub fn note(kind: &str, lines: &[impl std::fmt::Display]) {
 
 /// Refuses names of pictures that promise another format than PNG, and what [`writable`] does.
 pub fn picture(path: &Path) -> Result<()> {
-    match path.extension() {
-        Some(e) if !e.eq_ignore_ascii_case("png") => {
-            Err(Error::Usage(format!("pictures are PNG files: {} should end in .png", path.display())))
-        }
-        _ => writable(path),
-    }
+    rvachev::pipeline::check_picture_name(path)?;
+    writable(path)
 }
 
 /// Refuses to write two things to one file.

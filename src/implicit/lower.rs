@@ -19,7 +19,7 @@ use super::shapes::{Scaled, canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
 use super::steps::Within;
 use super::tape::{Op, Tape};
-use super::turned::slab_bounds;
+use super::turned::{Ring, slab_bounds};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
@@ -445,7 +445,7 @@ impl Lowerer {
                         format!("corner {i} of the turned polygon has a negative radius"),
                     ));
                 }
-                let part = self.revolve(solid, "revolve", polygon, c)?;
+                let part = self.revolve(solid, "revolve", Ring::numbered(polygon.clone()), c)?;
                 faces.push(part.op);
                 and = true;
                 bounds = part.bounds;

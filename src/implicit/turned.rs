@@ -25,6 +25,12 @@ pub struct Turned {
     pub(super) placement: Placement,
 }
 
+/// A solid without shared parts, and the number of its nodes.
+pub(super) struct WrittenOut {
+    pub(super) solid: Solid,
+    pub(super) nodes: usize,
+}
+
 impl Solid {
     /// The plane figure between `z = -height / 2` and `height / 2`, with faces `bottom` and `top`.
     ///
@@ -51,6 +57,11 @@ impl Solid {
     ///
     /// Errors: a solid that is not the same at every z, see [`check_plane`]; a tree of more than a million nodes when written out.
     pub fn revolved(self) -> Result<Solid> {
+        self.written_turned().map(|w| w.solid)
+    }
+
+    /// The same, and how large it is.
+    pub(super) fn written_turned(self) -> Result<WrittenOut> {
         check_plane(&self)?;
         enum Work<'a> {
             Visit(&'a Solid, Placement),
@@ -109,7 +120,8 @@ impl Solid {
                 }
             }
         }
-        done.pop().ok_or_else(|| Error::Failed("the figure that is turned has no root".into()))
+        let solid = done.pop().ok_or_else(|| Error::Failed("the figure that is turned has no root".into()))?;
+        Ok(WrittenOut { solid, nodes: visited })
     }
 }
 
@@ -132,6 +144,91 @@ fn own_name(solid: &Solid) -> Option<Arc<str>> {
 /// A coordinate, but exactly zero where it is what rounding leaves of lengths such as `size`.
 pub(super) fn snapped(v: f64, size: f64) -> f64 {
     if v.abs() <= ROUNDING * size.abs() { 0.0 } else { v }
+}
+
+/// A closed line of points (radius, z), with the names of the edges that begin in them.
+pub(super) struct Ring {
+    pub(super) points: Vec<[f64; 2]>,
+    pub(super) names: Vec<String>,
+}
+
+/// Where a run of points beside the axis begins or ends on it.
+#[derive(Clone, Copy)]
+struct End {
+    z: f64,
+    run: usize,
+    last: bool,
+}
+
+impl Ring {
+    /// That of a polygon, whose edges have numbers.
+    pub(super) fn numbered(points: Vec<[f64; 2]>) -> Self {
+        let names = (0..points.len()).map(|i| format!("side{i}")).collect();
+        Ring { points, names }
+    }
+
+    /// Whether some of it is beyond the axis.
+    pub(super) fn is_cut(&self) -> bool {
+        self.points.iter().any(|p| p[0] < 0.0)
+    }
+
+    /// The rings around what is inside of it at positive radii. An edge beyond the axis would turn into a surface that may touch the solid
+    /// in a point alone.
+    pub(super) fn beside_axis(self) -> Vec<Self> {
+        if !self.is_cut() {
+            return vec![self];
+        }
+        let n = self.points.len();
+        let at = |i: usize| self.points[i % n];
+        let on_axis = |i: usize| match [at(i), at(i + 1)] {
+            [p, _] if p[0] == 0.0 => p,
+            [_, q] if q[0] == 0.0 => q,
+            [p, q] => [0.0, p[1] + p[0] / (p[0] - q[0]) * (q[1] - p[1])],
+        };
+        let mut runs: Vec<Ring> = Vec::new();
+        for i in (0..n).filter(|i| at(*i)[0] <= 0.0 && at(i + 1)[0] > 0.0) {
+            let inner: Vec<usize> = (i + 1..i + n).take_while(|k| at(*k)[0] > 0.0).collect();
+            let mut points = vec![on_axis(i)];
+            points.extend(inner.iter().map(|k| at(*k)));
+            points.push(on_axis(i + inner.len()));
+            let mut names = vec![self.names[i].clone()];
+            names.extend(inner.iter().map(|k| self.names[k % n].clone()));
+            // Along the axis there is no surface.
+            names.push(String::new());
+            runs.push(Ring { points, names });
+        }
+        // Between the first place on the axis and the second it is inside, and so on.
+        let mut ends: Vec<End> = Vec::new();
+        for (run, ring) in runs.iter().enumerate() {
+            let z = [0, ring.points.len() - 1].map(|k| ring.points[k][1]);
+            ends.extend([End { z: z[0], run, last: false }, End { z: z[1], run, last: true }]);
+        }
+        ends.sort_by(|a, b| a.z.total_cmp(&b.z));
+        let mut next = vec![0; runs.len()];
+        for k in (0..ends.len()).step_by(2) {
+            // Two that touch each other on the axis may come in any order.
+            if ends[k].last == ends[k + 1].last && k + 2 < ends.len() {
+                ends.swap(k + 1, k + 2);
+            }
+            let (a, b) = if ends[k].last { (ends[k], ends[k + 1]) } else { (ends[k + 1], ends[k]) };
+            next[a.run] = b.run;
+        }
+        let mut is_done = vec![false; runs.len()];
+        let mut rings = Vec::new();
+        for first in 0..runs.len() {
+            let mut ring = Ring { points: Vec::new(), names: Vec::new() };
+            let mut run = first;
+            while !std::mem::replace(&mut is_done[run], true) {
+                ring.points.append(&mut runs[run].points);
+                ring.names.append(&mut runs[run].names);
+                run = next[run];
+            }
+            if !ring.points.is_empty() {
+                rings.push(ring);
+            }
+        }
+        rings
+    }
 }
 
 /// The box of a slab with a figure in it.

@@ -79,7 +79,12 @@ pub struct Comparison {
 }
 
 /// Runs every method on a part and measures the mesh after each stage.
+///
+/// # Errors
+/// Those of [`mesh_part`](super::mesh_part), and [`Error::Usage`](crate::Error::Usage) for options that methods are not compared with:
+/// `volume` and `without`. So it is of the other comparisons.
 pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparison> {
+    options.comparable()?;
     let ready = Ready::new(part, options.size)?;
     let options = &options.resolved(ready.model.bounds().diagonal());
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;

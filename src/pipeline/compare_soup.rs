@@ -23,6 +23,7 @@ use crate::run::Run;
 ///
 /// Errors: those of [`mesh_soup`].
 pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Comparison> {
+    options.comparable()?;
     let prepared = prepare(input, soup.close, run)?;
     let size = length(options.size, &prepared.mesh);
     let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;

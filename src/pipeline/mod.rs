@@ -73,7 +73,7 @@ pub use load::{files_read, is_3mf, is_vm, levelset_bytes, load_part, parse_part,
 pub use mesh::{Meshed, against, distances_to, mesh_part};
 pub use method::Method;
 pub use options::MeshOptions;
-pub use picture::{Coloring, PictureOptions, TrueSurface, picture, pixels};
+pub use picture::{Coloring, PictureOptions, TrueSurface, check_picture_name, picture, pixels, write_picture};
 pub use refine::{Place, Refinement};
 pub use report::{FaceStep, Info, LeafInfo, Report, Rung, SCHEMA, info};
 pub use report_tables::report_tables;

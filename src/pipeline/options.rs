@@ -76,6 +76,14 @@ impl Default for MeshOptions {
 }
 
 impl MeshOptions {
+    /// Errors: usage, for what methods are not compared with.
+    pub(super) fn comparable(&self) -> Result<()> {
+        if self.volume.is_some() || !self.without.is_empty() {
+            return Err(Error::Usage("methods are compared with neither volume nor without".into()));
+        }
+        Ok(())
+    }
+
     /// With lengths in place of shares, for a part whose box has a diagonal.
     pub(super) fn resolved(&self, diagonal: f64) -> Self {
         let length = |asked: SizeRequest| SizeRequest::Length(asked.length(diagonal));

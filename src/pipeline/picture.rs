@@ -11,6 +11,7 @@ use super::load::load_part;
 use super::mesh::distances_to;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::Part;
+use crate::io::write_atomic;
 use crate::mesh::TriMesh;
 use crate::render::{ColorBy, MAX_SIDE, Picture, RenderOptions, View, render};
 use crate::run::Run;
@@ -203,6 +204,29 @@ pub fn picture(mesh: &TriMesh, options: &PictureOptions, run: &Run) -> Result<Pi
         (Coloring::Class, None) => ColorBy::Class(node_classes(mesh, run)?),
     };
     render(mesh, &RenderOptions { color_by, ..options.render.clone() }, run)
+}
+
+/// Refuses names of pictures that promise another format than PNG.
+///
+/// # Errors
+/// [`Error::Usage`] for another extension than `png`.
+pub fn check_picture_name(path: &Path) -> Result<()> {
+    match path.extension() {
+        Some(e) if !e.eq_ignore_ascii_case("png") => {
+            Err(Error::Usage(format!("pictures are PNG files: {} should end in .png", path.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a picture as a PNG file, whole or not at all.
+///
+/// # Errors
+/// Those of [`check_picture_name`]; [`Error::Io`] for what cannot be written.
+pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
+    check_picture_name(path)?;
+    let bytes = picture.png_bytes()?;
+    write_atomic(path, |out| out.write_all(&bytes).map_err(|e| Error::io("write", path, e)))
 }
 
 #[cfg(test)]

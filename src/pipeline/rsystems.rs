@@ -93,6 +93,7 @@ pub struct SystemComparison {
 ///
 /// Errors: those of [`mesh_part`](super::mesh_part) by marching cubes.
 pub fn compare_rsystems(part: &Part, options: &MeshOptions, run: &Run) -> Result<SystemComparison> {
+    options.comparable()?;
     let ready = Ready::new(part, options.size)?;
     let options = &options.resolved(ready.model.bounds().diagonal());
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;

@@ -100,6 +100,7 @@ pub struct SampleComparison {
 /// # Errors
 /// Those of [`mesh_part`] and [`Error::Cancelled`](crate::Error::Cancelled).
 pub fn compare_samples(options: &MeshOptions, run: &Run) -> Result<SampleComparison> {
+    options.comparable()?;
     let size = Ready::new(&Sample::ALL[0].part()?, options.size)?.size;
     let mut rows = Vec::new();
     for sample in Sample::ALL {

@@ -34,6 +34,13 @@ impl Picture {
         Self { alpha, ..Self::new(width, height, color.unwrap_or([0.0; 3])) }
     }
 
+    /// Red, green, blue and opacity of each pixel, row by row from the top left: `4 * width * height` bytes.
+    pub fn rgba(&self) -> Vec<u8> {
+        let opacity = |i: usize| self.alpha.as_ref().and_then(|a| a.get(i)).copied().unwrap_or(u8::MAX);
+        let pixels = self.rgb.chunks_exact(3).enumerate();
+        pixels.flat_map(|(i, c)| [c[0], c[1], c[2], opacity(i)]).collect()
+    }
+
     /// The picture as a PNG file.
     ///
     /// # Errors

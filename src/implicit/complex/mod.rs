@@ -179,7 +179,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let places: Vec<DVec3> = copies.iter().map(|c| places[*c as usize]).collect();
         let names: Vec<Key> = copies.iter().map(|c| keys[*c as usize]).collect();
         let stay = if block.is_some() { at_ends(&triangles) } else { Vec::new() };
-        let walls = walls(&triangles, places.len());
+        let walls = if block.is_some() { walls(&triangles, places.len()) } else { Vec::new() };
         let common = block.is_some().then_some(Common { names: &names, walls: &walls });
         let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };

@@ -8,7 +8,7 @@ use crate::implicit::leaf::{Frame, Leaf};
 use crate::implicit::polygon::polygon_tree;
 use crate::implicit::shapes::{canonical, clean};
 use crate::implicit::solid::{Placement, Primitive, Solid, SolidNode};
-use crate::implicit::turned::{Turned, formula, snapped};
+use crate::implicit::turned::{Ring, Turned, formula, snapped};
 use crate::spatial::Aabb;
 
 /// The axis a figure turns about, with the scale of its lengths.
@@ -34,28 +34,37 @@ fn flat(p: DVec3) -> [f64; 2] {
     [p.x, p.y]
 }
 
+/// Points (radius, z); the radius is zero where rounding leaves less of the placement.
+fn placed(plane: &Placement, points: &[DVec3]) -> Vec<[f64; 2]> {
+    let points: Vec<[f64; 2]> = points.iter().map(|p| flat(plane.apply(*p))).collect();
+    let reach = points.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
+    points.into_iter().map(|[x, y]| [snapped(x, reach), y]).collect()
+}
+
 impl Lowerer {
-    /// A polygon of points (radius, z), turned. Where the radius is negative there is nothing.
-    pub(super) fn revolve(
-        &mut self,
-        solid: &Solid,
-        kind: &'static str,
-        polygon: &[[f64; 2]],
-        c: &Context,
-    ) -> Result<Part> {
-        let (corners, tree) = polygon_tree(polygon)?;
-        let n = corners.len();
-        let axis = Axis::of(&c.place);
-        let mut edges = Vec::with_capacity(n);
-        for i in 0..n {
-            let (p, q) = (corners[i], corners[(i + 1) % n]);
-            let sub = format!("side{}", original_edge(polygon, p, q));
-            let line = [p, [q[0] - p[0], q[1] - p[1]]];
-            edges.push(self.turned_line(&axis, line, c, |l| l.face(solid, kind, &sub, c)));
+    /// What is inside a ring, turned. Where the radius is negative there is nothing.
+    pub(super) fn revolve(&mut self, solid: &Solid, kind: &'static str, ring: Ring, c: &Context) -> Result<Part> {
+        if ring.is_cut() {
+            polygon_tree(&ring.points)?;
         }
-        let op = self.edge_tree(&tree, &edges, c.negate);
-        let bounds = corners.iter().map(|p| axis.swept(*p)).fold(Aabb::EMPTY, |b, d| b.union(&d));
-        Ok(Part { op, bounds })
+        let axis = Axis::of(&c.place);
+        let mut parts = Vec::new();
+        for piece in ring.beside_axis() {
+            let (corners, tree) = polygon_tree(&piece.points)?;
+            let n = corners.len();
+            let mut edges = Vec::with_capacity(n);
+            for i in 0..n {
+                let (p, q) = (corners[i], corners[(i + 1) % n]);
+                let sub = &piece.names[original_edge(&piece.points, p, q)];
+                let line = [p, [q[0] - p[0], q[1] - p[1]]];
+                edges.push(self.turned_line(&axis, line, c, |l| l.face(solid, kind, sub, c)));
+            }
+            let op = self.edge_tree(&tree, &edges, c.negate);
+            let bounds = corners.iter().map(|p| axis.swept(*p)).fold(Aabb::EMPTY, |b, d| b.union(&d));
+            parts.push(Part { op, bounds });
+        }
+        let bounds = parts.iter().fold(Aabb::EMPTY, |b, p| b.union(&p.bounds));
+        Ok(Part { op: self.join(c.negate, parts).op, bounds })
     }
 
     /// A primitive of the plane, turned.
@@ -98,33 +107,13 @@ impl Lowerer {
                 if !(ends.iter().all(|p| p.is_finite()) && lo.x < hi.x && lo.y < hi.y) {
                     return Err(Error::input(Place::Unknown, format!("a rectangle needs lo < hi, not {lo} and {hi}")));
                 }
-                let corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
-                    .map(|(i, k)| flat(plane.apply(DVec3::new(ends[i].x, ends[k].y, 0.0))));
-                let reach = corners.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-                if corners.iter().all(|p| snapped(p[0], reach) <= 0.0) {
-                    return Ok(nothing(self));
-                }
-                let sides =
-                    [("xmin", -DVec3::X, 0), ("xmax", DVec3::X, 1), ("ymin", -DVec3::Y, 0), ("ymax", DVec3::Y, 1)];
-                let ops = sides.map(|(sub, n, end)| {
-                    let on = flat(plane.apply(ends[end]));
-                    let line = line(plane.turn(n), [snapped(on[0], reach), on[1]]);
-                    self.turned_line(&axis, line, c, |l| l.face(solid, "box", sub, c))
-                });
-                let parts = ops.into_iter().map(|op| Part { op, bounds: Aabb::ALL }).collect();
-                let bounds = corners.iter().map(|p| axis.swept(*p)).fold(Aabb::EMPTY, |b, d| b.union(&d));
-                Ok(Part { op: self.join(!c.negate, parts).op, bounds })
+                let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, k)| DVec3::new(ends[i].x, ends[k].y, 0.0));
+                let names = ["ymin", "xmax", "ymax", "xmin"].map(String::from).to_vec();
+                self.revolve(solid, "box", Ring { points: placed(plane, &corners), names }, c)
             }
             Primitive::Extrude { polygon, at, .. } => {
-                let moved = |p: &[f64; 2]| flat(plane.apply(*at + DVec3::new(p[0], p[1], 0.0)));
-                let points: Vec<[f64; 2]> = polygon.iter().map(moved).collect();
-                let reach = points.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-                let points: Vec<[f64; 2]> = points.into_iter().map(|[x, y]| [snapped(x, reach), y]).collect();
-                if points.iter().all(|p| p[0] <= 0.0) {
-                    polygon_tree(&points)?;
-                    return Ok(nothing(self));
-                }
-                self.revolve(solid, "extrude", &points, c)
+                let corners: Vec<DVec3> = polygon.iter().map(|p| *at + DVec3::new(p[0], p[1], 0.0)).collect();
+                self.revolve(solid, "extrude", Ring::numbered(placed(plane, &corners)), c)
             }
             Primitive::HalfSpace { normal, at } => {
                 let n = direction(plane.turn(*normal), "the normal of a half-space")?;

@@ -152,7 +152,9 @@ pub(super) fn raised<'a>(
         let figure = region(it, a)?;
         it.grow(range, 8)?;
         if name == "revolve" {
-            return it.at(a.range, figure.revolved()).map(Value::Solid);
+            let turned = it.at(a.range, figure.written_turned())?;
+            it.grow(range, turned.nodes)?;
+            return Ok(Value::Solid(turned.solid));
         }
         let (height, at) = (b.positive(it, "height")?, b.point(it, "at")?);
         let solid = it.at(a.range, figure.extruded(height))?;

@@ -5,13 +5,10 @@ use std::collections::HashMap;
 use glam::{DAffine3, DVec3};
 
 use super::super::super::solid::Solid;
-use super::shapes::ROOM;
+use super::shapes::{ROOM, SIX_DIGITS};
 use super::{AS_TRIANGLES, Call};
 use crate::error::Result;
 use crate::spatial::Aabb;
-
-/// OpenSCAD writes coordinates with six digits: points off a plane by less than this share of the size are meant to be on it.
-const SIX_DIGITS: f64 = 1e-5;
 
 /// Faces times points of a polyhedron that is looked at.
 const MOST_TESTS: usize = 20_000_000;
@@ -84,7 +81,8 @@ impl Call<'_> {
         }
         let used = || faces.iter().flatten().map(|i| points[*i]);
         let size = Aabb::around(used()).diagonal();
-        let near = SIX_DIGITS * size;
+        // A point and the plane of others are both off by that.
+        let near = 2.0 * SIX_DIGITS * size;
         let mut sides: Vec<Side> = Vec::new();
         for (face, f) in faces.iter().enumerate() {
             let at = f.iter().map(|i| points[*i]).sum::<DVec3>() / f.len() as f64;

@@ -6,7 +6,7 @@ use super::super::super::expr::{Binary, Expr, Unary};
 use super::super::super::solid::{Placement, Primitive, Solid};
 use crate::spatial::Aabb;
 
-/// OpenSCAD writes matrices with six digits: what differs by less from a rotation with a factor is meant to be one.
+/// OpenSCAD writes numbers with six digits: what differs by less, as a matrix from a rotation with a factor, is meant to be the same.
 pub(super) const SIX_DIGITS: f64 = 5e-6;
 
 /// How far walls stand off the box they tell the bounds of, as a share of its diagonal.
