@@ -15,6 +15,8 @@ use serde_json::{Value, json};
 
 #[path = "capi/looks.rs"]
 mod looks;
+#[path = "capi/told.rs"]
+mod told_of;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -117,13 +117,15 @@ fn distributed() -> Result<(), String> {
         serde_json::from_slice(&fs::read(&report).map_err(|e| e.to_string())?).map_err(|e| e.to_string())?;
     let metadata = &report["install"][0]["metadata"];
     assert_eq!((&metadata["name"], &metadata["version"]), (&json!("rvachev"), &json!(env!("CARGO_PKG_VERSION"))));
+    // The package's page, which is another one than the crate's: of what is built from the archive, and of the archive itself.
+    let page = fs::read_to_string(root().join("python/README.md")).map_err(|e| format!("python/README.md: {e}"))?;
+    let shown = metadata["description"].as_str().unwrap_or_default();
+    assert_eq!(shown.trim_end(), page.trim_end(), "what pip builds shows another page than python/README.md");
 
     done(clean(&python, &folder).args(["-m", "tarfile", "-e"]).arg(&archive))
         .map_err(|e| format!("Python cannot unpack {}\n{e}", archive.display()))?;
     let tree = folder.join(concat!("rvachev-", env!("CARGO_PKG_VERSION")));
-    // The package's page, which is another one than the crate's.
     let said = fs::read_to_string(tree.join("PKG-INFO")).map_err(|e| format!("PKG-INFO: {e}"))?;
-    let page = fs::read_to_string(root().join("python/README.md")).map_err(|e| format!("python/README.md: {e}"))?;
     assert!(said.trim_end().ends_with(page.trim_end()), "the page of the package is not python/README.md:\n{said}");
     let alone = [
         "Cargo.lock",

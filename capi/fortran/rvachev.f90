@@ -401,6 +401,30 @@ module rvachev_c
             type(c_ptr), intent(out) :: error
             integer(c_int) :: status
         end function
+        function rv_part_faces(part, count, xyz, faces, error) bind(c) result(status)
+            import :: c_double, c_int, c_int32_t, c_ptr, c_size_t
+            type(c_ptr), value :: part
+            integer(c_size_t), value :: count
+            real(c_double), intent(in) :: xyz(*)
+            integer(c_int32_t), intent(out) :: faces(*)
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_part_face_count(part, count, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: part
+            integer(c_size_t), intent(out) :: count
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
+        function rv_part_face_name(part, index, name, error) bind(c) result(status)
+            import :: c_int, c_ptr, c_size_t
+            type(c_ptr), value :: part
+            integer(c_size_t), value :: index
+            type(c_ptr), intent(out) :: name
+            type(c_ptr), intent(out) :: error
+            integer(c_int) :: status
+        end function
         function rv_part_mesh(part, options, mesh, error) bind(c) result(status)
             import :: c_int, c_ptr
             type(c_ptr), value :: part
@@ -1142,6 +1166,9 @@ module rvachev
         procedure :: info => part_info
         procedure :: values => part_values
         procedure :: gradients => part_gradients
+        procedure :: faces => part_faces
+        procedure :: face_count => part_face_count
+        procedure :: face_name => part_face_name
         procedure :: mesh => part_mesh
         procedure :: expected_triangles => part_expected_triangles
         procedure :: sample => part_sample
@@ -1828,6 +1855,46 @@ contains
         status = rv_part_gradients(self%handle, size(gradients, 2, kind=c_size_t), xyz, gradients, error)
         call keep(status, error, failure)
     end subroutine
+
+    ! Faces at points xyz(3, n), from 1; 0 where none decides.
+    subroutine part_faces(self, xyz, faces, failure)
+        class(rv_part), intent(in) :: self
+        real(c_double), intent(in) :: xyz(:, :)
+        integer(c_int32_t), intent(out) :: faces(:)
+        type(rv_failure), intent(out), optional :: failure
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        faces = -1
+        status = rv_part_faces(self%handle, size(faces, kind=c_size_t), xyz, faces, error)
+        faces = faces + 1
+        call keep(status, error, failure)
+    end subroutine
+
+    ! How many faces its function has.
+    function part_face_count(self, failure) result(count)
+        class(rv_part), intent(in) :: self
+        type(rv_failure), intent(out), optional :: failure
+        integer :: count
+        integer(c_size_t) :: n
+        type(c_ptr) :: error
+        integer(c_int) :: status
+        status = rv_part_face_count(self%handle, n, error)
+        count = int(n)
+        call keep(status, error, failure)
+    end function
+
+    ! The name of one of them, from 1.
+    function part_face_name(self, index, failure) result(name)
+        class(rv_part), intent(in) :: self
+        integer, intent(in) :: index
+        type(rv_failure), intent(out), optional :: failure
+        character(:), allocatable :: name
+        type(c_ptr) :: text, error
+        integer(c_int) :: status
+        status = rv_part_face_name(self%handle, int(index, c_size_t) - 1, text, error)
+        name = taken(text)
+        call keep(status, error, failure)
+    end function
 
     ! A status of rv_short is a mesh, too: its shortfalls say why.
     subroutine part_mesh(self, mesh, options, failure)

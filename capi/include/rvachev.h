@@ -79,8 +79,8 @@ int rv_options_new(rv_options **options, rv_error **error);
  * thickness, refine and without (a remedy left out; both may be said often), eps, memory (GiB); for triangles feature-angle, min-area,
  * min-length, nodes, close; for healing max-hole; for grids cells, step, margin, gradient; for meshes to be joined within; for files
  * groups ("user", "faces", "all"), msh-version; for pictures view, focus, clip, color, edges, pixels, transparent, legend, against, which
- * rv_mesh_picture describes; and threads (0: all), force ("true" gives meshes that are not sound), measure ("false"
- * measures only what makes a mesh sound), define ("radius=0.3", may be said often).
+ * rv_mesh_picture describes; for comparisons png (a file) and color; and threads (0: all), force ("true" gives meshes that are not sound),
+ * measure ("false" measures only what makes a mesh sound), define ("radius=0.3", may be said often).
  * Wherever options are asked for NULL stands for none. */
 int rv_options_set(rv_options *options, const char *name, const char *value, rv_error **error);
 
@@ -169,12 +169,18 @@ int rv_part_set_rsystem(rv_part *part, const char *rsystem, rv_error **error);
 int rv_part_set_domain(rv_part *part, const double *bounds, rv_error **error);
 /* Adds faces to a group, by a pattern of names ("*" any characters, "?" one); may be said often. */
 int rv_part_group(rv_part *part, const char *name, const char *faces, rv_error **error);
-/* Surfaces, a box around the part, names of faces and groups, as JSON. */
+/* What is known before meshing, as JSON of `rvachev info --json`: surfaces, a box around the part, names of faces and groups; of solids built
+ * from edges numbers of vertices and edges, a box, bodies with volumes, faces with areas. With both, these are the member "built". */
 int rv_part_info(const rv_part *part, rv_text **info, rv_error **error);
 /* The part's function at points: positive inside, about the distance near the surface. Room for `count` values. */
 int rv_part_values(const rv_part *part, size_t count, const double *xyz, double *values, rv_error **error);
 /* Its gradient, which points inwards. Room for 3 * `count` numbers. */
 int rv_part_gradients(const rv_part *part, size_t count, const double *xyz, double *gradients, rv_error **error);
+/* The face at points, a number from 0 of each: the one whose leaf decides min / max of all leaves, on the boundary the one the point is on;
+ * -1 where none decides, without meaning where the value is NaN. Room for `count` numbers, which fit the names below. */
+int rv_part_faces(const rv_part *part, size_t count, const double *xyz, int32_t *faces, rv_error **error);
+int rv_part_face_count(const rv_part *part, size_t *count, rv_error **error);
+int rv_part_face_name(const rv_part *part, size_t index, rv_text **name, rv_error **error);
 int rv_part_mesh(const rv_part *part, const rv_options *options, rv_mesh **mesh, rv_error **error);
 /* About how many triangles that mesh will have, within a tenth as a rule: told once lengths of edges are known, and no mesh is made. */
 int rv_expected_triangles(const rv_part *part, const rv_options *options, size_t *count, rv_error **error);
@@ -212,12 +218,13 @@ int rv_step_check(const char *path, const rv_options *options, rv_text **report,
  * something was not understood or had to be put right, which the notes tell. */
 int rv_step_info(const char *path, const rv_options *options, rv_text **info, rv_error **error);
 /* Every stage of every method measured on a part, as JSON of `rvachev compare --json`. The options volume and without are
- * wrong here. */
+ * wrong here. The option png names a file for the picture of all stages, as `--png` does; its color is "angle" or "class". */
 int rv_compare(const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
 /* R-systems instead of methods: how near the part's function is to a distance under each, as JSON of `rvachev compare --rsystems
- * --json`. */
+ * --json`. There is no picture of it: the option png is wrong here. */
 int rv_compare_rsystems(const rv_part *part, const rv_options *options, rv_text **report, rv_error **error);
-/* Every method measured on three cubes with two holes that come with the library, as JSON of `rvachev compare --samples --json`. */
+/* Every method measured on three cubes with two holes that come with the library, as JSON of `rvachev compare --samples --json`.
+ * The options png and color are those of rv_compare. */
 int rv_compare_samples(const rv_options *options, rv_text **report, rv_error **error);
 /* Reads a file of triangles as it is. */
 int rv_mesh_read(const char *path, const rv_options *options, rv_mesh **mesh, rv_error **error);
@@ -243,7 +250,7 @@ int rv_check_file(const rv_surface *surface, const char *path, const rv_options 
 int rv_triangles_info(const rv_surface *surface, const rv_options *options, rv_text **report, rv_error **error);
 int rv_triangles_info_file(const char *path, const rv_options *options, rv_text **report, rv_error **error);
 /* One measured beside what rv_remesh makes of it and what two simpler methods make, as JSON of `rvachev compare --json`. The options
- * volume and without are wrong here. */
+ * volume and without are wrong here, png and color are those of rv_compare. */
 int rv_compare_triangles(const rv_surface *surface, const rv_options *options, rv_text **report, rv_error **error);
 int rv_compare_triangles_file(const char *path, const rv_options *options, rv_text **report, rv_error **error);
 

@@ -604,6 +604,20 @@ public:
         detail::run([&](rv_error **e) { return rv_part_gradients(get(), at.size(), numbers(at), to, e); });
         return out;
     }
+    // The face at points, an index into face_names(); -1 where none decides.
+    std::vector<std::int32_t> faces(const std::vector<point> &at) const {
+        std::vector<std::int32_t> out(at.size());
+        detail::run([&](rv_error **e) { return rv_part_faces(get(), at.size(), numbers(at), out.data(), e); });
+        return out;
+    }
+    std::vector<std::string> face_names() const {
+        std::size_t n = 0;
+        detail::run([&](rv_error **e) { return rv_part_face_count(get(), &n, e); });
+        std::vector<std::string> out;
+        for (std::size_t i = 0; i < n; i++)
+            out.push_back(detail::taken(detail::made<rv_text>([&](rv_text **t, rv_error **e) { return rv_part_face_name(get(), i, t, e); })));
+        return out;
+    }
     rvachev::mesh mesh(const options &o = {}) const {
         return rvachev::mesh(detail::made<rv_mesh>([&](rv_mesh **m, rv_error **e) { return rv_part_mesh(get(), o.get(), m, e); }));
     }

@@ -24,4 +24,5 @@ mod solid;
 mod soups;
 mod surface;
 mod text;
+mod values;
 mod work;

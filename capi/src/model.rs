@@ -8,7 +8,7 @@ use rvachev::pipeline::MeshOptions;
 use rvachev::{Run, pipeline};
 use serde::Serialize;
 
-use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, given, slot};
+use crate::errors::{ErrorOut, Failure, GOOD, SHORT, entry, given, slot, usage};
 use crate::options::{Asked, RvOptions, asked};
 use crate::part::RvPart;
 use crate::pass::{Chars, Out};
@@ -84,7 +84,12 @@ pub extern "C" fn rv_compare(
     entry(error, || {
         let out = slot(report, std::ptr::null_mut(), "report")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
-        out.write(compared(&asked, |how, run| pipeline::compare(&part, how, run))?);
+        let sheet = asked.sheet()?;
+        out.write(compared(&asked, |how, run| {
+            let found = pipeline::compare(&part, how, run)?;
+            sheet.iter().try_for_each(|s| s.stages(&found, run))?;
+            Ok(found)
+        })?);
         Ok(GOOD)
     })
 }
@@ -100,6 +105,9 @@ pub extern "C" fn rv_compare_rsystems(
     entry(error, || {
         let out = slot(report, std::ptr::null_mut(), "report")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
+        if asked.sheet()?.is_some() {
+            return Err(usage("there is no picture of R-systems"));
+        }
         out.write(compared(&asked, |how, run| pipeline::compare_rsystems(&part, how, run))?);
         Ok(GOOD)
     })
@@ -114,7 +122,13 @@ pub extern "C" fn rv_compare_samples(
 ) -> c_int {
     entry(error, || {
         let out = slot(report, std::ptr::null_mut(), "report")?;
-        out.write(compared(&asked(options), pipeline::compare_samples)?);
+        let asked = asked(options);
+        let sheet = asked.sheet()?;
+        out.write(compared(&asked, |how, run| {
+            let found = pipeline::compare_samples(how, run)?;
+            sheet.iter().try_for_each(|s| s.samples(&found, run))?;
+            Ok(found)
+        })?);
         Ok(GOOD)
     })
 }

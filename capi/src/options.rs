@@ -8,7 +8,8 @@ use std::sync::{Mutex, PoisonError};
 use rvachev::Error;
 use rvachev::io::Grouping;
 use rvachev::pipeline::{
-    GridOptions, GridSpacing, HealOptions, MeshOptions, Method, PictureOptions, SizeRequest, SoupOptions,
+    Coloring, GridOptions, GridSpacing, HealOptions, MeshOptions, Method, PictureOptions, Sheet, SizeRequest,
+    SoupOptions,
 };
 
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, release, slot, usage};
@@ -17,7 +18,7 @@ use crate::work::RvRun;
 
 /// All options there are.
 /// Those of pictures but `against` are [`PictureOptions::NAMES`].
-const NAMES: [&str; 32] = [
+const NAMES: [&str; 33] = [
     "size",
     "method",
     "sequence",
@@ -50,6 +51,7 @@ const NAMES: [&str; 32] = [
     "force",
     "define",
     "against",
+    "png",
 ];
 
 /// Threads, at most.
@@ -84,6 +86,10 @@ pub struct Asked {
     pub picture: PictureOptions,
     /// The file whose surface a mesh should be of.
     pub against: Option<PathBuf>,
+    /// The file a comparison is drawn into.
+    png: Option<PathBuf>,
+    /// The color that was said.
+    color: Option<Coloring>,
     /// What cancels and watches.
     pub run: Option<RvRun>,
 }
@@ -105,6 +111,8 @@ impl Default for Asked {
             old_msh: false,
             picture: PictureOptions::default(),
             against: None,
+            png: None,
+            color: None,
             run: None,
         }
     }
@@ -155,6 +163,11 @@ impl Asked {
     /// The options of grids.
     pub fn for_grid(&self) -> GridOptions {
         GridOptions { memory: self.mesh.memory, ..self.grid }
+    }
+
+    /// The picture of a comparison, if one is wanted.
+    pub fn sheet(&self) -> Result<Option<Sheet>, Failure> {
+        Ok(self.png.as_ref().map(|path| Sheet::new(path, self.color)).transpose()?)
     }
 
     fn set(&mut self, name: &str, v: &str) -> Result<(), Failure> {
@@ -215,7 +228,13 @@ impl Asked {
                 self.define.push((name.trim().to_string(), value.trim().parse().map_err(|_| wrong())?));
             }
             "against" => self.against = Some(PathBuf::from(v)),
-            _ if PictureOptions::NAMES.contains(&known) => self.picture.set(known, v)?,
+            "png" => self.png = Some(PathBuf::from(v)),
+            _ if PictureOptions::NAMES.contains(&known) => {
+                self.picture.set(known, v)?;
+                if known == "color" {
+                    self.color = Some(self.picture.coloring);
+                }
+            }
             _ => {
                 let all = [&NAMES[..], &PictureOptions::NAMES].concat().join(", ");
                 return Err(usage(format!("there is no option {name:?}; there are: {all}")));

@@ -4,8 +4,8 @@ use std::ffi::{CStr, c_char, c_int};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use rvachev::implicit::Implicit;
 use rvachev::implicit::part::{Part, PartGroup, parse};
-use rvachev::implicit::{Implicit, Sampling, evaluate};
 use rvachev::io::write_atomic;
 use rvachev::pipeline::{self, Meshed};
 use rvachev::spatial::Aabb;
@@ -14,13 +14,10 @@ use rvachev::{DVec3, Error, Place, Run};
 use crate::errors::{ErrorOut, Failure, GOOD, entry, given, input, release, slot, usage};
 use crate::mesh::{RvMesh, Source, give};
 use crate::options::{Asked, RvOptions, asked};
-use crate::pass::{Chars, Items, Out, Room};
+use crate::pass::{Chars, Items, Out};
 use crate::solid::{Kind, RvSolid};
 use crate::text::{RvText, json, quoted, read_within, text};
-use crate::work::{work, work_here};
-
-/// Points the library evaluates on the thread that asks.
-const FEW: usize = 256;
+use crate::work::work;
 
 struct State {
     part: Part,
@@ -45,7 +42,7 @@ impl RvPart {
     }
 
     /// The part's function.
-    fn model(&self) -> Result<Arc<Implicit>, Failure> {
+    pub fn model(&self) -> Result<Arc<Implicit>, Failure> {
         let (part, known) = {
             let state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             (state.part.clone(), state.model.clone())
@@ -217,13 +214,13 @@ pub extern "C" fn rv_part_group(part: Option<&RvPart>, name: Chars, faces: Chars
     })
 }
 
-/// What is known before meshing, as JSON: surfaces, a box around the part, the names of its faces and groups.
+/// What is known before meshing, as JSON: surfaces, a box, names of faces and groups; of solids built from edges vertices, edges and areas.
 #[unsafe(no_mangle)]
 pub extern "C" fn rv_part_info(part: Option<&RvPart>, info: Out<'_, *mut RvText>, error: ErrorOut<'_>) -> c_int {
     entry(error, || {
         let out = slot(info, std::ptr::null_mut(), "info")?;
         let part = given(part, "part")?.part();
-        let info = work(None, 0, |_| Ok(pipeline::info(&part)?))?;
+        let info = work(None, 0, |run| Ok(pipeline::part_info(&part, run)?))?;
         out.write(text(json(&info)?));
         Ok(GOOD)
     })
@@ -346,56 +343,6 @@ pub extern "C" fn rv_part_write(part: Option<&RvPart>, path: Chars, error: Error
             return Err(usage(format!("parts are written as step, stp, vm and 3mf, not {}", to.display())));
         };
         write_atomic(&to, |out| out.write_all(&bytes).map_err(|e| Error::io("write", &to, e)))?;
-        Ok(GOOD)
-    })
-}
-
-/// Values, and gradients where they are wanted, of a part's function; three numbers of each point.
-fn evaluated(part: &RvPart, points: &[f64], gradient: bool) -> Result<[Vec<f64>; 2], Failure> {
-    let model = part.model()?;
-    let points: Vec<DVec3> = points.chunks_exact(3).map(DVec3::from_slice).collect();
-    let wanted = Sampling { gradients: gradient, faces: false };
-    // A few points take no threads of their own.
-    let found = if points.len() <= FEW {
-        work_here(|| Ok(evaluate(&model, &points, wanted, &Run::new())?))?
-    } else {
-        work(None, 0, |run| Ok(evaluate(&model, &points, wanted, run)?))?
-    };
-    Ok([found.values, found.gradients.iter().flat_map(|g| g.to_array()).collect()])
-}
-
-/// The part's function at points: positive inside, about the distance near the surface.
-#[unsafe(no_mangle)]
-pub extern "C" fn rv_part_values(
-    part: Option<&RvPart>,
-    count: usize,
-    xyz: Items<f64>,
-    values: Room<f64>,
-    error: ErrorOut<'_>,
-) -> c_int {
-    entry(error, || {
-        values.needed(count, "values")?;
-        let points = xyz.slice(count.saturating_mul(3), "xyz")?;
-        let [found, _] = evaluated(given(part, "part")?, points, false)?;
-        values.fill(&found);
-        Ok(GOOD)
-    })
-}
-
-/// The gradient of the part's function at points, three numbers of each; it points inwards.
-#[unsafe(no_mangle)]
-pub extern "C" fn rv_part_gradients(
-    part: Option<&RvPart>,
-    count: usize,
-    xyz: Items<f64>,
-    gradients: Room<f64>,
-    error: ErrorOut<'_>,
-) -> c_int {
-    entry(error, || {
-        gradients.needed(count, "gradients")?;
-        let points = xyz.slice(count.saturating_mul(3), "xyz")?;
-        let [_, found] = evaluated(given(part, "part")?, points, true)?;
-        gradients.fill(&found);
         Ok(GOOD)
     })
 }

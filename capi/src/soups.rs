@@ -24,7 +24,7 @@ fn told<T: Serialize + Send>(
     of: Triangles,
     options: Option<&RvOptions>,
     report: Out<'_, *mut RvText>,
-    look: fn(&TriMesh, &Asked, &Run) -> rvachev::Result<T>,
+    look: impl Fn(&TriMesh, &Asked, &Run) -> rvachev::Result<T> + Send + Sync,
 ) -> Result<c_int, Failure> {
     let out = slot(report, std::ptr::null_mut(), "report")?;
     let asked = asked(options);
@@ -45,8 +45,14 @@ fn info(mesh: &TriMesh, asked: &Asked, run: &Run) -> rvachev::Result<pipeline::S
     pipeline::soup_info(mesh, &asked.mesh, &asked.soup, run)
 }
 
-fn compared(mesh: &TriMesh, asked: &Asked, run: &Run) -> rvachev::Result<pipeline::Comparison> {
-    pipeline::compare_soup(mesh, &asked.mesh, &asked.soup, run)
+/// Compares methods on triangles, and draws the comparison where that is wanted.
+fn compared(of: Triangles, options: Option<&RvOptions>, report: Out<'_, *mut RvText>) -> Result<c_int, Failure> {
+    let sheet = asked(options).sheet()?;
+    told(of, options, report, |mesh, asked, run| {
+        let found = pipeline::compare_soup(mesh, &asked.mesh, &asked.soup, run)?;
+        sheet.iter().try_for_each(|s| s.stages(&found, run))?;
+        Ok(found)
+    })
 }
 
 /// Tells which faces, edges and vertices are found in a surface, as `rvachev info --json` does.
@@ -79,7 +85,7 @@ pub extern "C" fn rv_compare_triangles(
     report: Out<'_, *mut RvText>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || told(Triangles::Given(given(surface, "surface")?.mesh()?), options, report, compared))
+    entry(error, || compared(Triangles::Given(given(surface, "surface")?.mesh()?), options, report))
 }
 
 /// Measures a file of triangles and what methods make of it.
@@ -90,5 +96,5 @@ pub extern "C" fn rv_compare_triangles_file(
     report: Out<'_, *mut RvText>,
     error: ErrorOut<'_>,
 ) -> c_int {
-    entry(error, || told(Triangles::File(path.path("path")?), options, report, compared))
+    entry(error, || compared(Triangles::File(path.path("path")?), options, report))
 }

@@ -6,10 +6,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rvachev::mesh::TriMesh;
 use rvachev::parametric::step::StepModel;
-use rvachev::{Run, pipeline};
+use rvachev::pipeline::{self, PictureOptions, Sheet};
+use rvachev::{Error, Run};
 use serde::Serialize;
 
 use crate::arrays::surface;
+use crate::errors::raise;
 use crate::mesh::from_json;
 use crate::options::Options;
 use crate::part::{PyPart, sized};
@@ -60,6 +62,9 @@ pub fn step_info<'py>(
 
 /// compare(part, size=None, **options): every stage of every method measured on a part of functions: a dict as `rvachev compare --json`
 /// writes it. Options are those of `mesh`, but for volume and without. size: a length in the part's unit, or a share.
+///
+/// png: a PNG file to write, one picture of all stages beside each other near one place, as `--png` does.
+/// color: what its colors tell: "angle" (unless it is said) or "class".
 /// Errors: `InputError` for other options, and those of `mesh`.
 #[pyfunction]
 #[pyo3(signature = (part, size=None, **options))]
@@ -69,20 +74,62 @@ pub fn compare<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (part, o) = (part.get().part(), wished(options, size)?);
+    let (part, Wished { options: o, sheet }) = (part.get().part(), wished(options, size)?);
     let how = o.mesh;
-    let found = o.listeners.work(py, |run| pipeline::compare(&part, &how, run))?;
+    let found = o.listeners.work(py, |run| {
+        let found = pipeline::compare(&part, &how, run)?;
+        sheet.iter().try_for_each(|s| s.stages(&found, run))?;
+        Ok(found)
+    })?;
     from_json(py, &found)
 }
 
-/// Options of a comparison.
-fn wished(options: Option<&Bound<'_, PyDict>>, size: Option<&Bound<'_, PyAny>>) -> PyResult<Options> {
-    sized(Options::new(options, &[])?, size)
+/// What is wished for a comparison.
+struct Wished {
+    options: Options,
+    /// Its picture.
+    sheet: Option<Sheet>,
+}
+
+/// Options of a comparison; those of its picture are taken out of the dict.
+fn wished(options: Option<&Bound<'_, PyDict>>, size: Option<&Bound<'_, PyAny>>) -> PyResult<Wished> {
+    let mut sheet = None;
+    if let Some(all) = options {
+        let taken = |name: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
+            let found = all.get_item(name)?;
+            if found.is_some() {
+                all.del_item(name)?;
+            }
+            Ok(found.filter(|v| !v.is_none()))
+        };
+        let [png, color] = [taken("png")?, taken("color")?];
+        let color = match color {
+            None => None,
+            Some(said) => {
+                let mut read = PictureOptions::default();
+                read.set("color", &said.extract::<String>()?).map_err(|e| raise(all.py(), &e))?;
+                Some(read.coloring)
+            }
+        };
+        sheet = match (png, color) {
+            (Some(path), color) => {
+                Some(Sheet::new(&path.extract::<PathBuf>()?, color).map_err(|e| raise(all.py(), &e))?)
+            }
+            (None, None) => None,
+            (None, Some(_)) => {
+                return Err(raise(
+                    all.py(),
+                    &Error::Usage("a color is for the picture of a comparison: say png".into()),
+                ));
+            }
+        };
+    }
+    Ok(Wished { options: sized(Options::new(options, &[])?, size)?, sheet })
 }
 
 /// compare_rsystems(part, size=None, **options): how near the function of a part is to a distance under each R-system: a dict as
 /// `rvachev compare --rsystems --json` writes it. Lengths, and size, are in the part's unit; options are those of
-/// `compare`.
+/// `compare`, but for png and color.
 /// Errors: `InputError` for other options, and those of `mesh`.
 #[pyfunction]
 #[pyo3(signature = (part, size=None, **options))]
@@ -92,14 +139,15 @@ pub fn compare_rsystems<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (part, o) = (part.get().part(), wished(options, size)?);
+    let (part, o) = (part.get().part(), sized(Options::new(options, &[])?, size)?);
     let how = o.mesh;
     let found = o.listeners.work(py, |run| pipeline::compare_rsystems(&part, &how, run))?;
     from_json(py, &found)
 }
 
 /// compare_samples(size=None, **options): every method measured on three cubes with two holes that come with the package, whose sides
-/// are 2 units long: a dict as `rvachev compare --samples --json` writes it. Options are those of `compare`.
+/// are 2 units long: a dict as `rvachev compare --samples --json` writes it. Options are those of `compare`; the picture that png names has
+/// a row for each cube and a column for each method.
 /// Errors: `InputError` for other options.
 #[pyfunction]
 #[pyo3(signature = (size=None, **options))]
@@ -108,9 +156,13 @@ pub fn compare_samples<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let o = wished(options, size)?;
+    let Wished { options: o, sheet } = wished(options, size)?;
     let how = o.mesh;
-    let found = o.listeners.work(py, |run| pipeline::compare_samples(&how, run))?;
+    let found = o.listeners.work(py, |run| {
+        let found = pipeline::compare_samples(&how, run)?;
+        sheet.iter().try_for_each(|s| s.samples(&found, run))?;
+        Ok(found)
+    })?;
     from_json(py, &found)
 }
 
@@ -142,7 +194,7 @@ impl Triangles {
 /// what two simpler methods make: a dict as `rvachev compare --json` writes it.
 ///
 /// points (n, 3), in any unit, and triangles (m, 3), or a Mesh or the path of a file of triangles alone. size: a length in that unit, or a
-/// share. Options are those of `remesh`.
+/// share. Options are those of `remesh`, and png and color of `compare`.
 /// Errors: `InputError` for other options, and those of `remesh`.
 #[pyfunction]
 #[pyo3(signature = (points, triangles=None, size=None, **options))]
@@ -153,9 +205,13 @@ pub fn compare_triangles<'py>(
     size: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (of, mut o) = (Triangles::of(points, triangles)?, wished(options, size)?);
+    let (of, Wished { options: mut o, sheet }) = (Triangles::of(points, triangles)?, wished(options, size)?);
     let listeners = std::mem::take(&mut o.listeners);
-    let found = listeners.work(py, |run| of.look(run, |mesh| pipeline::compare_soup(mesh, &o.mesh, &o.soup, run)))?;
+    let found = listeners.work(py, |run| {
+        let found = of.look(run, |mesh| pipeline::compare_soup(mesh, &o.mesh, &o.soup, run))?;
+        sheet.iter().try_for_each(|s| s.stages(&found, run))?;
+        Ok(found)
+    })?;
     from_json(py, &found)
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -23,6 +23,9 @@ use crate::pickle::{self, Source};
 use crate::solid::PySolid;
 use crate::text::{call, literal, quoted, read};
 use crate::work::Listeners;
+
+/// The number of a face where none decides.
+const NO_FACE: i32 = -1;
 
 /// A part: a solid with a unit, groups of faces, and wishes for its mesh.
 ///
@@ -201,10 +204,21 @@ impl PyPart {
         Ok(out)
     }
 
-    /// What is known before meshing: a dict of surfaces, a box around the part, the names of its faces and groups.
+    /// The names of the faces of the part's function, as `evaluate` numbers them: a tuple. `InputError` for parts that have no function.
+    #[getter]
+    fn face_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let part = self.part();
+        let model = Listeners::default().work(py, |_| pipeline::function(&part, None))?;
+        PyTuple::new(py, model.faces().iter().map(|f| f.name.as_str()))
+    }
+
+    /// What is known before meshing: a dict as `rvachev info --json` writes it. Of functions it has surfaces, a box around the part, the
+    /// names of its faces and groups; of solids built from edges numbers of vertices and edges, a box, bodies with volumes, faces with
+    /// areas, in the part's unit. With both, these are the item "built".
+    /// Errors: `InputError` for solids that cannot be built.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let part = self.part();
-        let info = Listeners::default().work(py, |_| pipeline::info(&part))?;
+        let info = Listeners::default().work(py, |run| pipeline::part_info(&part, run))?;
         from_json(py, &info)
     }
 
@@ -409,31 +423,47 @@ pub fn check<'py>(
     from_json(py, &check)
 }
 
-type Evaluated<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray2<f64>>>);
+/// The function of a part, or of a solid alone.
+fn function_of(py: Python<'_>, part: &Bound<'_, PyAny>) -> PyResult<Part> {
+    Ok(match part.cast::<PyPart>() {
+        Ok(p) => p.get().part(),
+        Err(_) => PyPart::new(py, part, None, None, None, None, None)?.part(),
+    })
+}
 
-/// evaluate(part, points, gradient=False): the part's function at points (N, 3): float64 (N,), positive inside, about the
-/// distance near the surface, in the part's unit; with gradient=True also its gradient, (N, 3), which points inwards.
+/// evaluate(part, points, gradient=False, faces=False): the part's function at points (N, 3): float64 (N,), positive inside, about the
+/// distance near the surface, in the part's unit.
+///
+/// gradient=True gives its gradient, too, (N, 3), which points inwards. faces=True gives the face at each point, too, int32 (N,): an index
+/// into `Part.face_names` of the face whose leaf decides min / max of all leaves, on the boundary the one the point is on; -1 where none
+/// decides, without meaning where the value is NaN. With either the result is a tuple: values, then gradients, then faces.
+/// Errors: `InputError` for parts that have no function.
 #[pyfunction]
-#[pyo3(signature = (part, points, gradient=false))]
+#[pyo3(signature = (part, points, gradient=false, faces=false))]
 pub fn evaluate<'py>(
     py: Python<'py>,
     part: &Bound<'py, PyAny>,
     points: &Bound<'py, PyAny>,
     gradient: bool,
+    faces: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let part = match part.cast::<PyPart>() {
-        Ok(p) => p.get().part(),
-        Err(_) => PyPart::new(py, part, None, None, None, None, None)?.part(),
-    };
+    let part = function_of(py, part)?;
     let points = table(points, "points")?;
-    let wanted = Sampling { gradients: gradient, faces: false };
+    let wanted = Sampling { gradients: gradient, faces };
     let found =
         Listeners::default().work(py, |run| evaluate_at(&pipeline::function(&part, None)?, &points, wanted, run))?;
-    let v = found.values.into_pyarray(py);
-    if !gradient {
-        return Ok(v.into_any());
+    let v = found.values.into_pyarray(py).into_any();
+    if !gradient && !faces {
+        return Ok(v);
     }
-    let g: Vec<f64> = found.gradients.iter().flat_map(|g| g.to_array()).collect();
-    let both: Evaluated<'py> = (v, Some(g.into_pyarray(py).reshape([points.len(), 3])?));
-    Ok(PyTuple::new(py, [both.0.into_any(), both.1.into_pyobject(py)?.into_any()])?.into_any())
+    let mut all = vec![v];
+    if gradient {
+        let g: Vec<f64> = found.gradients.iter().flat_map(|g| g.to_array()).collect();
+        all.push(g.into_pyarray(py).reshape([points.len(), 3])?.into_any());
+    }
+    if faces {
+        let numbers = found.faces.iter().map(|f| f.and_then(|f| i32::try_from(f).ok()).unwrap_or(NO_FACE));
+        all.push(numbers.collect::<Vec<_>>().into_pyarray(py).into_any());
+    }
+    Ok(PyTuple::new(py, all)?.into_any())
 }

@@ -114,3 +114,59 @@ def test_systems_and_samples_are_compared():
     for refused in (lambda: rv.compare_samples(volume=0.01), lambda: rv.compare_rsystems(bored, without="trim")):
         with pytest.raises(rv.InputError, match="neither volume"):
             refused()
+
+
+def test_faces_decide_at_points():
+    bored = rv.Part(rv.box(size=(2, 2, 2)).name("body") - rv.cylinder(0.4, axis="x").name("bore"))
+    names = bored.face_names
+    assert sorted(names) == ["body.xmax", "body.xmin", "body.ymax", "body.ymin", "body.zmax", "body.zmin", "bore"]
+    assert list(names) == [f["name"] for f in bored.info()["faces"]]
+    # Near the middles of two sides, in the bore, beyond the roof, and on the floor.
+    at = [(-0.95, 0.6, 0.5), (0.1, 0.97, 0.2), (0.1, 0, 0), (0.7, 0.6, 1.5), (0.8, 0.7, -1)]
+    found = ["body.xmin", "body.ymax", "bore", "body.zmax", "body.zmin"]
+    values, faces = rv.evaluate(bored, at, faces=True)
+    assert faces.dtype == np.int32 and [names[i] for i in faces] == found
+    again, gradients, same = rv.evaluate(bored, at, gradient=True, faces=True)
+    assert (again == values).all() and (same == faces).all() and gradients.shape == (5, 3)
+    # On the floor, where every system has a slope of 1.
+    assert gradients[4] == pytest.approx([0, 0, 1], abs=1e-9)
+    # In the middles of triangles of plane sides it is the face the mesh says.
+    mesh = bored.mesh(size=0.3)
+    inner = mesh.points[mesh.triangles].mean(axis=1)
+    sides = np.array([mesh.face_names[label] != "bore" for label in mesh.labels])
+    _, decide = rv.evaluate(bored, inner[sides], faces=True)
+    assert [names[i] for i in decide] == [mesh.face_names[label] for label in mesh.labels[sides]]
+    built = rv.Part(rv.extrude_edges(rv.polyline([(0, 0), (1, 0), (1, 1)], closed=True), direction="z", distance=1))
+    for refused in (lambda: built.face_names, lambda: rv.evaluate(built, at, faces=True)):
+        with pytest.raises(rv.InputError, match="R-functions"):
+            refused()
+
+
+def test_comparisons_are_drawn(tmp_path):
+    bored = rv.Part(rv.box(size=(2, 2, 2)) - rv.cylinder(0.4))
+    png, classes, triangles = (tmp_path / name for name in ("a.png", "b.png", "c.png"))
+    rows = rv.compare(bored, size=0.4, png=png)["rows"]
+    rv.compare(bored, size=0.4, png=classes, color="class")
+    rv.compare_triangles(CUBE, SIDES, size=0.5, png=triangles, color=None)
+    # Pictures of 420 pixels stand in rows of six at most.
+    for path, count in ((png, len(rows)), (classes, len(rows)), (triangles, 4)):
+        data = path.read_bytes()
+        width, height = struct.unpack(">II", data[16:24])
+        assert data[:8] == b"\x89PNG\r\n\x1a\n" and width >= 420 * min(count, 6) and height >= 360 * math.ceil(count / 6)
+    assert png.read_bytes() != classes.read_bytes()
+    for wrong, match in [({"png": "a.jpg"}, "a.jpg"), ({"png": png, "color": "face"}, "angle or class"), ({"color": "class"}, "png")]:
+        with pytest.raises(rv.InputError, match=match):
+            rv.compare(bored, size=0.4, **wrong)
+    with pytest.raises(TypeError, match="png"):
+        rv.compare_rsystems(bored, png=png)
+
+
+def test_parts_built_from_edges_are_told_of():
+    square = rv.polyline([(0, 0), (2, 0), (2, 2), (0, 2)], closed=True)
+    cube = rv.extrude_edges(square, direction="z", distance=2).name("cube")
+    info = rv.Part(cube, units="mm").info()
+    assert [info[k] for k in ("vertices", "edges", "open_edges", "sewn", "units")] == [8, 12, 0, True, "mm"]
+    assert [f["area"] for f in info["faces"]] == pytest.approx([4.0] * 6)
+    assert info["bodies"][0]["volume"] == pytest.approx(8) and info["bounds"]["size"] == pytest.approx([2, 2, 2])
+    both = rv.Part([cube, rv.sphere(1).name("ball").move((5, 5, 5))]).info()
+    assert both["leaves"] == 1 and [f["name"] for f in both["faces"]] == ["ball"] and both["built"]["edges"] == 12

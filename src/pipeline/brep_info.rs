@@ -5,7 +5,10 @@ use std::fmt;
 use serde::Serialize;
 
 use super::brep_oracle::Trimmed;
+use super::built::build;
+use super::report::{Info, info};
 use crate::error::Result;
+use crate::implicit::part::Part;
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
 use crate::parametric::step::StepModel;
@@ -150,6 +153,37 @@ pub fn brep_info(model: StepModel, units: Option<&str>, run: &Run) -> Result<Bre
         faces: faces.collect(),
         notes: notes.iter().map(ToString::to_string).collect(),
     })
+}
+
+/// What is known of a part before meshing.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum PartInfo {
+    /// Of R-functions, or a plane figure.
+    Functions(Info),
+    /// Built from edges.
+    Built(BrepInfo),
+    /// Both.
+    Both {
+        /// The solid of R-functions.
+        #[serde(flatten)]
+        functions: Info,
+        /// What is built from edges beside it.
+        built: BrepInfo,
+    },
+}
+
+/// Looks at all of a part without meshing it for good: what [`info`] and [`brep_info`] tell.
+///
+/// # Errors
+/// Those of [`info`], and of building solids from edges; cancelled.
+pub fn part_info(part: &Part, run: &Run) -> Result<PartInfo> {
+    let Some(brep) = build(part, run)? else { return Ok(PartInfo::Functions(info(part)?)) };
+    let built = brep_info(brep.into(), part.units.as_deref(), run)?;
+    if part.solid.is_none() {
+        return Ok(PartInfo::Built(built));
+    }
+    Ok(PartInfo::Both { functions: info(part)?, built })
 }
 
 /// A number to six digits.

@@ -38,6 +38,7 @@ mod report_tables;
 mod rsystems;
 mod sampled;
 mod samples;
+mod sheet;
 mod shown;
 mod soup_info;
 mod soup_ladder;
@@ -53,7 +54,9 @@ pub use crate::optimize::Sequence;
 pub use crate::parametric::mesh::Remedy;
 pub use brep::{is_step, load_step, mesh_step};
 pub use brep_check::{BodyDiagnosis, BrepDiagnosis, ModelFault, diagnose_brep, diagnose_step};
-pub use brep_info::{BodyReport, BoxInfo, BrepInfo, FaceReport, against_step, brep_info, distances_to_step};
+pub use brep_info::{
+    BodyReport, BoxInfo, BrepInfo, FaceReport, PartInfo, against_step, brep_info, distances_to_step, part_info,
+};
 pub use bricks::{
     BrickPlan, MergedBricks, PiecewiseMesh, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece,
     merge_bricks, merge_on_disk, merge_pieces,
@@ -80,6 +83,7 @@ pub use report_tables::report_tables;
 pub use rsystems::{Depth, Spread, SystemComparison, SystemRow, compare_rsystems};
 pub use sampled::{EvalSummary, GridOptions, GridSpacing, eval_points, function, sample_grid};
 pub use samples::{Sample, SampleComparison, SampleRow, compare_samples};
+pub use sheet::Sheet;
 pub use shown::{shown, shown_healed};
 pub use soup_info::{EdgeInfo, FaceInfo, SoupInfo, soup_info};
 pub use volume::VolumeLoss;
