@@ -217,7 +217,7 @@ fn what_has_an_end_is_made_only_where_it_matters() {
     std::fs::write(at.join("a.off"), cuboid([0.0; 3], [1.0; 3])).unwrap();
     let triangles = |made: &Meshed| made.report.attempts[0].triangles;
     // Sheets a quarter thick, two to a unit, in a box that is 8 times as long as the mesh.
-    let sheets = "region(mod(x + 0.125, 0.5) <= 0.25).name('sheets')";
+    let sheets = "solid(0.25 - mod(x + 0.125, 0.5)).name('sheets')";
     let text = |lo: i32, hi: i32, op: &str, domain: &str| {
         let all = format!("box(lo=({lo}, {lo}, {lo}), hi=({hi}, {hi}, {hi})).name('hull') & {sheets}");
         format!("part(mesh('a.off') {op} ({all}){domain})\nmesh(size=0.25)\n")
@@ -240,4 +240,28 @@ fn what_has_an_end_is_made_only_where_it_matters() {
     // A union shows all of it.
     let whole = sound(&at, "part(mesh('a.off') | sphere(4, at=(-3, 0.5, 0.5)).name('ball'))\nmesh(size=0.5)\n");
     assert_relative_eq!(whole.mesh.volume(), 256.0 / 3.0 * PI + rest.mesh.volume(), max_relative = 0.01);
+}
+
+#[test]
+fn cylinders_of_one_radius_meet_in_two_ellipses() {
+    let at = folder("steinmetz");
+    let r = 1.0_f64;
+    let (pin, bar) = ("extrude_edges(circle(1), 'z', 4)", "cylinder(1, axis='x', height=4, at=(0, 0, 2))");
+    let (each, common) = (4.0 * PI * r.powi(2), 16.0 / 3.0 * r.powi(3));
+    for (op, volume) in [("&", common), ("|", 2.0 * each - common), ("-", each - common)] {
+        let made = sound(&at, &format!("part({pin} {op} {bar})\nmesh(size='4%')\n"));
+        assert_relative_eq!(made.mesh.volume(), volume, epsilon = 0.0, max_relative = 0.01);
+    }
+}
+
+#[test]
+fn surfaces_that_are_tangent_along_a_curve_are_told() {
+    let at = folder("inside");
+    let (pin, ball) = ("extrude_edges(circle(1), 'z', 4)", "sphere(1, at=(0, 0, 2)).name('ball')");
+    for (op, volume) in [("&", 4.0 / 3.0 * PI), ("|", 4.0 * PI)] {
+        let made = meshed(&at, &format!("part({pin} {op} {ball})\nmesh(size='7%')\n")).unwrap();
+        let told: Vec<String> = made.report.shortfalls.iter().map(ToString::to_string).collect();
+        assert!(told.iter().any(|f| f.contains("near (")), "{op}: {told:?}");
+        assert_relative_eq!(made.mesh.volume(), volume, epsilon = 0.0, max_relative = 0.02);
+    }
 }
