@@ -210,3 +210,58 @@ fn narrow_faces_and_borders_that_bend_are_heeded() {
     let volume = 3.0 * PI - 16.0 / 3.0;
     assert_abs_diff_eq!(made.mesh.volume(), volume, epsilon = 0.01 * volume);
 }
+
+#[test]
+fn what_has_an_end_is_made_only_where_it_matters() {
+    let at = folder("kept");
+    std::fs::write(at.join("a.off"), cuboid([0.0; 3], [1.0; 3])).unwrap();
+    let triangles = |made: &Meshed| made.report.attempts[0].triangles;
+    // Sheets a quarter thick, two to a unit, in a box that is 8 times as long as the mesh.
+    let sheets = "solid(0.25 - mod(x + 0.125, 0.5)).name('sheets')";
+    let text = |lo: i32, hi: i32, op: &str, domain: &str| {
+        let all = format!("box(lo=({lo}, {lo}, {lo}), hi=({hi}, {hi}, {hi})).name('hull') & {sheets}");
+        format!("part(mesh('a.off') {op} ({all}){domain})\nmesh(size=0.25)\n")
+    };
+    for (op, volume) in [("&", 0.5), ("-", 0.5)] {
+        let small = sound(&at, &text(-1, 2, op, ""));
+        let large = sound(&at, &text(-4, 5, op, ""));
+        assert_abs_diff_eq!(large.mesh.volume(), volume, epsilon = 1e-9);
+        assert_abs_diff_eq!(large.mesh.area(), small.mesh.area(), epsilon = 1e-9);
+        assert!(names(&large.mesh).iter().all(|n| *n == "sheets" || n.starts_with('a')), "{:?}", names(&large.mesh));
+        assert!(triangles(&large) <= 2 * triangles(&small), "{} {}", triangles(&large), triangles(&small));
+        assert!(large.report.warnings.is_empty(), "{:?}", large.report.warnings);
+    }
+    // A ball much larger than the mesh, with a domain larger than both: one corner of the mesh is outside of it.
+    let ball = "sphere(4, at=(-3, 0.5, 0.5)).name('ball')";
+    let cut = sound(&at, &format!("part(mesh('a.off') & {ball}, domain=((-9, -9, -9), (9, 9, 9)))\nmesh(size=0.1)\n"));
+    let rest = sound(&at, &format!("part(mesh('a.off') - {ball}, domain=((-9, -9, -9), (9, 9, 9)))\nmesh(size=0.1)\n"));
+    assert_abs_diff_eq!(cut.mesh.volume() + rest.mesh.volume(), 1.0, epsilon = 1e-3);
+    assert!(triangles(&cut) < 4000, "{}", triangles(&cut));
+    // A union shows all of it.
+    let whole = sound(&at, "part(mesh('a.off') | sphere(4, at=(-3, 0.5, 0.5)).name('ball'))\nmesh(size=0.5)\n");
+    assert_relative_eq!(whole.mesh.volume(), 256.0 / 3.0 * PI + rest.mesh.volume(), max_relative = 0.01);
+}
+
+#[test]
+fn cylinders_of_one_radius_meet_in_two_ellipses() {
+    let at = folder("steinmetz");
+    let r = 1.0_f64;
+    let (pin, bar) = ("extrude_edges(circle(1), 'z', 4)", "cylinder(1, axis='x', height=4, at=(0, 0, 2))");
+    let (each, common) = (4.0 * PI * r.powi(2), 16.0 / 3.0 * r.powi(3));
+    for (op, volume) in [("&", common), ("|", 2.0 * each - common), ("-", each - common)] {
+        let made = sound(&at, &format!("part({pin} {op} {bar})\nmesh(size='4%')\n"));
+        assert_relative_eq!(made.mesh.volume(), volume, epsilon = 0.0, max_relative = 0.01);
+    }
+}
+
+#[test]
+fn surfaces_that_are_tangent_along_a_curve_are_told() {
+    let at = folder("inside");
+    let (pin, ball) = ("extrude_edges(circle(1), 'z', 4)", "sphere(1, at=(0, 0, 2)).name('ball')");
+    for (op, volume) in [("&", 4.0 / 3.0 * PI), ("|", 4.0 * PI)] {
+        let made = meshed(&at, &format!("part({pin} {op} {ball})\nmesh(size='7%')\n")).unwrap();
+        let told: Vec<String> = made.report.shortfalls.iter().map(ToString::to_string).collect();
+        assert!(told.iter().any(|f| f.contains("near (")), "{op}: {told:?}");
+        assert_relative_eq!(made.mesh.volume(), volume, epsilon = 0.0, max_relative = 0.02);
+    }
+}
