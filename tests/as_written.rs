@@ -237,3 +237,49 @@ fn distances_have_the_edges_of_what_they_are_to() {
     let part = |r: f64, low: f64| PI * r * r * (0.2 - low);
     near(c.volume, part(0.55, -0.75) - part(0.45, -0.65), 1e-2, &hollow);
 }
+
+/// The volume where a function is positive in a cube about the origin, by a grid of its signs.
+fn counted(half: f64, inside: impl Fn([f64; 3]) -> f64) -> f64 {
+    let n = 160;
+    let h = 2.0 * half / f64::from(n);
+    let at = |k: i32| -half + (f64::from(k) + 0.5) * h;
+    let all = (0..n * n * n).filter(|i| inside([at(i % n), at(i / n % n), at(i / n / n)]) > 0.0);
+    all.count() as f64 * h.powi(3)
+}
+
+/// A block and a ball by distances, rounded off into each other by smooth minima as they are commonly written.
+#[test]
+fn smooth_minima_of_blocks_have_the_edges_that_show() {
+    let functions = "def smin(a, b, k):\n\
+                     \x20   h = clamp(0.5 + 0.5*(b - a)/k, 0, 1)\n\
+                     \x20   return b*(1 - h) + a*h - k*h*(1 - h)\n\
+                     def block(u, v, w, a, b, c):\n\
+                     \x20   p, q, r = abs(u) - a, abs(v) - b, abs(w) - c\n\
+                     \x20   return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)\n\
+                     base = block(x, y, z, 1, 0.8, 0.6)\n";
+    let smooth_min = |a: f64, b: f64| a.min(b) - (0.2 - (a - b).abs()).max(0.0).powi(2) / 0.8;
+    let block = |[x, y, z]: [f64; 3]| {
+        let q = [x.abs() - 1.0, y.abs() - 0.8, z.abs() - 0.6];
+        let beyond = q.map(|d| d.max(0.0));
+        beyond[0].hypot(beyond[1]).hypot(beyond[2]) + q[0].max(q[1]).max(q[2]).min(0.0)
+    };
+    let ball = |p: [f64; 3], c: [f64; 3], r: f64| (p[0] - c[0]).hypot(p[1] - c[1]).hypot(p[2] - c[2]) - r;
+    // What joins the ball to a face touches no edge. What is cut out of a corner leaves three edges from where it is farther than the
+    // width; between the fillets they go on as creases, ever flatter, to the ball. The larger ball leaves such creases alone.
+    let edges = 4.0 * (2.0 + 1.6 + 1.2);
+    let boss = |p| -smooth_min(block(p), ball(p, [0.0, 0.0, 0.7], 0.3));
+    let bite = |p| smooth_min(-block(p), ball(p, [1.0, 0.8, 0.6], 0.3));
+    let pebble = |p| smooth_min(-block(p), -ball(p, [0.0; 3], 0.9));
+    let cases = [
+        ("smin(base, hypot(x, y, z - 0.7) - 0.3, 0.2)", edges, 0.0, counted(1.3, boss)),
+        ("-smin(-base, hypot(x - 1, y - 0.8, z - 0.6) - 0.3, 0.2)", edges - 3.0 * 0.5, 3.0 * 0.25, counted(1.3, bite)),
+        ("-smin(-base, 0.9 - hypot(x, y, z), 0.2)", 0.0, 12.0, counted(1.3, pebble)),
+    ];
+    for (formula, sharp, creases, volume) in cases {
+        let source = format!("{functions}d = {formula}\npart(solid(d <= 0))\nmesh(size=0.06)\n");
+        let c = at_once(&source);
+        let length = c.features.unwrap().length_true;
+        assert!(length >= sharp - 5e-3 * edges && length <= sharp + creases + 5e-3 * edges, "{formula}: {length}");
+        near(c.volume, volume, 6e-3, formula);
+    }
+}

@@ -47,6 +47,65 @@ pub(super) fn sign_of_distance(e: &Expr, terms: &mut Terms) -> Option<Sign> {
     Some(Sign { of, factor: factor.signum() })
 }
 
+/// The formulas of which the greatest, `max(a, b)`, is the value where none is positive, and the length of the positive ones elsewhere, if
+/// this is such a sum: a distance to what has these faces.
+pub(super) fn distance_to_faces(e: &Expr, terms: &mut Terms) -> Option<Vec<Expr>> {
+    let ExprNode::Binary(Binary::Add, ..) = e.node() else { return None };
+    let addends = <[_; 2]>::try_from(terms.addends(e)).ok()?;
+    let [(p, 1.0), (q, 1.0)] = addends else { return None };
+    let (within, length) = if beside_zero(&p, Binary::Min).is_some() { (p, q) } else { (q, p) };
+    let mut faces = Vec::new();
+    let mut numbers = Vec::new();
+    faces_of(beside_zero(&within, Binary::Min)?, terms, &mut numbers, 0)?;
+    numbers.sort_unstable();
+    let mut beyond = Vec::new();
+    parts_of_length(&length, &mut beyond, 0)?;
+    let mut found = Vec::new();
+    for part in &beyond {
+        let face = beside_zero(part, Binary::Max)?;
+        found.push(terms.number(face));
+        faces.push(face.clone());
+    }
+    found.sort_unstable();
+    (numbers == found && faces.len() > 1).then_some(faces)
+}
+
+/// Notes what a length is of.
+fn parts_of_length(e: &Expr, parts: &mut Vec<Expr>, depth: usize) -> Option<()> {
+    (depth < DEEPEST).then_some(())?;
+    match e.node() {
+        ExprNode::Binary(Binary::Hypot, a, b) => {
+            for side in [a, b] {
+                if parts_of_length(side, parts, depth + 1).is_none() {
+                    parts.push(side.clone());
+                }
+            }
+            Some(())
+        }
+        ExprNode::Unary(Unary::Sqrt, sum) => squares_of(sum, parts, depth + 1),
+        _ => None,
+    }
+}
+
+fn squares_of(e: &Expr, parts: &mut Vec<Expr>, depth: usize) -> Option<()> {
+    (depth < DEEPEST).then_some(())?;
+    match e.node() {
+        ExprNode::Binary(Binary::Add, a, b) => {
+            squares_of(a, parts, depth + 1)?;
+            squares_of(b, parts, depth + 1)
+        }
+        ExprNode::Binary(Binary::Mul, a, b) if a == b => {
+            parts.push(a.clone());
+            Some(())
+        }
+        ExprNode::Binary(Binary::Pow, a, n) if n.as_constant() == Some(2.0) => {
+            parts.push(a.clone());
+            Some(())
+        }
+        _ => None,
+    }
+}
+
 /// The same formula with lengths of lengths as roots of sums of squares. `hypot(hypot(a, b), c)` has no slope where `a` and `b` are zero,
 /// as an operation on the first length; the sum has.
 pub(super) fn without_nested_lengths(e: &Expr) -> Expr {

@@ -4,6 +4,7 @@
 //! minima and maxima is the same minima and maxima of blends of two leaves. Where these are not the leaves themselves
 //! they are fillets. A tree of them has an edge wherever the operands have one, which a blend as one function would hide.
 
+mod parabola;
 mod turning;
 
 use glam::DVec3;
@@ -14,12 +15,13 @@ use super::leaf::Leaf;
 use super::slopes::Slopes;
 use crate::numeric::{Dual, Interval, vector};
 use crate::spatial::Aabb;
+use parabola::SmoothMax;
 
 /// A fillet ends this share of the radius before the lines where it touches its two surfaces: it is nearer to them than rounding
 /// there. So it has none of a surface that it touches everywhere, as where walls of a height of one radius end in a plane.
 const ENDS: f64 = 1e-8;
 
-/// The band at its ends in which a fillet is taken for linear is no wider than this share of the radius: it is a 128th of that away from the
+/// The band at its ends in which a fillet is taken for linear is no wider than this share of its span: it is a 128th of that away from the
 /// fillet then.
 const NARROW: f64 = 0.25;
 
@@ -73,6 +75,18 @@ impl Side {
     }
 }
 
+/// How a fillet goes from one of its surfaces to the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Profile {
+    /// `|(r + a, r + b)| - r`, with a radius of any sign: where it is not positive this is the distance to what two faces share.
+    Circle,
+    /// `|(r + a, r + b)| - r` with `(u + v + 2 sqrt(u² - uv + v²)) / 3` for the length: the zeros of the smooth maximum of that width that is
+    /// commonly used.
+    Parabola,
+    /// That smooth maximum itself, `max(a, b) + (r - |a - b|)² / (4r)` where `|a - b|` is below `r`, for other values than zero.
+    SmoothMax,
+}
+
 /// A fillet's value, and its partial derivatives by the values of its sides.
 struct Joined {
     value: f64,
@@ -82,10 +96,15 @@ struct Joined {
 /// `|(r + a, r + b)| - r` where `a` and `b` are above `-r`: a circle of radius `r` where the two surfaces are planes at a right
 /// angle and the leaves are distances. Elsewhere it goes on smoothly to less than one of them at least, where only their union
 /// counts; so it passes through each of its surfaces where it ends. It never falls when `a` or `b` rises.
+///
+/// With another [`Profile`] it is another curve, which touches both surfaces at the same places.
 #[derive(Debug)]
 pub(crate) struct Fillet {
     pub(crate) sides: [Side; 2],
     pub(crate) radius: f64,
+    pub(crate) profile: Profile,
+    /// A length that tells its size: the radius, or how far away it is asked for if it has none.
+    pub(crate) span: f64,
     /// This near to the lines where it ends, the difference to the surface that it ends in is linear; 0 for as it is. A linear
     /// interpolant has the sign of the difference of squares in places that depend on the nodes it is of; this is right for all.
     pub(crate) band: f64,
@@ -100,11 +119,37 @@ impl Fillet {
             _ => None,
         };
         let [Some((n, d)), Some((m, e))] = self.sides.each_ref().map(plane) else { return None };
-        (n == m && (d - e).abs() >= (1.0 - ENDS) * self.radius).then_some(usize::from(d < e))
+        (self.radius > 0.0 && n == m && (d - e).abs() >= (1.0 - ENDS) * self.radius).then_some(usize::from(d < e))
+    }
+
+    /// The smooth maximum, if it is one.
+    fn smooth_max(&self) -> Option<SmoothMax> {
+        (self.profile == Profile::SmoothMax).then_some(SmoothMax { width: self.radius, band: self.band })
+    }
+
+    /// The length of two distances from where it ends.
+    #[inline(always)]
+    fn length(&self, u: f64, v: f64) -> f64 {
+        if self.profile == Profile::Parabola { parabola::length(u, v) } else { vector::hypot(u, v) }
+    }
+
+    /// The partial derivatives of a length, given as that of the two distances.
+    #[inline(always)]
+    fn shares(&self, u: f64, v: f64, length: f64) -> [f64; 2] {
+        if self.profile == Profile::Parabola {
+            parabola::shares(u, v)
+        } else {
+            [u, v].map(|x| x / length.max(f64::MIN_POSITIVE))
+        }
+    }
+
+    /// How far before the lines where it touches its surfaces it ends.
+    fn ends(&self) -> f64 {
+        ENDS * self.radius.max(0.0)
     }
 
     fn join(&self, a: f64, b: f64) -> f64 {
-        self.joined([a, b], vector::hypot(self.radius + a, self.radius + b)).value
+        self.joined([a, b], self.length(self.radius + a, self.radius + b)).value
     }
 
     /// The fillet by the values of its sides, and its partial derivatives by them; `whole` is `|(r + a, r + b)|`. What is not asked
@@ -116,41 +161,50 @@ impl Fillet {
         if a.is_nan() || b.is_nan() {
             return Joined { value: f64::NAN, by: [f64::NAN; 2] };
         }
+        if let Some(max) = self.smooth_max() {
+            return max.joined([a, b]);
+        }
+        let ends = self.ends();
         let (more, less) = (u.max(v), u.min(v));
         if less.abs() < self.band && more > self.band {
-            let long = vector::hypot(more, self.band);
+            let long = self.length(more, self.band);
             let of_less = (long - more) / self.band;
-            let of_more = 1.0 + less / self.band * (more / long - 1.0);
+            let of_more = 1.0 + less / self.band * (self.shares(more, self.band, long)[0] - 1.0);
             return Joined {
-                value: more - r + (less - ENDS * r) / self.band * (long - more),
+                value: more - r + (less - ends) / self.band * (long - more),
                 by: if u >= v { [of_more, of_less] } else { [of_less, of_more] },
             };
         }
-        let share = |x: f64, length: f64| x / length.max(f64::MIN_POSITIVE);
-        if less > ENDS * r {
-            return Joined { value: whole - r, by: [share(u, whole), share(v, whole)] };
+        if less > ends {
+            return Joined { value: whole - r, by: self.shares(u, v, whole) };
         }
         let (x, y) = (u.max(0.0), v.max(0.0));
         // The root of a square is the number itself, to the last bit.
         let part = if less <= 0.0 { more.max(0.0) } else { whole };
+        let (of_part, of_whole) = (self.shares(x, y, part), self.shares(u, v, whole));
+        let of_part = if less <= 0.0 { [x, y].map(|x| if x > 0.0 { 1.0 } else { 0.0 }) } else { of_part };
         Joined {
-            value: 2.0 * part - whole - r - ENDS * r,
-            by: [2.0 * share(x, part) - share(u, whole), 2.0 * share(y, part) - share(v, whole)],
+            value: 2.0 * part - whole - r - ends,
+            by: [2.0 * of_part[0] - of_whole[0], 2.0 * of_part[1] - of_whole[1]],
         }
     }
 
     /// Whether the fillet itself, and not its continuation, passes here.
     pub(crate) fn is_between(&self, p: DVec3) -> bool {
-        self.sides.iter().all(|s| self.radius + s.value(p) > ENDS * self.radius)
+        let [a, b] = self.sides.each_ref().map(|s| s.value(p));
+        match self.smooth_max() {
+            Some(max) => max.is_between(a, b),
+            None => self.radius + a.min(b) > self.ends(),
+        }
     }
 
     /// Whether the fillet ends at a place nearer than `reach`, to first order.
     pub(crate) fn ends_near(&self, p: DVec3, reach: f64) -> bool {
-        let away = |s: &Side| {
-            let d = s.smooth(p);
-            (self.radius + d.v) / d.g.length()
-        };
-        let [a, b] = [0, 1].map(|k| away(&self.sides[k]));
+        let [a, b] = self.sides.each_ref().map(|s| s.smooth(p));
+        if self.profile == Profile::SmoothMax {
+            return (self.radius - (a.v - b.v).abs()).abs() <= reach * (a.g - b.g).length();
+        }
+        let [a, b] = [a, b].map(|d| (self.radius + d.v) / d.g.length());
         a.min(b).abs() <= reach
     }
 
@@ -174,7 +228,11 @@ impl Fillet {
             for k in 0..n {
                 (u[k], v[k]) = (self.radius + s * a[k], self.radius + t * b[k]);
             }
-            vector::hypot_many(&u[..n], &v[..n], &mut whole[..n]);
+            if self.profile == Profile::Parabola {
+                (0..n).for_each(|k| whole[k] = parabola::length(u[k], v[k]));
+            } else {
+                vector::hypot_many(&u[..n], &v[..n], &mut whole[..n]);
+            }
             for k in 0..n {
                 a[k] = self.joined([s * a[k], t * b[k]], whole[k]).value;
             }
@@ -185,7 +243,7 @@ impl Fillet {
     /// Value and gradient of what [`eval`](Self::eval) gives.
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
         let [a, b] = self.sides.each_ref().map(|s| s.gradient(p));
-        let Joined { value, by } = self.joined([a.v, b.v], vector::hypot(self.radius + a.v, self.radius + b.v));
+        let Joined { value, by } = self.joined([a.v, b.v], self.length(self.radius + a.v, self.radius + b.v));
         Dual::new(value, a.g * by[0] + b.g * by[1])
     }
 
@@ -193,24 +251,39 @@ impl Fillet {
     pub(crate) fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
         let [a, b] = self.sides.each_ref().map(|s| s.slopes(cell));
         let (a, b) = (a?, b?);
+        if let Some(max) = self.smooth_max() {
+            return Some(Slopes { value: self.range(cell), gradient: max.slopes(&a, &b) });
+        }
+        let [du, dv] = self.by_sides(&a, &b);
+        let gradient = std::array::from_fn(|k| a.gradient[k] * du + b.gradient[k] * dv);
+        Some(Slopes { value: self.range(cell), gradient })
+    }
+
+    /// Bounds of the partial derivatives by its sides.
+    fn by_sides(&self, a: &Slopes, b: &Slopes) -> [Interval; 2] {
+        if let Some(max) = self.smooth_max() {
+            let first = max.of_first(a.value - b.value);
+            return [first, Interval::point(1.0) - first];
+        }
         let radius = Interval::point(self.radius);
         let (u, v) = (radius + a.value, radius + b.value);
-        let [du, dv] = if u.lo > 0.0 {
+        if u.lo > 0.0 {
             self.weights(u, v)
         } else if v.lo > 0.0 {
             let [dv, du] = self.weights(v, u);
             [du, dv]
         } else {
             [Interval::new(0.0, 2.0); 2]
-        };
-        let gradient = std::array::from_fn(|k| a.gradient[k] * du + b.gradient[k] * dv);
-        Some(Slopes { value: self.range(cell), gradient })
+        }
     }
 
-    /// Value and gradient of `|(r + a, r + b)| - r` everywhere: the surface that the fillet is a part of.
+    /// Value and gradient of its function between its ends, everywhere: the surface that the fillet is a part of.
     pub(crate) fn smooth(&self, p: DVec3) -> Dual {
         let r = self.radius;
-        let [a, b] = [0, 1].map(|k| self.sides[k].smooth(p));
+        let [a, b] = self.sides.each_ref().map(|s| s.smooth(p));
+        if self.profile != Profile::Circle {
+            return parabola::smooth(r, a, b);
+        }
         let (u, v) = (r + a.v, r + b.v);
         let length = vector::hypot(u, v);
         let g = if length > 0.0 { (a.g * u + b.g * v) / length } else { DVec3::ZERO };
@@ -219,13 +292,15 @@ impl Fillet {
 
     pub(crate) fn range(&self, cell: &Aabb) -> Interval {
         let (a, b) = (self.sides[0].range(cell), self.sides[1].range(cell));
-        let slack = |v: f64| if v.is_finite() { 8.0 * f64::EPSILON * (v.abs() + self.radius) } else { 0.0 };
+        let slack = |v: f64| if v.is_finite() { 8.0 * f64::EPSILON * (v.abs() + self.radius.abs()) } else { 0.0 };
         let (lo, hi) = (self.join(a.lo, b.lo), self.join(a.hi, b.hi));
         let bounds = Interval::new(lo - slack(lo), hi + slack(hi));
-        // Where it has ended it may be anything below its surfaces: less lets the tree do without it.
-        let ended = self.radius + a.hi.min(b.hi) <= 0.0;
+        // Where it has ended it may be anything below its surfaces: less lets the tree do without it. A smooth maximum that has ended is as
+        // great as one side, which counts where it is the least of several.
+        let ended = self.profile != Profile::SmoothMax && self.radius + a.hi.min(b.hi) <= 0.0;
         if ended {
-            Interval::new(bounds.lo.min(a.lo.min(b.lo) - self.radius), bounds.hi.min(a.hi.min(b.hi) - self.radius))
+            let below = self.radius.abs();
+            Interval::new(bounds.lo.min(a.lo.min(b.lo) - below), bounds.hi.min(a.hi.min(b.hi) - below))
         } else {
             bounds
         }
@@ -233,6 +308,9 @@ impl Fillet {
 
     /// Bounds of the partial derivatives of [`join`](Self::join) by `u` and `v`, the distances to where it ends, where `u` is positive.
     fn weights(&self, u: Interval, v: Interval) -> [Interval; 2] {
+        if self.profile == Profile::Parabola {
+            return parabola::weights(u, v, self.band);
+        }
         let (near, far) = (v.abs().lo, v.abs().hi.max(self.band));
         // A coordinate over the length rises with it, and falls when the other one rises.
         let share = |lo: f64, other: f64| if lo.is_finite() { lo / vector::hypot(lo, other) } else { 1.0 };
@@ -255,7 +333,7 @@ impl Fillet {
     /// The same with a [band](Self::band) for linear interpolants about so long.
     pub(crate) fn banded(&self, length: f64) -> Self {
         let sides = self.sides.each_ref().map(|s| Side { leaf: s.leaf.banded(length), ..*s });
-        Self { sides, radius: self.radius, band: length.min(NARROW * self.radius) }
+        Self { sides, band: length.min(NARROW * self.span), ..*self }
     }
 
     /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
@@ -265,8 +343,11 @@ impl Fillet {
 
     /// The same by the values of the sides.
     pub(crate) fn between(&self, a: f64, b: f64) -> f64 {
+        if let Some(max) = self.smooth_max() {
+            return max.between(a, b);
+        }
         let (u, v) = (self.radius + a, self.radius + b);
-        if u > 0.0 && v > 0.0 { vector::hypot(u, v) - self.radius } else { a.max(b) }
+        if u > 0.0 && v > 0.0 { self.length(u, v) - self.radius } else { a.max(b) }
     }
 
     /// Of a side: the other one.
@@ -285,7 +366,7 @@ impl Fillet {
             })
         };
         // Fillets that end in one surface, of two that touch.
-        if let Some(apart) = earlier().find(|x| x.radius > 0.0) {
+        if let Some(apart) = earlier().find(|x| x.less.is_none()) {
             return apart.smooth(p);
         }
         for (k, side) in self.sides.iter().enumerate() {
@@ -301,7 +382,7 @@ impl Fillet {
 
     /// How this fillet and another one with the same radius, which have a side in common, are told apart.
     fn apart_from<'a>(&'a self, other: &'a Fillet) -> Option<Apart<'a>> {
-        if self.radius != other.radius {
+        if self.radius != other.radius || self.profile != other.profile {
             return None;
         }
         let pairs = [(0, 0), (1, 1), (0, 1), (1, 0)];

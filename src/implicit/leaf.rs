@@ -467,7 +467,7 @@ impl Leaf {
             Leaf::Blend(b) => (7, vec![Arc::as_ptr(b) as usize as f64]),
             Leaf::Fillet(f) => {
                 let side = |k: usize| 2.0 * f64::from(f.sides[k].number) + f64::from(u8::from(f.sides[k].negate));
-                (8, vec![side(0), side(1), f.radius])
+                (8, vec![side(0), side(1), f.radius, f64::from(f.profile as u8)])
             }
         }
     }

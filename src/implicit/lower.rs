@@ -3,6 +3,7 @@
 mod blends;
 mod formulas;
 mod pairs;
+mod smooth;
 mod turned;
 
 use std::sync::Arc;
@@ -13,7 +14,6 @@ use rustc_hash::FxHashMap;
 use super::expr::Expr;
 use super::formula::Formula;
 use super::leaf::{Frame, Leaf};
-use super::model::Implicit;
 use super::polygon::{EdgeTree, polygon_tree};
 use super::shapes::{Scaled, canonical, clean, disk_bounds, ellipsoid, tpms};
 use super::solid::{Placement, Primitive, Solid, SolidNode, Tpms};
@@ -475,16 +475,19 @@ impl Lowerer {
             }
             Primitive::Formula(e) => {
                 let f = face!("formula", "");
-                if let Some(v) = e.as_constant() {
-                    faces.push(self.op(Op::All((v >= 0.0) != c.negate)));
-                    bounds = Aabb::ALL;
-                } else {
-                    let leaf = Leaf::Formula(Formula::compile(e, place));
-                    let known = if self.waits(e) || c.negate { None } else { Implicit::box_of(leaf.clone()) };
-                    bounds = known.unwrap_or(Aabb::ALL);
-                    faces.push(self.leaf(leaf, f, c.negate));
-                }
+                let part = self.whole_formula(e, f, c);
+                faces.push(part.op);
                 and = true;
+                bounds = part.bounds;
+            }
+            Primitive::Smooth(smooth) => {
+                let f = face!("formula", "");
+                let Some(part) = self.smooth(smooth, f, c) else {
+                    return self.primitive(solid, &Primitive::Formula(smooth.whole.clone()), c);
+                };
+                faces.push(part.op);
+                and = true;
+                bounds = part.bounds;
             }
             Primitive::Foreign(foreign) => {
                 return Err(foreign.refused("has no function, which is asked for here"));

@@ -47,6 +47,7 @@ mod roperation;
 mod sample;
 mod shapes;
 mod slopes;
+mod smooth;
 pub mod solid;
 mod splinters;
 mod split;
@@ -58,6 +59,7 @@ mod tape;
 mod tests;
 mod thin;
 mod turned;
+mod valued;
 mod walls;
 mod written;
 
@@ -86,5 +88,6 @@ pub use solid::{Boundary, Foreign, Placement, Primitive, Solid, SolidNode, Tpms}
 pub(crate) use splinters::drop_splinters;
 pub use thin::{ThinPlace, Wall, thin_places, thin_walls};
 pub use turned::Turned;
+pub use valued::Smooth;
 pub use walls::Walls;
 pub use written::write_vm;

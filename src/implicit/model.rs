@@ -71,6 +71,38 @@ pub struct Implicit {
     bounds: Aabb,
 }
 
+/// A box with the sides of another that are finite, and the others at powers of two, the smallest beyond which a function is negative by its
+/// greatest values in slabs; infinite where that is not seen.
+fn finite_sides(bounds: &Aabb, greatest: &dyn Fn(&Aabb) -> f64) -> Aabb {
+    let mut found = *bounds;
+    for k in 0..3 {
+        for high in [false, true] {
+            let known = if high { bounds.hi[k] } else { bounds.lo[k] };
+            if known.is_finite() {
+                continue;
+            }
+            let is_empty_beyond = |r: &f64| {
+                let mut slab = *bounds;
+                if high {
+                    slab.lo[k] = *r
+                } else {
+                    slab.hi[k] = -r
+                }
+                greatest(&slab) < 0.0
+            };
+            let Some(r) = (-20..60).map(|n| 2f64.powi(n)).find(is_empty_beyond) else { continue };
+            if high { found.hi[k] = r } else { found.lo[k] = -r }
+        }
+    }
+    found
+}
+
+/// A box outside of which a function is negative by its greatest values in slabs, if such a box is found.
+pub(super) fn box_around(greatest: &dyn Fn(&Aabb) -> f64) -> Option<Aabb> {
+    let found = finite_sides(&Aabb::ALL, greatest);
+    found.is_finite().then_some(found)
+}
+
 impl Implicit {
     /// Lowers a solid and finds a box around it.
     ///
@@ -124,26 +156,7 @@ impl Implicit {
     /// A box outside of which the sign is negative everywhere: the structure's finite sides, the others at powers of two, the smallest
     /// that interval arithmetic proves.
     fn find_bounds(&self) -> Option<Aabb> {
-        let mut found = self.bounds;
-        for k in 0..3 {
-            for high in [false, true] {
-                let known = if high { self.bounds.hi[k] } else { self.bounds.lo[k] };
-                if known.is_finite() {
-                    continue;
-                }
-                let is_empty_beyond = |r: &f64| {
-                    let mut slab = self.bounds;
-                    if high {
-                        slab.lo[k] = *r
-                    } else {
-                        slab.hi[k] = -r
-                    }
-                    self.tape.range(&self.leaves, &slab).hi < 0.0
-                };
-                let Some(r) = (-20..60).map(|n| 2f64.powi(n)).find(is_empty_beyond) else { continue };
-                if high { found.hi[k] = r } else { found.lo[k] = -r }
-            }
-        }
+        let found = finite_sides(&self.bounds, &|slab| self.tape.range(&self.leaves, slab).hi);
         if found.is_finite() { Some(found) } else { self.bounds_by_shells(&found) }
     }
 

@@ -48,6 +48,7 @@ fn primitive(p: &Primitive, z: DVec3) -> Result<()> {
             (normal.normalize_or_zero().dot(z).abs() <= ROUNDING, "a half-space with a normal aside of the plane")
         }
         Primitive::Extrude { height, .. } => (*height == f64::INFINITY && parallel(DVec3::Z, z), "an extrusion"),
+        Primitive::Smooth(s) => return primitive(&Primitive::Formula(s.whole.clone()), z),
         Primitive::Formula(e) => {
             let used = coordinates(e);
             ((0..3).all(|k| !used[k] || z[k].abs() <= ROUNDING), "a formula")

@@ -11,6 +11,7 @@ use super::expr::Expr;
 use super::field::Field;
 use super::part::recipe::Recipe;
 use super::turned::Turned;
+use super::valued::Smooth;
 use crate::error::{Error, Place};
 use crate::spatial::Aabb;
 
@@ -129,6 +130,8 @@ pub enum Primitive {
     Turned(Turned),
     /// Inside where the formula is positive. One face.
     Formula(Expr),
+    /// A formula that rounds off what has edges, by its pieces. Formulas fall into these when a model is made of them.
+    Smooth(Arc<Smooth>),
     /// Inside where the field is positive. One face.
     Field(Arc<dyn Field>),
     /// Inside a boundary that is no R-function. Only the pipeline makes meshes of such solids; everything that needs a function

@@ -9,7 +9,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::beyond::{Sign, sign_of_distance};
 use super::expr::{Binary, Expr, ExprNode, Unary};
@@ -18,8 +18,9 @@ use super::jumps::{cases, swinging};
 use super::pulled::outermost;
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
-use super::solid::Solid;
+use super::solid::{Primitive, Solid};
 use super::switched::{Cases, creased};
+use super::valued::{Smooth, smooth_join};
 
 /// Formulas that would fall into more pieces than this stay whole.
 const MOST_PIECES: usize = 256;
@@ -41,6 +42,7 @@ pub(super) fn split(e: &Expr) -> Option<Solid> {
         terms: Terms::default(),
         bare: FxHashMap::default(),
         smooth: FxHashMap::default(),
+        rounds: FxHashSet::default(),
         pieces: 0,
         visits: 0,
         taken_apart: false,
@@ -149,6 +151,8 @@ struct Splitter {
     bare: FxHashMap<*const ExprNode, bool>,
     /// Which cases go over into each other smoothly.
     smooth: FxHashMap<*const ExprNode, bool>,
+    /// What was found to be no smooth minimum of what has edges.
+    rounds: FxHashSet<u32>,
     /// Pieces that are sums of parts of switches: their number may double with every switch.
     pieces: usize,
     visits: usize,
@@ -168,6 +172,9 @@ impl Splitter {
                 && let Some(parts) = self.sign(e, factor < 0.0, deeper)
             {
                 return parts;
+            }
+            if let Some(rounded) = self.rounded(e, factor, rest) {
+                return Some(rounded);
             }
             if let Some(parts) = self.distance(e, factor, rest, deeper) {
                 return parts;
@@ -495,6 +502,21 @@ impl Splitter {
         let both = self.condition(a, factor, &nothing, depth).zip(self.condition(b, 1.0, &nothing, depth));
         let neither = self.condition(a, -factor, &nothing, depth).zip(self.condition(b, -1.0, &nothing, depth));
         Some(both.zip(neither).map(|((p, q), (r, s))| (p & q) | (r & s)))
+    }
+
+    /// `factor * e + rest >= 0` for a smooth minimum or maximum of what has edges.
+    fn rounded(&mut self, e: &Expr, factor: f64, rest: &Rest) -> Option<Solid> {
+        if self.switches.held(e) != Holds::Switch || rest.ahead.is_some() || rest.root.is_some() {
+            return None;
+        }
+        let number = self.terms.number(e);
+        if !self.rounds.insert(number) {
+            return None;
+        }
+        let value = smooth_join(e, factor, rest.done, &mut self.terms)?;
+        self.rounds.remove(&number);
+        self.taken_apart = true;
+        Some(Primitive::Smooth(Arc::new(Smooth { value, whole: plus(rest.done, e, factor) })).into())
     }
 
     /// `factor * e + rest >= 0` for a distance as it is commonly written, where the rest is a number at most; `None` if it is not.

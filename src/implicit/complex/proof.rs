@@ -266,27 +266,24 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
                 let ended = |x: usize, y: usize| ends.iter().any(|e| (e.0, e.1) == (x.min(y), x.max(y)));
                 let turns = [[i, j, k], [j, i, k], [k, i, j]];
                 let count = |t: &[usize; 3]| usize::from(ended(t[0], t[1])) + usize::from(ended(t[0], t[2]));
-                let base =
-                    turns.into_iter().reduce(|s, t| if count(&t) > count(&s) { t } else { s }).unwrap_or([i, j, k]);
-                let (a, b, c) = (
-                    &here[base[0]],
-                    across(&ends, &here, [base[0], base[1]]),
-                    across(&ends, &here, [base[0], base[2]]),
-                );
-                let v = DVec3::new(a.value, b.value, c.value);
-                let factors = weights(a, b, c);
-                let mut ways = vec![v / v.length(), factors];
-                ways.extend([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| DVec3::new(1.0, x, y)));
-                if ways.iter().any(|w| apart(&[(a, w.x), (b, w.y), (c, w.z)], half)) {
-                    continue;
+                let most = turns.iter().map(count).max().unwrap_or(0);
+                let three = |t: &[usize; 3]| {
+                    Three::seen(
+                        [&here[t[0]], across(&ends, &here, [t[0], t[1]]), across(&ends, &here, [t[0], t[2]])],
+                        half,
+                    )
+                };
+                // Where all of them touch, what tells two of them from the third may touch, too, but not from each other.
+                let seen = turns.iter().filter(|t| count(t) == most).map(three).min().unwrap_or(Three::Dependent);
+                match seen {
+                    Three::Apart => continue,
+                    Three::Crossing => {
+                        triples.push([i, j, k]);
+                        continue;
+                    }
+                    Three::Dependent => {}
                 }
-                let det = cross(&a.gradient, &b.gradient);
-                let det = det[0] * c.gradient[0] + det[1] * c.gradient[1] + det[2] * c.gradient[2];
-                if !det.contains(0.0) {
-                    triples.push([i, j, k]);
-                    continue;
-                }
-                let crossing = count(&base) == 0;
+                let crossing = most == 0;
                 match common(asked, [i, j, k].map(|x| numbers[x])).filter(|_| crossing) {
                     Some(at) => {
                         // More than three have a curve in common if two of it are in two threes.
@@ -334,6 +331,30 @@ pub(super) fn judged(tape: &Tape, asked: &Asked<'_>) -> Judged {
         }
     }
     all
+}
+
+/// How three surfaces lie, as far as that is shown; what is known more of comes first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Three {
+    Apart,
+    /// They meet in one point at most.
+    Crossing,
+    Dependent,
+}
+
+impl Three {
+    /// Of three functions that are all zero where the surfaces meet, in a box of this half size.
+    fn seen([a, b, c]: [&Local; 3], half: DVec3) -> Self {
+        let v = DVec3::new(a.value, b.value, c.value);
+        let mut ways = vec![v / v.length(), weights(a, b, c)];
+        ways.extend([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| DVec3::new(1.0, x, y)));
+        if ways.iter().any(|w| apart(&[(a, w.x), (b, w.y), (c, w.z)], half)) {
+            return Self::Apart;
+        }
+        let det = cross(&a.gradient, &b.gradient);
+        let det = det[0] * c.gradient[0] + det[1] * c.gradient[1] + det[2] * c.gradient[2];
+        if det.contains(0.0) { Self::Dependent } else { Self::Crossing }
+    }
 }
 
 /// Factors with which the gradients in the middle cancel best.

@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use super::super::slopes::Slopes;
-use super::Fillet;
+use super::{Fillet, Profile};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
@@ -88,6 +88,16 @@ impl Fillet {
     pub(crate) fn least_rise(&self, cell: &Aabb, direction: DVec3) -> Option<f64> {
         let [a, b] = self.sides.each_ref().map(|s| s.slopes(cell));
         let (a, b) = (a?, b?);
+        if self.profile != Profile::Circle {
+            let [by_a, by_b] = self.by_sides(&a, &b);
+            let rises = [along(&a, direction), along(&b, direction)];
+            let ends =
+                [by_a.lo, by_a.hi].into_iter().flat_map(|s| [by_b.lo, by_b.hi].map(|t| s * rises[0] + t * rises[1]));
+            return ends.reduce(f64::min);
+        }
+        if self.radius <= 0.0 {
+            return None;
+        }
         let in_radii = |s: &Slopes| (s.value + Interval::point(self.radius)).scale(1.0 / self.radius);
         let (u, v) = (in_radii(&a), in_radii(&b));
         let (rise_a, rise_b) = (along(&a, direction), along(&b, direction));
@@ -108,7 +118,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::super::super::leaf::Leaf;
-    use super::super::Side;
+    use super::super::{Profile, Side};
     use super::*;
 
     fn side(leaf: Leaf, number: u32) -> Side {
@@ -125,7 +135,7 @@ mod tests {
             let n = DVec3::new(tilt.sin(), tilt.cos(), 0.0);
             let ball = Leaf::Sphere { c: DVec3::new(0.0, 0.0, 4.0) + n * 3.0, r: 5.0 };
             let sides = [side(Leaf::Plane { n: DVec3::X, d: 0.0 }, 0), side(ball, 1)];
-            let f = Fillet { sides, radius: r, band: band * r };
+            let f = Fillet { sides, radius: r, profile: Profile::Circle, span: r, band: band * r };
             let c = DVec3::new(at[0], at[1], 0.1);
             let cell = Aabb::new(c - half, c + half);
             let direction = DVec3::new(turn.cos(), turn.sin(), 0.0);

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use rustc_hash::FxHashSet;
 
 use super::super::blend::Blend;
-use super::super::fillet::{Fillet, Side};
+use super::super::fillet::{Fillet, Profile, Side};
 use super::super::leaf::Leaf;
 use super::super::solid::Solid;
 use super::super::tape::{Op, Tape};
 use super::pairs::Pairs;
 use super::{Context, Lowerer, Part, extract_tape, positive};
 use crate::error::{Error, Place, Result};
+use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
 /// Blends inside blends deeper than this are refused: each level evaluates the one below twice.
@@ -25,7 +26,6 @@ const MOST_FILLETS: usize = 1 << 11;
 #[derive(Clone, Copy)]
 struct Occurrence {
     leaf: u32,
-    face: u32,
     negate: bool,
 }
 
@@ -39,15 +39,19 @@ struct Operands {
 impl Operands {
     /// The pairs of their leaves that fillets of a radius are between.
     fn pairs(&self, radius: f64) -> Pairs {
-        Pairs::new(&self.leaves, &self.tapes, radius, &self.bounds.grown(radius))
+        Pairs::new(&self.leaves, &self.tapes, Interval::new(-radius, 0.0), &self.bounds.grown(radius))
     }
 }
 
-/// What a blend asks for: the radius, the box that its fillets lie in, and the face they are of.
-struct Rounding {
-    radius: f64,
-    bounds: Aabb,
-    face: u32,
+/// What is asked of fillets, and the face they are of.
+pub(super) struct Rounding {
+    pub(super) radius: f64,
+    pub(super) profile: Profile,
+    /// See [`Fillet::span`].
+    pub(super) span: f64,
+    /// Whether distances to what two faces share are not to be leaves: what is made of them has fillets wherever it is.
+    pub(super) corners: bool,
+    pub(super) face: u32,
 }
 
 /// A leaf of one tree, the operation that stands for it, and the places in the other tree of leaves with which it has fillets.
@@ -70,9 +74,6 @@ fn reachable(ops: &[Op], root: u32) -> Vec<u32> {
     }
     (0..=root).filter(|i| found[*i as usize]).collect()
 }
-
-/// What stands for a leaf in another tape.
-type Substitute<'a> = dyn FnMut(&mut Lowerer, Occurrence) -> u32 + 'a;
 
 impl Lowerer {
     pub(super) fn blend(&mut self, solid: &Solid, a: &Solid, b: &Solid, radius: f64, c: &Context) -> Result<Part> {
@@ -102,7 +103,9 @@ impl Lowerer {
             let [a, b] = [self.tree_from(a, inside.clone())?.op, self.tree_from(b, inside)?.op];
             self.blend_depth -= 1;
             let face = self.face(solid, "blend", "", c);
-            self.fillets([a, b], &Rounding { radius, bounds: reach, face }, c.negate)
+            let rounding = Rounding { radius, profile: Profile::Circle, span: radius, corners: false, face };
+            let all = self.fillets([a, b], &rounding, &reach);
+            if c.negate { self.dual(all) } else { all }
         };
         Ok(Part { op, bounds })
     }
@@ -118,34 +121,46 @@ impl Lowerer {
     }
 
     /// The blend of two trees as one tree, with leaves where the two surfaces show and between each two of them that come near each
-    /// other.
-    fn fillets(&mut self, [a, b]: [u32; 2], rounding: &Rounding, negate: bool) -> u32 {
+    /// other in a box.
+    fn fillets(&mut self, [a, b]: [u32; 2], rounding: &Rounding, bounds: &Aabb) -> u32 {
         let tapes = [a, b].map(|op| extract_tape(&self.ops, op));
         let mut all = self.max(a, b);
         if tapes.iter().all(|t| t.leaf_count() > 0) {
-            let pairs = Pairs::new(&self.leaves, &tapes, rounding.radius, &rounding.bounds);
+            let pairs = Pairs::new(&self.leaves, &tapes, Interval::new(-rounding.radius, 0.0), bounds);
             if let Some(between) = self.between([a, b], &pairs, rounding) {
                 all = self.max(all, between);
             }
         }
-        if negate {
-            let tape = extract_tape(&self.ops, all);
-            all = self.over(&tape, true, &mut |l, o| l.op(Op::Leaf { leaf: o.leaf, face: o.face, negate: !o.negate }));
-        }
         all
+    }
+
+    /// The complement of a tree.
+    pub(super) fn dual(&mut self, root: u32) -> u32 {
+        let tape = extract_tape(&self.ops, root);
+        let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
+        for op in &tape.ops {
+            let new = match *op {
+                Op::All(inside) => self.op(Op::All(!inside)),
+                Op::Leaf { leaf, face, negate } => self.op(Op::Leaf { leaf, face, negate: !negate }),
+                Op::Min(x, y) => self.max(made[x as usize], made[y as usize]),
+                Op::Max(x, y) => self.min(made[x as usize], made[y as usize]),
+            };
+            made.push(new);
+        }
+        made[made.len() - 1]
     }
 
     /// The first tree with, in place of each of its leaves, the second one with fillets in place of its leaves. Nothing where
     /// that is no more than the two solids themselves.
-    fn between(&mut self, [a, b]: [u32; 2], pairs: &Pairs, rounding: &Rounding) -> Option<u32> {
+    pub(super) fn between(&mut self, [a, b]: [u32; 2], pairs: &Pairs, rounding: &Rounding) -> Option<u32> {
         let [first, second] = [a, b].map(|root| reachable(&self.ops, root));
         let mut made: Vec<Option<u32>> = Vec::with_capacity(first.len());
         for (i, op) in first.iter().enumerate() {
             let place = |x: u32| first.binary_search(&x).unwrap_or(0);
             let new = match self.ops[*op as usize] {
                 Op::All(_) => None,
-                Op::Leaf { leaf, face, negate } => {
-                    let rows = Rows { own: Occurrence { leaf, face, negate }, op: *op, with: pairs.of(i) };
+                Op::Leaf { leaf, negate, .. } => {
+                    let rows = Rows { own: Occurrence { leaf, negate }, op: *op, with: pairs.of(i) };
                     self.along(&second, &rows, rounding)
                 }
                 Op::Min(x, y) | Op::Max(x, y) => {
@@ -165,8 +180,11 @@ impl Lowerer {
         for (k, op) in tree.iter().enumerate() {
             let place = |x: u32| tree.binary_search(&x).unwrap_or(0);
             let new = match self.ops[*op as usize] {
-                Op::Leaf { leaf, face, negate } if rows.with.contains(&(k as u32)) => {
-                    self.fillet([rows.own, Occurrence { leaf, face, negate }], rounding)
+                Op::Leaf { leaf, negate, .. }
+                    if rows.with.contains(&(k as u32))
+                        || rounding.corners && [leaf, rows.own.leaf].iter().any(|l| self.is_corner(*l)) =>
+                {
+                    self.fillet([rows.own, Occurrence { leaf, negate }], rounding)
                 }
                 Op::All(_) | Op::Leaf { .. } => None,
                 Op::Min(x, y) | Op::Max(x, y) => {
@@ -189,29 +207,32 @@ impl Lowerer {
         Some(if and { self.min(x, y) } else { self.max(x, y) })
     }
 
+    /// Whether a leaf is the distance to what two faces share, with no radius: its zeros are an edge.
+    fn is_corner(&self, leaf: u32) -> bool {
+        matches!(&self.leaves[leaf as usize], Leaf::Fillet(f) if f.radius <= 0.0)
+    }
+
+    /// The number of the leaf with the zeros of another: a smooth maximum is asked for other values only by what it is a side of.
+    pub(super) fn surface(&mut self, leaf: u32, face: u32) -> u32 {
+        let Leaf::Fillet(f) = &self.leaves[leaf as usize] else { return leaf };
+        if f.profile != Profile::SmoothMax {
+            return leaf;
+        }
+        let zeros = Fillet { sides: f.sides.clone(), profile: Profile::Parabola, ..**f };
+        let op = self.leaf(Leaf::Fillet(Arc::new(zeros)), face, false);
+        if let Op::Leaf { leaf, .. } = self.ops[op as usize] { leaf } else { leaf }
+    }
+
     fn fillet(&mut self, pair: [Occurrence; 2], rounding: &Rounding) -> Option<u32> {
-        let sides = pair.map(|o| Side { leaf: self.leaves[o.leaf as usize].clone(), number: o.leaf, negate: o.negate });
-        let fillet = Fillet { sides, radius: rounding.radius, band: 0.0 };
+        let sides = pair.map(|o| {
+            let number = self.surface(o.leaf, rounding.face);
+            Side { leaf: self.leaves[o.leaf as usize].clone(), number, negate: o.negate }
+        });
+        let Rounding { radius, profile, span, .. } = *rounding;
+        let fillet = Fillet { sides, radius, profile, span, band: 0.0 };
         if fillet.replaced().is_some() {
             return None;
         }
         Some(self.leaf(Leaf::Fillet(Arc::new(fillet)), rounding.face, false))
-    }
-
-    /// A tape with something else for each of its leaves, and, on demand, with minima for maxima.
-    fn over(&mut self, tape: &Tape, dual: bool, each: &mut Substitute<'_>) -> u32 {
-        let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
-        for op in &tape.ops {
-            let new = match *op {
-                Op::All(inside) => self.op(Op::All(inside != dual)),
-                Op::Leaf { leaf, face, negate } => each(self, Occurrence { leaf, face, negate }),
-                Op::Min(x, y) | Op::Max(x, y) => {
-                    let (x, y) = (made[x as usize], made[y as usize]);
-                    if matches!(op, Op::Min(..)) != dual { self.min(x, y) } else { self.max(x, y) }
-                }
-            };
-            made.push(new);
-        }
-        made[made.len() - 1]
     }
 }

@@ -1,6 +1,6 @@
 //! Formulas as leaves: taken apart first where they have switches and steps.
 
-use super::{Context, Lowered, Lowerer, Part, Primitive, Result, Solid};
+use super::{Context, Lowered, Lowerer, Op, Part, Primitive, Result, Solid};
 use crate::implicit::expr::Expr;
 use crate::implicit::formula::Formula;
 use crate::implicit::jumps::beside_jump;
@@ -53,6 +53,16 @@ impl Lowerer {
         let mut part = part?;
         part.bounds = part.bounds.intersection(&known.unwrap_or(Aabb::ALL));
         Ok(part)
+    }
+
+    /// A formula as one leaf.
+    pub(super) fn whole_formula(&mut self, e: &Expr, face: u32, c: &Context) -> Part {
+        if let Some(v) = e.as_constant() {
+            return Part { op: self.op(Op::All((v >= 0.0) != c.negate)), bounds: Aabb::ALL };
+        }
+        let leaf = Leaf::Formula(Formula::compile(e, &c.place));
+        let known = if self.waits(e) || c.negate { None } else { Implicit::box_of(leaf.clone()) };
+        Part { op: self.leaf(leaf, face, c.negate), bounds: known.unwrap_or(Aabb::ALL) }
     }
 
     /// Whether a formula has steps that wait for a box to be taken apart in: what it says of its own bounds does not count then.

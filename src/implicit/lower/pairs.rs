@@ -2,7 +2,8 @@
 //!
 //! A fillet between two leaves is positive where one of them is, and nothing new where one of them is more than a radius below zero.
 //! So a pair of leaves matters only in boxes in which both have values between these, and in which both can decide what is in their
-//! solid: a blend of a plate with thirty pins and a rib is one of the rib with the pins beside it.
+//! solid: a blend of a plate with thirty pins and a rib is one of the rib with the pins beside it. Where other values of the fillet count
+//! than zero, those of its leaves lie in another interval.
 
 use rustc_hash::FxHashSet;
 
@@ -14,7 +15,7 @@ use crate::spatial::Aabb;
 
 /// The box is halved so often at most: to a 64th of its length.
 const LEVELS: u32 = 6;
-/// Boxes smaller than this many radii are not halved: leaves so near to each other have a fillet between them or might.
+/// Boxes smaller than this many lengths of the interval are not halved: leaves so near to each other have a fillet between them or might.
 const SMALL: f64 = 1.0;
 /// Boxes looked at, at most; in what is left all pairs count. It bounds the time where both solids run side by side for long.
 const MOST_BOXES: usize = 6_000;
@@ -26,12 +27,12 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Those that a fillet of some radius may be between, in a box.
-    pub(super) fn new(leaves: &[Leaf], tapes: &[Tape; 2], radius: f64, bounds: &Aabb) -> Self {
+    /// Those that a fillet may be between where both have values in an interval, in a box.
+    pub(super) fn new(leaves: &[Leaf], tapes: &[Tape; 2], near: Interval, bounds: &Aabb) -> Self {
         let mut look = Look {
             leaves,
             tapes,
-            radius,
+            near,
             boxes: 0,
             found: Self { with: vec![FxHashSet::default(); tapes[0].ops.len()] },
         };
@@ -69,7 +70,7 @@ impl Pairs {
 struct Look<'a> {
     leaves: &'a [Leaf],
     tapes: &'a [Tape; 2],
-    radius: f64,
+    near: Interval,
     boxes: usize,
     found: Pairs,
 }
@@ -79,7 +80,8 @@ impl Look<'_> {
     fn within(&mut self, cell: &Aabb, known: &[Option<Interval>], levels: u32) {
         self.boxes += 1;
         let mut ranges = known.to_vec();
-        let tells = |r: &Interval| r.lo > self.radius || r.hi < -self.radius;
+        let most = self.near.abs().hi;
+        let tells = |r: &Interval| r.lo > most || r.hi < -most;
         for op in self.tapes.iter().flat_map(|t| &t.ops) {
             if let Op::Leaf { leaf, .. } = op
                 && !ranges[*leaf as usize].as_ref().is_some_and(tells)
@@ -97,9 +99,9 @@ impl Look<'_> {
             deciding.ask(tape, |leaf, negate| {
                 let r = ranges[leaf as usize]?;
                 let (lo, hi) = if negate { (-r.hi, -r.lo) } else { (r.lo, r.hi) };
-                if lo > 0.0 {
+                if lo > self.near.hi {
                     Some(true)
-                } else if hi < -self.radius {
+                } else if hi < self.near.lo {
                     Some(false)
                 } else {
                     None
@@ -111,7 +113,7 @@ impl Look<'_> {
         if near.iter().any(Vec::is_empty) || self.found.has_all(&near) {
             return;
         }
-        if levels == 0 || cell.size().max_element() < SMALL * self.radius || self.boxes > MOST_BOXES {
+        if levels == 0 || cell.size().max_element() < SMALL * (self.near.hi - self.near.lo) || self.boxes > MOST_BOXES {
             self.found.insert(&near);
             return;
         }

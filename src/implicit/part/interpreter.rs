@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use ruff_python_ast::{self as ast, Expr, FStringPart, InterpolatedStringElement, Number, Stmt};
+use ruff_python_ast::{self as ast, Expr, FStringPart, InterpolatedStringElement, Number};
 use ruff_python_parser::{Mode, ParseOptions};
 use ruff_text_size::{Ranged, TextRange};
 use rustc_hash::FxHashMap;
@@ -152,89 +152,20 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    fn statement(&mut self, s: &'a Stmt, overrides: &[(String, f64)], numbers: &mut Vec<String>) -> Result<()> {
-        match s {
-            Stmt::Assign(a) => {
-                let assigned = self.eval(&a.value)?;
-                for target in &a.targets {
-                    let mut value = assigned.clone();
-                    if let (Expr::Name(n), Value::Int(_) | Value::Float(_)) = (target, &value) {
-                        if !numbers.iter().any(|known| *known == n.id.as_str()) {
-                            numbers.push(n.id.to_string());
-                        }
-                        if let Some((_, v)) = overrides.iter().rev().find(|(name, _)| *name == n.id.as_str()) {
-                            value = if v.fract() == 0.0 && v.abs() < 1e15 {
-                                Value::Int(*v as i64)
-                            } else {
-                                Value::Float(*v)
-                            };
-                        }
-                    }
-                    let mut names = Vec::new();
-                    self.unpack(target, value, &mut names)?;
-                    self.globals.extend(names);
-                }
-                Ok(())
-            }
-            Stmt::FunctionDef(f) => {
-                self.check_function(f)?;
-                let all = f.parameters.posonlyargs.iter().chain(&f.parameters.args).chain(&f.parameters.kwonlyargs);
-                let defaults = all.map(|p| p.default.as_deref().map(|d| self.eval(d)).transpose());
-                let defaults = defaults.collect::<Result<_>>()?;
-                self.globals.insert(f.name.to_string(), Value::Function(Rc::new(Function { definition: f, defaults })));
-                Ok(())
-            }
-            Stmt::Expr(e) => {
-                // a string on its own is a comment
-                if !matches!(&*e.value, Expr::StringLiteral(_)) {
-                    self.eval(&e.value)?;
-                }
-                Ok(())
-            }
-            Stmt::Pass(_) => Ok(()),
-            other => {
-                let (what, help) = refused::statement(other);
-                Err(self.error(other.range(), format!("{what} are not part of the part language")).with_help(help))
-            }
-        }
+    pub(super) fn is_in_function(&self) -> bool {
+        self.calls > 0
     }
 
-    fn check_function(&self, f: &'a ast::StmtFunctionDef) -> Result<()> {
-        let p = &f.parameters;
-        let plain = !f.is_async && f.decorator_list.is_empty() && f.type_params.is_none();
-        if !plain || p.vararg.is_some() || p.kwarg.is_some() {
-            return Err(self.error(f.range, "a function is plain: def name(a, b=1): return expression"));
+    /// Gives a name its value, within the running function if there is one.
+    pub(super) fn set(&mut self, name: String, value: Value<'a>) {
+        if !self.is_in_function() {
+            self.globals.insert(name, value);
+            return;
         }
-        let mut body = f.body.iter().peekable();
-        body.next_if(|s| matches!(s, Stmt::Expr(e) if matches!(&*e.value, Expr::StringLiteral(_))));
-        let body = body.skip_while(|s| matches!(s, Stmt::Assign(_)));
-        let other = |s: &Stmt| self.error(s.range(), "a function holds assignments and one return at its end");
-        match body.collect::<Vec<_>>()[..] {
-            [Stmt::Return(r)] if r.value.is_some() => Ok(()),
-            [] | [Stmt::Return(_)] => Err(self.error(f.range, "a function must return something")),
-            [Stmt::Return(_), extra, ..] => Err(other(extra)),
-            [wrong, ..] => Err(other(wrong).with_help("def name(a): return expression")),
-        }
-    }
-
-    /// Assigns a value to a name, or its items to several.
-    fn unpack(&self, target: &Expr, value: Value<'a>, out: &mut Vec<(String, Value<'a>)>) -> Result<()> {
-        let targets = match target {
-            Expr::Name(n) => {
-                out.push((n.id.to_string(), value));
-                return Ok(());
-            }
-            Expr::Tuple(t) => &t.elts,
-            Expr::List(l) => &l.elts,
-            other => return Err(self.error(other.range(), "only names can be assigned to")),
-        };
-        match value.items() {
-            Some(items) if items.len() == targets.len() => {
-                targets.iter().zip(items).try_for_each(|(t, v)| self.unpack(t, v.clone(), out))
-            }
-            Some(items) => Err(self
-                .error(target.range(), format!("{} values cannot be given to {} names", items.len(), targets.len()))),
-            None => Err(self.error(target.range(), format!("{} cannot be given to several names", value.kind()))),
+        let visible = &mut self.locals[self.frame..];
+        match visible.iter_mut().find(|known| known.0 == name) {
+            Some(known) => known.1 = value,
+            None => self.locals.push((name, value)),
         }
     }
 
@@ -569,29 +500,10 @@ impl<'a> Interpreter<'a> {
         self.frame = depth;
         self.locals.extend(bound);
         self.calls += 1;
-        let r = self.body(&f.body);
+        let r = self.body(f);
         self.calls -= 1;
         self.locals.truncate(depth);
         self.frame = frame;
         r
-    }
-
-    /// What a function returns: its assignments one after the other, then the value of its return.
-    fn body(&mut self, statements: &'a [Stmt]) -> Result<Value<'a>> {
-        for s in statements {
-            match s {
-                Stmt::Assign(a) => {
-                    let assigned = self.eval(&a.value)?;
-                    for target in &a.targets {
-                        let mut names = Vec::new();
-                        self.unpack(target, assigned.clone(), &mut names)?;
-                        self.locals.extend(names);
-                    }
-                }
-                Stmt::Return(r) => return r.value.as_deref().map_or(Ok(Value::None), |e| self.eval(e)),
-                _ => {}
-            }
-        }
-        Ok(Value::None)
     }
 }

@@ -1,8 +1,8 @@
 //! The part file: a declarative subset of Python that describes a solid.
 //!
-//! Parsed by `ruff_python_parser`, interpreted by us: assignments, arithmetic, comparisons, conditional expressions,
-//! tuples, lists, comprehensions, calls, methods, and functions of one `return`. Everything else is refused with its
-//! place. Evaluation is bounded by [`limits`].
+//! Parsed by `ruff_python_parser`, interpreted by us: assignments, loops over lists, conditions, arithmetic, comparisons,
+//! tuples, lists, comprehensions, calls, methods, and functions. Everything else is refused with its place. Evaluation is
+//! bounded by [`limits`].
 
 mod arguments;
 mod builtins;
@@ -19,6 +19,7 @@ mod operators;
 pub mod recipe;
 mod refused;
 mod sheets;
+mod statements;
 #[cfg(test)]
 mod tests;
 mod threemf;

@@ -5,10 +5,9 @@ use ruff_python_ast::{Expr, Stmt};
 /// What to call a statement that is refused, and what to write instead.
 pub(super) fn statement(s: &Stmt) -> (&'static str, &'static str) {
     match s {
-        Stmt::For(_) | Stmt::While(_) => ("loops", "use a comprehension: [f(i) for i in range(n)]"),
+        Stmt::While(_) => ("endless loops", "use for i in range(n):"),
         Stmt::Import(_) | Stmt::ImportFrom(_) => ("imports", "everything there is has a name already"),
-        Stmt::If(_) => ("if statements", "use a conditional expression: a if condition else b"),
-        Stmt::AugAssign(_) => ("augmented assignments", "write a = a + b"),
+        Stmt::FunctionDef(_) => ("functions inside functions", "define it before"),
         Stmt::AnnAssign(_) => ("annotations", "write name = value"),
         Stmt::ClassDef(_) => ("classes", "use functions"),
         Stmt::Return(_) => ("returns outside of functions", "remove it"),
@@ -23,7 +22,6 @@ pub(super) fn statement(s: &Stmt) -> (&'static str, &'static str) {
                 Stmt::Nonlocal(_) => "nonlocal statements",
                 Stmt::Match(_) => "match statements",
                 Stmt::TypeAlias(_) => "type aliases",
-                Stmt::Break(_) | Stmt::Continue(_) => "loops",
                 _ => "such statements",
             };
             (what, "a part file holds assignments, functions, and calls")

@@ -178,3 +178,33 @@ fn sample_parts_can_be_read() {
     }
     assert!(count >= 10, "{count}");
 }
+
+#[test]
+fn loops_and_conditions_make_what_comprehensions_make() {
+    let pairs = [
+        ("a = sphere(1)\nfor i in range(3):\n    a -= sphere(0.1, at=(i, 0, 0))", {
+            "a = sphere(1) - sphere(0.1, at=(0, 0, 0)) - sphere(0.1, at=(1, 0, 0)) - sphere(0.1, at=(2, 0, 0))"
+        }),
+        (
+            "n = 0\nfor i, c in enumerate('abcd'):\n    if c == 'b':\n        continue\n    if i > 2:\n        break\n    n += i\na = sphere(n)",
+            "a = sphere(2)",
+        ),
+        (
+            "def f(k):\n    d = 1\n    for i in range(k):\n        d = 2*d\n        if d > 10:\n            return d\n    return -d\na = solid(x >= f(2) + f(9))",
+            "a = solid(x >= 12)",
+        ),
+        (
+            "def f(k):\n    if k < 0:\n        return 1\n    elif k == 0:\n        return 2\n    else:\n        return 3\na = solid(x >= 100*f(-1) + 10*f(0) + f(1))",
+            "a = solid(x >= 123)",
+        ),
+        (
+            "i = 7\ndef f():\n    for i in range(3):\n        pass\n    return i\nj = f()\na = sphere(i + j)",
+            "a = sphere(9)",
+        ),
+        ("for i in range(3):\n    pass\na = sphere(i)", "a = sphere(2)"),
+    ];
+    for (loops, plain) in pairs {
+        let [p, q] = [loops, plain].map(|s| parse(&format!("{s}\npart(a)"), &[]).unwrap());
+        assert_eq!(format!("{:?}", p.solid), format!("{:?}", q.solid), "{loops}");
+    }
+}

@@ -1,0 +1,165 @@
+//! Smooth minima and maxima of formulas with edges: a tree of their pieces, with fillets where these are rounded off.
+
+use super::blends::Rounding;
+use super::pairs::Pairs;
+use super::{Context, Lowerer, Op, Part, extract_tape};
+use crate::implicit::expr::Expr;
+use crate::implicit::fillet::Profile;
+use crate::implicit::formula::Formula;
+use crate::implicit::leaf::Leaf;
+use crate::implicit::model::box_around;
+use crate::implicit::solid::Placement;
+use crate::implicit::valued::{How, Smooth, Valued};
+use crate::numeric::Interval;
+use crate::spatial::Aabb;
+
+/// A smooth minimum with more fillets than this stays one function: where more come near a place, too many of their curves and
+/// corners are tried.
+const MOST_FILLETS: usize = 1 << 10;
+
+/// What is the same for all of a formula.
+struct Whole<'a> {
+    place: &'a Placement,
+    face: u32,
+    /// The box that its surface lies in.
+    bounds: Aabb,
+}
+
+/// The sign of a formula, or of its opposite, and which values of that count: where zero alone does, only the sign.
+#[derive(Clone, Copy)]
+struct Counts {
+    negate: bool,
+    values: Interval,
+}
+
+impl Counts {
+    fn is_sign(&self) -> bool {
+        self.values == Interval::point(0.0)
+    }
+
+    /// The same of what is mirrored, or not.
+    fn turned(self, mirrored: bool) -> Self {
+        if self.negate == mirrored { self } else { Self { negate: mirrored, values: -self.values } }
+    }
+}
+
+impl Lowerer {
+    /// The tree of a smooth minimum or maximum; `None` where that is too large.
+    pub(super) fn smooth(&mut self, smooth: &Smooth, face: u32, c: &Context) -> Option<Part> {
+        let compiled = smooth.value.map(&|e| Formula::compile(e, &c.place));
+        let scale = c.place.scale;
+        let inside = box_around(&|cell: &Aabb| compiled.range(cell, scale).hi);
+        let outside = || box_around(&|cell: &Aabb| -compiled.range(cell, scale).lo);
+        let bounds = inside.or_else(outside).unwrap_or(Aabb::ALL);
+        let whole = Whole { place: &c.place, face, bounds };
+        let op = self.valued(&smooth.value, Counts { negate: c.negate, values: Interval::point(0.0) }, &whole)?;
+        let op = self.by_zeros(op);
+        let known = if c.negate { None } else { inside };
+        Some(Part { op, bounds: known.unwrap_or(Aabb::ALL) })
+    }
+
+    /// The value of a part of a formula, or its opposite.
+    fn valued(&mut self, value: &Valued<Expr>, counts: Counts, at: &Whole<'_>) -> Option<u32> {
+        match value {
+            Valued::Piece(e) => match e.as_constant() {
+                // A number has no surface that a fillet could end in.
+                Some(v) => counts.is_sign().then(|| self.op(Op::All((v >= 0.0) != counts.negate))),
+                None => Some(self.leaf(Leaf::Formula(Formula::compile(e, at.place)), at.face, counts.negate)),
+            },
+            Valued::Joined { how: How::Max, mirrored, of } => {
+                let [a, b] = self.both(of, counts, at)?;
+                Some(if counts.negate == *mirrored { self.max(a, b) } else { self.min(a, b) })
+            }
+            Valued::Joined { how, mirrored, of } => {
+                let joined = self.rounded(*how, of, counts.turned(*mirrored), at)?;
+                Some(if counts.negate == *mirrored { joined } else { self.dual(joined) })
+            }
+        }
+    }
+
+    /// The same tree with the zeros of smooth maxima in place of these.
+    fn by_zeros(&mut self, root: u32) -> u32 {
+        let tape = extract_tape(&self.ops, root);
+        let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
+        for op in &tape.ops {
+            let new = match *op {
+                Op::Leaf { leaf, face, negate } => {
+                    let leaf = self.surface(leaf, face);
+                    self.op(Op::Leaf { leaf, face, negate })
+                }
+                Op::Min(x, y) => self.min(made[x as usize], made[y as usize]),
+                Op::Max(x, y) => self.max(made[x as usize], made[y as usize]),
+                Op::All(_) => self.op(*op),
+            };
+            made.push(new);
+        }
+        made.last().copied().unwrap_or(root)
+    }
+
+    fn both(&mut self, of: &[Valued<Expr>; 2], counts: Counts, at: &Whole<'_>) -> Option<[u32; 2]> {
+        let [a, b] = of.each_ref().map(|v| self.valued(v, counts, at));
+        Some([a?, b?])
+    }
+
+    /// Two parts joined to what is more than both, with a fillet between each two of their leaves.
+    fn rounded(&mut self, how: How, of: &[Valued<Expr>; 2], counts: Counts, at: &Whole<'_>) -> Option<u32> {
+        let Interval { lo, hi } = counts.values;
+        let k = at.place.scale;
+        let (radius, profile, near) = match how {
+            How::Distance(r) => (r * k, Profile::Circle, Interval::new(-r * k, hi)),
+            How::Smooth(width) => {
+                let profile = if counts.is_sign() { Profile::Parabola } else { Profile::SmoothMax };
+                (width * k, profile, Interval::new(lo - width * k, hi))
+            }
+            How::Max => (0.0, Profile::Circle, Interval::point(hi)),
+        };
+        // What two faces share is less than one of them up to minus the radius.
+        if near.lo >= hi {
+            let [a, b] = self.both(of, counts, at)?;
+            return Some(self.max(a, b));
+        }
+        let inner = Counts { values: near.hull(counts.values), ..counts };
+        let [a, b] = self.both(of, inner, at)?;
+        let [p, q] = if counts.is_sign() { self.both(of, counts, at)? } else { [a, b] };
+        let all = self.max(p, q);
+        let tapes = [a, b].map(|op| extract_tape(&self.ops, op));
+        if tapes.iter().any(|t| t.leaf_count() == 0) {
+            return Some(all);
+        }
+        let span = if radius > 0.0 { radius } else { hi - near.lo };
+        let pairs = Pairs::new(&self.leaves, &tapes, near, &at.bounds);
+        if pairs.count() > MOST_FILLETS {
+            return None;
+        }
+        let rounding = Rounding { radius, profile, span, corners: counts.is_sign(), face: at.face };
+        Some(match self.between([a, b], &pairs, &rounding) {
+            Some(between) => self.max(all, between),
+            None => all,
+        })
+    }
+}
+
+impl Valued<Formula> {
+    /// Bounds of the value in a box.
+    fn range(&self, cell: &Aabb, scale: f64) -> Interval {
+        let [x, y, z] = std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        match self {
+            Valued::Piece(f) => f.range(x, y, z),
+            Valued::Joined { how, mirrored, of } => {
+                let turn = |r: Interval| if *mirrored { -r } else { r };
+                let [a, b] = of.each_ref().map(|v| turn(v.range(cell, scale)));
+                // None is more than a quarter of its width above the greater of both, or than that of both distances.
+                turn(match how {
+                    How::Max => a.max(b),
+                    How::Smooth(width) => Interval::new(a.max(b).lo, a.max(b).hi + 0.25 * width * scale),
+                    How::Distance(r) => {
+                        let r = Interval::point(r * scale);
+                        let zero = Interval::point(0.0);
+                        let length = (r + a).max(zero).hypot((r + b).max(zero)) - r;
+                        Interval::new(a.max(b).lo, a.max(b).hi.max(length.hi))
+                    }
+                })
+            }
+        }
+    }
+}
