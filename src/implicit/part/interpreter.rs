@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 use super::arguments::Argument;
 use super::builtins;
 use super::methods;
+use super::modules::Module;
 use super::operators;
 use super::recipe::Recipe;
 use super::refused;
@@ -169,6 +170,15 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// The module that a name stands for.
+    fn module(&self, e: &Expr) -> Option<Module> {
+        let Expr::Name(n) = e else { return None };
+        match self.lookup(n.id.as_str(), n.range) {
+            Ok(Value::Module(module)) => Some(module),
+            _ => None,
+        }
+    }
+
     fn lookup(&self, name: &str, range: TextRange) -> Result<Value<'a>> {
         if let Some((_, v)) = self.locals[self.frame..].iter().rev().find(|(n, _)| n == name) {
             return Ok(v.clone());
@@ -291,6 +301,9 @@ impl<'a> Interpreter<'a> {
             Expr::Call(c) => self.call(c),
             Expr::Attribute(a) => {
                 let name = a.attr.as_str();
+                if let Some(module) = self.module(&a.value) {
+                    return self.member(module, name, a.attr.range);
+                }
                 let e = if methods::NAMES.contains(&name) {
                     self.error(a.attr.range, format!("{name:?} can only be called: .{name}(...)"))
                 } else {
@@ -418,7 +431,9 @@ impl<'a> Interpreter<'a> {
 
     fn call(&mut self, c: &'a ast::ExprCall) -> Result<Value<'a>> {
         let range = c.range();
-        if let Expr::Attribute(a) = &*c.func {
+        if let Expr::Attribute(a) = &*c.func
+            && self.module(&a.value).is_none()
+        {
             let object = self.eval(&a.value)?;
             let arguments = self.arguments(c)?;
             return methods::call(self, range, object, a.attr.as_str(), a.attr.range, arguments);

@@ -15,6 +15,7 @@ mod functions;
 mod guard;
 mod interpreter;
 mod methods;
+mod modules;
 mod operators;
 pub mod recipe;
 mod refused;

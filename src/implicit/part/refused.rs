@@ -6,7 +6,9 @@ use ruff_python_ast::{Expr, Stmt};
 pub(super) fn statement(s: &Stmt) -> (&'static str, &'static str) {
     match s {
         Stmt::While(_) => ("endless loops", "use for i in range(n):"),
-        Stmt::Import(_) | Stmt::ImportFrom(_) => ("imports", "everything there is has a name already"),
+        Stmt::Import(_) | Stmt::ImportFrom(_) => {
+            ("other imports than math, numpy and rvachev", "everything there is has a name already")
+        }
         Stmt::FunctionDef(_) => ("functions inside functions", "define it before"),
         Stmt::AnnAssign(_) => ("annotations", "write name = value"),
         Stmt::ClassDef(_) => ("classes", "use functions"),

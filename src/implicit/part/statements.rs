@@ -95,6 +95,7 @@ impl<'a> Interpreter<'a> {
             Stmt::Expr(e) => {
                 self.eval(&e.value)?;
             }
+            Stmt::Import(_) | Stmt::ImportFrom(_) => self.import(s)?,
             Stmt::Pass(_) => {}
             Stmt::Continue(_) => return Ok(Flow::Continue),
             Stmt::Break(_) => return Ok(Flow::Break),

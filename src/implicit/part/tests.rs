@@ -180,7 +180,7 @@ fn sample_parts_can_be_read() {
 }
 
 #[test]
-fn loops_and_conditions_make_what_comprehensions_make() {
+fn loops_conditions_and_imports_make_what_is_written_without() {
     let pairs = [
         ("a = sphere(1)\nfor i in range(3):\n    a -= sphere(0.1, at=(i, 0, 0))", {
             "a = sphere(1) - sphere(0.1, at=(0, 0, 0)) - sphere(0.1, at=(1, 0, 0)) - sphere(0.1, at=(2, 0, 0))"
@@ -202,6 +202,18 @@ fn loops_and_conditions_make_what_comprehensions_make() {
             "a = sphere(9)",
         ),
         ("for i in range(3):\n    pass\na = sphere(i)", "a = sphere(2)"),
+        (
+            "import math\nfrom rvachev import *\na = solid(math.sqrt(x) >= math.e)",
+            "a = solid(sqrt(x) >= 2.718281828459045)",
+        ),
+        (
+            "import numpy as np, rvachev as rv\na = rv.solid(np.arctan2(rv.y, x) >= np.pi)",
+            "a = solid(atan2(y, x) >= pi)",
+        ),
+        (
+            "from math import *\nfrom numpy import maximum as m\na = solid(m(fabs(x), tau) >= 7)",
+            "a = solid(max(abs(x), 2*pi) >= 7)",
+        ),
     ];
     for (loops, plain) in pairs {
         let [p, q] = [loops, plain].map(|s| parse(&format!("{s}\npart(a)"), &[]).unwrap());

@@ -6,6 +6,7 @@ use ruff_python_ast::StmtFunctionDef;
 
 use super::super::expr::Expr;
 use super::super::solid::{Primitive, Solid};
+use super::modules::Module;
 use super::recipe::{Edges, Recipe};
 
 /// A value.
@@ -34,6 +35,8 @@ pub(super) enum Value<'a> {
     Faces(Rc<Vec<String>>),
     Function(Rc<Function<'a>>),
     Builtin(&'static str),
+    /// What was imported whole.
+    Module(Module),
 }
 
 /// A function of the part file.
@@ -62,6 +65,7 @@ impl Value<'_> {
             Value::Built(_) => "a solid built from edges",
             Value::Faces(_) => "a set of faces",
             Value::Function(_) | Value::Builtin(_) => "a function",
+            Value::Module(_) => "a module",
         }
     }
 

@@ -43,8 +43,6 @@ const MORE: f64 = 0.0007;
 /// What has an end is kept in a box, too, if that is at most this share of the box around it: less is gained by a larger one than its
 /// walls may cost.
 const WORTH: f64 = 0.8;
-/// Where walls of such a box bring faults the next one is larger by this share of its diagonal on every side: as much again as `BEYOND`.
-const FARTHER: f64 = 0.013;
 /// A node of the cut is at most this many sizes from its place on the true surfaces.
 const REACH: f64 = 2.0;
 /// How often edges are halved around triangles that cross others or are turned over.
@@ -120,8 +118,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
                 let matters = tree.matters(k, &known).intersection(&around);
                 let inner = if matters.is_empty() { around } else { matters };
                 let within = inner.grown((BEYOND + MORE * k as f64) * inner.diagonal());
-                let boxes = kept_in(&known[k], &within);
-                make_within(s, &boxes, &wanted, &mut attempts, &mut report)?
+                make_functions(s, kept_in(&known[k], &within), &wanted, &mut attempts, &mut report)?
             }
             (Operand::Foreign(placed), None) => return Err(placed.solid.refused("was not read")),
         });
@@ -182,42 +179,17 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     finished(part, best, &made, report, &mut clock, run)
 }
 
-/// Boxes to keep an operand of R-functions in, the first that does being the best. `known` is a box around it, `within` one around where
-/// it matters.
-fn kept_in(known: &Aabb, within: &Aabb) -> Vec<Option<Aabb>> {
+/// The box to keep an operand of R-functions in, if it is worth it. `known` is a box around the operand, `within` one around where it
+/// matters.
+fn kept_in(known: &Aabb, within: &Aabb) -> Option<Aabb> {
     if !known.is_finite() {
-        return vec![Some(*within)];
+        return Some(*within);
     }
     let volume = |b: &Aabb| b.size().element_product();
     // Walls stay away from the operand's own sides, or they would all but coincide with its faces.
     let kept = within.intersection(&known.grown(BEYOND * known.diagonal()));
-    if kept.is_empty() || volume(&kept.intersection(known)) > WORTH * volume(known) {
-        return vec![None];
-    }
-    vec![Some(kept), Some(kept.grown(FARTHER * kept.diagonal())), None]
-}
-
-/// Makes an operand of R-functions in the first of some boxes that brings no fault, else in the last: walls that all but touch a surface
-/// are none of the part's own.
-///
-/// Errors: those of [`make_functions`] in the last box.
-fn make_within(
-    solid: &Solid,
-    boxes: &[Option<Aabb>],
-    wanted: &Wanted<'_>,
-    attempts: &mut Attempts,
-    report: &mut Report,
-) -> Result<Made> {
-    let faults = report.shortfalls.len();
-    for (k, domain) in boxes.iter().enumerate() {
-        let made = make_functions(solid, *domain, wanted, attempts, report);
-        let good = made.is_ok() && report.shortfalls.len() == faults;
-        if good || k + 1 == boxes.len() || matches!(made, Err(Error::Cancelled)) {
-            return made;
-        }
-        report.shortfalls.truncate(faults);
-    }
-    Err(Error::Failed("no box to keep the R-functions' solid in".into()))
+    let is_worth = !kept.is_empty() && volume(&kept.intersection(known)) <= WORTH * volume(known);
+    is_worth.then_some(kept)
 }
 
 /// Options that only solids of R-functions, or only boundaries, know.

@@ -4,8 +4,12 @@ use super::*;
 
 /// Constructs of Python that are not part of the language.
 const REFUSED: &[(&str, &str)] = &[
-    ("¦import os", "imports are not part"),
-    ("a = 1\n¦from math import sin", "imports are not part"),
+    ("¦import os", "imports than math, numpy and rvachev are not part"),
+    ("a = 1\n¦from os import path", "rvachev are not part"),
+    ("¦from . import a", "rvachev are not part"),
+    ("import math\na = math.¦gamma(2)", "part files know no \"gamma\" of math"),
+    ("from numpy import ¦array", "part files know no \"array\" of numpy"),
+    ("import math\na = ¦math + 1", ""),
     ("¦while True:\n    pass", "endless loops are not part"),
     ("¦for i in range(3):\n    pass\nelse:\n    pass", "a loop is plain"),
     ("for i in ¦3:\n    pass", "a list is needed here"),
