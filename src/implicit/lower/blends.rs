@@ -49,8 +49,6 @@ pub(super) struct Rounding {
     pub(super) profile: Profile,
     /// See [`Fillet::span`].
     pub(super) span: f64,
-    /// Whether distances to what two faces share are not to be leaves: what is made of them has fillets wherever it is.
-    pub(super) corners: bool,
     pub(super) face: u32,
 }
 
@@ -103,7 +101,7 @@ impl Lowerer {
             let [a, b] = [self.tree_from(a, inside.clone())?.op, self.tree_from(b, inside)?.op];
             self.blend_depth -= 1;
             let face = self.face(solid, "blend", "", c);
-            let rounding = Rounding { radius, profile: Profile::Circle, span: radius, corners: false, face };
+            let rounding = Rounding { radius, profile: Profile::Circle, span: radius, face };
             let all = self.fillets([a, b], &rounding, &reach);
             if c.negate { self.dual(all) } else { all }
         };
@@ -180,10 +178,7 @@ impl Lowerer {
         for (k, op) in tree.iter().enumerate() {
             let place = |x: u32| tree.binary_search(&x).unwrap_or(0);
             let new = match self.ops[*op as usize] {
-                Op::Leaf { leaf, negate, .. }
-                    if rows.with.contains(&(k as u32))
-                        || rounding.corners && [leaf, rows.own.leaf].iter().any(|l| self.is_corner(*l)) =>
-                {
+                Op::Leaf { leaf, negate, .. } if rows.with.contains(&(k as u32)) => {
                     self.fillet([rows.own, Occurrence { leaf, negate }], rounding)
                 }
                 Op::All(_) | Op::Leaf { .. } => None,
@@ -205,11 +200,6 @@ impl Lowerer {
         }
         let [x, y] = parts.map(|(own, new)| new.unwrap_or_else(|| self.max(own, other)));
         Some(if and { self.min(x, y) } else { self.max(x, y) })
-    }
-
-    /// Whether a leaf is the distance to what two faces share, with no radius: its zeros are an edge.
-    fn is_corner(&self, leaf: u32) -> bool {
-        matches!(&self.leaves[leaf as usize], Leaf::Fillet(f) if f.radius <= 0.0)
     }
 
     /// The number of the leaf with the zeros of another: a smooth maximum is asked for other values only by what it is a side of.

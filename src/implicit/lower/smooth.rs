@@ -13,9 +13,13 @@ use crate::implicit::valued::{How, Smooth, Valued};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
-/// A smooth minimum with more fillets than this stays one function: where more come near a place, too many of their curves and
-/// corners are tried.
-const MOST_FILLETS: usize = 1 << 10;
+/// A smooth minimum with more leaves than this stays one function: where more come near a place, too many of their curves and corners are
+/// tried. Two blocks have 676 pairs of faces, edges and corners.
+const MOST_LEAVES: usize = 1 << 10;
+
+/// The trees of two operands have no more pairs of operations than this: each box in which near leaves are looked for asks them all. Two
+/// blocks have some ten thousand.
+const MOST_OPERATIONS: usize = 1 << 16;
 
 /// What is the same for all of a formula.
 struct Whole<'a> {
@@ -23,6 +27,8 @@ struct Whole<'a> {
     face: u32,
     /// The box that its surface lies in.
     bounds: Aabb,
+    /// How many leaves there were before.
+    before: usize,
 }
 
 /// The sign of a formula, or of its opposite, and which values of that count: where zero alone does, only the sign.
@@ -51,7 +57,7 @@ impl Lowerer {
         let inside = box_around(&|cell: &Aabb| compiled.range(cell, scale).hi);
         let outside = || box_around(&|cell: &Aabb| -compiled.range(cell, scale).lo);
         let bounds = inside.or_else(outside).unwrap_or(Aabb::ALL);
-        let whole = Whole { place: &c.place, face, bounds };
+        let whole = Whole { place: &c.place, face, bounds, before: self.leaves.len() };
         let op = self.valued(&smooth.value, Counts { negate: c.negate, values: Interval::point(0.0) }, &whole)?;
         let op = self.by_zeros(op);
         let known = if c.negate { None } else { inside };
@@ -77,16 +83,14 @@ impl Lowerer {
         }
     }
 
-    /// The same tree with the zeros of smooth maxima in place of these.
+    /// The same tree by what is zero where its leaves are: smooth maxima by their zeros, and what two faces share, whose zeros are an edge,
+    /// by the signs of both.
     fn by_zeros(&mut self, root: u32) -> u32 {
         let tape = extract_tape(&self.ops, root);
         let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
         for op in &tape.ops {
             let new = match *op {
-                Op::Leaf { leaf, face, negate } => {
-                    let leaf = self.surface(leaf, face);
-                    self.op(Op::Leaf { leaf, face, negate })
-                }
+                Op::Leaf { leaf, face, negate } => self.sign(leaf, face, negate),
                 Op::Min(x, y) => self.min(made[x as usize], made[y as usize]),
                 Op::Max(x, y) => self.max(made[x as usize], made[y as usize]),
                 Op::All(_) => self.op(*op),
@@ -94,6 +98,20 @@ impl Lowerer {
             made.push(new);
         }
         made.last().copied().unwrap_or(root)
+    }
+
+    /// The sign of a leaf. Where not both of two faces are positive what they share may be anything that is no more than the greater.
+    fn sign(&mut self, leaf: u32, face: u32, negate: bool) -> u32 {
+        let sides = match &self.leaves[leaf as usize] {
+            Leaf::Fillet(f) if f.radius <= 0.0 => f.sides.each_ref().map(|s| (s.number, s.negate != negate)),
+            _ => {
+                let leaf = self.surface(leaf, face);
+                return self.op(Op::Leaf { leaf, face, negate });
+            }
+        };
+        // Of three faces one is shared by two already.
+        let [a, b] = sides.map(|(number, negate)| self.sign(number, face, negate));
+        if negate { self.max(a, b) } else { self.min(a, b) }
     }
 
     fn both(&mut self, of: &[Valued<Expr>; 2], counts: Counts, at: &Whole<'_>) -> Option<[u32; 2]> {
@@ -126,12 +144,15 @@ impl Lowerer {
         if tapes.iter().any(|t| t.leaf_count() == 0) {
             return Some(all);
         }
-        let span = if radius > 0.0 { radius } else { hi - near.lo };
-        let pairs = Pairs::new(&self.leaves, &tapes, near, &at.bounds);
-        if pairs.count() > MOST_FILLETS {
+        if tapes[0].ops.len() * tapes[1].ops.len() > MOST_OPERATIONS {
             return None;
         }
-        let rounding = Rounding { radius, profile, span, corners: counts.is_sign(), face: at.face };
+        let span = if radius > 0.0 { radius } else { hi - near.lo };
+        let pairs = Pairs::new(&self.leaves, &tapes, near, &at.bounds);
+        if self.leaves.len() - at.before + pairs.count() > MOST_LEAVES {
+            return None;
+        }
+        let rounding = Rounding { radius, profile, span, face: at.face };
         Some(match self.between([a, b], &pairs, &rounding) {
             Some(between) => self.max(all, between),
             None => all,

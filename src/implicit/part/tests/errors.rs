@@ -30,7 +30,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("¦type A = 1", "type aliases are not part"),
     ("¦return 1", "returns outside of functions are not part"),
     ("¦a += 1", "nothing is called \"a\""),
-    ("a = 'b'\n¦a -= 1", "text"),
+    ("a = 'b'\n¦a -= 1", "has no meaning"),
     ("¦a: int = 1", "annotations are not part"),
     ("¦async def f():\n    return 1", "a function is plain"),
     ("¦@cache\ndef f():\n    return 1", "a function is plain"),
