@@ -442,6 +442,17 @@ part(box(size=(4, 4, 0.1)).name("plate") - solid(hypot(u, v) <= 0.15).name("hole
 """
 
 
+# Distances to a block and to a rod as they are commonly written.
+DISTANCES = """
+def block(u, v, w, a, b, c):
+    p, q, r = abs(u) - a, abs(v) - b, abs(w) - c
+    return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)
+def rod(u, v, w, a, h):
+    p, q = hypot(u, v) - a, abs(w) - h
+    return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))
+"""
+
+
 @part("balls and a rod joined by polynomial minima, as distance fields are")
 def smooth_minima():
     return """
@@ -457,16 +468,10 @@ part(solid(-smin(balls, rod, 0.3)))
 
 @part("a figure of a ball, a rounded block and a rod, joined by smooth minima, as distance fields are")
 def smooth_figure():
-    return """
+    return DISTANCES + """
 def smin(a, b, k):
     h = clamp(0.5 + 0.5*(b - a)/k, 0, 1)
     return b*(1 - h) + a*h - k*h*(1 - h)
-def block(u, v, w, a, b, c):
-    p, q, r = abs(u) - a, abs(v) - b, abs(w) - c
-    return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)
-def rod(u, v, w, a, h):
-    p, q = hypot(u, v) - a, abs(w) - h
-    return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))
 head = hypot(x, y, z - 1.2) - 0.5
 body = block(x, y, z, 0.5, 0.3, 0.7) - 0.1
 arms = rod(z - 0.4, y, x, 0.15, 1.2)
@@ -477,12 +482,9 @@ part(solid(figure <= 0))
 
 @part("a block with six pockets rounded off, by smooth maxima of distances")
 def smooth_pockets():
-    return """
+    return DISTANCES + """
 def smax(a, b, k):
     return max(a, b) + max(k - abs(a - b), 0)**2/(4*k)
-def rod(u, v, w, a, h):
-    p, q = hypot(u, v) - a, abs(w) - h
-    return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))
 d = rod(x, y, z, 1, 0.2)
 for i in range(6):
     a = 2*pi*i/6
@@ -493,13 +495,7 @@ part(solid(d <= 0))
 
 @part("a bored block, a rod and a rounded block, by distances as they are commonly written")
 def distance_block():
-    return """
-def block(u, v, w, a, b, c):
-    p, q, r = abs(u) - a, abs(v) - b, abs(w) - c
-    return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)
-def rod(u, v, w, a, h):
-    p, q = hypot(u, v) - a, abs(w) - h
-    return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))
+    return DISTANCES + """
 bored = max(block(x, y, z, 1, 0.8, 0.5), -rod(x, y, z, 0.4, 2))
 part(solid(-min(bored, rod(x - 1, z, y, 0.3, 0.5), block(x + 1.5, y, z, 0.7, 0.6, 0.3) - 0.1)))
 """

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::expr::{Binary, Expr, ExprNode, Unary, operands};
 use super::roperation::never_negative;
-use super::steps::operands;
 
 /// Sums and multiples are followed this deep to the angle.
 const DEEPEST: usize = 32;

@@ -4,6 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops;
 use std::sync::Arc;
 
+use rustc_hash::FxHashSet;
+
 use crate::numeric::vector;
 
 /// Operations of one argument.
@@ -94,8 +96,55 @@ pub enum ExprNode {
 }
 
 /// A formula in `x`, `y`, `z`. Cloning is cheap.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Expr(pub(crate) Arc<ExprNode>);
+
+/// The operands of a node.
+pub(super) fn operands(e: &Expr) -> Vec<&Expr> {
+    match e.node() {
+        ExprNode::Const(_) | ExprNode::Coordinate(_) => Vec::new(),
+        ExprNode::Unary(_, a) => vec![a],
+        ExprNode::Binary(_, a, b) => vec![a, b],
+        ExprNode::Select(a, b, c) => vec![a, b, c],
+    }
+}
+
+/// A node with others in the place of its operands.
+pub(super) fn with_operands(e: &Expr, of: impl Fn(&Expr) -> Expr) -> Expr {
+    match e.node() {
+        ExprNode::Const(_) | ExprNode::Coordinate(_) => e.clone(),
+        ExprNode::Unary(op, a) => Expr::unary(*op, of(a)),
+        ExprNode::Binary(op, a, b) => Expr::binary(*op, of(a), of(b)),
+        ExprNode::Select(a, b, c) => Expr::select(of(a), of(b), of(c)),
+    }
+}
+
+/// Whether both are written alike. The same node is like itself.
+impl PartialEq for Expr {
+    fn eq(&self, other: &Self) -> bool {
+        // Each pair of nodes once: written out, formulas that share nodes are exponentially long.
+        let mut seen = FxHashSet::default();
+        let mut stack = vec![(self, other)];
+        while let Some((a, b)) = stack.pop() {
+            if Arc::ptr_eq(&a.0, &b.0) || !seen.insert((Arc::as_ptr(&a.0), Arc::as_ptr(&b.0))) {
+                continue;
+            }
+            let alike = match (a.node(), b.node()) {
+                (ExprNode::Const(p), ExprNode::Const(q)) => p == q,
+                (ExprNode::Coordinate(p), ExprNode::Coordinate(q)) => p == q,
+                (ExprNode::Unary(p, _), ExprNode::Unary(q, _)) => p == q,
+                (ExprNode::Binary(p, ..), ExprNode::Binary(q, ..)) => p == q,
+                (ExprNode::Select(..), ExprNode::Select(..)) => true,
+                _ => false,
+            };
+            if !alike {
+                return false;
+            }
+            stack.extend(operands(a).into_iter().zip(operands(b)));
+        }
+        true
+    }
+}
 
 impl Expr {
     /// A number.
@@ -415,5 +464,22 @@ impl Drop for Expr {
                 children(node, &mut stack);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_that_share_nodes_are_compared_node_by_node() {
+        // Written out, each has 2^200 nodes.
+        let chain = |first: f64| (0..200).fold(Expr::x() + first, |e, _| e.clone() * e);
+        assert!(chain(1.0) == chain(1.0));
+        assert!(chain(1.0) != chain(2.0));
+        assert!(chain(1.0) != chain(1.0) + Expr::y());
+        // No recursion.
+        let deep = |last: f64| (0..1_000_000).fold(Expr::y() * last, |e, _| Expr::unary(Unary::Sin, e));
+        assert!(deep(2.0) == deep(2.0) && deep(2.0) != deep(3.0));
     }
 }

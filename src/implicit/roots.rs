@@ -7,11 +7,11 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::expr::{Binary, Expr, ExprNode, Unary, operands};
 use super::formula::Formula;
 use super::roperation::never_negative;
 use super::solid::{Placement, Solid};
-use super::steps::{flat, is_small, operands, rewritten};
+use super::steps::{flat, is_small, rewritten};
 
 /// Roots of clamped arguments are looked for this deep.
 const DEPTH: usize = 64;

@@ -4,15 +4,13 @@
 //! whatever the way of writing, it is a function of two formulas, whose difference something in it hangs on, and its values are those of
 //! `min(a, b)` less a square.
 
+use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::expr::{Binary, Expr, ExprNode};
+use super::expr::{Binary, Expr, ExprNode, operands, with_operands};
 use super::formula::Formula;
 use super::roperation::Terms;
 use super::solid::Placement;
-use super::steps::operands;
-
-use glam::DVec3;
 
 /// The two formulas are looked for among so many subformulas nearest to the root: a block and another fill some hundred before the
 /// difference of both is met, seven operations deep.
@@ -32,7 +30,7 @@ pub(super) struct SmoothPair {
 }
 
 impl SmoothPair {
-    /// What a formula is, if it is one of these. Only what has a switch near the root may be.
+    /// What a formula is, if it is one of these: however it is written, a sum or a condition is outermost.
     pub(super) fn of(e: &Expr, terms: &mut Terms) -> Option<Self> {
         if !matches!(e.node(), ExprNode::Binary(Binary::Add | Binary::Sub, ..) | ExprNode::Select(..)) {
             return None;
@@ -101,13 +99,7 @@ fn in_terms_of(e: &Expr, pair: [&Expr; 2], terms: &mut Terms) -> Option<Expr> {
             stack.extend(operands(e).into_iter().map(|x| (x, false)));
             continue;
         }
-        let of = |x: &Expr| done.get(&key(x)).cloned();
-        let made = match e.node() {
-            ExprNode::Const(_) | ExprNode::Coordinate(_) => e.clone(),
-            ExprNode::Unary(op, a) => Expr::unary(*op, of(a)?),
-            ExprNode::Binary(op, a, b) => Expr::binary(*op, of(a)?, of(b)?),
-            ExprNode::Select(c, a, b) => Expr::select(of(c)?, of(a)?, of(b)?),
-        };
+        let made = with_operands(e, |x| done.get(&key(x)).cloned().unwrap_or_else(|| x.clone()));
         done.insert(key(e), made);
     }
     done.remove(&key(e))

@@ -42,7 +42,7 @@ pub(super) fn split(e: &Expr) -> Option<Solid> {
         terms: Terms::default(),
         bare: FxHashMap::default(),
         smooth: FxHashMap::default(),
-        rounds: FxHashSet::default(),
+        plain: FxHashSet::default(),
         pieces: 0,
         visits: 0,
         taken_apart: false,
@@ -152,7 +152,7 @@ struct Splitter {
     /// Which cases go over into each other smoothly.
     smooth: FxHashMap<*const ExprNode, bool>,
     /// What was found to be no smooth minimum of what has edges.
-    rounds: FxHashSet<u32>,
+    plain: FxHashSet<u32>,
     /// Pieces that are sums of parts of switches: their number may double with every switch.
     pieces: usize,
     visits: usize,
@@ -510,11 +510,13 @@ impl Splitter {
             return None;
         }
         let number = self.terms.number(e);
-        if !self.rounds.insert(number) {
+        if self.plain.contains(&number) {
             return None;
         }
-        let value = smooth_join(e, factor, rest.done, &mut self.terms)?;
-        self.rounds.remove(&number);
+        let Some(value) = smooth_join(e, factor, rest.done, &mut self.terms) else {
+            self.plain.insert(number);
+            return None;
+        };
         self.taken_apart = true;
         Some(Primitive::Smooth(Arc::new(Smooth { value, whole: plus(rest.done, e, factor) })).into())
     }

@@ -10,7 +10,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::beyond::without_nested_lengths;
-use super::expr::{Binary, Expr, ExprNode, SWING, Unary};
+use super::expr::{Binary, Expr, ExprNode, SWING, Unary, operands, with_operands};
 use super::forms::{odd_powers, sheet, with_waves};
 use super::formula::Formula;
 use super::jumps::swinging;
@@ -40,16 +40,6 @@ pub(super) struct Within {
     pub(super) bounds: Aabb,
     /// Whether nothing is inside beyond the box whatever the formulas say: then the outermost stretches may go on there.
     pub(super) closed: bool,
-}
-
-/// The operands of a node.
-pub(super) fn operands(e: &Expr) -> Vec<&Expr> {
-    match e.node() {
-        ExprNode::Const(_) | ExprNode::Coordinate(_) => Vec::new(),
-        ExprNode::Unary(_, a) => vec![a],
-        ExprNode::Binary(_, a, b) => vec![a, b],
-        ExprNode::Select(a, b, c) => vec![a, b, c],
-    }
 }
 
 /// What must be whole where the node jumps, if it is a step.
@@ -101,13 +91,7 @@ pub(super) fn rewritten(e: &Expr, mut other: impl FnMut(&Expr) -> Option<Expr>) 
         }
         let of = |x: &Expr| done.get(&key(x)).cloned().unwrap_or_else(|| x.clone());
         let same = all.iter().all(|x| key(&of(x)) == key(x));
-        let made = match e.node() {
-            _ if same => e.clone(),
-            ExprNode::Const(_) | ExprNode::Coordinate(_) => e.clone(),
-            ExprNode::Unary(op, a) => Expr::unary(*op, of(a)),
-            ExprNode::Binary(op, a, b) => Expr::binary(*op, of(a), of(b)),
-            ExprNode::Select(a, b, c) => Expr::select(of(a), of(b), of(c)),
-        };
+        let made = if same { e.clone() } else { with_operands(e, of) };
         let made = other(&made).unwrap_or(made);
         done.insert(key(e), made);
     }

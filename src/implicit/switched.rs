@@ -7,10 +7,10 @@
 
 use rustc_hash::FxHashSet;
 
-use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::expr::{Binary, Expr, ExprNode, Unary, operands};
 use super::joints::{Joint, is_smooth, joint_of_surface};
 use super::roperation::Terms;
-use super::steps::{operands, rewritten};
+use super::steps::rewritten;
 
 /// The terms of a sum are looked through this deep for a minimum or a maximum.
 const DEEPEST: usize = 16;

@@ -274,6 +274,17 @@ mod tests {
     }
 
     #[test]
+    fn many_blocks_in_smooth_minima_stay_one_function() {
+        // By squares: what is squared is written twice, and each block stands in both.
+        let chain =
+            (0..24).map(|k| block([0.3 + 0.05 * f64::from(k), 0.25, 0.2])).reduce(|a, b| -smooth_max(&-a, &-b, 0.1));
+        let domain = Aabb::new(DVec3::splat(-2.0), DVec3::splat(2.0));
+        let model = Implicit::new(&Solid::formula(-chain.unwrap()), RSystem::R0, Some(domain)).unwrap();
+        assert_eq!(model.leaf_count(), 6 + 1);
+        assert!(model.inside(DVec3::ZERO) && !model.inside(DVec3::splat(1.5)));
+    }
+
+    #[test]
     fn smooth_minima_have_bounds() {
         for e in [
             smooth_min(&block([0.8, 0.7, 0.5]), &ball([0.5, 0.4, 0.45], 0.5), 0.2),

@@ -72,10 +72,6 @@ impl Lowerer {
                 Some(v) => counts.is_sign().then(|| self.op(Op::All((v >= 0.0) != counts.negate))),
                 None => Some(self.leaf(Leaf::Formula(Formula::compile(e, at.place)), at.face, counts.negate)),
             },
-            Valued::Joined { how: How::Max, mirrored, of } => {
-                let [a, b] = self.both(of, counts, at)?;
-                Some(if counts.negate == *mirrored { self.max(a, b) } else { self.min(a, b) })
-            }
             Valued::Joined { how, mirrored, of } => {
                 let joined = self.rounded(*how, of, counts.turned(*mirrored), at)?;
                 Some(if counts.negate == *mirrored { joined } else { self.dual(joined) })
@@ -119,7 +115,7 @@ impl Lowerer {
         Some([a?, b?])
     }
 
-    /// Two parts joined to what is more than both, with a fillet between each two of their leaves.
+    /// Two parts joined to what is no less than both, with a fillet between each two of their leaves.
     fn rounded(&mut self, how: How, of: &[Valued<Expr>; 2], counts: Counts, at: &Whole<'_>) -> Option<u32> {
         let Interval { lo, hi } = counts.values;
         let k = at.place.scale;
@@ -131,7 +127,7 @@ impl Lowerer {
             }
             How::Max => (0.0, Profile::Circle, Interval::point(hi)),
         };
-        // What two faces share is less than one of them up to minus the radius.
+        // Nothing is more than both here: what two faces share is less than one of them up to minus the radius.
         if near.lo >= hi {
             let [a, b] = self.both(of, counts, at)?;
             return Some(self.max(a, b));

@@ -3,11 +3,10 @@
 //! A file that says so runs in Python, too, and formulas come from programs that say so.
 
 use ruff_python_ast::{self as ast, Stmt};
-use ruff_text_size::{Ranged, TextRange};
+use ruff_text_size::TextRange;
 
 use super::builtins;
 use super::interpreter::Interpreter;
-use super::refused;
 use super::value::Value;
 use crate::error::Result;
 
@@ -89,14 +88,14 @@ impl<'a> Interpreter<'a> {
         match s {
             Stmt::Import(i) => {
                 for alias in &i.names {
-                    let Some(module) = Module::named(alias.name.as_str()) else { return Err(self.foreign(s)) };
+                    let Some(module) = Module::named(alias.name.as_str()) else { return Err(self.refused(s)) };
                     let name = alias.asname.as_ref().unwrap_or(&alias.name);
                     self.set(name.to_string(), Value::Module(module));
                 }
             }
             Stmt::ImportFrom(i) => {
                 let module = i.module.as_ref().filter(|_| i.level == 0).and_then(|m| Module::named(m.as_str()));
-                let Some(module) = module else { return Err(self.foreign(s)) };
+                let Some(module) = module else { return Err(self.refused(s)) };
                 i.names.iter().try_for_each(|alias| self.import_from(module, alias))?;
             }
             _ => {}
@@ -124,10 +123,5 @@ impl<'a> Interpreter<'a> {
         module
             .member(name)
             .ok_or_else(|| self.error(range, format!("part files know no {name:?} of {}", module.name())))
-    }
-
-    fn foreign(&self, s: &Stmt) -> crate::error::Error {
-        let (what, help) = refused::statement(s);
-        self.error(s.range(), format!("{what} are not part of the part language")).with_help(help)
     }
 }

@@ -164,7 +164,7 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    fn refused(&self, s: &Stmt) -> Error {
+    pub(super) fn refused(&self, s: &Stmt) -> Error {
         let (what, help) = refused::statement(s);
         self.error(s.range(), format!("{what} are not part of the part language")).with_help(help)
     }

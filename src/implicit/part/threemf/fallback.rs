@@ -2,9 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
+use crate::implicit::expr::operands;
 use crate::implicit::expr::{Binary, Expr, ExprNode, Unary};
 use crate::implicit::roperation::never_negative;
-use crate::implicit::steps::operands;
 
 /// A formula that has a value everywhere, and where that is the value of the formula it was made from.
 #[derive(Clone)]
