@@ -7,7 +7,7 @@ use approx::{abs_diff_eq, relative_eq};
 use rvachev::Run;
 use rvachev::implicit::part::parse;
 use rvachev::pipeline::{MeshOptions, Meshed, mesh_part};
-use rvachev::quality::Check;
+use rvachev::quality::{Check, Fault};
 
 fn made(text: &str) -> Meshed {
     mesh_part(&parse(text, &[]).unwrap(), &MeshOptions::default(), &Run::new()).unwrap()
@@ -151,6 +151,14 @@ fn formulas_end_where_shells_show_it() {
     let sextic = "part(solid(1 - (x**2 + y**2 + z**2)**3 - 1e-9 * x**2 * z**3).name('ball'))\nmesh(size=0.1)\n";
     let c = made(sextic).report.check.unwrap();
     near(c.volume, 4.0 / 3.0 * PI, 1e-2, sextic);
+    // A chair, whose terms of degree four cancel but for a fifth.
+    let chair = "part(solid((x**2 + y**2 + z**2 - 23.75)**2 <= 0.8*((z-5)**2 - 2*x**2)*((z+5)**2 - 2*y**2)))\nmesh(size='3%')\n";
+    let square = |v: f64| v * v;
+    let inside = |[x, y, z]: [f64; 3]| {
+        let ways = (square(z - 5.0) - 2.0 * x * x) * (square(z + 5.0) - 2.0 * y * y);
+        0.8 * ways - square(x * x + y * y + z * z - 23.75)
+    };
+    near(at_once(chair).volume, counted(8.0, inside), 2e-2, chair);
     let endless = parse("part(solid(1 - x**2 + y**2 - z**2).name('hyperboloid'))\n", &[]).unwrap();
     let e = mesh_part(&endless, &MeshOptions::default(), &Run::new()).err().unwrap();
     assert!(e.to_string().contains("may be infinite"), "{e}");
@@ -280,4 +288,24 @@ fn smooth_minima_of_blocks_have_the_edges_that_show() {
         assert!(length >= sharp - 5e-3 * edges && length <= sharp + creases + 5e-3 * edges, "{formula}: {length}");
         near(c.volume, volume, 6e-3, formula);
     }
+}
+
+/// Between a block, by its distance, and a ball: where the ball is outside, the surface is within the block and has its edges, which the
+/// sum of both hides.
+#[test]
+fn edges_inside_a_sum_of_distances_are_there_or_missed_aloud() {
+    let text = "qx, qy, qz = abs(x) - 0.8, abs(y) - 0.7, abs(z) - 0.5\n\
+                block = sqrt(max(qx, 0)**2 + max(qy, 0)**2 + max(qz, 0)**2) + min(max(qx, qy, qz), 0)\n\
+                ball = sqrt((x - 0.5)**2 + (y - 0.4)**2 + (z - 0.45)**2) - 0.6\n\
+                part(solid(block * 0.6 + ball * 0.4 <= 0))\n\
+                mesh(size='5%')\n";
+    let report = made(text).report;
+    let check = report.check.unwrap();
+    assert!(check.certificate.is_sound());
+    let f = check.features.unwrap();
+    let said = report.shortfalls.iter().any(|x| matches!(x, Fault::CreasesCutOff { .. }));
+    assert_eq!(said, f.length_mesh < 0.99 * f.length_true && f.recall < 0.99, "{f:?}");
+    assert!(said || f.recall > 0.99, "{f:?}");
+    let d = check.deviation.unwrap();
+    assert!(d.max.max(d.from_surface.unwrap()) < 0.02, "{d:?}");
 }

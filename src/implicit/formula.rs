@@ -1,6 +1,7 @@
 //! Formulas compiled to a flat list of operations, evaluated for batches of points, over boxes, and with gradients.
 
 mod adjoint;
+mod length;
 mod program;
 mod written;
 
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use self::length::{Length, lengths};
 use self::program::Program;
 use super::branches::branches;
 use super::expr::{BEYOND, Binary, Expr, ExprNode, STEEPENED, SWING, Unary};
@@ -45,6 +47,8 @@ pub(crate) struct Formula {
     program: Program,
     /// Whether [`backwards`](Self::backwards) may give closer bounds of gradients than forwards.
     shared: bool,
+    /// The operations that are lengths of vectors, in order.
+    lengths: Vec<Length>,
     /// One of the same sign everywhere, with closer bounds: without a divisor that is positive.
     plain: Option<Arc<Formula>>,
 }
@@ -225,7 +229,7 @@ impl Formula {
     fn of(ops: Vec<Op>) -> Self {
         let idle = idle(&ops);
         let program = Program::new(&ops, |i| idle.get(i).copied().unwrap_or(false));
-        Formula { idle, program, shared: adjoint::is_shared(&ops), ops, plain: None }
+        Formula { idle, program, shared: adjoint::is_shared(&ops), lengths: lengths(&ops), ops, plain: None }
     }
 
     /// The sum of two formulas and their difference, in which operations of both are one; nothing where most of neither are.
@@ -407,6 +411,12 @@ impl Formula {
         self.idle.get(op).copied().unwrap_or(false)
     }
 
+    /// The vector whose length an operation is.
+    fn length(&self, op: usize) -> Option<&Length> {
+        let found = self.lengths.binary_search_by_key(&(op as u32), |l| l.root);
+        found.ok().map(|i| &self.lengths[i])
+    }
+
     /// Bounds of value and gradient over a box. Those of the value are of second order in the box's size.
     pub(crate) fn slopes(&self, b: &[Interval; 3]) -> Slopes {
         let center = b.map(|i| 0.5 * i.lo + 0.5 * i.hi);
@@ -414,9 +424,9 @@ impl Formula {
         let [x, y, z] = center.map(Interval::point);
         let middle = self.ranges(x, y, z);
         let mut r: Vec<Slopes> = Vec::with_capacity(self.ops.len());
-        for (op, middle) in self.ops.iter().zip(&middle) {
+        for (i, (op, middle)) in self.ops.iter().zip(&middle).enumerate() {
             let reg = |a: u32| r[a as usize];
-            let bounds = match *op {
+            let mut bounds = match *op {
                 Op::Const(c) => Slopes::constant(c),
                 Op::Coordinate(k) => Slopes::coordinate(k as usize % 3, b[k as usize % 3]),
                 Op::Square(a) => reg(a).square(),
@@ -430,6 +440,9 @@ impl Formula {
                 Op::Select(c, x, y) => reg(x).select(reg(c).value, reg(y)),
                 Op::Joined(c, x, y) => reg(x).joined(reg(c).value, reg(y)),
             };
+            if let Some(length) = self.length(i) {
+                bounds = bounds.of_length(length.partials(bounds.value, |s| reg(s).value).map(|(s, by)| (reg(s), by)));
+            }
             r.push(bounds.closer(*middle, &half));
         }
         let mut root = r[r.len() - 1];

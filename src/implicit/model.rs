@@ -28,8 +28,9 @@ const FARTHEST: i32 = 30;
 const SHELLS: i32 = 12;
 /// Smaller ones than of two to this power are not looked at.
 const NEAREST: i32 = -20;
-/// Shells are halved so often for it.
-const SHELL_LEVELS: usize = 6;
+/// Shells are halved so often for it: to a 1024th, so that a function counts as negative where its greatest terms cancel to about a 100th. One that
+/// is not negative is given up after as many cells.
+const SHELL_LEVELS: usize = 10;
 
 /// A cell that waits to be looked at; those that reach furthest come first.
 struct Waiting {

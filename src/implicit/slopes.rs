@@ -130,9 +130,7 @@ impl Slopes {
             }
             Binary::Hypot => {
                 let h = a.hypot(b);
-                // A point's coordinates on the circle around the origin.
-                let share = |x: Interval| (x / h).max(Interval::point(-1.0)).min(Interval::point(1.0));
-                let (x, y) = (share(a), share(b));
+                let (x, y) = (share(a, h), share(b, h));
                 Self { value: h, gradient: each(|k| ga[k] * x + gb[k] * y) }
             }
             Binary::Mod => {
@@ -161,6 +159,12 @@ impl Slopes {
         if condition.lo >= 0.0 || condition.hi < 0.0 { self.select(condition, other) } else { self.hull(other) }
     }
 
+    /// The same with bounds of the gradient by what it is the length of, and by the derivatives by that.
+    pub(crate) fn of_length(self, parts: impl Iterator<Item = (Self, Interval)>) -> Self {
+        let sum = parts.fold([ZERO; 3], |sum, (s, by)| each(|k| sum[k] + s.gradient[k] * by));
+        Self { gradient: each(|k| self.gradient[k].within(sum[k])), ..self }
+    }
+
     /// Bounds by slopes at the middle of the box, half as wide as `half` and with `middle` as bounds of the value there: closer than
     /// those of the operations on a small box.
     pub(crate) fn closer(self, middle: Interval, half: &[f64; 3]) -> Self {
@@ -168,6 +172,14 @@ impl Slopes {
         let v = middle + (reach(0) + reach(1) + reach(2));
         Self { value: self.value.within(v), ..self }
     }
+}
+
+/// Bounds of the derivative of a vector's length by one of its components: on the unit sphere, of the component's sign.
+pub(super) fn share(component: Interval, length: Interval) -> Interval {
+    let part = if length.lo > 0.0 { component / length } else { Interval::ALL };
+    let lo = if component.lo >= 0.0 { 0.0 } else { -1.0 };
+    let hi = if component.hi <= 0.0 { 0.0 } else { 1.0 };
+    part.within(Interval { lo, hi })
 }
 
 /// Bounds of an operation's derivative where its operand and its value have bounds; nothing where it may jump.
@@ -262,6 +274,35 @@ mod tests {
 
     fn involute(t: &Expr) -> Expr {
         t.clone() - Expr::binary(Binary::Atan2, t.clone(), Expr::constant(1.0))
+    }
+
+    /// The length of three numbers as it may be written, the last one with a factor.
+    fn lengths([a, b, c]: [Expr; 3]) -> [Expr; 3] {
+        let square = |e: &Expr| e.clone() * e.clone();
+        let sum = square(&a) + square(&b) + square(&c) * 4.0 / 2.0 + 0.0;
+        let root = Expr::binary(Binary::Pow, sum.clone(), Expr::constant(0.5));
+        let hypot = Expr::binary(Binary::Hypot, Expr::binary(Binary::Hypot, a, b), c * 2f64.sqrt());
+        [Expr::unary(Unary::Sqrt, sum), root, hypot]
+    }
+
+    #[test]
+    fn lengths_have_slopes_where_they_are_zero() {
+        let beyond = |e: Expr| Expr::binary(Binary::Max, Expr::unary(Unary::Abs, e) - 1.0, Expr::constant(0.0));
+        let axes = [Expr::x(), Expr::y(), Expr::z()];
+        let outside = axes.clone().map(beyond);
+        let cell = Aabb::new(DVec3::new(0.5, 0.9, -0.1), DVec3::new(0.9, 1.1, 0.1));
+        let around = Aabb::new(DVec3::splat(-0.1), DVec3::splat(0.2));
+        for (ends, cell, most) in [(outside, cell, [0.0, 1.0, 0.0]), (axes, around, [1.0, 1.0, 2f64.sqrt()])] {
+            for e in lengths(ends) {
+                let leaf = Leaf::Formula(Formula::compile(&e, &Placement::IDENTITY));
+                let s = leaf.slopes(&cell).unwrap();
+                for k in 0..3 {
+                    let g = s.gradient[k];
+                    assert!(g.lo >= -most[k] - 1e-12 && g.hi <= most[k] + 1e-12, "{e:?}: {g:?}");
+                }
+                assert!(s.value.hi < 0.5, "{e:?}: {:?}", s.value);
+            }
+        }
     }
 
     #[test]

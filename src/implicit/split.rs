@@ -20,7 +20,7 @@ use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::{Primitive, Solid};
 use super::switched::{Cases, creased};
-use super::valued::{Smooth, smooth_join};
+use super::valued::{Smooth, SmoothJoin, smooth_join};
 
 /// Formulas that would fall into more pieces than this stay whole.
 const MOST_PIECES: usize = 256;
@@ -37,16 +37,7 @@ pub(super) fn split(e: &Expr) -> Option<Solid> {
     if !switches.within(e) {
         return None;
     }
-    let mut splitter = Splitter {
-        switches,
-        terms: Terms::default(),
-        bare: FxHashMap::default(),
-        smooth: FxHashMap::default(),
-        plain: FxHashSet::default(),
-        pieces: 0,
-        visits: 0,
-        taken_apart: false,
-    };
+    let mut splitter = Splitter { switches, ..Splitter::default() };
     let solid = splitter.condition(e, 1.0, &Rest::default(), 0)?;
     splitter.taken_apart.then_some(solid)
 }
@@ -144,6 +135,7 @@ struct Ahead<'a> {
     next: Option<&'a Ahead<'a>>,
 }
 
+#[derive(Default)]
 struct Splitter {
     switches: Switches,
     terms: Terms,
@@ -513,12 +505,18 @@ impl Splitter {
         if self.plain.contains(&number) {
             return None;
         }
-        let Some(value) = smooth_join(e, factor, rest.done, &mut self.terms) else {
-            self.plain.insert(number);
-            return None;
-        };
-        self.taken_apart = true;
-        Some(Primitive::Smooth(Arc::new(Smooth { value, whole: plus(rest.done, e, factor) })).into())
+        let whole = plus(rest.done, e, factor);
+        match smooth_join(e, factor, rest.done, &mut self.terms) {
+            SmoothJoin::Of(value) => {
+                self.taken_apart = true;
+                Some(Primitive::Smooth(Arc::new(Smooth { value, whole })).into())
+            }
+            SmoothJoin::TooLarge => Some(Solid::formula(whole)),
+            SmoothJoin::No => {
+                self.plain.insert(number);
+                None
+            }
+        }
     }
 
     /// `factor * e + rest >= 0` for a distance as it is commonly written, where the rest is a number at most; `None` if it is not.

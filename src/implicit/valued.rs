@@ -88,24 +88,41 @@ impl<'a> Scaled<'a> {
     }
 }
 
+/// What a formula is as a smooth minimum or maximum.
+pub(super) enum SmoothJoin {
+    /// One of formulas with edges, by its pieces.
+    Of(Valued<Expr>),
+    /// One of more than [`MOST_PIECES`], or [too deep](DEEPEST): any other way to take it apart has as many.
+    TooLarge,
+    No,
+}
+
 /// `factor * e + rest` by its pieces if `e` is a smooth minimum or maximum of formulas with edges.
-pub(super) fn smooth_join(e: &Expr, factor: f64, rest: Option<&Expr>, terms: &mut Terms) -> Option<Valued<Expr>> {
-    let found = SmoothPair::of(e, terms)?;
-    let mut reader = Reader { terms, pieces: 0 };
-    let value = reader.smooth(&found, Scaled { e, factor, rest }, 0)?;
-    matches!(value, Valued::Joined { .. }).then_some(value)
+pub(super) fn smooth_join(e: &Expr, factor: f64, rest: Option<&Expr>, terms: &mut Terms) -> SmoothJoin {
+    let Some(found) = SmoothPair::of(e, terms) else { return SmoothJoin::No };
+    let mut reader = Reader { terms, pieces: 0, too_large: false };
+    match reader.smooth(&found, Scaled { e, factor, rest }, 0) {
+        Some(value @ Valued::Joined { .. }) => SmoothJoin::Of(value),
+        None if reader.too_large => SmoothJoin::TooLarge,
+        _ => SmoothJoin::No,
+    }
 }
 
 struct Reader<'a> {
     terms: &'a mut Terms,
     pieces: usize,
+    too_large: bool,
 }
 
 impl Reader<'_> {
     fn piece(&mut self, e: Expr) -> Option<Valued<Expr>> {
         self.pieces += 1;
+        self.too_large |= self.pieces > MOST_PIECES;
+        if self.too_large {
+            return None;
+        }
         let is_smooth = !flat(&e) || creased(&e, self.terms).is_none();
-        (is_smooth && self.pieces <= MOST_PIECES).then_some(Valued::Piece(e))
+        is_smooth.then_some(Valued::Piece(e))
     }
 
     fn smooth(&mut self, found: &SmoothPair, at: Scaled<'_>, depth: usize) -> Option<Valued<Expr>> {
@@ -130,7 +147,8 @@ impl Reader<'_> {
 
     fn value(&mut self, at: Scaled<'_>, depth: usize) -> Option<Valued<Expr>> {
         let deeper = depth + 1;
-        if depth > DEEPEST || at.factor == 0.0 || !at.factor.is_finite() {
+        self.too_large |= depth > DEEPEST;
+        if self.too_large || at.factor == 0.0 || !at.factor.is_finite() {
             return None;
         }
         if !flat(at.e) {

@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::super::expr::Binary;
-use super::super::slopes::{Slopes, slope};
+use super::super::slopes::{Slopes, share, slope};
 use super::{Formula, Op};
 use crate::numeric::Interval;
 
@@ -58,6 +58,10 @@ impl Formula {
                 let sum = &mut weights[a as usize];
                 *sum = *sum + weight * partial;
             };
+            if let Some(length) = self.length(i) {
+                length.partials(value(i as u32), value).for_each(|p| add(p.0, p.1));
+                continue;
+            }
             let parts: [(u32, Interval); 2] = match *op {
                 Op::Const(_) => continue,
                 Op::Coordinate(k) => {
@@ -118,10 +122,7 @@ fn partials(op: Binary, [a, b]: [Interval; 2], value: Interval) -> Option<[Inter
             let q = a.square() + b.square();
             [b / q, -(a / q)]
         }
-        Binary::Hypot => {
-            let share = |x: Interval| (x / value).max(-ONE).min(ONE);
-            [share(a), share(b)]
-        }
+        Binary::Hypot => [share(a, value), share(b, value)],
         Binary::Mod => {
             let steps = (a / b).floor();
             [(steps.lo == steps.hi).then_some(ONE)?, -steps]

@@ -50,8 +50,20 @@ impl Counts {
 }
 
 impl Lowerer {
-    /// The tree of a smooth minimum or maximum; `None` where that is too large.
+    /// The tree of a smooth minimum or maximum; `None`, and nothing left of it, where that is too large.
     pub(super) fn smooth(&mut self, smooth: &Smooth, face: u32, c: &Context) -> Option<Part> {
+        let (leaves, ops) = (self.leaves.len(), self.ops.len());
+        let part = self.smooth_tree(smooth, face, c);
+        if part.is_none() {
+            self.leaves.truncate(leaves);
+            self.leaf_index.values_mut().for_each(|at| at.retain(|&i| (i as usize) < leaves));
+            self.ops.truncate(ops);
+            self.op_index.retain(|_, i| (*i as usize) < ops);
+        }
+        part
+    }
+
+    fn smooth_tree(&mut self, smooth: &Smooth, face: u32, c: &Context) -> Option<Part> {
         let compiled = smooth.value.map(&|e| Formula::compile(e, &c.place));
         let scale = c.place.scale;
         let inside = box_around(&|cell: &Aabb| compiled.range(cell, scale).hi);
