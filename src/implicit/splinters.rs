@@ -68,7 +68,7 @@ pub(crate) fn drop_splinters(extracted: &mut Extracted, model: &Implicit, cell: 
 }
 
 /// The triangles component by component, and where each component begins, and the last ends, among them.
-fn components(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<usize>) {
+pub(super) fn components(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<usize>) {
     let mut sets = Sets::new(nodes);
     for &[a, b, c] in triangles {
         sets.join(a, b);

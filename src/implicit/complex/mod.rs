@@ -20,6 +20,7 @@ mod cell;
 mod differences;
 mod exact;
 mod grid;
+mod islands;
 
 mod points;
 mod proof;
@@ -51,6 +52,7 @@ use cell::{Boolean, Crossed, Named};
 use differences::Differences;
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
+use islands::drop_islands;
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
 use settle::{Common, Nodes};
@@ -187,11 +189,12 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;
         let mut ends = Vec::new();
-        let mut on = on;
-        if block.is_some() {
+        let (mut on, mut linear) = (on, linear);
+        if drop_islands(&places, &on, &mut triangles) || block.is_some() {
             let kept = own_nodes(&mut triangles, places.len());
             ends = at_ends(&triangles).into_iter().map(|v| (v, names[kept[v as usize] as usize].packed())).collect();
             places = kept.iter().map(|v| places[*v as usize]).collect();
+            linear = if linear.is_empty() { linear } else { kept.iter().map(|v| linear[*v as usize]).collect() };
             on = kept.iter().map(|v| std::mem::take(&mut on[*v as usize])).collect();
             astray = astray.iter().filter_map(|v| kept.binary_search(v).ok().map(|k| k as u32)).collect();
         }
