@@ -21,6 +21,12 @@ const BENT_LEVELS: usize = 6;
 /// Samples leave their edge by no more than this share of the size.
 const BENT: f64 = 0.03;
 
+/// So far beside an edge, as a share of the part's size, faces are asked for their normals: they may bend in the edge itself, as the cases of
+/// a formula do that go over into each other there. It is far above rounding, and nothing is as small.
+const BESIDE: f64 = 1e-7;
+/// A face bends in an edge if its normals on both sides of it have a cosine below this.
+const UNBENT: f64 = 0.999;
+
 /// Corners nearer to each other than this share of the cell are one.
 const SAME_CORNER: f64 = 1e-3;
 
@@ -162,6 +168,23 @@ impl Ground<'_> {
         Some(found)
     }
 
+    /// The direction of a leaf's gradient at a point of an edge, seen from the side on which it bounds the part.
+    fn normal(&self, leaf: u32, at: DVec3, tangent: DVec3) -> DVec3 {
+        let (leaves, scale) = (&self.model.leaves, self.model.bounds().diagonal());
+        let slope = |p: DVec3| leaves[leaf as usize].slope(p).normalize_or_zero();
+        let middle = slope(at);
+        let beside = middle.cross(tangent) * (BESIDE * scale);
+        let seen = [at + beside, at - beside].map(|p| (p, slope(p)));
+        if seen[0].1.dot(seen[1].1) > UNBENT {
+            return middle;
+        }
+        let bounds = |p: DVec3| {
+            let q = nearest(leaves, &[leaf], p, 2.0 * BESIDE * scale, scale)?;
+            (self.model.tape.active(leaves, q).leaf == leaf).then(|| slope(q))
+        };
+        seen.into_iter().find_map(|(p, _)| bounds(p)).unwrap_or(middle)
+    }
+
     /// The direction in which two leaves meet.
     fn tangent(&self, pair: [u32; 2], q: DVec3) -> Option<DVec3> {
         let [a, b] = pair.map(|l| self.model.leaves[l as usize].slope(q).normalize_or_zero());
@@ -240,12 +263,12 @@ fn in_cell(ground: &Ground<'_>, tape: &Tape, curves: &[Curve], cell: &Aabb, foun
             // the middle of the piece, put back on the curve
             let Some(m) = nearest_on_curve(leaves, [i, j], q + t * (0.5 * (from + to)), reach, scale) else { continue };
             let Some((inside_i, inside_j)) = meeting.edge(i, j, m) else { continue };
+            let Some(tangent) = ground.tangent([i, j], m) else { continue };
             let normal = |leaf: u32, inside: bool| {
-                let g = leaves[leaf as usize].slope(m).normalize_or_zero();
+                let g = ground.normal(leaf, m, tangent);
                 if inside { -g } else { g }
             };
             let (a, b) = (normal(i, inside_i), normal(j, inside_j));
-            let Some(tangent) = ground.tangent([i, j], m) else { continue };
             let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
             found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
         }

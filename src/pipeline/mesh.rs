@@ -261,13 +261,6 @@ fn cut_off(check: &Check) -> Option<Fault> {
     (recall < RECALL || corners < of).then_some(Fault::CreasesCutOff { recall, corners, of })
 }
 
-/// What a mesh with exact edges leaves out of them: of creases inside formulas the tree knows nothing. An edge of another length than its
-/// chords may be farther from these than recall allows where the mean edge is short, but is not missing then.
-fn lost(check: &Check) -> Option<Fault> {
-    let f = check.features.as_ref()?;
-    (f.length_mesh < RECALL * f.length_true).then(|| cut_off(check)).flatten()
-}
-
 /// How far a mesh and the surface are from each other somewhere.
 pub(super) fn apart(made: &Meshed) -> f64 {
     let deviation = made.report.check.as_ref().and_then(|c| c.deviation);
@@ -303,9 +296,7 @@ impl Found {
         let scale = meshed.mesh.mean_edge_length();
         check.features = Some(quality::recovery(&meshed.mesh, &truth, Some(&oracle), scale, run)?);
         let report = &mut meshed.report;
-        if options.method.is_exact() {
-            report.shortfalls.extend(lost(&check));
-        } else if report.sequence.is_some() {
+        if report.sequence.is_some() && !options.method.is_exact() {
             report.shortfalls.extend(cut_off(&check));
         }
         report.check = Some(check);

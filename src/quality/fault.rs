@@ -99,7 +99,7 @@ pub enum Fault {
         /// The first ones.
         places: Vec<[f64; 3]>,
     },
-    /// Sharp edges or corners were left cut off: by operators, or inside a formula.
+    /// Operators left sharp edges or corners cut off.
     CreasesCutOff {
         /// The share of the length of sharp edges that is there.
         recall: f64,
