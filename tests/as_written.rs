@@ -290,10 +290,11 @@ fn smooth_minima_of_blocks_have_the_edges_that_show() {
     }
 }
 
-/// Between a block, by its distance, and a ball: where the ball is outside, the surface is within the block and has its edges. Where it leaves
-/// the block, two cases of the sum go over into each other smoothly, though each has a crease there.
+/// Between a block, by its distance, and a ball: where the ball is outside, the surface is within the block and has its edges. Elsewhere
+/// these are rounded off by as much as the surface is away from the block. And a block with waves on it, whose edges are sharp where they are
+/// dents.
 #[test]
-fn cases_of_a_sum_of_distances_meet_smoothly() {
+fn distances_with_functions_beside_them_have_edges_within() {
     let text = "qx, qy, qz = abs(x) - 0.8, abs(y) - 0.7, abs(z) - 0.5\n\
                 block = sqrt(max(qx, 0)**2 + max(qy, 0)**2 + max(qz, 0)**2) + min(max(qx, qy, qz), 0)\n\
                 ball = sqrt((x - 0.5)**2 + (y - 0.4)**2 + (z - 0.45)**2) - 0.6\n\
@@ -302,4 +303,23 @@ fn cases_of_a_sum_of_distances_meet_smoothly() {
     let c = at_once(text);
     let d = c.deviation.unwrap();
     assert!(d.max.max(d.from_surface.unwrap()) < 0.02, "{d:?}");
+    let block = |[x, y, z]: [f64; 3]| {
+        let q = [x.abs() - 0.8, y.abs() - 0.7, z.abs() - 0.5];
+        let beyond = q.map(|d| d.max(0.0));
+        beyond[0].hypot(beyond[1]).hypot(beyond[2]) + q[0].max(q[1]).max(q[2]).min(0.0)
+    };
+    let ball = |[x, y, z]: [f64; 3]| (x - 0.5).hypot(y - 0.4).hypot(z - 0.45) - 0.6;
+    near(c.volume, counted(1.0, |p| -0.6 * block(p) - 0.4 * ball(p)), 5e-3, text);
+    let waves = "p, q, r = abs(x) - 0.8, abs(y) - 0.7, abs(z) - 0.5\n\
+                 block = hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)\n\
+                 part(solid(block + 0.1 * sin(3 * x) <= 0))\n\
+                 mesh(size='3%')\n";
+    let c = at_once(waves);
+    near(c.volume, counted(1.0, |p| -block(p) - 0.1 * (3.0 * p[0]).sin()), 5e-3, waves);
+    // Where x is positive the four edges along it go inward by the sine, and to the face ahead, which is as much farther back.
+    let ahead = 0.8 - 0.1 * (3.0_f64 * 0.73).sin();
+    let lower = 0.1 * (3.0 * ahead).sin();
+    let along = 4.0 * ahead + 4.0 * (1.2 - 2.0 * lower);
+    let f = c.features.unwrap();
+    assert!((f.length_true - along).abs() < 0.05 * along, "{f:?} {along}");
 }

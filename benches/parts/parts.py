@@ -501,6 +501,22 @@ part(solid(-min(bored, rod(x - 1, z, y, 0.3, 0.5), block(x + 1.5, y, z, 0.7, 0.6
 """
 
 
+@part("a block with waves on it, by distances as they are commonly written")
+def distance_waves():
+    return DISTANCES + """
+d = block(x, y, z, 0.8, 0.7, 0.5)
+part(solid(d - 0.05*sin(10*x)*sin(10*y)*sin(10*z) <= 0))
+"""
+
+
+@part("between a block and a ball, by a mixture of their distances")
+def distance_mixture():
+    return DISTANCES + """
+d = block(x, y, z, 0.8, 0.7, 0.5)
+part(solid(0.6*d + 0.4*(hypot(x - 0.5, y - 0.4, z - 0.45) - 0.6) <= 0))
+"""
+
+
 @part("rings and plates repeated by round and clamp, rounded off")
 def repeated_by_clamp():
     return """

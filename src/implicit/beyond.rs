@@ -51,23 +51,40 @@ pub(super) fn sign_of_distance(e: &Expr, terms: &mut Terms) -> Option<Sign> {
 /// this is such a sum: a distance to what has these faces.
 pub(super) fn distance_to_faces(e: &Expr, terms: &mut Terms) -> Option<Vec<Expr>> {
     let ExprNode::Binary(Binary::Add, ..) = e.node() else { return None };
-    let addends = <[_; 2]>::try_from(terms.addends(e)).ok()?;
-    let [(p, 1.0), (q, 1.0)] = addends else { return None };
-    let (within, length) = if beside_zero(&p, Binary::Min).is_some() { (p, q) } else { (q, p) };
-    let mut faces = Vec::new();
+    let Displaced { faces, factor, others } = displaced(e, terms)?;
+    (factor == 1.0 && others.is_empty()).then_some(faces)
+}
+
+/// A distance to faces, times a factor, with other terms beside it.
+pub(super) struct Displaced {
+    pub(super) faces: Vec<Expr>,
+    pub(super) factor: f64,
+    /// With their own factors.
+    pub(super) others: Vec<(Expr, f64)>,
+}
+
+/// The distance among the terms of a sum, if there is one.
+pub(super) fn displaced(e: &Expr, terms: &mut Terms) -> Option<Displaced> {
+    let mut others = terms.addends(e);
+    let within = others.iter().position(|(a, _)| beside_zero(a, Binary::Min).is_some())?;
+    let (within, factor) = others.swap_remove(within);
     let mut numbers = Vec::new();
     faces_of(beside_zero(&within, Binary::Min)?, terms, &mut numbers, 0)?;
     numbers.sort_unstable();
-    let mut beyond = Vec::new();
-    parts_of_length(&length, &mut beyond, 0)?;
-    let mut found = Vec::new();
-    for part in &beyond {
-        let face = beside_zero(part, Binary::Max)?;
-        found.push(terms.number(face));
-        faces.push(face.clone());
+    for k in 0..others.len() {
+        let mut beyond = Vec::new();
+        if others[k].1 != factor || parts_of_length(&others[k].0, &mut beyond, 0).is_none() {
+            continue;
+        }
+        let faces: Vec<Expr> = beyond.iter().filter_map(|part| beside_zero(part, Binary::Max).cloned()).collect();
+        let mut found: Vec<u32> = faces.iter().map(|f| terms.number(f)).collect();
+        found.sort_unstable();
+        if faces.len() == beyond.len() && faces.len() > 1 && numbers == found {
+            others.swap_remove(k);
+            return Some(Displaced { faces, factor, others });
+        }
     }
-    found.sort_unstable();
-    (numbers == found && faces.len() > 1).then_some(faces)
+    None
 }
 
 /// Notes what a length is of.

@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::contact::contact;
 use super::expr::Binary;
+use super::formula::Formula;
 use super::leaf::Leaf;
 use super::slopes::Slopes;
 use crate::numeric::{Dual, Interval, vector};
@@ -87,6 +88,10 @@ pub(crate) enum Profile {
     SmoothMax,
 }
 
+fn intervals(cell: &Aabb) -> [Interval; 3] {
+    std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]))
+}
+
 /// A fillet's value, and its partial derivatives by the values of its sides.
 struct Joined {
     value: f64,
@@ -98,6 +103,8 @@ struct Joined {
 /// counts; so it passes through each of its surfaces where it ends. It never falls when `a` or `b` rises.
 ///
 /// With another [`Profile`] it is another curve, which touches both surfaces at the same places.
+///
+/// With a function beside it, `|(r + a, r + b)| - r + f`, it touches the surfaces of `a + f` and `b + f`, where it ends as without.
 #[derive(Debug)]
 pub(crate) struct Fillet {
     pub(crate) sides: [Side; 2],
@@ -108,9 +115,22 @@ pub(crate) struct Fillet {
     /// This near to the lines where it ends, the difference to the surface that it ends in is linear; 0 for as it is. A linear
     /// interpolant has the sign of the difference of squares in places that depend on the nodes it is of; this is right for all.
     pub(crate) band: f64,
+    /// What is added to its function. Its sides are without, but have the numbers of the leaves with it.
+    pub(crate) rest: Option<Formula>,
 }
 
 impl Fillet {
+    /// What is added at a point.
+    fn added(&self, p: DVec3) -> Dual {
+        self.rest.as_ref().map_or(Dual::new(0.0, DVec3::ZERO), |f| f.gradient(p))
+    }
+
+    /// The same with bounds of what is added in a box.
+    fn with_added(&self, s: Slopes, cell: &Aabb) -> Slopes {
+        let Some(rest) = &self.rest else { return s };
+        s.binary(Binary::Add, rest.slopes(&intervals(cell)))
+    }
+
     /// Where the surfaces are planes one behind the other, a radius apart or more, it ends all along them, and is positive where the
     /// function of the first one is: the number of that side.
     pub(crate) fn replaced(&self) -> Option<usize> {
@@ -209,7 +229,8 @@ impl Fillet {
     }
 
     pub(crate) fn value(&self, p: DVec3) -> f64 {
-        self.join(self.sides[0].value(p), self.sides[1].value(p))
+        let joined = self.join(self.sides[0].value(p), self.sides[1].value(p));
+        self.rest.as_ref().map_or(joined, |f| joined + f.value(p))
     }
 
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
@@ -236,6 +257,10 @@ impl Fillet {
             for k in 0..n {
                 a[k] = self.joined([s * a[k], t * b[k]], whole[k]).value;
             }
+            if let Some(rest) = &self.rest {
+                rest.eval(x, y, z, b);
+                (0..n).for_each(|k| a[k] += b[k]);
+            }
             start = end;
         }
     }
@@ -244,7 +269,8 @@ impl Fillet {
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
         let [a, b] = self.sides.each_ref().map(|s| s.gradient(p));
         let Joined { value, by } = self.joined([a.v, b.v], self.length(self.radius + a.v, self.radius + b.v));
-        Dual::new(value, a.g * by[0] + b.g * by[1])
+        let joined = Dual::new(value, a.g * by[0] + b.g * by[1]);
+        if self.rest.is_some() { joined + self.added(p) } else { joined }
     }
 
     /// Bounds of what [`gradient`](Self::gradient) gives in a box, if there are bounds of its sides.
@@ -256,7 +282,7 @@ impl Fillet {
         }
         let [du, dv] = self.by_sides(&a, &b);
         let gradient = std::array::from_fn(|k| a.gradient[k] * du + b.gradient[k] * dv);
-        Some(Slopes { value: self.range(cell), gradient })
+        Some(self.with_added(Slopes { value: self.range_alone(cell), gradient }, cell))
     }
 
     /// Bounds of the partial derivatives by its sides.
@@ -287,10 +313,18 @@ impl Fillet {
         let (u, v) = (r + a.v, r + b.v);
         let length = vector::hypot(u, v);
         let g = if length > 0.0 { (a.g * u + b.g * v) / length } else { DVec3::ZERO };
-        Dual::new(length - r, g)
+        let joined = Dual::new(length - r, g);
+        if self.rest.is_some() { joined + self.added(p) } else { joined }
     }
 
     pub(crate) fn range(&self, cell: &Aabb) -> Interval {
+        let alone = self.range_alone(cell);
+        let [x, y, z] = intervals(cell);
+        self.rest.as_ref().map_or(alone, |f| alone + f.range(x, y, z))
+    }
+
+    /// Bounds without what is added.
+    fn range_alone(&self, cell: &Aabb) -> Interval {
         let (a, b) = (self.sides[0].range(cell), self.sides[1].range(cell));
         let slack = |v: f64| if v.is_finite() { 8.0 * f64::EPSILON * (v.abs() + self.radius.abs()) } else { 0.0 };
         let (lo, hi) = (self.join(a.lo, b.lo), self.join(a.hi, b.hi));
@@ -333,12 +367,13 @@ impl Fillet {
     /// The same with a [band](Self::band) for linear interpolants about so long.
     pub(crate) fn banded(&self, length: f64) -> Self {
         let sides = self.sides.each_ref().map(|s| Side { leaf: s.leaf.banded(length), ..*s });
-        Self { sides, band: length.min(NARROW * self.span), ..*self }
+        Self { sides, band: length.min(NARROW * self.span), rest: self.rest.clone(), ..*self }
     }
 
     /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
     pub(crate) fn continued(&self, p: DVec3) -> f64 {
-        self.between(self.sides[0].continued(p), self.sides[1].continued(p))
+        let joined = self.between(self.sides[0].continued(p), self.sides[1].continued(p));
+        self.rest.as_ref().map_or(joined, |f| joined + f.value(p))
     }
 
     /// The same by the values of the sides.

@@ -232,6 +232,14 @@ impl Formula {
         Formula { idle, program, shared: adjoint::is_shared(&ops), lengths: lengths(&ops), ops, plain: None }
     }
 
+    /// The sum of two formulas, or the difference.
+    pub(crate) fn plus(&self, other: &Self, factor: f64) -> Self {
+        let mut b = Builder::default();
+        let (of_self, of_other) = (b.take(&self.ops), b.take(&other.ops));
+        b.ops.push(Op::Binary(if factor < 0.0 { Binary::Sub } else { Binary::Add }, of_self, of_other));
+        Self::of(b.ops)
+    }
+
     /// The sum of two formulas and their difference, in which operations of both are one; nothing where most of neither are.
     pub(crate) fn sum_and_difference(&self, other: &Self) -> Option<[Self; 2]> {
         let mut b = Builder::default();

@@ -467,7 +467,8 @@ impl Leaf {
             Leaf::Blend(b) => (7, vec![Arc::as_ptr(b) as usize as f64]),
             Leaf::Fillet(f) => {
                 let side = |k: usize| 2.0 * f64::from(f.sides[k].number) + f64::from(u8::from(f.sides[k].negate));
-                (8, vec![side(0), side(1), f.radius, f64::from(f.profile as u8)])
+                let rest = f.rest.as_ref().map_or(0.0, |f| f64::from_bits(f.fingerprint() >> 12));
+                (8, vec![side(0), side(1), f.radius, f64::from(f.profile as u8), rest])
             }
         }
     }

@@ -20,7 +20,7 @@ use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::{Primitive, Solid};
 use super::switched::{Cases, creased};
-use super::valued::{Smooth, SmoothJoin, smooth_join};
+use super::valued::{Smooth, SmoothJoin, displaced_distance, smooth_join};
 
 /// Formulas that would fall into more pieces than this stay whole.
 const MOST_PIECES: usize = 256;
@@ -170,6 +170,9 @@ impl Splitter {
             }
             if let Some(parts) = self.distance(e, factor, rest, deeper) {
                 return parts;
+            }
+            if let Some(parts) = self.displaced(e, factor, rest) {
+                return Some(parts);
             }
             if let Some(a) = root_of_square(e) {
                 self.taken_apart = true;
@@ -509,7 +512,7 @@ impl Splitter {
         match smooth_join(e, factor, rest.done, &mut self.terms) {
             SmoothJoin::Of(value) => {
                 self.taken_apart = true;
-                Some(Primitive::Smooth(Arc::new(Smooth { value, whole })).into())
+                Some(Primitive::Smooth(Arc::new(Smooth { value, rest: None, whole })).into())
             }
             SmoothJoin::TooLarge => Some(Solid::formula(whole)),
             SmoothJoin::No => {
@@ -529,6 +532,17 @@ impl Splitter {
         let Sign { of, factor } = sign_of_distance(&plus(rest.done, e, factor), &mut self.terms)?;
         self.taken_apart = true;
         Some(self.shown(&of, factor, depth))
+    }
+
+    /// `factor * e + rest >= 0` for such a distance with a function beside it.
+    fn displaced(&mut self, e: &Expr, factor: f64, rest: &Rest) -> Option<Solid> {
+        let is_sum = matches!(e.node(), ExprNode::Binary(Binary::Add | Binary::Sub, ..));
+        if !is_sum || rest.ahead.is_some() || rest.root.is_some() {
+            return None;
+        }
+        let smooth = displaced_distance(&plus(rest.done, e, factor), &mut self.terms)?;
+        self.taken_apart = true;
+        Some(Primitive::Smooth(Arc::new(smooth)).into())
     }
 
     /// The condition of a formula that was put together here.

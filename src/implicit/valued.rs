@@ -3,7 +3,7 @@
 //! The function of a smooth maximum never falls when one of its operands rises, so it may be taken piece by piece, as a blend is. But its
 //! operands count with their values where they are not zero: that of a distance to a box is the distance to an edge beyond two faces.
 
-use super::beyond::distance_to_faces;
+use super::beyond::{Displaced, displaced, distance_to_faces};
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::Terms;
 use super::smooth::SmoothPair;
@@ -46,6 +46,14 @@ impl<T> Valued<T> {
         }
     }
 
+    /// Whether a smooth minimum or maximum is in it.
+    fn is_rounded(&self) -> bool {
+        match self {
+            Valued::Piece(_) => false,
+            Valued::Joined { how, of, .. } => matches!(how, How::Smooth(_)) || of.iter().any(Valued::is_rounded),
+        }
+    }
+
     /// Whether something in it has edges where it is joined.
     fn has_edges(&self) -> bool {
         match self {
@@ -55,10 +63,12 @@ impl<T> Valued<T> {
     }
 }
 
-/// A formula that is a smooth minimum or maximum of what has edges.
+/// A formula that is a smooth minimum or maximum of what has edges, or a distance with a function beside it.
 #[derive(Debug)]
 pub struct Smooth {
     pub(crate) value: Valued<Expr>,
+    /// What is added to a distance.
+    pub(crate) rest: Option<Expr>,
     pub(crate) whole: Expr,
 }
 
@@ -106,6 +116,20 @@ pub(super) fn smooth_join(e: &Expr, factor: f64, rest: Option<&Expr>, terms: &mu
         None if reader.too_large => SmoothJoin::TooLarge,
         _ => SmoothJoin::No,
     }
+}
+
+/// A distance to what has edges with a smooth function beside it, as that of a block with waves on it: the faces go on in the distance from
+/// them, and what they share in that from it.
+pub(super) fn displaced_distance(whole: &Expr, terms: &mut Terms) -> Option<Smooth> {
+    let Displaced { faces, factor, others } = displaced(whole, terms)?;
+    let beside = |(a, _): &(Expr, f64)| a.as_constant().is_none();
+    if !others.iter().any(beside) || others.iter().any(|(a, _)| flat(a)) {
+        return None;
+    }
+    let rest = others.into_iter().map(|(a, k)| a * k).reduce(|a, b| a + b)?;
+    let mut reader = Reader { terms, pieces: 0, too_large: false };
+    let value = reader.distance(&faces, Scaled { e: whole, factor, rest: None }, 0)?;
+    (!value.is_rounded()).then(|| Smooth { value, rest: Some(rest), whole: whole.clone() })
 }
 
 struct Reader<'a> {
@@ -261,6 +285,8 @@ mod tests {
         let (a, b) = (block([0.8, 0.7, 0.5]), block([0.4, 0.9, 0.3]));
         let c = ball([0.5, 0.4, 0.45], 0.5);
         let plain = max(max(abs(Expr::x()) - 0.6, abs(Expr::y()) - 0.5), abs(Expr::z()) - 0.7);
+        let wave = |e: Expr| Expr::unary(Unary::Sin, e * 7.0);
+        let waves = wave(Expr::x()) * wave(Expr::y() + 0.2) * wave(Expr::z()) * 0.06;
         // What is inside where it is negative, and how many leaves there are.
         let cases = [
             ("union", smooth_min(&a, &c, 0.2)),
@@ -272,7 +298,11 @@ mod tests {
             ("of three", smooth_min(&smooth_min(&a, &b, 0.15), &c, 0.2)),
             ("cut from two", smooth_max(&smooth_min(&a, &b, 0.15), &-c.clone(), 0.1)),
             ("maxima", smooth_min(&plain, &c, 0.3) + 0.05),
-            ("times", smooth_max(&(plain * -2.0), &(-c), 0.3) * -1.5),
+            ("times", smooth_max(&(plain * -2.0), &(-c.clone()), 0.3) * -1.5),
+            ("waves", a.clone() - waves.clone()),
+            ("waves and a number", waves.clone() * -1.0 + a.clone() * 2.0 - 0.1),
+            ("waves on a hole", waves - &b),
+            ("mixture", a * 0.6 + c * 0.4),
         ];
         let domain = Aabb::new(DVec3::splat(-1.6), DVec3::splat(1.7));
         for (name, e) in cases {

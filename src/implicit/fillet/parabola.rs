@@ -168,6 +168,7 @@ mod tests {
             profile,
             span: 0.5,
             band: band * 0.5,
+            rest: None,
         }
     }
 

@@ -135,7 +135,7 @@ mod tests {
             let n = DVec3::new(tilt.sin(), tilt.cos(), 0.0);
             let ball = Leaf::Sphere { c: DVec3::new(0.0, 0.0, 4.0) + n * 3.0, r: 5.0 };
             let sides = [side(Leaf::Plane { n: DVec3::X, d: 0.0 }, 0), side(ball, 1)];
-            let f = Fillet { sides, radius: r, profile: Profile::Circle, span: r, band: band * r };
+            let f = Fillet { sides, radius: r, profile: Profile::Circle, span: r, band: band * r, rest: None };
             let c = DVec3::new(at[0], at[1], 0.1);
             let cell = Aabb::new(c - half, c + half);
             let direction = DVec3::new(turn.cos(), turn.sin(), 0.0);

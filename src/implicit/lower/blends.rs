@@ -208,7 +208,7 @@ impl Lowerer {
         if f.profile != Profile::SmoothMax {
             return leaf;
         }
-        let zeros = Fillet { sides: f.sides.clone(), profile: Profile::Parabola, ..**f };
+        let zeros = Fillet { sides: f.sides.clone(), profile: Profile::Parabola, rest: None, ..**f };
         let op = self.leaf(Leaf::Fillet(Arc::new(zeros)), face, false);
         if let Op::Leaf { leaf, .. } = self.ops[op as usize] { leaf } else { leaf }
     }
@@ -219,7 +219,7 @@ impl Lowerer {
             Side { leaf: self.leaves[o.leaf as usize].clone(), number, negate: o.negate }
         });
         let Rounding { radius, profile, span, .. } = *rounding;
-        let fillet = Fillet { sides, radius, profile, span, band: 0.0 };
+        let fillet = Fillet { sides, radius, profile, span, band: 0.0, rest: None };
         if fillet.replaced().is_some() {
             return None;
         }

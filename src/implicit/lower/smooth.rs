@@ -1,10 +1,12 @@
 //! Smooth minima and maxima of formulas with edges: a tree of their pieces, with fillets where these are rounded off.
 
+use std::sync::Arc;
+
 use super::blends::Rounding;
 use super::pairs::Pairs;
 use super::{Context, Lowerer, Op, Part, extract_tape};
 use crate::implicit::expr::Expr;
-use crate::implicit::fillet::Profile;
+use crate::implicit::fillet::{Fillet, Profile, Side};
 use crate::implicit::formula::Formula;
 use crate::implicit::leaf::Leaf;
 use crate::implicit::model::box_around;
@@ -65,13 +67,27 @@ impl Lowerer {
 
     fn smooth_tree(&mut self, smooth: &Smooth, face: u32, c: &Context) -> Option<Part> {
         let compiled = smooth.value.map(&|e| Formula::compile(e, &c.place));
+        let rest = smooth.rest.as_ref().map(|e| Formula::compile(e, &c.place));
+        let added = |cell: &Aabb| {
+            let [x, y, z] = std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]));
+            rest.as_ref().map_or(Interval::point(0.0), |f| f.range(x, y, z))
+        };
         let scale = c.place.scale;
-        let inside = box_around(&|cell: &Aabb| compiled.range(cell, scale).hi);
-        let outside = || box_around(&|cell: &Aabb| -compiled.range(cell, scale).lo);
+        let range = |cell: &Aabb| compiled.range(cell, scale) + added(cell);
+        let inside = box_around(&|cell: &Aabb| range(cell).hi);
+        let outside = || box_around(&|cell: &Aabb| -range(cell).lo);
         let bounds = inside.or_else(outside).unwrap_or(Aabb::ALL);
         let whole = Whole { place: &c.place, face, bounds, before: self.leaves.len() };
-        let op = self.valued(&smooth.value, Counts { negate: c.negate, values: Interval::point(0.0) }, &whole)?;
-        let op = self.by_zeros(op);
+        // With a function beside it the value counts where it is the opposite of that.
+        let values = if c.negate { added(&bounds) } else { -added(&bounds) };
+        if !(values.lo.is_finite() && values.hi.is_finite()) {
+            return None;
+        }
+        let op = self.valued(&smooth.value, Counts { negate: c.negate, values }, &whole)?;
+        let op = match &rest {
+            Some(rest) => self.with_rest(op, rest, &whole, c.negate),
+            None => self.by_zeros(op),
+        };
         let known = if c.negate { None } else { inside };
         Some(Part { op, bounds: known.unwrap_or(Aabb::ALL) })
     }
@@ -106,6 +122,58 @@ impl Lowerer {
             made.push(new);
         }
         made.last().copied().unwrap_or(root)
+    }
+
+    /// The same tree with a function added to what it is a tree of, or to the opposite of that.
+    fn with_rest(&mut self, root: u32, rest: &Formula, at: &Whole<'_>, negate: bool) -> u32 {
+        let tape = extract_tape(&self.ops, root);
+        let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
+        for op in &tape.ops {
+            let new = match *op {
+                Op::Leaf { leaf, negate: turned, .. } => {
+                    let factor = if turned == negate { 1.0 } else { -1.0 };
+                    let leaf = self.leaf_with(leaf, rest, factor, at);
+                    self.op(Op::Leaf { leaf, face: at.face, negate: turned })
+                }
+                Op::Min(x, y) => self.min(made[x as usize], made[y as usize]),
+                Op::Max(x, y) => self.max(made[x as usize], made[y as usize]),
+                Op::All(_) => self.op(*op),
+            };
+            made.push(new);
+        }
+        made.last().copied().unwrap_or(root)
+    }
+
+    /// The number of a leaf with a function added to it, or taken off.
+    fn leaf_with(&mut self, leaf: u32, rest: &Formula, factor: f64, at: &Whole<'_>) -> u32 {
+        let new = match self.leaves[leaf as usize].clone() {
+            Leaf::Fillet(f) => {
+                let nothing = || Formula::compile(&Expr::constant(0.0), at.place);
+                let added = if factor < 0.0 { nothing().plus(rest, factor) } else { rest.clone() };
+                let sides = self.sides_with(&f, rest, factor, at);
+                Leaf::Fillet(Arc::new(Fillet { sides, rest: Some(added), ..*f }))
+            }
+            Leaf::Formula(f) => Leaf::Formula(f.plus(rest, factor)),
+            // Distances are made of formulas and fillets alone.
+            _ => return leaf,
+        };
+        let op = self.leaf(new, at.face, false);
+        if let Op::Leaf { leaf, .. } = self.ops[op as usize] { leaf } else { leaf }
+    }
+
+    /// The sides of a fillet, and of those that are its sides, with the numbers of the leaves that have the function, too.
+    fn sides_with(&mut self, f: &Fillet, rest: &Formula, factor: f64, at: &Whole<'_>) -> [Side; 2] {
+        f.sides.each_ref().map(|s| {
+            let factor = if s.negate { -factor } else { factor };
+            let leaf = match &s.leaf {
+                Leaf::Fillet(f) => {
+                    let sides = self.sides_with(f, rest, factor, at);
+                    Leaf::Fillet(Arc::new(Fillet { sides, rest: None, ..**f }))
+                }
+                other => other.clone(),
+            };
+            Side { leaf, number: self.leaf_with(s.number, rest, factor, at), negate: s.negate }
+        })
     }
 
     /// The sign of a leaf. Where not both of two faces are positive what they share may be anything that is no more than the greater.
