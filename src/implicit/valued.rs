@@ -301,7 +301,7 @@ mod tests {
             ("times", smooth_max(&(plain * -2.0), &(-c.clone()), 0.3) * -1.5),
             ("waves", a.clone() - waves.clone()),
             ("waves and a number", waves.clone() * -1.0 + a.clone() * 2.0 - 0.1),
-            ("waves on a hole", waves - &b),
+            ("waves on a hole", waves - b),
             ("mixture", a * 0.6 + c * 0.4),
         ];
         let domain = Aabb::new(DVec3::splat(-1.6), DVec3::splat(1.7));
