@@ -310,6 +310,16 @@ fn distances_with_functions_beside_them_have_edges_within() {
     };
     let ball = |[x, y, z]: [f64; 3]| (x - 0.5).hypot(y - 0.4).hypot(z - 0.45) - 0.6;
     near(c.volume, counted(1.0, |p| -0.6 * block(p) - 0.4 * ball(p)), 5e-3, text);
+    // Far away the slope alone tells that it ends, which no interval shows: the box comes from elsewhere.
+    let tilted = "p, q, r = abs(x) - 0.8, abs(y) - 0.7, abs(z) - 0.5\n\
+                  block = hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)\n\
+                  part(solid(block + 0.3 * z <= 0) & sphere(2))\n\
+                  mesh(size='3%')\n";
+    let report = made(tilted).report;
+    assert!(report.shortfalls.is_empty(), "{:?}", report.shortfalls);
+    let c = report.check.unwrap();
+    assert!(c.features.unwrap().recall > 0.99, "{:?}", c.features);
+    near(c.volume, counted(1.1, |p| -block(p) - 0.3 * p[2]), 5e-3, tilted);
     let waves = "p, q, r = abs(x) - 0.8, abs(y) - 0.7, abs(z) - 0.5\n\
                  block = hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)\n\
                  part(solid(block + 0.1 * sin(3 * x) <= 0))\n\

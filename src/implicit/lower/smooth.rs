@@ -78,11 +78,8 @@ impl Lowerer {
         let outside = || box_around(&|cell: &Aabb| -range(cell).lo);
         let bounds = inside.or_else(outside).unwrap_or(Aabb::ALL);
         let whole = Whole { place: &c.place, face, bounds, before: self.leaves.len() };
-        // With a function beside it the value counts where it is the opposite of that.
+        // With a function beside it the value counts where it is the opposite of that: anything, where no box is known.
         let values = if c.negate { added(&bounds) } else { -added(&bounds) };
-        if !(values.lo.is_finite() && values.hi.is_finite()) {
-            return None;
-        }
         let op = self.valued(&smooth.value, Counts { negate: c.negate, values }, &whole)?;
         let op = match &rest {
             Some(rest) => self.with_rest(op, rest, &whole, c.negate),
