@@ -109,6 +109,21 @@ pub(super) fn operands(e: &Expr) -> Vec<&Expr> {
     }
 }
 
+/// Whether a formula has a node that is asked for.
+pub(super) fn holds(e: &Expr, mut is_one: impl FnMut(&Expr) -> bool) -> bool {
+    let mut seen = FxHashSet::default();
+    let mut stack = vec![e];
+    while let Some(e) = stack.pop() {
+        if seen.insert(Arc::as_ptr(&e.0)) {
+            if is_one(e) {
+                return true;
+            }
+            stack.extend(operands(e));
+        }
+    }
+    false
+}
+
 /// A node with others in the place of its operands.
 pub(super) fn with_operands(e: &Expr, of: impl Fn(&Expr) -> Expr) -> Expr {
     match e.node() {

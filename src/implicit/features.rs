@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::apex::apexes;
+use super::leaf::Leaf;
 use super::model::Implicit;
 use super::newton::{Meeting, crossing, is_off, leaves_of, nearest, nearest_on_curve};
 use super::octree::{BRICK, Bricks};
@@ -168,11 +169,14 @@ impl Ground<'_> {
         Some(found)
     }
 
-    /// The direction of a leaf's gradient at a point of an edge, seen from the side on which it bounds the part.
+    /// The direction of a leaf's gradient at a point of an edge: of a formula, which may bend there, on the side on which it bounds the part.
     fn normal(&self, leaf: u32, at: DVec3, tangent: DVec3) -> DVec3 {
         let (leaves, scale) = (&self.model.leaves, self.model.bounds().diagonal());
         let slope = |p: DVec3| leaves[leaf as usize].slope(p).normalize_or_zero();
         let middle = slope(at);
+        if !matches!(leaves[leaf as usize], Leaf::Formula(_)) {
+            return middle;
+        }
         let beside = middle.cross(tangent) * (BESIDE * scale);
         let seen = [at + beside, at - beside].map(|p| (p, slope(p)));
         if seen[0].1.dot(seen[1].1) > UNBENT {
@@ -271,6 +275,36 @@ fn in_cell(ground: &Ground<'_>, tape: &Tape, curves: &[Curve], cell: &Aabb, foun
             let (a, b) = (normal(i, inside_i), normal(j, inside_j));
             let angle = a.cross(b).length().atan2(a.dot(b)).to_degrees();
             found.samples.push(FeatureSample { point: m, tangent, length: to - from, angle, pieces: [i, j] });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::expr::{Binary, Expr, Unary};
+    use crate::implicit::{RSystem, Solid};
+
+    #[test]
+    fn cases_that_go_over_into_each_other_have_no_edge() {
+        // A block by its distance: a case inside and one outside, each with a crease where they meet.
+        let un = Expr::unary;
+        let most = |a: Expr, b: Expr| Expr::binary(Binary::Max, a, b);
+        let half = [0.8, 0.7, 0.5];
+        let [p, q, r] = [(Expr::x(), 0.8), (Expr::y(), 0.7), (Expr::z(), 0.5)].map(|(e, h)| un(Unary::Abs, e) - h);
+        let beyond = |e: &Expr| most(e.clone(), Expr::constant(0.0));
+        let square = |e: Expr| e.clone() * e;
+        let length = un(Unary::Sqrt, square(beyond(&p)) + square(beyond(&q)) + square(beyond(&r)));
+        let inside = Expr::binary(Binary::Min, most(most(p, q), r), Expr::constant(0.0));
+        let beside = un(Unary::Abs, Expr::x() + Expr::y()) * 0.2 - 0.1;
+        let model = Implicit::new(&Solid::formula(-(length + inside + beside)), RSystem::R0, None).unwrap();
+        let sharp: Vec<_> = features(&model, 0.1, &Run::new()).unwrap().samples;
+        let sharp: Vec<_> = sharp.iter().filter(|s| s.angle > 40.0).collect();
+        assert!(sharp.iter().map(|s| s.length).sum::<f64>() > 8.0);
+        for s in sharp {
+            let mut depth = [0, 1, 2].map(|k| s.point[k].abs() - half[k]);
+            depth.sort_by(f64::total_cmp);
+            assert!(depth[2] < 1e-6 && depth[2] - depth[1] < 1e-6, "{s:?}");
         }
     }
 }

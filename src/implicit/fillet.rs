@@ -88,10 +88,6 @@ pub(crate) enum Profile {
     SmoothMax,
 }
 
-fn intervals(cell: &Aabb) -> [Interval; 3] {
-    std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]))
-}
-
 /// A fillet's value, and its partial derivatives by the values of its sides.
 struct Joined {
     value: f64,
@@ -120,15 +116,14 @@ pub(crate) struct Fillet {
 }
 
 impl Fillet {
-    /// What is added at a point.
-    fn added(&self, p: DVec3) -> Dual {
-        self.rest.as_ref().map_or(Dual::new(0.0, DVec3::ZERO), |f| f.gradient(p))
+    /// The value with what is added at a point.
+    fn with_rest(&self, joined: f64, p: DVec3) -> f64 {
+        self.rest.as_ref().map_or(joined, |f| joined + f.value(p))
     }
 
-    /// The same with bounds of what is added in a box.
-    fn with_added(&self, s: Slopes, cell: &Aabb) -> Slopes {
-        let Some(rest) = &self.rest else { return s };
-        s.binary(Binary::Add, rest.slopes(&intervals(cell)))
+    /// Value and gradient with it.
+    fn dual_with_rest(&self, joined: Dual, p: DVec3) -> Dual {
+        self.rest.as_ref().map_or(joined, |f| joined + f.gradient(p))
     }
 
     /// Where the surfaces are planes one behind the other, a radius apart or more, it ends all along them, and is positive where the
@@ -229,8 +224,7 @@ impl Fillet {
     }
 
     pub(crate) fn value(&self, p: DVec3) -> f64 {
-        let joined = self.join(self.sides[0].value(p), self.sides[1].value(p));
-        self.rest.as_ref().map_or(joined, |f| joined + f.value(p))
+        self.with_rest(self.join(self.sides[0].value(p), self.sides[1].value(p)), p)
     }
 
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
@@ -269,8 +263,7 @@ impl Fillet {
     pub(crate) fn gradient(&self, p: DVec3) -> Dual {
         let [a, b] = self.sides.each_ref().map(|s| s.gradient(p));
         let Joined { value, by } = self.joined([a.v, b.v], self.length(self.radius + a.v, self.radius + b.v));
-        let joined = Dual::new(value, a.g * by[0] + b.g * by[1]);
-        if self.rest.is_some() { joined + self.added(p) } else { joined }
+        self.dual_with_rest(Dual::new(value, a.g * by[0] + b.g * by[1]), p)
     }
 
     /// Bounds of what [`gradient`](Self::gradient) gives in a box, if there are bounds of its sides.
@@ -282,7 +275,8 @@ impl Fillet {
         }
         let [du, dv] = self.by_sides(&a, &b);
         let gradient = std::array::from_fn(|k| a.gradient[k] * du + b.gradient[k] * dv);
-        Some(self.with_added(Slopes { value: self.range_alone(cell), gradient }, cell))
+        let joined = Slopes { value: self.range_alone(cell), gradient };
+        Some(self.rest.as_ref().map_or(joined, |f| joined.binary(Binary::Add, f.slopes(&cell.intervals()))))
     }
 
     /// Bounds of the partial derivatives by its sides.
@@ -313,13 +307,12 @@ impl Fillet {
         let (u, v) = (r + a.v, r + b.v);
         let length = vector::hypot(u, v);
         let g = if length > 0.0 { (a.g * u + b.g * v) / length } else { DVec3::ZERO };
-        let joined = Dual::new(length - r, g);
-        if self.rest.is_some() { joined + self.added(p) } else { joined }
+        self.dual_with_rest(Dual::new(length - r, g), p)
     }
 
     pub(crate) fn range(&self, cell: &Aabb) -> Interval {
         let alone = self.range_alone(cell);
-        let [x, y, z] = intervals(cell);
+        let [x, y, z] = cell.intervals();
         self.rest.as_ref().map_or(alone, |f| alone + f.range(x, y, z))
     }
 
@@ -372,8 +365,7 @@ impl Fillet {
 
     /// Like [`eval`](Self::eval), but where the fillet ends its surface goes on along the surface that it ends in.
     pub(crate) fn continued(&self, p: DVec3) -> f64 {
-        let joined = self.between(self.sides[0].continued(p), self.sides[1].continued(p));
-        self.rest.as_ref().map_or(joined, |f| joined + f.value(p))
+        self.with_rest(self.between(self.sides[0].continued(p), self.sides[1].continued(p)), p)
     }
 
     /// The same by the values of the sides.

@@ -232,11 +232,11 @@ impl Formula {
         Formula { idle, program, shared: adjoint::is_shared(&ops), lengths: lengths(&ops), ops, plain: None }
     }
 
-    /// The sum of two formulas, or the difference.
-    pub(crate) fn plus(&self, other: &Self, factor: f64) -> Self {
+    /// The sum of two formulas.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut b = Builder::default();
         let (of_self, of_other) = (b.take(&self.ops), b.take(&other.ops));
-        b.ops.push(Op::Binary(if factor < 0.0 { Binary::Sub } else { Binary::Add }, of_self, of_other));
+        b.ops.push(Op::Binary(Binary::Add, of_self, of_other));
         Self::of(b.ops)
     }
 
@@ -271,7 +271,7 @@ impl Formula {
 
     /// Whether no angle goes on beyond half a turn in a box: there it is the same as its kin bit by bit.
     pub(crate) fn is_same_as_kin(&self, cell: &Aabb) -> bool {
-        let [x, y, z] = std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        let [x, y, z] = cell.intervals();
         let ranges = self.ranges(x, y, z);
         self.ops.iter().all(|op| match *op {
             Op::Unary(u, a) | Op::Turn(u, a, _) if u.goes_on() => {

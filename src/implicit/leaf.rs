@@ -408,7 +408,7 @@ impl Leaf {
 
     /// Bounds of the value, and of its computed value, over a box that may be infinite.
     pub(crate) fn range(&self, b: &Aabb) -> Interval {
-        let box3: [Interval; 3] = std::array::from_fn(|k| Interval::new(b.lo[k], b.hi[k]));
+        let box3 = b.intervals();
         let reach = b.lo.abs().max(b.hi.abs()).max_element();
         let planar = |c: &DVec3, f: &Frame| linear(f.u, *c, &box3).square() + linear(f.v, *c, &box3).square();
         match self {
@@ -479,7 +479,7 @@ impl Leaf {
             (Leaf::Formula(a), Leaf::Formula(b)) => a == b,
             (Leaf::Field(a, p), Leaf::Field(b, q)) => Arc::ptr_eq(a, b) && p == q,
             (Leaf::Blend(a), Leaf::Blend(b)) => Arc::ptr_eq(a, b),
-            (Leaf::Fillet(_), Leaf::Fillet(_)) => self.key() == other.key(),
+            (Leaf::Fillet(a), Leaf::Fillet(b)) => self.key() == other.key() && a.rest == b.rest,
             _ => {
                 let ((ka, a), (kb, b)) = (self.key(), other.key());
                 let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

@@ -235,7 +235,7 @@ fn local(c: DVec3, f: &Frame, b: &[Interval; 3]) -> [Slopes; 3] {
 impl Leaf {
     /// Bounds of value and gradient over a box; `None` for what is only known point by point.
     pub(crate) fn slopes(&self, cell: &Aabb) -> Option<Slopes> {
-        let b: [Interval; 3] = each(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        let b = cell.intervals();
         let scaled = |s: Slopes, k: f64| Slopes { value: s.value.scale(k), gradient: s.gradient.map(|g| g.scale(k)) };
         let constant = Slopes::constant;
         let gradient = match self {

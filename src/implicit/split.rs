@@ -12,9 +12,9 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::beyond::{Sign, sign_of_distance};
-use super::expr::{Binary, Expr, ExprNode, Unary};
+use super::expr::{Binary, Expr, ExprNode, Unary, holds};
 use super::joints::is_smooth;
-use super::jumps::{cases, swinging};
+use super::jumps::{beside_jump, cases, swinging};
 use super::pulled::outermost;
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
@@ -540,9 +540,15 @@ impl Splitter {
         if !is_sum || rest.ahead.is_some() || rest.root.is_some() {
             return None;
         }
-        let smooth = displaced_distance(&plus(rest.done, e, factor), &mut self.terms)?;
+        let whole = plus(rest.done, e, factor);
+        let smooth = displaced_distance(&whole, &mut self.terms)?;
+        // A root with no value somewhere, and one that is an absolute value, are taken apart as terms of the sum; a jump is a wall first.
+        let has_edge = |e: &Expr| root_of_square(e).is_some() || self.is_bare(e);
+        if smooth.rest.as_ref().is_some_and(|rest| holds(rest, has_edge)) {
+            return None;
+        }
         self.taken_apart = true;
-        Some(Primitive::Smooth(Arc::new(smooth)).into())
+        Some(beside_jump(&whole).unwrap_or_else(|| Primitive::Smooth(Arc::new(smooth)).into()))
     }
 
     /// The condition of a formula that was put together here.

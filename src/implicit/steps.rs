@@ -10,7 +10,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::beyond::without_nested_lengths;
-use super::expr::{Binary, Expr, ExprNode, SWING, Unary, operands, with_operands};
+use super::expr::{Binary, Expr, ExprNode, SWING, Unary, holds, operands, with_operands};
 use super::forms::{odd_powers, sheet, with_waves};
 use super::formula::Formula;
 use super::jumps::swinging;
@@ -127,20 +127,14 @@ pub(super) fn is_small(e: &Expr, most: usize) -> bool {
 
 /// Whether a formula may be constant somewhere though it is not everywhere.
 pub(super) fn flat(e: &Expr) -> bool {
-    let mut seen = rustc_hash::FxHashSet::default();
-    let mut stack = vec![e];
-    while let Some(e) = stack.pop() {
-        if !seen.insert(std::ptr::from_ref(e.node())) {
-            continue;
-        }
-        match e.node() {
+    holds(e, |e| {
+        matches!(
+            e.node(),
             ExprNode::Select(..)
-            | ExprNode::Unary(Unary::Abs | Unary::Sign | Unary::Floor, _)
-            | ExprNode::Binary(Binary::Min | Binary::Max | Binary::Mod, ..) => return true,
-            _ => stack.extend(operands(e)),
-        }
-    }
-    false
+                | ExprNode::Unary(Unary::Abs | Unary::Sign | Unary::Floor, _)
+                | ExprNode::Binary(Binary::Min | Binary::Max | Binary::Mod, ..)
+        )
+    })
 }
 
 /// The solid `e >= 0` as set operations of formulas, if `e` has switches or steps that can be taken apart.

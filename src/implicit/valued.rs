@@ -322,6 +322,20 @@ mod tests {
     }
 
     #[test]
+    fn functions_beside_distances_that_jump_or_end_are_taken_apart_first() {
+        let a = block([0.8, 0.7, 0.5]);
+        let made = |inside: Expr| Implicit::new(&Solid::formula(inside), RSystem::R0, None).unwrap();
+        let leaves = |inside: Expr| made(inside).leaf_count();
+        let smooth = leaves(-(a.clone() + Expr::x() * Expr::x() * 0.1 - 0.1));
+        // Two forms of the angle, each with all faces and fillets.
+        let angle = Expr::binary(Binary::Atan2, Expr::y(), Expr::x());
+        assert!(leaves(-(a.clone() - angle * 0.03 - 0.1)) > 2 * (smooth - 6));
+        // A root without a value beyond 0.6 ends the solid there.
+        let root = Expr::unary(Unary::Sqrt, Expr::constant(0.36) - Expr::x() * Expr::x());
+        assert!(made(-(a + root * 0.1)).bounds().hi.x < 0.65);
+    }
+
+    #[test]
     fn many_blocks_in_smooth_minima_stay_one_function() {
         // By squares: what is squared is written twice, and each block stands in both.
         let chain =

@@ -2,6 +2,8 @@
 
 use glam::{BVec3, DVec3};
 
+use crate::numeric::Interval;
+
 /// A closed axis-aligned box; empty when some `lo > hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
@@ -12,6 +14,11 @@ pub struct Aabb {
 }
 
 impl Aabb {
+    /// What lies in it along each axis.
+    pub(crate) fn intervals(&self) -> [Interval; 3] {
+        std::array::from_fn(|k| Interval::new(self.lo[k], self.hi[k]))
+    }
+
     /// The box that holds nothing, the neutral element of [`union`](Self::union).
     pub const EMPTY: Aabb = Aabb { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
     /// All of space.

@@ -9,7 +9,6 @@ use rustc_hash::FxHashMap;
 
 use super::super::formula::Formula;
 use super::super::leaf::Leaf;
-use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
 /// The sum and the difference of two leaves, if they have enough in common.
@@ -31,7 +30,7 @@ impl Differences {
             self.known.write().unwrap_or_else(PoisonError::into_inner).insert(pair, made.clone());
             made
         });
-        let bounds = [0, 1, 2].map(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        let bounds = cell.intervals();
         let both = both?;
         let vanishes = |f: &Formula| f.slopes(&bounds).value.contains(0.0);
         both.iter().zip([1.0, -1.0]).find(|(f, _)| !vanishes(f)).map(|(_, sign)| sign)

@@ -67,10 +67,10 @@ impl Lowerer {
 
     fn smooth_tree(&mut self, smooth: &Smooth, face: u32, c: &Context) -> Option<Part> {
         let compiled = smooth.value.map(&|e| Formula::compile(e, &c.place));
-        let rest = smooth.rest.as_ref().map(|e| Formula::compile(e, &c.place));
+        let rest = smooth.rest.as_ref().map(|e| [e.clone(), -e.clone()].map(|e| Formula::compile(&e, &c.place)));
         let added = |cell: &Aabb| {
-            let [x, y, z] = std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]));
-            rest.as_ref().map_or(Interval::point(0.0), |f| f.range(x, y, z))
+            let [x, y, z] = cell.intervals();
+            rest.as_ref().map_or(Interval::point(0.0), |[f, _]| f.range(x, y, z))
         };
         let scale = c.place.scale;
         let range = |cell: &Aabb| compiled.range(cell, scale) + added(cell);
@@ -82,7 +82,7 @@ impl Lowerer {
         let values = if c.negate { added(&bounds) } else { -added(&bounds) };
         let op = self.valued(&smooth.value, Counts { negate: c.negate, values }, &whole)?;
         let op = match &rest {
-            Some(rest) => self.with_rest(op, rest, &whole, c.negate),
+            Some([plus, minus]) => self.with_rest(op, turned([plus, minus], c.negate), face),
             None => self.by_zeros(op),
         };
         let known = if c.negate { None } else { inside };
@@ -121,16 +121,15 @@ impl Lowerer {
         made.last().copied().unwrap_or(root)
     }
 
-    /// The same tree with a function added to what it is a tree of, or to the opposite of that.
-    fn with_rest(&mut self, root: u32, rest: &Formula, at: &Whole<'_>, negate: bool) -> u32 {
+    /// The same tree with a function added to what it is a tree of, given with its opposite.
+    fn with_rest(&mut self, root: u32, rest: [&Formula; 2], face: u32) -> u32 {
         let tape = extract_tape(&self.ops, root);
         let mut made: Vec<u32> = Vec::with_capacity(tape.ops.len());
         for op in &tape.ops {
             let new = match *op {
-                Op::Leaf { leaf, negate: turned, .. } => {
-                    let factor = if turned == negate { 1.0 } else { -1.0 };
-                    let leaf = self.leaf_with(leaf, rest, factor, at);
-                    self.op(Op::Leaf { leaf, face: at.face, negate: turned })
+                Op::Leaf { leaf, negate, .. } => {
+                    let leaf = self.leaf_with(leaf, turned(rest, negate), face);
+                    self.op(Op::Leaf { leaf, face, negate })
                 }
                 Op::Min(x, y) => self.min(made[x as usize], made[y as usize]),
                 Op::Max(x, y) => self.max(made[x as usize], made[y as usize]),
@@ -141,35 +140,33 @@ impl Lowerer {
         made.last().copied().unwrap_or(root)
     }
 
-    /// The number of a leaf with a function added to it, or taken off.
-    fn leaf_with(&mut self, leaf: u32, rest: &Formula, factor: f64, at: &Whole<'_>) -> u32 {
+    /// The number of a leaf with a function added to it.
+    fn leaf_with(&mut self, leaf: u32, rest: [&Formula; 2], face: u32) -> u32 {
         let new = match self.leaves[leaf as usize].clone() {
             Leaf::Fillet(f) => {
-                let nothing = || Formula::compile(&Expr::constant(0.0), at.place);
-                let added = if factor < 0.0 { nothing().plus(rest, factor) } else { rest.clone() };
-                let sides = self.sides_with(&f, rest, factor, at);
-                Leaf::Fillet(Arc::new(Fillet { sides, rest: Some(added), ..*f }))
+                let sides = self.sides_with(&f, rest, face);
+                Leaf::Fillet(Arc::new(Fillet { sides, rest: Some(rest[0].clone()), ..*f }))
             }
-            Leaf::Formula(f) => Leaf::Formula(f.plus(rest, factor)),
+            Leaf::Formula(f) => Leaf::Formula(f.plus(rest[0])),
             // Distances are made of formulas and fillets alone.
             _ => return leaf,
         };
-        let op = self.leaf(new, at.face, false);
+        let op = self.leaf(new, face, false);
         if let Op::Leaf { leaf, .. } = self.ops[op as usize] { leaf } else { leaf }
     }
 
     /// The sides of a fillet, and of those that are its sides, with the numbers of the leaves that have the function, too.
-    fn sides_with(&mut self, f: &Fillet, rest: &Formula, factor: f64, at: &Whole<'_>) -> [Side; 2] {
+    fn sides_with(&mut self, f: &Fillet, rest: [&Formula; 2], face: u32) -> [Side; 2] {
         f.sides.each_ref().map(|s| {
-            let factor = if s.negate { -factor } else { factor };
+            let rest = turned(rest, s.negate);
             let leaf = match &s.leaf {
                 Leaf::Fillet(f) => {
-                    let sides = self.sides_with(f, rest, factor, at);
+                    let sides = self.sides_with(f, rest, face);
                     Leaf::Fillet(Arc::new(Fillet { sides, rest: None, ..**f }))
                 }
                 other => other.clone(),
             };
-            Side { leaf, number: self.leaf_with(s.number, rest, factor, at), negate: s.negate }
+            Side { leaf, number: self.leaf_with(s.number, rest, face), negate: s.negate }
         })
     }
 
@@ -233,10 +230,15 @@ impl Lowerer {
     }
 }
 
+/// What is added to the opposite.
+fn turned([rest, opposite]: [&Formula; 2], turn: bool) -> [&Formula; 2] {
+    if turn { [opposite, rest] } else { [rest, opposite] }
+}
+
 impl Valued<Formula> {
     /// Bounds of the value in a box.
     fn range(&self, cell: &Aabb, scale: f64) -> Interval {
-        let [x, y, z] = std::array::from_fn(|k| Interval::new(cell.lo[k], cell.hi[k]));
+        let [x, y, z] = cell.intervals();
         match self {
             Valued::Piece(f) => f.range(x, y, z),
             Valued::Joined { how, mirrored, of } => {
