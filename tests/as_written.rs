@@ -290,6 +290,17 @@ fn smooth_minima_of_blocks_have_the_edges_that_show() {
     }
 }
 
+/// A bellows cut where its wave turns back: the wall bends across the plane there, and its volume is that of a plain tube.
+#[test]
+fn a_wall_that_bends_across_a_plane_leaves_no_islands() {
+    let text = "rho = hypot(x, y)\n\
+                part(solid(abs(rho - 8 - 4 * sin(2 * pi * z / 8)) <= 0.8) & solid(abs(z - 26) <= 4))\n\
+                mesh(size='2%')\n";
+    let c = at_once(text);
+    assert_eq!((c.components, c.euler), (1, 0));
+    near(c.volume, PI * (8.8 * 8.8 - 7.2 * 7.2) * 8.0, 2e-3, text);
+}
+
 /// Between a block, by its distance, and a ball: where the ball is outside, the surface is within the block and has its edges. Elsewhere
 /// these are rounded off by as much as the surface is away from the block. And a block with waves on it, whose edges are sharp where they are
 /// dents.
