@@ -29,6 +29,6 @@ pub struct Features {
 impl Features {
     /// Total length of the edges whose normals differ by more than `angle` degrees.
     pub fn length(&self, angle: f64) -> f64 {
-        self.samples.iter().filter(|s| s.angle > angle).map(|s| s.length).sum()
+        self.samples.iter().filter(|s| s.angle > angle).map(|s| s.length).fold(0.0, |all, x| all + x)
     }
 }

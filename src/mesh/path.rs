@@ -58,7 +58,7 @@ pub fn shortest_path(mesh: &TriMesh, from: DVec3, to: DVec3, run: &Run) -> Resul
         path.points.extend(net.straightened(leg, run)?);
     }
     path.points.dedup();
-    path.length = path.points.windows(2).map(|w| w[0].distance(w[1])).sum();
+    path.length = path.points.windows(2).map(|w| w[0].distance(w[1])).fold(0.0, |all, x| all + x);
     Ok(path)
 }
 

@@ -70,7 +70,8 @@ impl TriMesh {
 
     /// Sum of the triangles' areas.
     pub fn area(&self) -> f64 {
-        (0..self.triangles.len()).map(|t| 0.5 * self.area_vector(t).length()).sum()
+        // The sum of no numbers is -0.
+        (0..self.triangles.len()).fold(0.0, |area, t| area + 0.5 * self.area_vector(t).length())
     }
 
     /// Signed volume by the divergence theorem; meaningful for closed, oriented meshes only.
@@ -81,7 +82,7 @@ impl TriMesh {
                 let [a, b, c] = self.corners(t).map(|p| p - o);
                 a.dot(b.cross(c)) / 6.0
             })
-            .sum()
+            .fold(0.0, |all, v| all + v)
     }
 
     /// The box around all nodes.

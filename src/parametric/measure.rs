@@ -75,7 +75,7 @@ pub struct Measures {
 impl Measures {
     /// The area of all faces that could be measured.
     pub fn area(&self) -> f64 {
-        self.faces.iter().filter_map(|f| f.area).sum()
+        self.faces.iter().filter_map(|f| f.area).fold(0.0, |all, x| all + x)
     }
 }
 

@@ -156,9 +156,9 @@ pub fn check_tested(
 /// Adds a mesh's groups to the summaries of its faces.
 pub(super) fn add_groups(groups: &mut Vec<GroupSummary>, mesh: &TriMesh) {
     for g in &mesh.groups {
-        let of =
-            |f: fn(&GroupSummary) -> f64| g.faces.iter().filter_map(|i| groups.get(*i as usize)).map(f).sum::<f64>();
-        let (triangles, area) = (of(|g| g.triangles as f64) as usize, of(|g| g.area));
+        let of = || g.faces.iter().filter_map(|i| groups.get(*i as usize));
+        // The sum of no numbers is -0.
+        let (triangles, area) = (of().map(|g| g.triangles).sum(), of().fold(0.0, |area, g| area + g.area));
         groups.push(GroupSummary { name: g.name.clone(), triangles, area });
     }
 }

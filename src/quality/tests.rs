@@ -250,3 +250,16 @@ fn faults_tell_what_they_hold() {
     assert_eq!([1, 3, 6, 600].map(|n| edges(n).weight()), [1, 3, 6, 6]);
     assert!(edges(9).to_string().ends_with("two faces come too close there, and at 4 more places"));
 }
+
+/// The sum of no numbers is -0, which would be printed with its sign.
+#[test]
+fn what_is_empty_has_an_area_and_a_length_without_a_sign() {
+    let mut mesh = cube();
+    mesh.groups.push(crate::mesh::Group { name: "none".into(), faces: Vec::new() });
+    let made = check(&mesh, Expectation::default(), None, &Run::new()).unwrap();
+    let none = made.groups.iter().find(|g| g.name == "none").unwrap();
+    assert_eq!((none.triangles, none.area.to_bits()), (0, 0.0f64.to_bits()));
+    assert!(made.to_string().contains("area 0.000000") && !made.to_string().contains("-0.0"), "{made}");
+    assert_eq!(TriMesh::default().area().to_bits(), 0.0f64.to_bits());
+    assert_eq!(Features::default().length(30.0).to_bits(), 0.0f64.to_bits());
+}
