@@ -492,6 +492,38 @@ fn a_group_of_no_face_is_an_error_where_it_stands() {
         .success();
 }
 
+/// By the gates that have groups: functions, bricks, set operations with meshes, plane figures.
+#[test]
+fn a_group_without_triangles_falls_short_by_its_name_and_the_mesh_is_written() {
+    let dir = TempDir::new().unwrap();
+    let boxes = "a = box(size=(1, 1, 1)).name(\"a\")\nb = box(size=(1, 1, 1)).name(\"b\")\n";
+    let balls = "ball = sphere(1).name(\"a\")\nhidden = sphere(.5).name(\"b\")\n";
+    let groups = "group(\"all\", faces(\"*\"))\ngroup(\"clamp\", faces(\"b*\"))\n";
+    fs::copy(data("soups/bored_block.off"), dir.path().join("block.off")).unwrap();
+    let figure = "part(region((circle(2).name(\"a\") | circle(1).name(\"b\"))))\n";
+    let bricks = ["--bricks", "2x1x1", "--size", "0.03"];
+    for (source, more) in [
+        (format!("{boxes}part(a | b)\n{groups}"), &[][..]),
+        (format!("{balls}part(ball | hidden)\n{groups}"), &["--method", "mc"]),
+        (format!("{balls}part(ball | hidden)\n{groups}"), &bricks),
+        (format!("part(mesh(\"block.off\").name(\"a\") | sphere(.5, at=(-13, -8, -3)).name(\"b\"))\n{groups}"), &[]),
+        (format!("{figure}{groups}"), &[]),
+    ] {
+        let more: Vec<&str> = more.iter().copied().chain(["--report", "r.json"]).collect();
+        mesh_source(dir.path(), &source, &more)
+            .code(1)
+            .stderr(contains("falls short: group \"clamp\" holds no triangle: its faces b"));
+        let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+        let faults = report["shortfalls"].as_array().unwrap();
+        assert_eq!(faults.len(), 1, "{source} {faults:?}");
+        assert_eq!(faults[0]["kind"], "empty_group");
+        assert_eq!(faults[0]["group"], "clamp");
+        assert!(faults[0]["faces"].as_array().unwrap().iter().all(|f| f.as_str().unwrap().starts_with('b')));
+        assert!(fs::metadata(dir.path().join("out.off")).unwrap().len() > 1000);
+        fs::remove_file(dir.path().join("out.off")).unwrap();
+    }
+}
+
 #[test]
 fn names_in_files_do_not_command_the_terminal() {
     let dir = TempDir::new().unwrap();

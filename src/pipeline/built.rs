@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::brep::{expected, mesh_step};
-use super::mesh::{Meshed, Ready, check_groups, finish_names};
+use super::groups::{check_groups, finish_names, lost_groups};
+use super::mesh::{Meshed, Ready};
 use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
@@ -234,6 +235,7 @@ pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &R
         }
     }
     finish_names(part, &mut made.mesh, &mut made.report);
+    made.report.shortfalls.extend(lost_groups(part, names.iter().map(String::as_str), &made.mesh.faces));
     for (name, faces) in bodies {
         let faces: Vec<u32> =
             faces.iter().filter_map(|f| made.mesh.faces.iter().position(|x| x == f)).map(|i| i as u32).collect();

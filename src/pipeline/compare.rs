@@ -6,9 +6,10 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::cells::{CellLadder, Start};
+use super::groups::{check_groups, finish_names};
 use super::ladder::Attempts;
 use super::leaf::by_leaf;
-use super::mesh::{Ready, check_groups, finish_names};
+use super::mesh::Ready;
 use super::method::Method;
 use super::options::MeshOptions;
 use super::report::Report;

@@ -9,7 +9,8 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::mesh::{Meshed, check_groups, mesh_part};
+use super::groups::{check_groups, lost_groups};
+use super::mesh::{Meshed, mesh_part};
 use super::method::Method;
 use super::options::MeshOptions;
 use super::report::{Info, LeafInfo, Report};
@@ -195,6 +196,8 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
     }
     let expected = Expectation { open: true, touching: false };
     made.report.judge(check(&made.mesh, expected, None, run)?, 0.0);
+    let lost = lost_groups(part, faces.iter().map(|f| &f.name[..]), &outline.names);
+    made.report.shortfalls.extend(lost);
     let model = slab.model()?;
     let oracle = ImplicitOracle::with_cells(&model, size, run)?;
     made.report.figure = Some(measured(&made, &outline, &oracle, size));

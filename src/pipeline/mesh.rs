@@ -9,6 +9,7 @@ use super::boolean::{holds_foreign, mesh_boolean};
 use super::built::{build, mesh_built};
 use super::cells::{CHEAP, CellLadder, Start, at};
 use super::figure::{mesh_figure, no_figure};
+use super::groups::{check_groups, finish_names, lost_groups};
 use super::heal::{heal_made, same_places, told};
 use super::hidden::{creases_seen, hidden_creases};
 use super::history::{Attempt, Clock, Tried};
@@ -20,16 +21,16 @@ use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
 use super::wish::{DEFAULT_SIZE, Wish};
-use crate::error::{Error, Place, Result, nearest};
+use crate::error::{Error, Place, Result};
 use crate::geometry::{Features, SurfaceOracle};
-use crate::implicit::part::{Part, SizeRequest, glob};
+use crate::implicit::part::{Part, SizeRequest};
 use crate::implicit::{
     CloseOracle, ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within,
     surface_points, thin_places, thin_walls,
 };
 use crate::io::Outline;
 use crate::merge::{Merged, Reordered};
-use crate::mesh::{Group, TriMesh};
+use crate::mesh::TriMesh;
 use crate::model::{Cut, from_mesh};
 use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
@@ -214,6 +215,8 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     attempts.tell(&[found.number], &mut found.meshed.report);
     let mut made = found.with_features(ladder.ready(), options, run)?;
     tell_far(&mut made, options);
+    let faces = ladder.ready().model.faces();
+    made.report.shortfalls.extend(lost_groups(part, faces.iter().map(|f| &f.name[..]), &made.mesh.faces));
     Ok(made)
 }
 
@@ -499,42 +502,4 @@ fn ready_for(mesh: &TriMesh, part: &Part) -> Result<Ready> {
     // a mesh may be far coarser or finer than is good for cells
     let diagonal = ready.model.bounds().diagonal();
     Ok(Ready { size: ready.size.clamp(diagonal / 1024.0, diagonal / 32.0), ..ready })
-}
-
-/// Every pattern of a group must fit some face, whether that has triangles or not: a misspelled one would load nothing.
-///
-/// Errors: the first pattern that fits none, at its group's place, with the name nearest to it.
-pub(super) fn check_groups<'a>(part: &Part, names: impl Iterator<Item = &'a str> + Clone) -> Result<()> {
-    for g in &part.groups {
-        if let Some(p) = g.patterns.iter().find(|p| !names.clone().any(|n| glob(p, n))) {
-            let e = Error::input(g.place.clone(), format!("group {:?}: no face is called {p:?}", g.name));
-            return Err(match nearest(p, names.clone()) {
-                Some(name) => e.with_help(format!("the nearest name is {name:?}; `rvachev info` lists all")),
-                None => e,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Drops faces without triangles and makes the part's groups.
-pub(super) fn finish_names(part: &Part, mesh: &mut TriMesh, report: &mut Report) {
-    let mut used = vec![false; mesh.faces.len()];
-    mesh.labels.iter().for_each(|l| used[*l as usize] = true);
-    let all = std::mem::take(&mut mesh.faces);
-    let mut new = vec![u32::MAX; all.len()];
-    for (i, name) in all.iter().enumerate().filter(|(i, _)| used[*i]) {
-        new[i] = mesh.faces.len() as u32;
-        mesh.faces.push(name.clone());
-    }
-    mesh.labels.iter_mut().for_each(|l| *l = new[*l as usize]);
-    for f in mesh.faces.iter().filter(|f| f.starts_with("domain.")) {
-        report.warnings.push(format!("the solid reaches the domain's wall and is capped there: face {f}"));
-    }
-    for g in &part.groups {
-        let faces: Vec<u32> = (0..mesh.faces.len() as u32)
-            .filter(|i| g.patterns.iter().any(|p| glob(p, &mesh.faces[*i as usize])))
-            .collect();
-        mesh.groups.push(Group { name: g.name.clone(), faces });
-    }
 }

@@ -18,6 +18,7 @@ mod distance;
 mod faults;
 mod figure;
 mod first_faces;
+mod groups;
 mod heal;
 mod hidden;
 mod history;

@@ -5,7 +5,8 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::mesh::{Ready, check_groups};
+use super::groups::check_groups;
+use super::mesh::Ready;
 use super::options::MeshOptions;
 use super::sampled::function;
 use crate::error::Result;

@@ -92,6 +92,13 @@ pub enum Fault {
         /// A point of it.
         at: [f64; 3],
     },
+    /// A group holds no triangle, though it names faces of the part.
+    EmptyGroup {
+        /// The group.
+        group: String,
+        /// The faces it names.
+        faces: Vec<String>,
+    },
     /// Edges between faces were not found.
     EdgesMissing {
         /// At how many places.
@@ -236,6 +243,7 @@ impl Fault {
             | Fault::ThinWall { at, .. }
             | Fault::Kept { at, .. } => vec![*at],
             Fault::Inverted { .. }
+            | Fault::EmptyGroup { .. }
             | Fault::CreasesCutOff { .. }
             | Fault::Far { .. }
             | Fault::VolumeLost { .. }
@@ -319,6 +327,12 @@ impl fmt::Display for Fault {
             }
             Fault::FaceMissing { face, at } => {
                 write!(f, "{face} is smaller than the cells near {} and is not in the mesh there", point(at))
+            }
+            Fault::EmptyGroup { group, faces } => {
+                let names = faces.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
+                let more = faces.len().saturating_sub(LISTED);
+                let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+                write!(f, "group {group:?} holds no triangle: its faces {names}{more} are not in the mesh")
             }
             Fault::EdgesMissing { count, places } => {
                 let near = places.iter().map(point).collect::<Vec<_>>().join(" and ");

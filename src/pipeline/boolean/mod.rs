@@ -9,10 +9,11 @@ mod operand;
 mod tree;
 mod work;
 
+use super::groups::{check_groups, finish_names, lost_groups};
 use super::history::{Attempt, Clock, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
 use super::leaf::NARROWEST;
-use super::mesh::{Meshed, check_groups, finish_names};
+use super::mesh::Meshed;
 use super::method::Method;
 use super::options::MeshOptions;
 use super::refine::Wishes;
@@ -176,7 +177,10 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     if best.report.inverted > 0 {
         report.shortfalls.push(Fault::FacingAway { triangles: best.report.inverted, places: Vec::new() });
     }
-    finished(part, best, &made, report, &mut clock, run)
+    let known = numbers.names.iter().map(String::as_str);
+    let mut whole = finished(part, best, &made, report, &mut clock, run)?;
+    whole.report.shortfalls.extend(lost_groups(part, known, &whole.mesh.faces));
+    Ok(whole)
 }
 
 /// The box to keep an operand of R-functions in, if it is worth it. `known` is a box around the operand, `within` one around where it

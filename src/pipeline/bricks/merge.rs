@@ -6,9 +6,9 @@ use std::sync::Mutex;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::super::groups::{finish_names, lost_groups};
 use super::super::history::{Attempt, Proof, Tried};
-use super::super::ladder::Attempts;
-use super::super::mesh::{Meshed, finish_names};
+use super::super::mesh::Meshed;
 use super::super::report::Report;
 use super::ROUNDS;
 use super::file::{NONE, NodeId, Piece, Store, Which};
@@ -88,6 +88,8 @@ pub(super) fn merged<'a>(plan: &BrickPlan, store: Store<'a>, run: &Run) -> Resul
     let of_faces: Vec<u32> = (0..faces.len() as u32).filter(|l| used[*l as usize]).collect();
     let mut names = TriMesh { faces, labels: of_faces.clone(), ..TriMesh::default() };
     finish_names(&part, &mut names, &mut report);
+    let known = ready.model.faces();
+    report.shortfalls.extend(lost_groups(&part, known.iter().map(|f| &f.name[..]), &names.faces));
     let mut labels = vec![NONE; used.len()];
     of_faces.iter().zip(std::mem::take(&mut names.labels)).for_each(|(old, new)| labels[*old as usize] = new);
     let mesh = PiecewiseMesh {
