@@ -210,8 +210,12 @@ fn mistakes_with_sequences_name_their_place_and_write_nothing() {
     let source = "part(sphere(1))\n";
     for (extra, code, said) in [
         (&["--sequence", "N R_al"][..], 2, "--sequence: line 1, column 3: no operator is called \"R_al\""),
-        (&["--sequence", "N", "--method", "leaf"], 2, "run by the method operators, not by leaf"),
-        (&["--sequence", "N", "--method", "cut"], 2, "not by cut"),
+        (
+            &["--sequence", "N", "--method", "leaf"],
+            2,
+            "--sequence is for solids of functions by operators; not for part.py",
+        ),
+        (&["--sequence", "N", "--method", "cut"], 2, "--sequence is for solids of functions by operators"),
         (&["--sequence", "@none.txt"], 3, "none.txt"),
         (&["--method", "operator"], 2, "the nearest is operators"),
     ] {
@@ -229,7 +233,7 @@ fn mistakes_with_sequences_name_their_place_and_write_nothing() {
         .stderr(contains("bad.txt: line 2, column 7: no group is open"));
     fs::write(dir.path().join("box.off"), BOX_WITHOUT_LID).unwrap();
     let args = ["mesh", "box.off", "-o", "out.off", "--sequence", "N"];
-    rvachev().current_dir(&dir).args(args).assert().code(2).stderr(contains("parts of functions"));
+    rvachev().current_dir(&dir).args(args).assert().code(2).stderr(contains("solids of functions by operators"));
 }
 
 #[test]

@@ -8,8 +8,10 @@ use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, Remedy, SizeRequest};
 use rvachev::render::{ClipPlane, View};
 
-const EXIT_CODES: &str =
-    "Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.";
+use super::gates::Given;
+
+const EXIT_CODES: &str = "Exit codes: 0 good, 1 the result falls short of what was asked, or what was checked is not sound, 2 usage, 3 bad input, \
+     4 failed, or a mesh that is not sound was not written, 130 cancelled.";
 
 /// Solids (R-functions) to triangle meshes one can compute on.
 #[derive(Debug, Parser)]
@@ -199,6 +201,9 @@ pub struct Mesh {
     pub watch: bool,
     #[command(flatten)]
     pub common: Common,
+    /// Which options were written, not there by default.
+    #[arg(skip)]
+    pub given: Given,
 }
 
 /// A page instead of mesh files.
@@ -227,6 +232,9 @@ pub struct ViewPage {
     pub operators: Operators,
     #[command(flatten)]
     pub common: Common,
+    /// Which options were written, not there by default.
+    #[arg(skip)]
+    pub given: Given,
 }
 
 impl ViewPage {
@@ -250,6 +258,7 @@ impl ViewPage {
             verbose: false,
             watch: false,
             common: self.common,
+            given: self.given,
         }
     }
 }

@@ -205,6 +205,7 @@ pub(super) fn made(a: &Mesh, run: &Run) -> Result<Meshed> {
             no_figure(&a.output)?;
         }
         how = how.for_part(&part, a.method);
+        a.given.known_to_part(pipeline::part_kind(&part), how.method, &a.part.part)?;
         how.measure |= !how.method.is_exact();
         pipeline::mesh_part(&part, &how, run)
     };
@@ -302,6 +303,15 @@ pub(super) fn ended(made: &Meshed, told: &Told, quiet: bool) -> bool {
 pub fn check(a: &Check) -> Result<bool> {
     if pipeline::is_step(&a.mesh) {
         return check_model(a);
+    }
+    match &a.against {
+        None if !a.define.is_empty() => {
+            return Err(Error::Usage("-D overrides numbers of the part of --against, which is not given".into()));
+        }
+        Some(path) if pipeline::is_step(path) && !a.define.is_empty() => {
+            return Err(Error::Usage("-D overrides numbers of part files; a STEP file has none".into()));
+        }
+        _ => {}
     }
     let run = run(&a.common, "check")?;
     let mesh = io::read(&a.mesh, &run)?;

@@ -22,7 +22,7 @@ use rvachev::Error;
 
 use arguments::{Cli, Command};
 
-/// Runs the command. Exit codes: 0 good, 1 the mesh falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.
+/// Runs the command. Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.
 pub fn main() -> ExitCode {
     let parsed = Cli::command().try_get_matches().and_then(|m| Ok((Cli::from_arg_matches(&m)?, m)));
     let (cli, matches) = match parsed {
@@ -34,10 +34,10 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let run = |command| match command {
-        Command::Mesh(a) => commands::mesh(&a),
-        Command::View(a) if a.serve => serve::serve(a),
-        Command::View(a) => commands::mesh(&a.into_mesh()),
+    let run = |command, given| match command {
+        Command::Mesh(a) => commands::mesh(&Mesh { given, ..a }),
+        Command::View(a) if a.serve => serve::serve(ViewPage { given, ..a }),
+        Command::View(a) => commands::mesh(&ViewPage { given, ..a }.into_mesh()),
         Command::Compare(a) => compare::compare(&a),
         Command::Check(a) => commands::check(&a),
         Command::Heal(a) => commands::heal(&a),
@@ -54,7 +54,7 @@ pub fn main() -> ExitCode {
         Command::Completions(a) => manual::completions(&a),
         Command::Man(a) => manual::manual(&a),
     };
-    match gates::check(&matches).and_then(|()| run(cli.command)) {
+    match gates::check(&matches).and_then(|given| run(cli.command, given)) {
         Ok(good) => ExitCode::from(u8::from(!good)),
         Err(e) => {
             console::explain(&e);

@@ -169,6 +169,11 @@ impl Format {
         matches!(self, Self::Msh | Self::Geo | Self::Inp | Self::Bdf | Self::Med | Self::Medit | Self::Su2 | Self::Vtp)
     }
 
+    /// Whether it matters to files of this format what triangles are named by ([`WriteOptions::groups`]).
+    pub fn heeds_groups(self) -> bool {
+        self.has_sets() || self == Self::Glb
+    }
+
     /// Whether files of this format are written in the order in which a mesh is read, without a copy of its triangles.
     pub fn is_streamed(self) -> bool {
         matches!(self, Self::StlBinary | Self::StlAscii | Self::Obj | Self::Ply | Self::Off | Self::Vtu | Self::Xdmf)

@@ -217,7 +217,7 @@ pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &R
     let bodies = named(&made.mesh);
     made.mesh.groups.clear();
     if part.solid.is_some() {
-        let options = &MeshOptions { without: Vec::new(), ..options.clone() };
+        let options = &MeshOptions { without: Vec::new(), trim: None, ..options.clone() };
         let rest = Part { built: Vec::new(), groups: Vec::new(), ..part.clone() };
         let other = super::mesh::mesh_part(&rest, options, run)?;
         append(&mut made.mesh, &other.mesh);

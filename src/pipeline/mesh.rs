@@ -132,7 +132,7 @@ impl Ready {
     pub(super) fn operator_options(&self, options: &MeshOptions) -> Options {
         let default = Options::new(self.size);
         if options.angle.is_none() && options.tolerance_length().is_none() {
-            return default;
+            return Options { least_size: options.least_length().or(default.least_size), ..default };
         }
         let nodes_per_radius = options.angle.map(|a| 1.0 / a.to_radians());
         Options { nodes_per_radius, chord: options.tolerance_length(), least_size: options.least_length(), ..default }

@@ -33,7 +33,7 @@ use crate::spatial::{Aabb, Bvh};
 use joint::Joint;
 use operand::{Asked, Made, Wanted, extent, load, make_foreign, make_functions, named_groups, with_size};
 use tree::Operand;
-pub(super) use tree::{files_of, holds_foreign};
+pub(super) use tree::{files_of, holds_foreign, is_foreign_alone};
 use work::{Numbers, Work, align, coinciding, misfit, prepare};
 
 /// An endless solid of R-functions is kept in a box that is larger than where it matters by this share of the diagonal on every side, and

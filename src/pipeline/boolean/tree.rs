@@ -126,6 +126,21 @@ pub(in crate::pipeline) fn holds_foreign(solid: &Solid) -> bool {
     !holders(solid).is_empty()
 }
 
+/// Whether a tree holds solids given by their boundaries alone, and none of R-functions.
+pub(in crate::pipeline) fn is_foreign_alone(solid: &Solid) -> bool {
+    let (mut seen, mut stack) = (Holders::default(), vec![solid]);
+    while let Some(s) = stack.pop() {
+        if !seen.insert(std::ptr::from_ref(s.node())) {
+            continue;
+        }
+        if matches!(s.node(), SolidNode::Primitive(p) if !matches!(p, Primitive::Foreign(_))) {
+            return false;
+        }
+        stack.extend(children(s.node()));
+    }
+    true
+}
+
 /// Paths of the files that solids of a tree are read from, as the part file has them, each once.
 pub(in crate::pipeline) fn files_of(solid: &Solid) -> BTreeSet<PathBuf> {
     let (mut seen, mut stack, mut found) = (FxHashSet::default(), vec![solid], BTreeSet::new());
