@@ -161,7 +161,9 @@ impl fmt::Display for Comparison {
                 write!(f, " {:>9.2e} {:>9.2e}", d.rms / self.size, d.normal)?;
             }
             if let Some(t) = &c.features {
-                write!(f, " {:>6.3} {:>6.3} {:>3} / {:<3}", t.recall, t.precision, t.corners_found, t.corners_true)?;
+                let share = |x: f64| if t.known { format!("{x:.3}") } else { "-".into() };
+                let (recall, precision) = (share(t.recall), share(t.precision));
+                write!(f, " {recall:>6} {precision:>6} {:>3} / {:<3}", t.corners_found, t.corners_true)?;
             }
             if let Some([_, crease, corner]) = r.classes {
                 write!(f, " {crease:>8}, {corner:>4}")?;

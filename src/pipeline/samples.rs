@@ -151,6 +151,7 @@ impl fmt::Display for SampleComparison {
             let sound = if c.closed && c.manifold && c.oriented { "yes" } else { "NO" };
             let corners = |t: &crate::quality::FeatureRecovery| format!("{} / {}", t.corners_found, t.corners_true);
             let features = c.features.as_ref();
+            let known = features.filter(|t| t.known);
             let shown = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.3}"));
             writeln!(
                 f,
@@ -160,8 +161,8 @@ impl fmt::Display for SampleComparison {
                 c.triangles,
                 sound,
                 c.self_intersections,
-                shown(features.map(|t| t.recall)),
-                shown(features.map(|t| t.precision)),
+                shown(known.map(|t| t.recall)),
+                shown(known.map(|t| t.precision)),
                 features.map_or("-".into(), corners),
                 c.quality.min_angle,
                 c.quality.p05_angle,

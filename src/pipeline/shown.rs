@@ -114,7 +114,9 @@ fn measured(text: &mut PageText, check: &Check) {
         text.fact("largest distance", format!("{:.3e}", d.max));
         text.fact("rms distance", format!("{:.3e}", d.rms));
     }
-    if let Some(f) = &check.features {
+    if let Some(f) = check.features.as_ref().filter(|f| !f.known) {
+        text.fact("sharp edges", format!("the true ones are not known, mesh {:.4}", f.length_mesh));
+    } else if let Some(f) = &check.features {
         text.fact("sharp edges, recall and precision", format!("{:.3}, {:.3}", f.recall, f.precision));
         text.fact("corners found", format!("{} of {}", f.corners_found, f.corners_true));
     }

@@ -224,7 +224,9 @@ impl fmt::Display for Check {
                 writeln!(f, "  {} samples far from the surface, {} inverted triangles", d.unprojected, d.inverted)?;
             }
         }
-        if let Some(t) = &self.features {
+        if let Some(t) = self.features.as_ref().filter(|t| !t.known) {
+            writeln!(f, "sharp edges: the true ones are not known, mesh {:.4}", t.length_mesh)?;
+        } else if let Some(t) = &self.features {
             writeln!(
                 f,
                 "sharp edges: true length {:.4}, mesh {:.4}; recall {:.3}, precision {:.3}; corners {} of {}",

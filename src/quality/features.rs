@@ -24,6 +24,9 @@ const STEP: f64 = 1.0 / 6.0;
 /// Recovery of sharp edges and corners. Shares are 1 where there is nothing to recover.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FeatureRecovery {
+    /// Whether the true edges are known. They are not where the surface names no edge and the mesh has sharp ones, which lie inside one
+    /// formula, say. Recall and precision tell nothing then.
+    pub known: bool,
     /// Length of the true edges above 40 degrees.
     pub length_true: f64,
     /// Length of the mesh's edges above 30 degrees.
@@ -110,6 +113,7 @@ pub fn recovery(
     }
     let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
     Ok(FeatureRecovery {
+        known: !truth.samples.is_empty() || !truth.corners.is_empty() || sharp.is_empty(),
         length_true,
         length_mesh,
         recall: share(recovered, length_true),

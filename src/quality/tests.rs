@@ -126,6 +126,14 @@ fn recovery_of_a_cube() {
     assert_abs_diff_eq!(r.length_true, 12.0, epsilon = 1e-12);
     assert_abs_diff_eq!(r.length_mesh, 12.0, epsilon = 1e-12);
     assert_eq!((r.recall, r.precision, r.corners_found, r.node_residual_max), (1.0, 1.0, 8, 0.0));
+    assert!(r.known);
+    // Where no true edge is known, nothing is said of the mesh's; a smooth surface has none, and so has its mesh.
+    let r = recovery(&m, &Features::default(), None, 0.5, &Run::new()).unwrap();
+    assert!(!r.known && (r.length_mesh - 12.0).abs() < 1e-12, "{r:?}");
+    let c = check(&m, Expectation::default(), None, &Run::new()).unwrap();
+    let told = Check { features: Some(r), ..c }.to_string();
+    assert!(told.contains("sharp edges: the true ones are not known, mesh 12.0000"), "{told}");
+    assert!(recovery(&ball(3), &Features::default(), None, 0.1, &Run::new()).unwrap().known);
     // half of the truth moved away
     truth.samples.iter_mut().step_by(2).for_each(|s| s.point += DVec3::splat(0.1));
     truth.corners[0].x -= 0.03;
