@@ -112,7 +112,7 @@ fn a_mesh_on_disk_is_the_one_in_memory_in_its_bytes_and_its_measures() {
     let text = format!("group('all', faces('*'))\n{HOLES}");
     let plan = planned(&text, 0.03, [2, 3, 2], &folder);
     make_bricks(&plan, &folder, Share::ALL, None, &Run::new()).unwrap();
-    let on_disk = merge_on_disk(&plan, &folder, &Run::new()).unwrap();
+    let on_disk = merge_on_disk(&plan, &folder, false, &Run::new()).unwrap();
     let Meshed { mesh, report, .. } = merge_bricks(&plan, &folder, &Run::new()).unwrap();
     let truth = check(&mesh, Expectation::default(), None, &Run::new()).unwrap();
     assert_eq!((on_disk.made.report.check.as_ref(), report.check.as_ref()), (Some(&truth), Some(&truth)));
@@ -345,8 +345,24 @@ fn what_is_missing_damaged_or_of_another_plan_is_named_and_not_merged() {
     fails(&["merge", job, "-o", out], 3, "no plan");
     // Made again from the first plan the mesh has the same bytes, in one process, too.
     fs::write(part, HOLES).unwrap();
-    assert!(command(&["mesh", part, "--bricks", "2x1x1", "--size", "0.03", "-o", out, "-q"]).status.success());
+    let report = folder.join("r.json");
+    let told = ["--report", report.to_str().unwrap(), "-v"];
+    let made = command(&[&["mesh", part, "--bricks", "2x1x1", "--size", "0.03", "-o", out, "-q"][..], &told].concat());
+    assert!(made.status.success());
     assert_eq!(fs::read(out).unwrap(), whole);
+    // The rounds are stages; all triangles that stay are there after the last one.
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
+    let stages = report["stages"].as_array().unwrap();
+    let names: Vec<&str> = stages.iter().map(|s| s["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["round 1", "round 2", "round 3", "merge", "check"]);
+    let counts: Vec<u64> = stages.iter().map(|s| s["triangles"].as_u64().unwrap()).collect();
+    assert!(0 < counts[0] && counts[0] < counts[1] && counts[1] <= counts[2], "{counts:?}");
+    assert_eq!(counts[2..], [report["check"]["triangles"].as_u64().unwrap(); 3]);
+    assert!(stages.iter().chain(report["attempts"].as_array().unwrap()).all(|s| s["seconds"].as_f64() > Some(0.0)));
+    let said = String::from_utf8_lossy(&made.stderr).into_owned();
+    for what in ["stage: round 1: ", "attempt: arrange at size ", "stage: check: ", "kept: arrange at size "] {
+        assert!(said.contains(what), "{what}: {said}");
+    }
     assert_eq!(
         fs::read_dir(&folder)
             .unwrap()

@@ -30,7 +30,7 @@ fn merging_holds_a_few_pieces_and_never_the_mesh() {
         make_bricks(&plan, &job, Share::ALL, None, &run).unwrap();
         let before = NOW.load(Ordering::Relaxed);
         MOST.store(before, Ordering::Relaxed);
-        let merged = merge_on_disk(&plan, &job, &run).unwrap();
+        let merged = merge_on_disk(&plan, &job, false, &run).unwrap();
         for name in ["a.vtu", "a.stl", "a.ply"] {
             write(&folder.join(name), &merged.mesh, &WriteOptions::default(), &run).unwrap();
         }

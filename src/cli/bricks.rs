@@ -9,7 +9,7 @@ use rvachev::{Error, Result};
 
 use super::arguments::{Common, Files, How, Mesh, PartFile};
 use super::commands::{Told, ended, options, refused, shown, write_meshes, write_report, written_as};
-use super::console::{note, run, say, writable};
+use super::console::{note, run, say, unwatched, watched, writable};
 
 #[derive(Debug, Args)]
 pub struct Plan {
@@ -137,7 +137,7 @@ pub fn merge(a: &Merge) -> Result<bool> {
     a.report.iter().try_for_each(|p| writable(p))?;
     let run = run(&a.common, "merge")?;
     let plan = BrickPlan::load(&a.folder)?;
-    let merged = pipeline::merge_on_disk(&plan, &a.folder, &run)?;
+    let merged = pipeline::merge_on_disk(&plan, &a.folder, a.report.is_some(), &run)?;
     let to = Outputs { of: &a.folder, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
     finish(&merged, &to, &a.common, run)
 }
@@ -147,14 +147,17 @@ pub fn mesh(a: &Mesh, bricks: [u32; 3]) -> Result<bool> {
     if a.png.is_some() || a.html.is_some() || a.method.is_some_and(|m| m != Method::default()) {
         return Err(Error::Usage("--bricks goes with mesh files and --report only, and has no other --method".into()));
     }
-    let run = run(&a.common, "mesh")?;
+    let run = watched(unwatched(&a.common)?, &a.common, "mesh", a.verbose);
     let plan = plan_of(&a.part, &a.how, bricks, &run)?;
     let mut folder = a.output[0].clone().into_os_string();
     folder.push(format!(".{}-bricks", std::process::id()));
     let folder = Folder(PathBuf::from(folder));
     plan.save(&folder.0)?;
-    pipeline::make_bricks(&plan, &folder.0, Share::ALL, None, &run)?;
-    let merged = pipeline::merge_on_disk(&plan, &folder.0, &run)?;
+    let merged = pipeline::mesh_bricks(&plan, &folder.0, a.report.is_some() || a.verbose, &run)?;
+    if a.verbose {
+        let attempts = merged.made.report.attempts.iter();
+        attempts.filter(|a| a.kept).for_each(|a| run.note("kept", || a.named()));
+    }
     let to =
         Outputs { of: &a.part.part, meshes: &a.output, files: &a.files, report: a.report.as_deref(), force: a.force };
     finish(&merged, &to, &a.common, run)

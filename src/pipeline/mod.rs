@@ -61,7 +61,7 @@ pub use brep_info::{
 };
 pub use bricks::{
     BrickPlan, MergedBricks, PiecewiseMesh, PlanOptions, PlanSource, ROUNDS, Share, make_bricks, make_piece,
-    merge_bricks, merge_on_disk, merge_pieces,
+    merge_bricks, merge_on_disk, merge_pieces, mesh_bricks,
 };
 pub use budget::expected_triangles;
 pub use built::{build, save_step};

@@ -12,6 +12,7 @@ use super::super::mesh::Meshed;
 use super::super::report::Report;
 use super::ROUNDS;
 use super::file::{NONE, NodeId, Piece, Store, Which};
+use super::history::History;
 use super::plan::BrickPlan;
 use super::portions::{Firsts, PiecewiseMesh, Span, portion};
 use crate::error::{Error, Place, Result};
@@ -37,18 +38,19 @@ pub struct MergedBricks<'a> {
 ///
 /// Errors: missing or damaged pieces, by name; pieces that do not match; cancellation.
 pub fn merge_bricks(plan: &BrickPlan, folder: &Path, run: &Run) -> Result<Meshed> {
-    collected(merge_on_disk(plan, folder, run)?)
+    collected(merge_on_disk(plan, folder, false, run)?)
 }
 
 /// Like [`merge_bricks`], in memory for a few pieces and for the nodes that pieces share: the mesh is read from the plan's folder.
 ///
-/// The mesh and the certificate are the same, to the last bit.
+/// The mesh and the certificate are the same, to the last bit. `timed` adds to the report how long it took.
 ///
 /// Errors: see [`merge_bricks`].
-pub fn merge_on_disk<'a>(plan: &BrickPlan, folder: &'a Path, run: &Run) -> Result<MergedBricks<'a>> {
+pub fn merge_on_disk<'a>(plan: &BrickPlan, folder: &'a Path, timed: bool, run: &Run) -> Result<MergedBricks<'a>> {
+    let history = History::new(timed);
     let store = Store::folder(plan, folder);
     all_there(plan, &store, ROUNDS)?;
-    merged(plan, store, run)
+    merged(plan, store, history, run)
 }
 
 /// The mesh in arrays.
@@ -57,7 +59,12 @@ pub(super) fn collected(merged: MergedBricks<'_>) -> Result<Meshed> {
 }
 
 /// The mesh of a store that has all pieces.
-pub(super) fn merged<'a>(plan: &BrickPlan, store: Store<'a>, run: &Run) -> Result<MergedBricks<'a>> {
+pub(super) fn merged<'a>(
+    plan: &BrickPlan,
+    store: Store<'a>,
+    mut history: History,
+    run: &Run,
+) -> Result<MergedBricks<'a>> {
     let part = plan.part()?;
     let ready = plan.ready(&part)?;
     let faces: Vec<String> = ready.model.faces().iter().map(|f| f.name.clone()).collect();
@@ -80,10 +87,9 @@ pub(super) fn merged<'a>(plan: &BrickPlan, store: Store<'a>, run: &Run) -> Resul
         return Err(Error::input(Place::Point(at), what));
     }
     let mut report = Report::of("bricks", plan.options.size, part.units.clone());
-    let attempt = Attempt::new(Tried::Arrange, plan.cell(), joined.whole.triangles, 0);
-    let mut attempts = Attempts::new(false);
-    let number = attempts.add(Attempt { proof: Some(proof), ..attempt }, run);
-    attempts.tell(&[number], &mut report);
+    let triangles = joined.whole.triangles;
+    let attempt = Attempt { proof: Some(proof), ..Attempt::new(Tried::Arrange, plan.cell(), triangles, 0) };
+    history.stage("merge", triangles, run);
     // One triangle stands for all of its face.
     let of_faces: Vec<u32> = (0..faces.len() as u32).filter(|l| used[*l as usize]).collect();
     let mut names = TriMesh { faces, labels: of_faces.clone(), ..TriMesh::default() };
@@ -103,6 +109,8 @@ pub(super) fn merged<'a>(plan: &BrickPlan, store: Store<'a>, run: &Run) -> Resul
         broken: Mutex::default(),
     };
     report.judge(measured(&mesh, joined, run)?, 0.0);
+    history.stage("check", triangles, run);
+    history.tell(attempt, &mut report, run);
     let made = Meshed { mesh: names, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None };
     Ok(MergedBricks { mesh, made })
 }

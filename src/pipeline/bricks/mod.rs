@@ -13,6 +13,7 @@
 mod blocks;
 mod bytes;
 mod file;
+mod history;
 mod merge;
 mod plan;
 mod portions;
@@ -21,5 +22,5 @@ mod rounds;
 pub use merge::{MergedBricks, merge_bricks, merge_on_disk};
 pub use plan::{BrickPlan, PlanOptions, PlanSource};
 pub use portions::PiecewiseMesh;
-pub use rounds::{ROUNDS, Share, make_bricks, make_piece, merge_pieces};
+pub use rounds::{ROUNDS, Share, make_bricks, make_piece, merge_pieces, mesh_bricks};
 pub(super) use rounds::{fans_apart, open_nodes};

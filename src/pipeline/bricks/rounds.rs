@@ -14,7 +14,8 @@ use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};
 use super::file::{Handed, NONE, NodeId, Piece, Store, Which, is_raw, made_in};
-use super::merge::{all_there, collected, merged};
+use super::history::History;
+use super::merge::{MergedBricks, all_there, collected, merged};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place, Result};
 use crate::implicit::{CellGrid, ImplicitOracle, arranged};
@@ -95,10 +96,31 @@ impl Given {
 ///
 /// Errors: a share without end; bricks of an earlier round that are missing; those of arranging and remeshing; cancellation.
 pub fn make_bricks(plan: &BrickPlan, folder: &Path, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
-    make(plan, &Store::folder(plan, folder), share, round, run)
+    make(plan, &Store::folder(plan, folder), Rounds { share, only: round, history: &mut History::new(false) }, run)
 }
 
-fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>, run: &Run) -> Result<usize> {
+/// All bricks of a plan and their merge, as [`make_bricks`] and [`merge_on_disk`](super::merge_on_disk) make them. The report has
+/// the rounds among its stages; `timed` adds how long they took.
+///
+/// Errors: those of the two.
+pub fn mesh_bricks<'a>(plan: &BrickPlan, folder: &'a Path, timed: bool, run: &Run) -> Result<MergedBricks<'a>> {
+    let mut history = History::new(timed);
+    let store = Store::folder(plan, folder);
+    make(plan, &store, Rounds { share: Share::ALL, only: None, history: &mut history }, run)?;
+    all_there(plan, &store, ROUNDS)?;
+    merged(plan, store, history, run)
+}
+
+/// Which bricks are made, and who is told.
+struct Rounds<'a> {
+    share: Share,
+    /// One round; all without.
+    only: Option<usize>,
+    history: &'a mut History,
+}
+
+fn make(plan: &BrickPlan, store: &Store<'_>, rounds: Rounds<'_>, run: &Run) -> Result<usize> {
+    let Rounds { share, only: round, history } = rounds;
     if share.number < 1 || share.number > share.of {
         return Err(Error::Usage(format!("there is no share {} of {}", share.number, share.of)));
     }
@@ -109,19 +131,29 @@ fn make(plan: &BrickPlan, store: &Store<'_>, share: Share, round: Option<usize>,
     for r in (0..ROUNDS).filter(|r| round.is_none_or(|only| only == *r)) {
         let mine = share.of_round(plan, r);
         let done = AtomicUsize::new(0);
+        let stay = AtomicUsize::new(0);
         let one = |brick: &u32| -> Result<usize> {
             run.check()?;
             let which = Which { round: r, brick: *brick };
-            let missing = store.load(which)?.is_none();
-            if missing {
-                store.save(maker.piece(which)?, which)?;
-            }
+            let there = store.load(which)?;
+            let missing = there.is_none();
+            let triangles = match there {
+                Some(piece) => piece.triangles.len(),
+                None => {
+                    let piece = maker.piece(which)?;
+                    let triangles = piece.triangles.len();
+                    store.save(piece, which)?;
+                    triangles
+                }
+            };
+            stay.fetch_add(triangles, Ordering::Relaxed);
             let n = done.fetch_add(1, Ordering::Relaxed) + 1;
             run.progress("bricks", (r as f64 + n as f64 / mine.len() as f64) / ROUNDS as f64);
             Ok(usize::from(missing))
         };
         let counts: Vec<Result<usize>> = run.install(|| mine.par_iter().with_max_len(1).map(one).collect());
         made += counts.into_iter().sum::<Result<usize>>()?;
+        history.round(r, stay.into_inner(), run);
     }
     Ok(made)
 }
@@ -170,8 +202,11 @@ pub fn merge_pieces<'b>(
         store.save(store.parse(bytes, which).map_err(bad)?, which)?;
     }
     all_there(plan, &store, 1)?;
-    (1..ROUNDS).try_for_each(|r| make(plan, &store, Share::ALL, Some(r), run).map(|_| ()))?;
-    collected(merged(plan, store, run)?)
+    // Who made the first round is not known here: the others alone are no stages of the mesh.
+    for r in 1..ROUNDS {
+        make(plan, &store, Rounds { share: Share::ALL, only: Some(r), history: &mut History::new(false) }, run)?;
+    }
+    collected(merged(plan, store, History::new(false), run)?)
 }
 
 struct Maker<'a> {
