@@ -20,7 +20,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches};
 use rvachev::Error;
 
-use arguments::{Cli, Command};
+use arguments::{Cli, Command, Mesh, ViewPage};
 
 /// Runs the command. Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.
 pub fn main() -> ExitCode {

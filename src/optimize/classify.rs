@@ -75,7 +75,7 @@ pub fn classify_by_edges(mesh: &EditMesh) -> Classes {
     out
 }
 
-/// Classes by curvature, \[LIS14\] (14–17), corrected: not of one ring but of a disc two edges wide, and with k-means of
+/// Classes by curvature, \[LIS14\] (14–17), corrected: not of one ring but of a disc of 1.6 edges around the node, and with k-means of
 /// normals in place of curvatures, so that a curved face does not count as bent and the number of clusters can be tested.
 ///
 /// Around every node the normals of the triangles form one, two, three or four clusters; clusters are sheets of the surface when

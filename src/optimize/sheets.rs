@@ -11,7 +11,7 @@ use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::{NONE, next};
 use crate::numeric::kmeans::{far_apart, k_means};
 
-/// Radius of the disc in edge lengths: two rings of triangles, so that a row of chamfers along a crease is outnumbered.
+/// Radius of the disc in edge lengths: it reaches into the second ring of triangles, so that a row of chamfers along a crease is outnumbered.
 pub const DISC: f64 = 1.6;
 /// A corner must also show in a disc as many times wider: there noise counts less, and a corner is one at every scale.
 const WIDER: f64 = 1.35;
