@@ -189,16 +189,34 @@ pub fn check(matches: &ArgMatches) -> Result<Given> {
     Ok(given)
 }
 
+/// An option of mesh files: its name in the code and on the command line, and the files that heed it.
+struct FileOption {
+    id: &'static str,
+    name: &'static str,
+    heeds: fn(Format) -> bool,
+    which: &'static str,
+}
+
 /// Refuses options of mesh files where none that is written heeds them.
 fn check_files(matches: &ArgMatches) -> Result<()> {
     let Ok(Some(outputs)) = matches.try_get_many::<PathBuf>("output") else { return Ok(()) };
     // An ending that is not known is told later.
     let formats: Vec<Format> = outputs.filter_map(|p| Format::from_path(p).ok()).collect();
-    let heeds: [(&str, &str, fn(Format) -> bool, &str); 2] = [
-        ("msh_version", "--msh-version", |f| matches!(f, Format::Msh | Format::Geo), ".msh"),
-        ("groups", "--groups", Format::heeds_groups, ".msh, .geo, .inp, .bdf, .nas, .med, .mesh, .su2, .vtp and .glb"),
+    let heeds = [
+        FileOption {
+            id: "msh_version",
+            name: "--msh-version",
+            heeds: |f| matches!(f, Format::Msh | Format::Geo),
+            which: ".msh and .geo",
+        },
+        FileOption {
+            id: "groups",
+            name: "--groups",
+            heeds: Format::heeds_groups,
+            which: ".msh, .geo, .inp, .bdf, .nas, .med, .mesh, .su2, .vtp and .glb",
+        },
     ];
-    for (id, name, heeds, which) in heeds {
+    for FileOption { id, name, heeds, which } in heeds {
         if is_given(matches, id) && !formats.is_empty() && !formats.iter().any(|f| heeds(*f)) {
             return Err(Error::Usage(format!("{name} is for {which} files, and none of these is written")));
         }
