@@ -34,6 +34,57 @@ fn only(dir: &Path, file: &str) {
     assert!(left.is_empty(), "left behind: {left:?}");
 }
 
+/// The cylinder whose surface, and nothing else, is a thousand times as wide.
+fn wide_cylinder() -> String {
+    let text = include_str!("../data/step/cylinder_without_seam.step");
+    text.replace("CYLINDRICAL_SURFACE('',#7,2.)", "CYLINDRICAL_SURFACE('',#7,2000.)")
+}
+
+#[test]
+fn more_triangles_than_the_memory_holds_are_refused_at_every_gate() {
+    // A tenth of a GiB holds 214 748 triangles of 500 bytes.
+    let limit = ["--memory", "0.1"];
+    let says =
+        ["triangles are expected", "GiB of memory, more than the 0.100 allowed", "--size", "--memory allows more"];
+    let mesh =
+        |file: &'static str, size: &'static str| [&["mesh", file, "-o", "a.off", "--size", size][..], &limit].concat();
+    let wide = wide_cylinder();
+    refused("a.step", wide.as_bytes(), &mesh("a.step", "2%"), 2, &says);
+    let sphere = include_bytes!("../data/step/sphere.step");
+    refused("a.step", sphere, &mesh("a.step", "0.02%"), 2, &says);
+    let tetrahedron = b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    refused(
+        "a.off",
+        tetrahedron,
+        &[&["mesh", "a.off", "-o", "b.off", "--size", "0.002"][..], &limit].concat(),
+        2,
+        &says,
+    );
+    // Its area is 1.5 and half the root of 3: so many equilateral triangles of 0.433 times the square of the size.
+    let all = (1.5 + 3f64.sqrt() / 2.0) / (0.433 * 0.002 * 0.002);
+    let told = format!("about {all:.0} triangles are expected");
+    refused(
+        "a.off",
+        tetrahedron,
+        &[&["mesh", "a.off", "-o", "b.off", "--size", "0.002"][..], &limit].concat(),
+        2,
+        &[&told],
+    );
+    let joined = b"part(loft([polyline([(0, 0, 0), (1, 0, 0), (0, 1, 0)], closed=True), (0, 0, 1)]) - sphere(0.2))\n";
+    refused("a.py", joined, &mesh("a.py", "0.002"), 2, &says);
+}
+
+#[test]
+fn lengths_whose_squares_are_no_numbers_are_an_error_of_their_entity() {
+    let text = include_str!("../data/step/cone_with_apex.step");
+    let far = text.replace("CIRCLE('',#7,2.)", "CIRCLE('',#7,2.E+300)");
+    let far = far.replace("CONICAL_SURFACE('',#17,2.,", "CONICAL_SURFACE('',#17,2.E+300,");
+    let says = ["#", "CIRCLE: argument 3 is not within 1e150"];
+    refused("a.step", far.as_bytes(), &["mesh", "a.step", "-o", "a.off"], 3, &says);
+    let points = b"OFF\n4 4 0\n0 0 0\n1e300 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    refused("a.off", points, &["mesh", "a.off", "-o", "b.off"], 3, &["1e150 is the most"]);
+}
+
 /// Part files with their mistake, its place and the words for it.
 const PARTS: &[(&str, &[&str])] = &[
     ("part(sphere(1)\n", &["line 2, column 1", "syntax error"]),

@@ -31,7 +31,7 @@ impl fmt::Display for Gate {
 const KNOWN: [(&str, &str, &[Gate]); 15] = [
     ("define", "-D", &[Gate::Part]),
     ("eps", "--eps", &[Gate::Part]),
-    ("memory", "--memory", &[Gate::Part]),
+    ("memory", "--memory", &[Gate::Part, Gate::Cad, Gate::Triangles]),
     ("thickness", "--thickness", &[Gate::Part]),
     ("method", "--method", &[Gate::Part]),
     ("sequence", "--sequence", &[Gate::Part]),

@@ -9,6 +9,7 @@ mod operand;
 mod tree;
 mod work;
 
+use super::budget::measurable;
 use super::history::{Attempt, Clock, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
 use super::leaf::NARROWEST;
@@ -61,6 +62,7 @@ const AROUND: f64 = 1.0;
 /// operands whose triangles cannot be joined; cancellation.
 pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     refuse(options)?;
+    let run = &run.clone().with_memory(options.memory);
     let solid = match part.domain {
         Some(d) => Solid::cuboid(d.lo, d.hi).name("domain") & solid.clone(),
         None => solid.clone(),
@@ -84,6 +86,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         loaded.push(read);
     }
     let Some(bounds) = bounds else { return Err(Error::Failed("no operand has a boundary".into())) };
+    measurable(&bounds)?;
     let size = options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE).length(bounds.diagonal());
     let mut report = Report::of("joined", size, part.units.clone());
     let mut clock = Clock::new(options.timed);
