@@ -102,12 +102,27 @@ const PARTS: &[(&str, &[&str])] = &[
     ("mesh(size='-2%')\npart(sphere(1))\n", &["line 1, column 11", "a size is a positive length or a share"]),
     ("x = 1\n", &["line 2, column 1", "declares no part"]),
     ("", &["line 1, column 1", "declares no part"]),
-    // what is known only of the whole solid has no line
-    ("s = sphere(1)\npart(s - s)\n", &["the solid is empty"]),
-    ("part(box((1, 1, 1)) & box((1, 1, 1), at=(9, 0, 0)))\n", &["the solid is empty"]),
-    ("part(sphere(1), domain=((5, 5, 5), (6, 6, 6)))\n", &["the solid is empty"]),
-    ("part(cylinder(1))\n", &["may be infinite", "domain=((x0, y0, z0), (x1, y1, z1))"]),
-    ("part(~sphere(1))\n", &["may be infinite", "domain="]),
+    // What is known only of the whole solid stands at the operand at fault, or at the part.
+    ("s = sphere(1)\npart(s - s)\n", &["line 2, column 6: the solid is empty"]),
+    (
+        "part(box((1, 1, 1)) & box((1, 1, 1), at=(9, 0, 0)))\n",
+        &["line 1, column 6: the solid is empty", "this and the solid at line 1, column 23 have nothing in common"],
+    ),
+    (
+        "a = sphere(1)\nb = sphere(1, at=(9, 0, 0))\npart(a & b)\n",
+        &["line 1, column 5: the solid is empty", "this and the solid at line 2, column 5 have nothing in common"],
+    ),
+    ("a = sphere(1)\nb = a - sphere(2)\npart(box((9, 9, 9)) & b)\n", &["line 2, column 5: the solid is empty"]),
+    (
+        "part(sphere(1), domain=((5, 5, 5), (6, 6, 6)))\n",
+        &["line 1, column 1: the solid is empty", "the domain holds none of it"],
+    ),
+    (
+        "rod = cylinder(1)\npart(union([sphere(3), rod.move((5, 0, 0)), box((1, 1, 1))]))\n",
+        &["line 1, column 7: the solid may be infinite"],
+    ),
+    ("part(cylinder(1))\n", &["line 1, column 6: the solid may be infinite", "domain=((x0, y0, z0), (x1, y1, z1))"]),
+    ("part(~sphere(1))\n", &["line 1, column 6: the solid may be infinite", "domain="]),
     // what is known only of a point has that
     ("part(solid(log(x) + 0.5 >= 0) & box((2, 2, 2)))\n", &["at (", "finite"]),
     ("part(solid(1 / (x - 0.123) >= 0) & box((2, 2, 2)))\n", &["at (", "pole"]),

@@ -104,6 +104,10 @@ pub(super) fn box_around(greatest: &dyn Fn(&Aabb) -> f64) -> Option<Aabb> {
     found.is_finite().then_some(found)
 }
 
+/// How errors of whole solids begin.
+pub(crate) const EMPTY: &str = "the solid is empty";
+pub(crate) const ENDLESS: &str = "the solid may be infinite";
+
 impl Implicit {
     /// Lowers a solid and finds a box around it.
     ///
@@ -127,8 +131,9 @@ impl Implicit {
             Implicit { leaves: low.leaves, tape: Arc::new(low.tape), faces: low.faces, rsystem, bounds: low.bounds };
         if !model.bounds.is_empty() && !model.bounds.is_finite() {
             model.bounds = model.find_bounds().ok_or_else(|| {
-                Error::input(Place::Unknown, "the solid may be infinite: no finite box around it can be proved")
-                    .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1))); a .vm file ends with the max of it and a box")
+                Error::input(Place::Unknown, format!("{ENDLESS}: no finite box around it can be proved")).with_help(
+                    "give part(..., domain=((x0, y0, z0), (x1, y1, z1))); a .vm file ends with the max of it and a box",
+                )
             })?;
         }
         for _ in 0..2 {
@@ -139,7 +144,7 @@ impl Implicit {
             (model.leaves, model.tape, model.faces) = (apart.leaves, Arc::new(apart.tape), apart.faces);
         }
         if model.bounds.is_empty() {
-            return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+            return Err(Error::input(Place::Unknown, format!("{EMPTY}: nothing is inside anywhere")));
         }
         if let Some(tape) = unified(&model.leaves, &model.tape, &model.bounds) {
             model.tape = Arc::new(tape);

@@ -17,6 +17,7 @@ mod interpreter;
 mod methods;
 mod modules;
 mod operators;
+mod origins;
 pub mod recipe;
 mod refused;
 mod sheets;
@@ -29,6 +30,7 @@ mod vm;
 
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use super::rfunction::RSystem;
 use super::solid::Solid;
@@ -143,6 +145,8 @@ pub struct Part {
     pub mesh: MeshDefaults,
     /// Where relative paths of files start: the part file's folder. Empty for the working directory.
     pub folder: PathBuf,
+    /// Where a part file makes which solid; `None` for what comes from elsewhere.
+    pub(crate) origins: Option<Arc<origins::Origins>>,
 }
 
 impl Part {
@@ -158,6 +162,7 @@ impl Part {
             groups: Vec::new(),
             mesh: MeshDefaults::default(),
             folder: PathBuf::new(),
+            origins: None,
         }
     }
 }
@@ -173,8 +178,9 @@ pub fn parse(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
     guard::check(source)?;
     // deep but legal expressions recurse in the parser and when its tree is dropped
     std::thread::scope(|scope| {
-        let worker =
-            std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || interpreter::run(source, overrides));
+        let worker = std::thread::Builder::new()
+            .stack_size(STACK)
+            .spawn_scoped(scope, || interpreter::run(source, overrides));
         match worker.map(|w| w.join()) {
             Ok(Ok(result)) => result,
             Ok(Err(_)) => Err(Error::input(Place::Unknown, "the part file could not be read: the reader failed")),

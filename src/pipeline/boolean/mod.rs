@@ -23,6 +23,7 @@ use super::wish::{DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Place, Result};
 use crate::heal::{MOST_BODIES, boolean};
 use crate::implicit::Solid;
+use crate::implicit::model::{EMPTY, ENDLESS};
 use crate::implicit::part::Part;
 use crate::mesh::{Group, TriMesh};
 use crate::optimize::Sizing;
@@ -137,15 +138,17 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     run.progress("join", 0.0);
     let meshes: Vec<&TriMesh> = made.iter().map(|m| &m.mesh).collect();
     let endless = || {
-        Error::input(Place::Unknown, "the solid may be infinite: what the boundaries are joined with has no end")
-            .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))")
+        let e = Error::input(Place::Unknown, format!("{ENDLESS}: what the boundaries are joined with has no end"))
+            .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))");
+        part.located(e)
     };
     if tree.holds(&vec![false; made.len()]) {
         return Err(endless());
     }
     let joined = boolean(&meshes, &|state| tree.holds(state), run)?.ok_or_else(misfit)?;
     if joined.mesh.triangles.is_empty() {
-        return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+        let what = format!("{EMPTY}: nothing is inside anywhere");
+        return Err(part.located(Error::input(Place::Unknown, what)));
     }
     let numbers = Numbers::new(&made);
     if joined.from.iter().any(|t| numbers.is_wall(&made, *t)) {
