@@ -238,3 +238,30 @@ fn an_old_file_stays_as_it_was() {
     Command::cargo_bin("rvachev").unwrap().current_dir(&dir).args(args).assert().code(3);
     assert_eq!(fs::read_to_string(dir.path().join("out.off")).unwrap(), "precious");
 }
+
+/// Runs the command on a part file with so many KiB of address space.
+#[cfg(target_os = "linux")]
+fn within(kib: usize, part: &str, args: &str) -> std::process::Output {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("part.py"), part).unwrap();
+    let command = assert_cmd::cargo::cargo_bin("rvachev");
+    let line = format!("ulimit -v {kib}; exec {} mesh part.py -o part.off --threads 1 {args}", command.display());
+    Command::new("sh").args(["-c", &line]).current_dir(&dir).output().unwrap()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_small_part_needs_little_address_space() {
+    let out = within(500_000, "part(box((1, 1, 1)))\n", "--size 0.5");
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_that_cannot_be_had_ends_the_command_in_one_line() {
+    let out = within(500_000, "part(sphere(1))\n", "--size 0.002 --memory 64");
+    let err = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(out.status.code(), Some(4), "{err}");
+    assert_eq!(err.lines().filter(|l| l.starts_with("error: out of memory: ")).count(), 1, "{err}");
+    assert!(!err.contains("RUST_BACKTRACE"), "{err}");
+}
