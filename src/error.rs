@@ -33,12 +33,23 @@ pub enum Place {
     Point(DVec3),
     /// A named or numbered thing, such as `triangle 12`.
     Item(String),
+    /// A whole solid that is no body.
+    Solid(NoBody),
+}
+
+/// What a solid is instead of a body with an end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoBody {
+    /// Nothing is inside anywhere.
+    Empty,
+    /// It has no end, or none that can be proved.
+    Endless,
 }
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Unknown => Ok(()),
+            Place::Unknown | Place::Solid(_) => Ok(()),
             Place::Text { line, column, .. } => write!(f, "line {line}, column {column}: "),
             Place::Line(line) => write!(f, "line {line}: "),
             Place::Byte(byte) => write!(f, "byte {byte}: "),

@@ -2,6 +2,9 @@
 
 mod cli;
 
+#[global_allocator]
+static MEMORY: cli::Ending = cli::Ending;
+
 fn main() -> std::process::ExitCode {
     cli::main()
 }

@@ -55,6 +55,9 @@ pub trait Progress: Send + Sync {
     fn note(&self, _kind: &str, _line: &str) {}
 }
 
+/// What a triangle takes while its mesh is made, in bytes: measured at the peak of remeshing, of CAD models and of triangles.
+const BYTES_PER_TRIANGLE: f64 = 500.0;
+
 /// Cancellation, progress and threads of one run.
 #[derive(Clone, Default)]
 pub struct Run {
@@ -63,6 +66,8 @@ pub struct Run {
     pool: Option<Arc<rayon::ThreadPool>>,
     /// Whether what is made is a part of the mesh, of which nothing is expected.
     partial: bool,
+    /// How many bytes a mesh may take while it is made.
+    memory: Option<u64>,
 }
 
 impl std::fmt::Debug for Run {
@@ -138,6 +143,41 @@ impl Run {
         if let Some(p) = self.progress.as_ref().filter(|_| !self.partial) {
             p.expected(triangles);
         }
+    }
+
+    /// Refuses meshes that need more than so many bytes while they are made: see [`expect`](Self::expect).
+    pub(crate) fn with_memory(mut self, bytes: u64) -> Self {
+        self.memory = Some(bytes);
+        self
+    }
+
+    /// How many triangles the memory holds that is allowed, if there is a limit.
+    pub(crate) fn most_triangles(&self) -> Option<usize> {
+        // Numbers too large for the type become its largest.
+        self.memory.map(|m| (m as f64 / BYTES_PER_TRIANGLE) as usize)
+    }
+
+    /// [`expected`](Self::expected), where the memory allowed holds so many triangles.
+    ///
+    /// Errors: [`Error::Usage`] where it does not, also of a part of the mesh.
+    pub(crate) fn expect(&self, triangles: f64) -> Result<()> {
+        // Numbers too large for the type, and infinity, become its largest.
+        self.expected(triangles as usize);
+        match self.memory {
+            Some(m) if triangles * BYTES_PER_TRIANGLE > m as f64 => Err(self.too_many(triangles, "about")),
+            _ => Ok(()),
+        }
+    }
+
+    /// Why a mesh of `how` (about, or more than) so many triangles is refused.
+    pub(crate) fn too_many(&self, triangles: f64, how: &str) -> Error {
+        const GIB: f64 = (1u64 << 30) as f64;
+        let count = if triangles < 1e9 { format!("{triangles:.0}") } else { format!("{triangles:.3e}") };
+        let (needed, allowed) = (triangles * BYTES_PER_TRIANGLE / GIB, self.memory.unwrap_or(u64::MAX) as f64 / GIB);
+        Error::Usage(format!(
+            "{how} {count} triangles are expected, which need {needed:.3} GiB of memory, more than the {allowed:.3} allowed: \
+             longer edges (--size, --size-min) need less, and --memory allows more"
+        ))
     }
 
     /// The listener, if any.

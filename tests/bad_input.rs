@@ -34,6 +34,57 @@ fn only(dir: &Path, file: &str) {
     assert!(left.is_empty(), "left behind: {left:?}");
 }
 
+/// The cylinder whose surface, and nothing else, is a thousand times as wide.
+fn wide_cylinder() -> String {
+    let text = include_str!("../data/step/cylinder_without_seam.step");
+    text.replace("CYLINDRICAL_SURFACE('',#7,2.)", "CYLINDRICAL_SURFACE('',#7,2000.)")
+}
+
+#[test]
+fn more_triangles_than_the_memory_holds_are_refused_at_every_gate() {
+    // A tenth of a GiB holds 214 748 triangles of 500 bytes.
+    let limit = ["--memory", "0.1"];
+    let says =
+        ["triangles are expected", "GiB of memory, more than the 0.100 allowed", "--size", "--memory allows more"];
+    let mesh =
+        |file: &'static str, size: &'static str| [&["mesh", file, "-o", "a.off", "--size", size][..], &limit].concat();
+    let wide = wide_cylinder();
+    refused("a.step", wide.as_bytes(), &mesh("a.step", "2%"), 2, &says);
+    let sphere = include_bytes!("../data/step/sphere.step");
+    refused("a.step", sphere, &mesh("a.step", "0.02%"), 2, &says);
+    let tetrahedron = b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    refused(
+        "a.off",
+        tetrahedron,
+        &[&["mesh", "a.off", "-o", "b.off", "--size", "0.002"][..], &limit].concat(),
+        2,
+        &says,
+    );
+    // Its area is 1.5 and half the root of 3: so many equilateral triangles of 0.433 times the square of the size.
+    let all = (1.5 + 3f64.sqrt() / 2.0) / (0.433 * 0.002 * 0.002);
+    let told = format!("about {all:.0} triangles are expected");
+    refused(
+        "a.off",
+        tetrahedron,
+        &[&["mesh", "a.off", "-o", "b.off", "--size", "0.002"][..], &limit].concat(),
+        2,
+        &[&told],
+    );
+    let joined = b"part(loft([polyline([(0, 0, 0), (1, 0, 0), (0, 1, 0)], closed=True), (0, 0, 1)]) - sphere(0.2))\n";
+    refused("a.py", joined, &mesh("a.py", "0.002"), 2, &says);
+}
+
+#[test]
+fn lengths_whose_squares_are_no_numbers_are_an_error_of_their_entity() {
+    let text = include_str!("../data/step/cone_with_apex.step");
+    let far = text.replace("CIRCLE('',#7,2.)", "CIRCLE('',#7,2.E+300)");
+    let far = far.replace("CONICAL_SURFACE('',#17,2.,", "CONICAL_SURFACE('',#17,2.E+300,");
+    let says = ["#", "CIRCLE: argument 3 is not within 1e150"];
+    refused("a.step", far.as_bytes(), &["mesh", "a.step", "-o", "a.off"], 3, &says);
+    let points = b"OFF\n4 4 0\n0 0 0\n1e300 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    refused("a.off", points, &["mesh", "a.off", "-o", "b.off"], 3, &["1e150 is the most"]);
+}
+
 /// Part files with their mistake, its place and the words for it.
 const PARTS: &[(&str, &[&str])] = &[
     ("part(sphere(1)\n", &["line 2, column 1", "syntax error"]),
@@ -51,12 +102,27 @@ const PARTS: &[(&str, &[&str])] = &[
     ("mesh(size='-2%')\npart(sphere(1))\n", &["line 1, column 11", "a size is a positive length or a share"]),
     ("x = 1\n", &["line 2, column 1", "declares no part"]),
     ("", &["line 1, column 1", "declares no part"]),
-    // what is known only of the whole solid has no line
-    ("s = sphere(1)\npart(s - s)\n", &["the solid is empty"]),
-    ("part(box((1, 1, 1)) & box((1, 1, 1), at=(9, 0, 0)))\n", &["the solid is empty"]),
-    ("part(sphere(1), domain=((5, 5, 5), (6, 6, 6)))\n", &["the solid is empty"]),
-    ("part(cylinder(1))\n", &["may be infinite", "domain=((x0, y0, z0), (x1, y1, z1))"]),
-    ("part(~sphere(1))\n", &["may be infinite", "domain="]),
+    // What is known only of the whole solid stands at the operand at fault, or at the part.
+    ("s = sphere(1)\npart(s - s)\n", &["line 2, column 6: the solid is empty"]),
+    (
+        "part(box((1, 1, 1)) & box((1, 1, 1), at=(9, 0, 0)))\n",
+        &["line 1, column 6: the solid is empty", "this and the solid at line 1, column 23 have nothing in common"],
+    ),
+    (
+        "a = sphere(1)\nb = sphere(1, at=(9, 0, 0))\npart(a & b)\n",
+        &["line 1, column 5: the solid is empty", "this and the solid at line 2, column 5 have nothing in common"],
+    ),
+    ("a = sphere(1)\nb = a - sphere(2)\npart(box((9, 9, 9)) & b)\n", &["line 2, column 5: the solid is empty"]),
+    (
+        "part(sphere(1), domain=((5, 5, 5), (6, 6, 6)))\n",
+        &["line 1, column 1: the solid is empty", "the domain holds none of it"],
+    ),
+    (
+        "rod = cylinder(1)\npart(union([sphere(3), rod.move((5, 0, 0)), box((1, 1, 1))]))\n",
+        &["line 1, column 7: the solid may be infinite"],
+    ),
+    ("part(cylinder(1))\n", &["line 1, column 6: the solid may be infinite", "domain=((x0, y0, z0), (x1, y1, z1))"]),
+    ("part(~sphere(1))\n", &["line 1, column 6: the solid may be infinite", "domain="]),
     // what is known only of a point has that
     ("part(solid(log(x) + 0.5 >= 0) & box((2, 2, 2)))\n", &["at (", "finite"]),
     ("part(solid(1 / (x - 0.123) >= 0) & box((2, 2, 2)))\n", &["at (", "pole"]),
@@ -171,4 +237,31 @@ fn an_old_file_stays_as_it_was() {
     let args = ["mesh", "part.py", "-o", "out.off"];
     Command::cargo_bin("rvachev").unwrap().current_dir(&dir).args(args).assert().code(3);
     assert_eq!(fs::read_to_string(dir.path().join("out.off")).unwrap(), "precious");
+}
+
+/// Runs the command on a part file with so many KiB of address space.
+#[cfg(target_os = "linux")]
+fn within(kib: usize, part: &str, args: &str) -> std::process::Output {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("part.py"), part).unwrap();
+    let command = assert_cmd::cargo::cargo_bin("rvachev");
+    let line = format!("ulimit -v {kib}; exec {} mesh part.py -o part.off --threads 1 {args}", command.display());
+    Command::new("sh").args(["-c", &line]).current_dir(&dir).output().unwrap()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_small_part_needs_little_address_space() {
+    let out = within(500_000, "part(box((1, 1, 1)))\n", "--size 0.5");
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_that_cannot_be_had_ends_the_command_in_one_line() {
+    let out = within(500_000, "part(sphere(1))\n", "--size 0.002 --memory 64");
+    let err = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(out.status.code(), Some(4), "{err}");
+    assert_eq!(err.lines().filter(|l| l.starts_with("error: out of memory: ")).count(), 1, "{err}");
+    assert!(!err.contains("RUST_BACKTRACE"), "{err}");
 }

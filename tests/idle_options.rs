@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Options, each with a value that changes the mesh of every part below whose way knows it, and one for the block, which is larger.
-const OPTIONS: [[&str; 3]; 10] = [
+const OPTIONS: [[&str; 3]; 9] = [
     ["--angle", "6", "6"],
     ["--tol", "1e-3", "1e-2"],
     ["--size-min", "0.2", "2.4"],
@@ -14,14 +14,13 @@ const OPTIONS: [[&str; 3]; 10] = [
     ["--refine", "sphere=0.6,0,0,0.8:0.04", "sphere=-13,0,0,8:0.5"],
     ["--thickness", "0.4", "0.4"],
     ["--eps", "1e-2", "1e-2"],
-    ["--memory", "1e-9", "1e-9"],
     ["--trim", "0.05", "0.5"],
     ["--volume", "1e-4", "1e-4"],
 ];
 
-/// What is known and may leave this mesh as it is: how far nodes are from the surface matters where marching cubes take part, memory
-/// where there is little, and nothing here is narrow.
-const SILENT: [&str; 3] = ["--eps", "--memory", "--trim"];
+/// What is known and may leave this mesh as it is: how far nodes are from the surface matters where marching cubes take part,
+/// and nothing here is narrow.
+const SILENT: [&str; 2] = ["--eps", "--trim"];
 
 const FUNCTIONS: &str = "part(sphere(1) - cylinder(0.2))\n";
 const FIGURE: &str = "part(region(circle(1) - circle(0.2, at=(0.7, 0))))\n";
@@ -33,26 +32,16 @@ const WITH_FUNCTIONS: &str = "part(mesh(\"block.off\") - sphere(3, at=(-15, 0, 1
 type Way = (&'static str, &'static str, &'static [&'static str], &'static [&'static str]);
 
 const WAYS: [Way; 10] = [
-    (
-        "leaf",
-        FUNCTIONS,
-        &[],
-        &["--angle", "--tol", "--size-min", "--grading", "--refine", "--thickness", "--eps", "--memory"],
-    ),
-    ("operators", FUNCTIONS, &["--method", "operators"], &["--angle", "--tol", "--size-min", "--eps", "--memory"]),
-    ("paper", FUNCTIONS, &["--method", "paper"], &["--angle", "--tol", "--size-min", "--eps", "--memory"]),
-    ("cut", FUNCTIONS, &["--method", "cut"], &["--angle", "--tol", "--size-min", "--eps", "--memory"]),
-    ("mc", FUNCTIONS, &["--method", "mc"], &["--eps", "--memory"]),
-    ("bricks", FUNCTIONS, &["--bricks", "1x1x1"], &["--angle", "--tol", "--size-min", "--grading", "--memory"]),
-    ("figure", FIGURE, &[], &["--angle", "--tol", "--size-min", "--grading", "--refine", "--eps", "--memory"]),
+    ("leaf", FUNCTIONS, &[], &["--angle", "--tol", "--size-min", "--grading", "--refine", "--thickness", "--eps"]),
+    ("operators", FUNCTIONS, &["--method", "operators"], &["--angle", "--tol", "--size-min", "--eps"]),
+    ("paper", FUNCTIONS, &["--method", "paper"], &["--angle", "--tol", "--size-min", "--eps"]),
+    ("cut", FUNCTIONS, &["--method", "cut"], &["--angle", "--tol", "--size-min", "--eps"]),
+    ("mc", FUNCTIONS, &["--method", "mc"], &["--eps"]),
+    ("bricks", FUNCTIONS, &["--bricks", "1x1x1"], &["--angle", "--tol", "--size-min", "--grading"]),
+    ("figure", FIGURE, &[], &["--angle", "--tol", "--size-min", "--grading", "--refine", "--eps"]),
     ("built", BUILT, &[], &["--angle", "--tol", "--size-min", "--grading", "--refine", "--trim", "--volume"]),
     ("joined", JOINED, &[], &["--angle", "--tol", "--size-min", "--grading", "--refine"]),
-    (
-        "with functions",
-        WITH_FUNCTIONS,
-        &[],
-        &["--angle", "--tol", "--size-min", "--grading", "--refine", "--eps", "--memory"],
-    ),
+    ("with functions", WITH_FUNCTIONS, &[], &["--angle", "--tol", "--size-min", "--grading", "--refine", "--eps"]),
 ];
 
 fn rvachev(dir: &TempDir, words: &[&str]) -> Output {

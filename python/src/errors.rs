@@ -26,7 +26,7 @@ fn exception(py: Python<'_>, e: &Error) -> PyResult<PyErr> {
                 }
                 Place::Line(line) => about.set_item("line", line)?,
                 Place::Point(p) => about.set_item("point", (p.x, p.y, p.z))?,
-                Place::Unknown | Place::Byte(_) | Place::Item(_) => {}
+                Place::Unknown | Place::Byte(_) | Place::Item(_) | Place::Solid(_) => {}
             }
             "InputError"
         }

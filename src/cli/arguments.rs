@@ -120,7 +120,7 @@ pub struct How {
     /// Shorter edges somewhere: box=x0,y0,z0,x1,y1,z1:H, sphere=x,y,z,r:H or face=PATTERN:H; may be given more than once
     #[arg(long, value_name = "PLACE:H", value_parser = refinement, allow_hyphen_values = true)]
     pub refine: Vec<Refinement>,
-    /// Refuse a size that needs more memory than this, in GiB
+    /// Refuse a mesh that needs more memory than this, in GiB; of CAD models and triangles by the number of triangles expected
     #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
     pub memory: f64,
 }

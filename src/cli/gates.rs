@@ -94,10 +94,9 @@ impl fmt::Display for Ways<'_> {
 }
 
 /// Options that not all ways know, as they are called in the code and on the command line, and the ways that do.
-const KNOWN: [(&str, &str, &[Gate]); 20] = [
+const KNOWN: [(&str, &str, &[Gate]); 19] = [
     ("define", "-D", &[Leaf, Operators, Fixed, MarchingCubes, Bricks, Figure, Built, Joined, Systems]),
     ("eps", "--eps", &[Leaf, Operators, Fixed, MarchingCubes, Figure, JoinedFunctions, Systems]),
-    ("memory", "--memory", &[Leaf, Operators, Fixed, MarchingCubes, Bricks, Figure, JoinedFunctions, Systems]),
     ("angle", "--angle", &[Leaf, Operators, Fixed, Bricks, Figure, Built, Joined, Cad, Triangles]),
     ("tol", "--tol", &[Leaf, Operators, Fixed, Bricks, Figure, Built, Joined, Cad, Triangles]),
     ("size_min", "--size-min", &[Leaf, Operators, Fixed, Bricks, Figure, Built, Joined, Cad, Triangles]),

@@ -9,6 +9,7 @@ mod gates;
 mod http;
 mod join;
 mod manual;
+mod memory;
 mod path;
 mod progress;
 mod sample;
@@ -21,6 +22,7 @@ use clap::{CommandFactory, FromArgMatches};
 use rvachev::Error;
 
 use arguments::{Cli, Command, Mesh, ViewPage};
+pub use memory::Ending;
 
 /// Runs the command. Exit codes: 0 good, 1 the result falls short of what was asked, 2 usage, 3 bad input, 4 failed, 130 cancelled.
 pub fn main() -> ExitCode {

@@ -30,7 +30,7 @@ mod lockstep;
 mod lost;
 mod lower;
 pub mod mc33;
-mod model;
+pub(crate) mod model;
 mod newton;
 mod octree;
 mod oracle;

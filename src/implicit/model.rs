@@ -14,7 +14,7 @@ use super::rfunction::RSystem;
 use super::solid::Solid;
 use super::steps::Within;
 use super::tape::{Op, Pruned, Scratch, Tape};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, NoBody, Place, Result};
 use crate::spatial::Aabb;
 
 /// Bounds are tightened on a grid of this many halvings: within 1/32 of the side they come out of the tree with.
@@ -127,8 +127,10 @@ impl Implicit {
             Implicit { leaves: low.leaves, tape: Arc::new(low.tape), faces: low.faces, rsystem, bounds: low.bounds };
         if !model.bounds.is_empty() && !model.bounds.is_finite() {
             model.bounds = model.find_bounds().ok_or_else(|| {
-                Error::input(Place::Unknown, "the solid may be infinite: no finite box around it can be proved")
-                    .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1))); a .vm file ends with the max of it and a box")
+                let what = "the solid may be infinite: no finite box around it can be proved";
+                Error::input(Place::Solid(NoBody::Endless), what).with_help(
+                    "give part(..., domain=((x0, y0, z0), (x1, y1, z1))); a .vm file ends with the max of it and a box",
+                )
             })?;
         }
         for _ in 0..2 {
@@ -139,7 +141,7 @@ impl Implicit {
             (model.leaves, model.tape, model.faces) = (apart.leaves, Arc::new(apart.tape), apart.faces);
         }
         if model.bounds.is_empty() {
-            return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+            return Err(Error::input(Place::Solid(NoBody::Empty), "the solid is empty: nothing is inside anywhere"));
         }
         if let Some(tape) = unified(&model.leaves, &model.tape, &model.bounds) {
             model.tape = Arc::new(tape);

@@ -56,7 +56,7 @@ pub(super) fn remeshed(
     mesh.labels = pieces;
     split_fans(&mut mesh, &mut places, &mut sizes);
     let of = |t: usize| asked_triangles(mesh.area_vector(t).length(), mesh.triangles[t].map(|v| sizes[v as usize]));
-    run.expected((0..mesh.triangles.len()).map(of).sum::<f64>() as usize);
+    run.expect((0..mesh.triangles.len()).map(of).sum::<f64>())?;
     let marks = Marks::new(solid, fans, crowded(solid, &mesh, options.sizing.size));
     let crowded = &marks.still;
     // Bodies that do not touch in any node know nothing of each other: whether they overlap is the model's affair.

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::bodies::{Bodies, NAMED, remeshed};
 use super::brep_oracle;
+use super::budget::measurable;
 use super::distance::{Distance, distances, from_edges};
 use super::first_faces::{FaceLadder, NARROWEST};
 use super::heal::{Action, Healed, heal_made, told as told_of};
@@ -60,9 +61,11 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 /// triangles or is named in the report's `shortfalls`, or in its `ladder` where all of it was narrower than
 /// [`MeshOptions::trim`].
 ///
-/// Errors: [`Error::Usage`] for a sequence of operators; [`Error::Failed`] when no face can be meshed; cancellation.
+/// Errors: [`Error::Usage`] for a sequence of operators, and where more triangles are expected than [`MeshOptions::memory`] holds;
+/// [`Error::Input`] for a model too large to be measured; [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     options.for_boundary()?;
+    let run = &run.clone().with_memory(options.memory);
     let mut attempts = Attempts::new(options.timed);
     let made = match options.volume {
         Some(share) => mesh_within_volume(model, share, options, &mut attempts, run)?,
@@ -81,6 +84,7 @@ pub(super) fn mesh_tolerant(
     let StepModel { brep, notes, .. } = model;
     let solid = Parametric::new(brep, run)?.without(&options.without);
     let diagonal = solid.bounds().diagonal();
+    measurable(&solid.bounds())?;
     let options = &options.resolved(diagonal);
     let size = options.size.unwrap_or(DEFAULT_SIZE).length(diagonal);
     let mut report = Report::of("faces", size, Some("mm".into()));

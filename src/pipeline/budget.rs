@@ -3,9 +3,36 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::bodies::EQUILATERAL;
 use super::mesh::Meshed;
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::run::{CancelToken, Progress, Run};
+use crate::spatial::Aabb;
+
+/// The largest length that can be measured, in the unit of the input: squares of longer ones are no numbers.
+pub(super) const LARGEST: f64 = 1e150;
+
+/// Refuses a model in a box whose diagonal cannot be measured. What is empty is no matter of size.
+pub(super) fn measurable(bounds: &Aabb) -> Result<()> {
+    let diagonal = bounds.diagonal();
+    if bounds.is_empty() || diagonal <= LARGEST {
+        return Ok(());
+    }
+    let what =
+        format!("its box has a diagonal of {diagonal:e}, and {LARGEST:e} is the most: is a number or a unit wrong?");
+    Err(Error::input(Place::Unknown, what))
+}
+
+/// Refuses a surface of an area that more triangles of a size cover than the memory of the run holds.
+///
+/// Errors: those of [`Run::expect`], without anything told to a listener.
+pub(super) fn covering(area: f64, size: f64, run: &Run) -> Result<()> {
+    let count = area / (EQUILATERAL * size * size);
+    match run.most_triangles() {
+        Some(most) if count > most as f64 => run.expect(count),
+        _ => Ok(()),
+    }
+}
 
 /// Stops a run as soon as it tells what it expects.
 struct Listener {

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use super::budget::{covering, measurable};
 use super::faults::{Touching, keep_shells};
 use super::heal::told;
 use super::history::Clock;
@@ -156,10 +157,14 @@ pub(super) fn length(size: Option<SizeRequest>, mesh: &TriMesh) -> f64 {
 /// itself and the input does not, the input's triangles around are kept, at last all of them, and the report's `shortfalls`
 /// say so.
 ///
-/// Errors: what [`heal`] refuses; [`Error::Usage`] for fewer than four nodes or a sequence of operators; cancellation.
+/// Errors: what [`heal`] refuses; [`Error::Usage`] for fewer than four nodes or a sequence of operators, and where more triangles are
+/// expected than [`MeshOptions::memory`] holds; cancellation.
 pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run: &Run) -> Result<Meshed> {
     options.for_any_solid()?;
     options.for_boundary()?;
+    input.validate()?;
+    measurable(&input.bounds())?;
+    let run = &run.clone().with_memory(options.memory);
     let options = &options.resolved(input.bounds().diagonal());
     let prepared = prepare(input, soup.close, run)?;
     let mut attempts = Attempts::new(options.timed);
@@ -235,6 +240,8 @@ impl Asked<'_> {
         let mut report = Report::of("triangles", size, None);
         report.warnings.clone_from(&prepared.healed);
         let mut timer = Clock::new(options.timed);
+        // Walls and features are divided before lengths of edges are known: nothing is, where the size alone asks for too much.
+        covering(prepared.mesh.area(), size, run)?;
         let mesh = &prepared.at(size);
         let found =
             |scale: f64| match Discrete::new(mesh, &DiscreteOptions { scale, ..discrete_options(soup, size) }, run) {

@@ -131,7 +131,7 @@ impl Slab {
 
     fn model(&self) -> Result<Implicit> {
         match &self.part.solid {
-            Some(solid) => Implicit::new(solid, self.part.rsystem, self.part.domain),
+            Some(solid) => Implicit::new(solid, self.part.rsystem, self.part.domain).map_err(|e| self.part.located(e)),
             None => Err(Error::Failed("the slab of a figure has no solid".into())),
         }
     }

@@ -23,6 +23,8 @@ use crate::spatial::Graded;
 const MOST_DETAIL: f64 = 3.0;
 /// So many nodes are never too many.
 const MANY: usize = 80_000;
+/// So many triangles come of a node.
+const NODE_TRIANGLES: usize = 2;
 /// Where there are too many the least length grows by this factor.
 const LESS: f64 = 1.6;
 /// Narrow places and short edges, which cost less, down to this share.
@@ -230,9 +232,12 @@ impl FaceLadder<'_> {
         let share =
             |sizing: &Sizing, s: f64| if options.least_length().is_some() || sizing.least >= size { 1.0 } else { s };
         let of_least = |sizing: &Sizing, s: f64| share(sizing, s) * sizing.least;
+        // What the memory holds bounds what nothing else does.
+        let affordable = run.most_triangles().map_or(usize::MAX, |m| (m / NODE_TRIANGLES).max(MANY));
         let by_face = |f: u32| wishes.faces.get(f as usize).copied().flatten();
         let mut first = |followed: &Followed, most: usize, narrowest: f64| {
             let Followed { sizing, grading, .. } = followed;
+            let (most, bound) = if most > affordable { (affordable, true) } else { (most, false) };
             let by_curvature = |k: f64| followed.at(k, &|s| of_least(sizing, s));
             // A distance asked for is no wish for narrow places.
             let narrow = sizing.least.max(options.least_length().map_or(size / LEAST_SHARE, |l| l.min(size)));
@@ -253,7 +258,11 @@ impl FaceLadder<'_> {
                 grading: *grading,
                 most,
             };
-            solid.mesh_again(&sizes, looked, run)
+            let made = solid.mesh_again(&sizes, looked, run)?;
+            if made.too_many && bound {
+                return Err(run.too_many((NODE_TRIANGLES * most) as f64, "more than"));
+            }
+            Ok(made)
         };
         let bounded = free && held.is_none();
         let mut made = first(&followed, if bounded { MANY } else { usize::MAX }, NARROWEST)?;
@@ -272,7 +281,7 @@ impl FaceLadder<'_> {
         if made.too_many {
             let plain = Followed { sizing: Sizing { least: size, ..followed.sizing }, ..followed };
             let plain = first(&plain, usize::MAX, NARROWEST)?;
-            let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize);
+            let most = MANY.max((MOST_DETAIL * plain.mesh.nodes.len() as f64) as usize).min(affordable);
             while made.too_many {
                 let least = &mut followed.sizing.least;
                 *least = (LESS * *least).min(size);

@@ -93,7 +93,9 @@ pub fn vm_text(part: &Part) -> Result<String> {
 fn function_of(part: &Part, file: &str) -> Result<Implicit> {
     no_figure(part, file)?;
     match &part.solid {
-        Some(solid) if part.built.is_empty() => Implicit::new(solid, part.rsystem, part.domain),
+        Some(solid) if part.built.is_empty() => {
+            Implicit::new(solid, part.rsystem, part.domain).map_err(|e| part.located(e))
+        }
         _ => Err(Error::input(Place::Unknown, "a solid built from edges cannot be written as a formula")
             .with_help("convert writes it as STEP")),
     }

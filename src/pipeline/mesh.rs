@@ -21,7 +21,7 @@ use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
 use super::wish::{DEFAULT_SIZE, Wish};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, NoBody, Place, Result};
 use crate::geometry::{Features, SurfaceOracle};
 use crate::implicit::part::{Part, SizeRequest};
 use crate::implicit::{
@@ -95,7 +95,8 @@ impl Ready {
                 "the part has no solid of R-functions, only ones built from edges",
             ));
         };
-        let model = Arc::new(Implicit::new(solid, part.rsystem, part.domain)?);
+        let model = Implicit::new(solid, part.rsystem, part.domain).map_err(|e| part.located(e))?;
+        let model = Arc::new(model);
         let size = size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE).length(model.bounds().diagonal());
         let asked = model.with_proxies(size).map_or_else(|| model.clone(), Arc::new);
         Ok(Ready { model, asked, size, finer: Vec::new() })
@@ -211,7 +212,8 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     check_groups(part, ready.model.faces().iter().map(|f| &f.name[..]))?;
     let mut attempts = Attempts::new(options.timed);
     let mut ladder = LengthLadder::new(part, ready, options);
-    let Some(mut found) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
+    let climbed = climb(&mut ladder, &mut attempts, run).map_err(|e| part.located(e))?;
+    let Some(mut found) = climbed else { return Err(Error::Cancelled) };
     attempts.tell(&[found.number], &mut found.meshed.report);
     let mut made = found.with_features(ladder.ready(), options, run)?;
     tell_far(&mut made, options);
@@ -460,7 +462,7 @@ fn few_away(d: &Deviation, tolerance: f64, mesh: &TriMesh) -> bool {
 pub(super) fn nothing_found(surface: Option<DVec3>, size: f64) -> Error {
     let (place, what) = match surface {
         Some(at) => (Place::Point(at), format!("the part is thinner than the cells of size {size:.6}")),
-        None => (Place::Unknown, "the solid is empty: nothing is inside anywhere".to_string()),
+        None => (Place::Solid(NoBody::Empty), "the solid is empty: nothing is inside anywhere".into()),
     };
     Error::input(place, what).with_help("ask for a smaller --size")
 }

@@ -20,7 +20,8 @@ pub struct MeshOptions {
     pub sequence: Option<Sequence>,
     /// See [`ExtractOptions::root_tolerance`].
     pub root_tolerance: f64,
-    /// See [`ExtractOptions::memory`].
+    /// What a mesh may take while it is made, in bytes; 8 GiB. Of solids of R-functions see [`ExtractOptions::memory`]; what is made of
+    /// boundaries is refused once more triangles are expected than that holds, at 500 bytes each.
     pub memory: u64,
     /// On curved parts neighboring edges turn by at most this many degrees; 20 without a wish. The methods without exact edges have
     /// nine nodes to a radius where neither this nor `tolerance` is asked for.

@@ -192,7 +192,7 @@ pub fn info(part: &Part) -> Result<Info> {
     let Some(solid) = &part.solid else {
         return Err(Error::input(Place::Unknown, "the part has no solid of R-functions"));
     };
-    let model = Implicit::new(solid, part.rsystem, part.domain)?;
+    let model = Implicit::new(solid, part.rsystem, part.domain).map_err(|e| part.located(e))?;
     let b = model.bounds();
     Ok(Info {
         leaves: model.leaf_count(),

@@ -41,7 +41,7 @@ pub fn function(part: &Part, rsystem: Option<RSystem>) -> Result<Implicit> {
         let what = "only solids of R-functions have a function, and the part has none";
         return Err(Error::input(Place::Unknown, what));
     };
-    Implicit::new(solid, rsystem.unwrap_or(part.rsystem), part.domain)
+    Implicit::new(solid, rsystem.unwrap_or(part.rsystem), part.domain).map_err(|e| part.located(e))
 }
 
 /// What was met in evaluating a table of points.

@@ -481,7 +481,7 @@ fn declaration<'a>(
                 Some(a) if plane => Some(figures::domain(it, a)?),
                 Some(a) => Some(domain(it, a)?),
             };
-            it.declared = Some(Declared { solid, built, plane, rsystem, domain });
+            it.declared = Some(Declared { solid, built, plane, rsystem, domain, place: it.place(range) });
         }
     }
     Ok(Value::None)

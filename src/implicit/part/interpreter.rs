@@ -14,6 +14,7 @@ use super::builtins;
 use super::methods;
 use super::modules::Module;
 use super::operators;
+use super::origins::Origins;
 use super::recipe::Recipe;
 use super::refused;
 use super::value::{Function, Value};
@@ -30,6 +31,7 @@ pub(super) struct Declared {
     pub(super) plane: bool,
     pub(super) rsystem: RSystem,
     pub(super) domain: Option<Aabb>,
+    pub(super) place: Place,
 }
 
 /// The state of one evaluation.
@@ -48,6 +50,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) units: Option<String>,
     pub(super) groups: Vec<PartGroup>,
     pub(super) mesh: MeshDefaults,
+    origins: Origins,
 }
 
 /// Parses and evaluates a part file.
@@ -80,6 +83,7 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
         units: None,
         groups: Vec::new(),
         mesh: MeshDefaults::default(),
+        origins: Origins::default(),
     };
     let mut numbers = Vec::new();
     for s in &parsed.syntax().body {
@@ -99,7 +103,7 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
         return Err(Error::input(place(source, source.len(), source.len()), "the file declares no part")
             .with_help("end it with part(solid)"));
     };
-    let Declared { solid, built, plane, rsystem, domain } = d;
+    let Declared { solid, built, plane, rsystem, domain, place } = d;
     Ok(Part {
         solid,
         built,
@@ -110,6 +114,7 @@ pub(super) fn run(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
         groups: it.groups,
         mesh: it.mesh,
         folder: PathBuf::new(),
+        origins: Some(it.origins.finish(source, place)),
     })
 }
 
@@ -211,6 +216,9 @@ impl<'a> Interpreter<'a> {
             return Err(self.error(range, format!("expressions are nested too deeply: the limit is {}", limits::DEPTH)));
         }
         let r = self.evaluate(e, range);
+        if let Ok(Value::Solid(s) | Value::Region(s)) = &r {
+            self.origins.add(s, range);
+        }
         self.depth -= 1;
         r
     }

@@ -208,11 +208,11 @@ impl Remesher<'_> {
     }
 
     /// About how many triangles there will be: those the area of each asks for by what its nodes want.
-    pub(super) fn expected_triangles(&self) -> usize {
+    pub(super) fn expected_triangles(&self) -> f64 {
         let m = &self.work.mesh;
         let of = |t: u32| asked_triangles(m.area_vector(t).length(), m.corners(t).map(|v| self.want[v as usize]));
         let kept = m.triangles().filter(|&t| self.work.is_kept(t)).count();
-        m.triangles().filter(|&t| !self.work.is_kept(t)).map(of).sum::<f64>() as usize + kept
+        m.triangles().filter(|&t| !self.work.is_kept(t)).map(of).sum::<f64>() + kept as f64
     }
 
     /// Lowers sizes until none grows faster than by `slope` from some nodes on.

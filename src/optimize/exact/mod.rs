@@ -259,7 +259,7 @@ fn remesh<'a>(
         show("even", &r);
     }
     if !spaced && !r.work.goes_on {
-        run.expected(r.expected_triangles());
+        run.expect(r.expected_triangles())?;
     }
     if !spaced {
         prepare_borders(&mut r, narrow, &mut show)?;

@@ -22,6 +22,8 @@ const WIDE: f64 = 1.35;
 const CLEAR: f64 = 0.6;
 /// Faces never get more nodes than this inside.
 const MOST_NODES: usize = 40_000_000;
+/// Halving more cells than this for every node that is allowed takes as long as too many nodes do, whatever lies inside.
+const CELLS_PER_NODE: usize = 8;
 /// An edge inside whose middle is farther from the surface than this share of its length gets a node there: an arc of 90
 /// degrees is 0.21 of its chord away.
 const BEND: f64 = 0.3;
@@ -453,6 +455,7 @@ impl Filler<'_> {
         let column = |u: f64, a: DVec2, b: DVec2| three(a.y, b.y).map(|v| at(u, v));
         let whole = three(lo.x, hi.x).map(|u| column(u, lo, hi));
         let mut stack = vec![(lo, hi, 0u32, whole)];
+        let mut halved = 0usize;
         while let Some((a, b, depth, grid)) = stack.pop() {
             let m = 0.5 * (a + b);
             let center = grid[1][1];
@@ -466,6 +469,10 @@ impl Filler<'_> {
             let surely = widest > WIDE * longest && depth < DEEPEST;
             let h = if surely { longest } else { size_at(m, center) };
             if widest > WIDE * h && depth < DEEPEST {
+                halved += 1;
+                if halved / CELLS_PER_NODE > most {
+                    count.fetch_max(most.saturating_add(1), Ordering::Relaxed);
+                }
                 if count.load(Ordering::Relaxed) > most {
                     return Err(Unfilled::Other(format!("more than {most} nodes are needed")));
                 }

@@ -9,6 +9,10 @@ use crate::parametric::frame::Frame;
 /// A value, or what is wrong with the record that should hold it.
 pub(super) type Read<T> = std::result::Result<T, Note>;
 
+/// The largest magnitude of a number: squares of larger ones are no numbers.
+const LARGEST: f64 = 1e150;
+const TOO_LARGE: &str = "within 1e150, and what is larger cannot be measured";
+
 /// Looks things up in a file.
 #[derive(Clone, Copy)]
 pub(super) struct Lookup<'a> {
@@ -94,6 +98,7 @@ impl Args<'_> {
 
     pub(super) fn number(&self, i: usize) -> Read<f64> {
         match self.values.get(i).and_then(number) {
+            Some(x) if !(x.abs() <= LARGEST) => self.bad(i, TOO_LARGE),
             Some(x) => Ok(x),
             None => self.bad(i, "a number"),
         }
@@ -144,7 +149,8 @@ impl Args<'_> {
     }
 
     pub(super) fn numbers(&self, i: usize) -> Read<Vec<f64>> {
-        match self.list(i)?.iter().map(number).collect() {
+        match self.list(i)?.iter().map(number).collect::<Option<Vec<f64>>>() {
+            Some(x) if !x.iter().all(|x| x.abs() <= LARGEST) => self.bad(i, TOO_LARGE),
             Some(x) => Ok(x),
             None => self.bad(i, "a list of numbers"),
         }

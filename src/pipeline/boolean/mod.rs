@@ -9,6 +9,7 @@ mod operand;
 mod tree;
 mod work;
 
+use super::budget::measurable;
 use super::groups::{check_groups, finish_names, lost_groups};
 use super::history::{Attempt, Clock, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
@@ -20,7 +21,7 @@ use super::refine::Wishes;
 use super::report::Report;
 use super::touching::draw_apart;
 use super::wish::{DEFAULT_SIZE, LEAST_SHARE, Wish};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, NoBody, Place, Result};
 use crate::heal::{MOST_BODIES, boolean};
 use crate::implicit::Solid;
 use crate::implicit::part::Part;
@@ -62,6 +63,7 @@ const AROUND: f64 = 1.0;
 /// operands whose triangles cannot be joined; cancellation.
 pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     refuse(options)?;
+    let run = &run.clone().with_memory(options.memory);
     let solid = match part.domain {
         Some(d) => Solid::cuboid(d.lo, d.hi).name("domain") & solid.clone(),
         None => solid.clone(),
@@ -85,6 +87,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         loaded.push(read);
     }
     let Some(bounds) = bounds else { return Err(Error::Failed("no operand has a boundary".into())) };
+    measurable(&bounds)?;
     let size = options.size.or(part.mesh.size).unwrap_or(DEFAULT_SIZE).length(bounds.diagonal());
     let mut report = Report::of("joined", size, part.units.clone());
     let mut clock = Clock::new(options.timed);
@@ -135,15 +138,18 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     run.progress("join", 0.0);
     let meshes: Vec<&TriMesh> = made.iter().map(|m| &m.mesh).collect();
     let endless = || {
-        Error::input(Place::Unknown, "the solid may be infinite: what the boundaries are joined with has no end")
-            .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))")
+        let what = "the solid may be infinite: what the boundaries are joined with has no end";
+        let e = Error::input(Place::Solid(NoBody::Endless), what)
+            .with_help("give part(..., domain=((x0, y0, z0), (x1, y1, z1)))");
+        part.located(e)
     };
     if tree.holds(&vec![false; made.len()]) {
         return Err(endless());
     }
     let joined = boolean(&meshes, &|state| tree.holds(state), run)?.ok_or_else(misfit)?;
     if joined.mesh.triangles.is_empty() {
-        return Err(Error::input(Place::Unknown, "the solid is empty: nothing is inside anywhere"));
+        let what = "the solid is empty: nothing is inside anywhere";
+        return Err(part.located(Error::input(Place::Solid(NoBody::Empty), what)));
     }
     let numbers = Numbers::new(&made);
     if joined.from.iter().any(|t| numbers.is_wall(&made, *t)) {

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::super::brep::load_step;
+use super::super::budget::covering;
 use super::super::built::build_one;
 use super::super::cells::{CellLadder, Start};
 use super::super::discrete::{SoupOptions, discrete_options, load_mesh};
@@ -225,7 +226,11 @@ pub(super) fn make_foreign(placed: &Placed, loaded: Loaded, wanted: &Wanted<'_>,
         Loaded::Triangles(mesh) => of_triangles(&mesh, wanted, report),
         Loaded::Faces(solid) => of_faces(solid, wanted, report),
     }
-    .map_err(|e| at(placed, e))?;
+    .map_err(|e| match e {
+        // Too many triangles for the memory: that is not the file's fault.
+        Error::Usage(_) => e,
+        e => at(placed, e),
+    })?;
     if placed.size.is_some() {
         made.face_sizes.iter_mut().for_each(|s| *s = placed.size);
     }
@@ -235,6 +240,7 @@ pub(super) fn make_foreign(placed: &Placed, loaded: Loaded, wanted: &Wanted<'_>,
 fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Result<Made> {
     let Wanted { options, size, run, .. } = *wanted;
     let soup = SoupOptions::default();
+    covering(mesh.area(), size, run)?;
     let solid = Discrete::new(mesh, &discrete_options(&soup, size), run)?;
     let sizing = relaxed(sizing(size, solid.bounds().diagonal(), options), options, &soup, &solid);
     let sizes = feature_sizes(&solid, &sizing, Wish::new(size, solid.bounds().diagonal(), options).chord(), report);
