@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::leaf::Leaf;
 use super::lockstep;
+use super::newton::nearest;
 use super::oracle::ImplicitOracle;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -46,11 +47,16 @@ pub(crate) fn cutting_off(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, run: &Run
 const HALVINGS: usize = 8;
 
 /// Of triangles that cut something off, those within which the direction of their leaf jumps. Elsewhere the leaf bends, too tightly for them.
+/// Directions are those on the surface: away from it an R-function bends where on it it has an edge.
 pub(crate) fn with_jumps(mesh: &TriMesh, oracle: &ImplicitOracle<'_>, which: &[u32], run: &Run) -> Vec<u32> {
     let jumps = |t: &u32| {
         let leaf = oracle.piece_at(mesh.centroid(*t as usize))?;
-        let seen = |p: DVec3| Some((p, oracle.direction(leaf, p)?));
         let [a, b, c] = mesh.corners(*t as usize);
+        let reach = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let seen = |p: DVec3| {
+            let q = nearest(oracle.leaves(), &[leaf], p, reach, oracle.scale()).unwrap_or(p);
+            Some((q, oracle.direction(leaf, q)?))
+        };
         let (a, b, c) = (seen(a)?, seen(b)?, seen(c)?);
         let apart = |x: &(DVec3, DVec3), y: &(DVec3, DVec3)| x.1.dot(y.1);
         let mut ends =

@@ -200,6 +200,16 @@ impl Leaf {
         v.into_iter().zip(g).map(|(v, g)| Dual::new(v * place.scale, place.turn(g))).collect()
     }
 
+    /// Whether some of it is a function of the user's own.
+    pub(crate) fn has_field(&self) -> bool {
+        match self {
+            Leaf::Field(..) => true,
+            Leaf::Blend(b) => b.leaves.iter().any(Leaf::has_field),
+            Leaf::Fillet(f) => f.sides.iter().any(|s| s.leaf.has_field()),
+            _ => false,
+        }
+    }
+
     /// Whether questions had better wait for each other, so that fields are asked for many points at once.
     pub(crate) fn waits(&self) -> bool {
         match self {

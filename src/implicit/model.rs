@@ -289,9 +289,9 @@ impl Implicit {
         self.leaves.iter().any(|l| matches!(l, Leaf::Field(..) | Leaf::Blend(_) | Leaf::Fillet(_)))
     }
 
-    /// Whether there are leaves that are asked for many points at once for its cost.
-    pub(crate) fn waits(&self) -> bool {
-        self.leaves.iter().any(Leaf::waits)
+    /// Whether there are leaves by functions of the user's own, which may have creases that nothing but their values shows.
+    pub(crate) fn has_fields(&self) -> bool {
+        self.leaves.iter().any(Leaf::has_field)
     }
 
     /// How many operations the tree has, leaves and R-operations.

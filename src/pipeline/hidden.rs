@@ -21,16 +21,16 @@ const RECOVERED: f64 = 0.5;
 /// end, and operators took ten times as long on it as its exact mesh.
 const FEW: f64 = 0.005;
 
-/// The part by the operators before any other attempt, where marching cubes show creases inside fields that are asked in batches:
-/// the leaf method would ask them point by point along all of these. `None` where there are no such creases, or the operators do not
-/// recover them.
+/// The part by the operators before any other attempt, where marching cubes show creases inside functions of the user's own: the leaf
+/// method's cells would be smallest along all of these, and prove nothing there. `None` where there are no such creases, or the operators
+/// do not recover them.
 pub(super) fn creases_seen(
     ready: &Ready,
     options: &MeshOptions,
     attempts: &mut Attempts,
     run: &Run,
 ) -> Result<Option<ByLeaf>> {
-    if !ready.model.waits() {
+    if !ready.model.has_fields() {
         return Ok(None);
     }
     // Stand-ins are on the way to any mesh, and what they ask is kept.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::super::cells::ARRANGED;
+use super::super::groups::check_groups;
 use super::super::load::{parse_part, part_text};
 use super::super::mesh::Ready;
 use super::super::method::Method;
@@ -91,6 +92,7 @@ impl BrickPlan {
         let PlanSource { path, text, overrides } = source;
         let part = parse_part(&path, &text, &overrides)?;
         let ready = ready_of(&part, options.size)?;
+        check_groups(&part, ready.model.faces().iter().map(|f| &f.name[..]))?;
         let cell = ARRANGED * ready.size;
         let bounds = ready.model.bounds();
         let cells = cells_along(&bounds, cell);
