@@ -98,7 +98,7 @@ pub extern "C" fn rv_bricks_merge(
         let how = WriteOptions { groups: asked.groups, old_msh: asked.old_msh, ..WriteOptions::default() };
         let (report, short) = work(asked.run.as_ref(), asked.threads, |run| {
             let plan = BrickPlan::load(&folder)?;
-            let MergedBricks { mesh, mut made } = pipeline::merge_on_disk(&plan, &folder, run)?;
+            let MergedBricks { mesh, mut made } = pipeline::merge_on_disk(&plan, &folder, false, run)?;
             let is_sound = sound(&made, asked.force)?;
             let written = if format.is_streamed() {
                 write_file(&path, &mesh, &how, run)?

@@ -13,7 +13,7 @@ use super::octree::{BRICK, Cell, key};
 use super::tape::{Op, Pruned, Scratch, Tape};
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::numeric::Sets;
+use crate::numeric::{Interval, Sets};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -322,7 +322,9 @@ fn points(
                 found.extend(at.map(|at| SurfacePoint { at, face }));
                 others.push(leaf);
             }
-            if found.len() > before || level == brick_levels + DEEPER {
+            // Of a function with no bounds smaller boxes tell no more than this one.
+            let tells_nothing = |l: &(u32, u32)| model.leaves[l.0 as usize].range(&b) == Interval::ALL;
+            if found.len() > before || level == brick_levels + DEEPER || leaves.iter().all(tells_nothing) {
                 continue;
             }
         }

@@ -52,14 +52,31 @@ pub(crate) fn nearest(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scal
         let q = project_once(leaves, which, once, once, scale)?;
         return (q.distance_squared(p) <= reach * reach).then_some(q);
     }
-    settle::<true>(leaves, which, p, reach, scale).or_else(|| settle::<false>(leaves, which, p, reach, scale))
+    let near = Near::new(leaves, which, p, reach, scale)?;
+    settle::<true>(leaves, which, &near).or_else(|| settle::<false>(leaves, which, &near))
+}
+
+/// Where a point is looked for.
+struct Near {
+    p: DVec3,
+    /// Where the first projection leads from there.
+    first: DVec3,
+    reach: f64,
+    scale: f64,
+}
+
+impl Near {
+    fn new(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scale: f64) -> Option<Self> {
+        Some(Self { p, first: project_once(leaves, which, p, p, scale)?, reach, scale })
+    }
 }
 
 /// Projects onto tangent planes until that changes nothing: `p` each time, or what became of it.
-fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
+fn settle<const P: bool>(leaves: &[Leaf], which: &[u32], near: &Near) -> Option<DVec3> {
+    let Near { p, first, reach, scale } = *near;
     let mut q = p;
     for step in 0..MOST_STEPS {
-        let next = project_once(leaves, which, if P { p } else { q }, q, scale)?;
+        let next = if step == 0 { first } else { project_once(leaves, which, if P { p } else { q }, q, scale)? };
         if !next.is_finite() || next.distance(p) > 4.0 * reach {
             return None;
         }
@@ -91,7 +108,7 @@ pub(super) fn nearest_on_curve(leaves: &[Leaf], pair: [u32; 2], p: DVec3, reach:
     // What was tried so far need not be tried again: up to the third step these are the steps of `nearest`.
     let slow = |step: usize| match step {
         0 => None,
-        1 | 2 => settle::<false>(leaves, &pair, p, reach, scale),
+        1 | 2 => settle::<false>(leaves, &pair, &Near::new(leaves, &pair, p, reach, scale)?),
         _ => nearest(leaves, &pair, p, reach, scale),
     };
     if pair.iter().all(|i| matches!(leaves[*i as usize], Leaf::Plane { .. })) {
@@ -129,7 +146,7 @@ pub(super) fn nearest_on_curve(leaves: &[Leaf], pair: [u32; 2], p: DVec3, reach:
 
 /// The point [`nearest`] gives for three leaves. It depends on `p` only by what of several it is, so there is one way to look for it.
 pub(super) fn crossing(leaves: &[Leaf], which: [u32; 3], p: DVec3, reach: f64, scale: f64) -> Option<DVec3> {
-    settle::<true>(leaves, &which, p, reach, scale)
+    settle::<true>(leaves, &which, &Near::new(leaves, &which, p, reach, scale)?)
 }
 
 /// Whether the curve of two leaves is farther than `within` from a point, where two Newton steps tell.

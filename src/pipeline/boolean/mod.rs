@@ -6,13 +6,14 @@
 
 mod joint;
 mod operand;
+mod remeshing;
 mod tree;
 mod work;
 
 use super::budget::measurable;
 use super::groups::{check_groups, finish_names, lost_groups};
-use super::history::{Attempt, Clock, Tried};
-use super::ladder::{Attempts, Change, Ladder, Seen, climb};
+use super::history::Clock;
+use super::ladder::{Attempts, climb};
 use super::leaf::NARROWEST;
 use super::mesh::Meshed;
 use super::method::Method;
@@ -27,12 +28,13 @@ use crate::implicit::Solid;
 use crate::implicit::part::Part;
 use crate::mesh::{Group, TriMesh};
 use crate::optimize::Sizing;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patches, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::Aabb;
 use joint::Joint;
 use operand::{Asked, Made, Wanted, extent, load, make_foreign, make_functions, named_groups, with_size};
+use remeshing::Remeshing;
 use tree::Operand;
 pub(super) use tree::{files_of, holds_foreign, is_foreign_alone};
 use work::{Numbers, Work, align, coinciding, misfit, prepare};
@@ -47,13 +49,6 @@ const MORE: f64 = 0.0007;
 const WORTH: f64 = 0.8;
 /// A node of the cut is at most this many sizes from its place on the true surfaces.
 const REACH: f64 = 2.0;
-/// How often edges are halved around triangles that cross others or are turned over.
-const HALVINGS: usize = 4;
-/// They do not get shorter than this share of the size.
-const LEAST: f64 = 1.0 / 64.0;
-/// Edges this many times as long as a fault's box around it are halved.
-const AROUND: f64 = 1.0;
-
 /// Meshes a part that joins solids given by boundaries.
 ///
 /// Guarantees: closed and oriented; nodes where two operands meet lie on both true surfaces to rounding, but for places that the report
@@ -163,8 +158,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let Work { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
-    let mut ladder =
-        Remeshing { names: &names, joint: &joint, exact: &exact, size, work: patchwork, narrow: true, halved: 0 };
+    let mut ladder = Remeshing::new(&names, &joint, &exact, size, patchwork);
     let Some((mut best, number)) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
     attempts.tell(&[number], &mut report);
     if !joined.touching.is_empty() {
@@ -230,78 +224,6 @@ fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOpti
     let face_sizes = (0..numbers.names.len()).map(|k| smaller(own(k), wish(k))).collect();
     let narrowest = options.least_length().unwrap_or(size / NARROWEST);
     Ok(ExactOptions { face_sizes, regions: wishes.regions, narrowest, ..plain })
-}
-
-/// Remeshing with shorter edges around triangles at fault.
-struct Remeshing<'a> {
-    names: &'a TriMesh,
-    joint: &'a Joint<'a>,
-    exact: &'a ExactOptions,
-    size: f64,
-    work: Patchwork,
-    /// Whether narrow faces and bends of borders are heeded.
-    narrow: bool,
-    halved: usize,
-}
-
-/// How many triangles of a mesh are at fault.
-fn faults(made: &ExactMesh) -> usize {
-    made.report.self_intersections + made.report.inverted
-}
-
-impl Ladder for Remeshing<'_> {
-    /// With the number of the attempt.
-    type Made = (ExactMesh, usize);
-
-    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
-        let Self { names, joint, exact, .. } = *self;
-        let made = if self.narrow {
-            remesh_patches(names, self.work.clone(), joint, exact, run, None)?
-        } else {
-            remesh_patchwork(self.work.clone(), names, joint, exact, run, None)?
-        };
-        let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
-        let number = attempts.add(attempt, run);
-        Ok(Some((made, number)))
-    }
-
-    fn is_better(&self, new: &Self::Made, best: Option<&Self::Made>) -> bool {
-        best.is_none_or(|b| faults(&new.0) < faults(&b.0))
-    }
-
-    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
-        // Where surfaces touch faces narrow without end, and so short edges meet there that their triangles cross.
-        if self.narrow && faults(&seen.last.0) > 0 {
-            self.narrow = false;
-            return Some((Change::OtherWay, "triangles are at fault"));
-        }
-        self.halved += 1;
-        let goes_on = faults(&seen.last.0) > 0 && self.halved <= HALVINGS && self.halve(&seen.last.0.report.faults);
-        goes_on.then_some((Change::ShorterEdgesHere, "triangles are at fault"))
-    }
-}
-
-impl Remeshing<'_> {
-    /// Halves what nodes near some boxes want; whether that changed anything.
-    fn halve(&mut self, places: &[Aabb]) -> bool {
-        let work = &mut self.work;
-        let around = |b: &Aabb| b.grown(AROUND * b.diagonal());
-        let tree = Bvh::new(places.iter().map(around).collect());
-        let (least, mut any) = (LEAST * self.size, false);
-        for t in work.mesh.triangles() {
-            if !tree.meets(&Aabb::around(work.mesh.corner_points(t))) {
-                continue;
-            }
-            for v in work.mesh.corners(t) {
-                let Some(s) = work.sizes.get_mut(v as usize) else { continue };
-                let now = s.min(self.size);
-                let half = (0.5 * now).max(least);
-                any |= half < now;
-                *s = half;
-            }
-        }
-        any
-    }
 }
 
 /// The finished mesh with its names and its report.
