@@ -441,7 +441,75 @@ fn nothing_is_decided_by_a_message() {
     assert_none(files.iter().flat_map(|(path, text)| looks_into_texts(path, text)).collect());
 }
 
+/// Words that join a sentence to the one before it. Each sentence of a comment is to be readable alone.
+const JOINING: &[&str] = &["And", "Or", "Nor", "But"];
+
+/// Comments that begin with one of them all the same.
+const JOINED: &[(&str, &str)] = &[
+    ("parametric/measure.rs", "/// Nor is it divided for less"),
+    ("parametric/mesh/edges.rs", "/// And at least."),
+    ("parametric/mesh/sizes.rs", "/// And where the way over leads"),
+];
+
+/// What a line holds after `//`, `///` or `//!`, if that is all that stands on it.
+fn comment(line: &str) -> Option<&str> {
+    let rest = line.trim_start().strip_prefix("//")?;
+    Some(rest.strip_prefix(['/', '!']).unwrap_or(rest).trim())
+}
+
+/// Lines of comments in which a sentence begins with a joining word: first in a block of comments or a paragraph of it, or after the
+/// end of another sentence. Comments beside code are not looked at.
+fn joined_sentences(path: &str, text: &str) -> Vec<String> {
+    let ends = |word: &str| word.trim_end_matches([')', '"', '`', '*']).ends_with(['.', '?', '!']);
+    let mut begins = true;
+    let mut wrong = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let words = comment(line).unwrap_or("");
+        // Code and empty lines end a sentence, whatever they hold.
+        begins |= words.is_empty();
+        for word in words.split_whitespace() {
+            let listed = || JOINED.iter().any(|(file, start)| *file == path && line.trim_start().starts_with(start));
+            if begins && JOINING.contains(&word) && !listed() {
+                wrong.push(format!("src/{path}:{}: a sentence begins with `{word}`: {}", i + 1, line.trim()));
+            }
+            // Marks of lists stand before a sentence.
+            begins = ends(word) || begins && matches!(word, "-" | "*");
+        }
+    }
+    wrong
+}
+
+#[test]
+fn sentences_of_comments_stand_alone() {
+    let files = rust_files(&root().join("src"));
+    assert_none(files.iter().flat_map(|(path, text)| joined_sentences(path, text)).collect());
+}
+
 // ------------------------------------------------------------------------------------------- the checker, checked
+
+#[test]
+fn joined_sentences_are_seen() {
+    for (text, line) in [
+        ("/// And more.\nfn f() {}", 1),
+        ("fn f() {\n    // Nor here.\n}", 2),
+        ("//! Some. But\n//! others.", 1),
+        ("/// It is so (always).\n/// Or not.", 2),
+        ("/// A list:\n///\n/// - And this.", 3),
+        ("/// One thing\nconst A: u8 = 1;\n/// And another.\nconst B: u8 = 2;", 3),
+    ] {
+        let wrong = joined_sentences("mesh/edit.rs", text);
+        assert_eq!(wrong.len(), 1, "{text}: {wrong:?}");
+        assert!(wrong[0].starts_with(&format!("src/mesh/edit.rs:{line}: a sentence begins")), "{text}: {wrong:?}");
+    }
+    for text in [
+        "/// One thing,\n/// And here a name; and, or, nor.",
+        "/// Android is no joining word. Order neither.",
+        "fn f() { let s = \"a. And b\"; } // And beside code.",
+        "const BUT: &str = \"But\";",
+    ] {
+        assert_eq!(joined_sentences("mesh/edit.rs", text), Vec::<String>::new(), "{text}");
+    }
+}
 
 #[test]
 fn looking_into_a_message_is_seen() {

@@ -1,6 +1,6 @@
 //! Distances to boxes, cylinders and their like as they are commonly written: `min(max(a, b), 0) + hypot(max(a, 0), max(b, 0))`. Inside
-//! that is the greater of the distances to both faces, outside the distance to what they share. Its sign is that of `max(a, b)`. And the lengths in
-//! them, of more than two formulas.
+//! that is the greater of the distances to both faces, outside the distance to what they share. Its sign is that of `max(a, b)`. The
+//! lengths in such distances may be of more than two formulas, and are taken apart here, too.
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::{Terms, never_negative};

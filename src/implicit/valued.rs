@@ -1,7 +1,7 @@
 //! Formulas as minima and maxima of smooth ones, with their values and not their signs alone.
 //!
-//! The function of a smooth maximum never falls when one of its operands rises, so it may be taken piece by piece, as a blend is. But its
-//! operands count with their values where they are not zero: that of a distance to a box is the distance to an edge beyond two faces.
+//! The function of a smooth maximum never falls when one of its operands rises, so it may be taken piece by piece, as a blend is. Its
+//! operands, however, count with their values where they are not zero: that of a distance to a box is the distance to an edge beyond two faces.
 
 use super::beyond::{Displaced, displaced, distance_to_faces};
 use super::expr::{Binary, Expr, ExprNode, Unary};

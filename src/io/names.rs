@@ -60,7 +60,7 @@ pub struct NamedVolume {
 pub struct Names {
     /// What triangles are named by: `faces`, `user` or `all`.
     pub grouping: String,
-    /// Sets in the file. But for `all` each triangle is in one.
+    /// Sets in the file. Each triangle is in one, except with `all`.
     pub parts: Vec<NamedPart>,
     /// The mesh's faces.
     pub faces: Vec<NamedWhole>,

@@ -36,7 +36,7 @@ const SMALLER: [u8; 4] = [0, 2, 4, 6];
 pub(super) const CHEAP: usize = 20_000;
 /// An arrangement is healed if at most one triangle in so many is at fault.
 const MOST_HEALED: usize = 20;
-/// And it ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
+/// What has no faults ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
 const MOST_UNPROVED: usize = 10;
 /// The same where smaller cells are not [cheap](CHEAP). Cells that are not proved are the smallest, so their share in all cells is far above
 /// that of the surface in them; large trees with blends have one in five to ten, and smaller cells gave them no better edges.

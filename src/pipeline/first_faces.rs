@@ -29,7 +29,7 @@ const NODE_TRIANGLES: usize = 2;
 const LESS: f64 = 1.6;
 /// Narrow places and short edges, which cost less, down to this share.
 const NARROW: f64 = 0.25;
-/// And to this one where triangles would be needles otherwise.
+/// Narrow places and short edges where triangles would be needles otherwise, down to this share.
 pub(super) const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
@@ -37,14 +37,14 @@ const DEEP: f64 = 0.5;
 /// length: it would be too far away, not only rough.
 const SAGITTA: f64 = 1.6;
 const SAGGING: f64 = 0.125;
-/// With more than so many times the triangles the size alone asks for they grow faster, as most triangles are then where lengths
-/// grow,
+/// With more than so many times the triangles the size alone asks for lengths grow faster, as most triangles are then where they
+/// grow.
 const CROWDED: f64 = 20.0;
-/// and at most so fast.
+/// At most so fast do lengths grow then.
 const STEEP: f64 = 0.45;
-/// And with more than so many bends may leave their chords by more,
+/// With more than so many times the triangles, bends may leave their chords by more.
 const BUSY: f64 = 60.0;
-/// and narrow places may be followed down to this share of [`NARROWEST`].
+/// Narrow places may be followed then down to this share of [`NARROWEST`].
 const DEEPLY: f64 = 0.5;
 
 /// With a distance asked for curvature makes edges at most this many times shorter than the size.

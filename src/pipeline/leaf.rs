@@ -17,8 +17,8 @@ use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::Graded;
 
-/// Nor do narrow gaps and short borders make them more than this many times shorter than the size, as slivers of faces narrower
-/// than that are cut off boundary representations.
+/// Narrow gaps and short borders make edges at most this many times shorter than the size, as slivers of faces narrower than that are
+/// cut off boundary representations.
 pub(super) const NARROWEST: f64 = 40.0;
 /// A mesh by the leaf method, or by the best that could be had instead.
 pub(super) struct ByLeaf {

@@ -12,8 +12,8 @@ pub enum Method {
     MarchingCubes,
     /// Marching cubes, then [`paper_sequence`]: what \[LIS14\] prints, misprints corrected. It is for study.
     Paper,
-    /// Marching cubes, then [`operators_sequence`]: the operators of \[LIS14\] in an order that was found by measuring. Or any
-    /// other sequence, see [`MeshOptions::sequence`](super::MeshOptions::sequence).
+    /// Marching cubes, then [`operators_sequence`]: the operators of \[LIS14\] in an order that was found by measuring, or
+    /// any other sequence, see [`MeshOptions::sequence`](super::MeshOptions::sequence).
     Operators,
     /// Marching cubes, then [`cut_sequence`]: creases are cut where normals differ, the rest smooths, divides and flips.
     Cut,

@@ -22,7 +22,7 @@ pub(super) const GRADING: f64 = 0.2;
 /// Without a wish for it, curvature makes edges at most this many times shorter than the size.
 pub(super) const LEAST_SHARE: f64 = 4.0;
 
-/// Nor is it less than this share of the diagonal: what is small beside the part need not be finer than that. A thousand solids at a
+/// The default tolerance is at least this share of the diagonal: what is small beside the part need not be finer than that. A thousand solids at a
 /// 450th of the diagonal get 1.3 million triangles in place of 0.8 million without.
 const FINEST: f64 = 1.0 / 5400.0;
 

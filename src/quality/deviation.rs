@@ -21,8 +21,8 @@ const REACH: f64 = 4.0;
 /// A triangle that has no side of the surface this share of its longest edge away is turned over.
 const SIDE: f64 = 0.1;
 
-/// Or this share of the mean edge, where that is more: a triangle far smaller than others may be nearer to a side behind it, for which no
-/// other is fine enough. What is as near to a sharp edge counts as on it.
+/// That distance is at least this share of the mean edge: a triangle far smaller than others may be nearer to a side behind it, for
+/// which no other is fine enough. What is as near to a sharp edge counts as on it.
 const NEAR: f64 = 0.02;
 
 /// Points worked on between two looks at the cancel flag.

@@ -172,8 +172,8 @@ impl Cells {
         }
     }
 
-    /// A triangle close to a point whose cell all triangles cross facing about the same way: from there the nearest one can
-    /// be walked to. And the length of a cell's side.
+    /// A triangle close to a point whose cell all triangles cross facing about the same way, and the length of a cell's side: from
+    /// that triangle the nearest one can be walked to.
     pub fn start(&self, p: DVec3) -> Option<(u32, f64)> {
         let c = self.cell_at(p);
         if c.min_element() < 0 {

@@ -67,7 +67,7 @@ pub mod limits {
 const MOST_STACK: usize = 768 << 20;
 /// What it gets for any text, in bytes: a hundred brackets within each other take the parser far less.
 const LEAST_STACK: usize = 32 << 20;
-/// And what for every byte of the text, as an expression within another takes a byte at least: twice what the most stack has for each
+/// What it gets beside that for every byte of the text, as an expression within another takes a byte at least: twice what the most stack has for each
 /// of [`limits::DEPTH`].
 const STACK_PER_BYTE: usize = 6 << 10;
 

@@ -75,14 +75,15 @@ const FOLDED: usize = 4;
 const MEND: f64 = 0.95;
 /// Shapes below this that are left then take more than one step to mend: 35 degrees.
 const STUCK: f64 = 0.8;
-/// And below this once more: 20 degrees. How often.
+/// Shapes below this are mended once more: 20 degrees.
 const SLIM: f64 = 0.55;
+/// How often they are.
 const SLIM_ROUNDS: usize = 2;
 /// How often the surroundings of triangles that intersect are refined.
 const REPAIRS: usize = 4;
 /// Edges around such places up to which nodes are looked at.
 const AROUND: usize = 2;
-/// Nor is it when one triangle in this many intersects others.
+/// Surroundings are not refined when more than one triangle in this many intersects others.
 const FEW: usize = 4;
 /// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
 const MOST_REPAIRED: usize = 3;
@@ -302,7 +303,7 @@ fn remesh<'a>(
         }
     };
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
-    // Nor where refinement makes more of them.
+    // Refinement ends, too, where it makes twice as many of them.
     let least = 2 * bad.len();
     let few = |bad: &[u32], out: &TriMesh| FEW * bad.len() <= out.triangles.len() && bad.len() <= least;
     let first = (r.work.raw && !bad.is_empty()).then(|| (r.clone(), out.clone(), bad.clone()));

@@ -283,7 +283,7 @@ mod tests {
             let sum: f64 = (1..=n).map(length).sum();
             assert!(abs_diff_eq!(sum, std::f64::consts::TAU, epsilon = 1e-9), "{n}: {sum}");
         }
-        // Nor do turns to and fro make a line longer.
+        // Turns to and fro do not make a line longer either.
         let zigzag: Vec<DVec3> = (0..9).map(|k| DVec3::new(f64::from(k), f64::from(k % 2), 0.0)).collect();
         assert!((2..8).all(|i| arc(&zigzag, i) == 1.0));
     }

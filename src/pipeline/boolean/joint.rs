@@ -12,7 +12,7 @@ const STEPS: usize = 24;
 const MORE: usize = 200;
 /// A point lies on surfaces that are this share of the size away: rounding of a few steps in coordinates.
 const ON: f64 = 1e-14;
-/// And may, where there is nothing nearer, if they are this share away: well below what the border is asked for.
+/// Where no surface is nearer a point may lie on those this share of the size away: well below what the border is asked for.
 const NEARLY: f64 = 1e-11;
 /// Sine of the angle below which two surfaces have no curve in common: Newton's method loses more than half of its digits.
 pub(super) const TANGENT: f64 = 1e-4;
