@@ -444,13 +444,6 @@ fn nothing_is_decided_by_a_message() {
 /// Words that join a sentence to the one before it. Each sentence of a comment is to be readable alone.
 const JOINING: &[&str] = &["And", "Or", "Nor", "But"];
 
-/// Comments that begin with one of them all the same.
-const JOINED: &[(&str, &str)] = &[
-    ("parametric/measure.rs", "/// Nor is it divided for less"),
-    ("parametric/mesh/edges.rs", "/// And at least."),
-    ("parametric/mesh/sizes.rs", "/// And where the way over leads"),
-];
-
 /// What a line holds after `//`, `///` or `//!`, if that is all that stands on it.
 fn comment(line: &str) -> Option<&str> {
     let rest = line.trim_start().strip_prefix("//")?;
@@ -468,8 +461,7 @@ fn joined_sentences(path: &str, text: &str) -> Vec<String> {
         // Code and empty lines end a sentence, whatever they hold.
         begins |= words.is_empty();
         for word in words.split_whitespace() {
-            let listed = || JOINED.iter().any(|(file, start)| *file == path && line.trim_start().starts_with(start));
-            if begins && JOINING.contains(&word) && !listed() {
+            if begins && JOINING.contains(&word) {
                 wrong.push(format!("src/{path}:{}: a sentence begins with `{word}`: {}", i + 1, line.trim()));
             }
             // Marks of lists stand before a sentence.

@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char, c_int};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rvachev::implicit::Implicit;
+use rvachev::implicit::{Implicit, Solid};
 use rvachev::implicit::part::{Part, PartGroup, parse};
 use rvachev::io::write_atomic;
 use rvachev::pipeline::{self, Meshed};
@@ -120,10 +120,11 @@ pub extern "C" fn rv_part_new(
         if all.is_empty() {
             return Err(input("a part needs a solid", ""));
         }
-        let mut made = match made {
-            Some(part) => part,
-            None => Part { solid: None, ..parse("part(sphere(1))", &[])? },
-        };
+        let is_built_alone = made.is_none();
+        let mut made = made.unwrap_or_else(|| Part::from_solid(Solid::sphere(1.0, DVec3::ZERO)));
+        if is_built_alone {
+            made.solid = None;
+        }
         made.built = built;
         part_out(made, out)
     })

@@ -20,7 +20,7 @@ const LONGEST: f64 = 0.05;
 const SHORTEST: f64 = 0.0008;
 /// A triangle is divided until its quarters' area is within this share of its own; what is left is 16 times smaller yet.
 const SETTLED: f64 = 3e-5;
-/// Nor is it divided for less than this share of the square of the model's size.
+/// It is not divided either for less than this share of the square of the model's size.
 const LEAST: f64 = 3e-10;
 /// Triangles are divided this many times, at most.
 const DEEPEST: usize = 6;

@@ -13,7 +13,7 @@ use crate::parametric::chart::Chart;
 const SAMPLES: f64 = 4.0;
 /// Samples between two neighboring parameters of [`pieces`](crate::parametric::Curve::pieces), at most.
 const MOST_SAMPLES: usize = 400;
-/// And at least.
+/// The same, at least.
 const LEAST_SAMPLES: usize = 4;
 /// A corner is sharp where it is at this share of the way looked at: tangents alone do not tell cusps.
 const PROBE: f64 = 0.25;

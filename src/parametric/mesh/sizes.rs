@@ -38,7 +38,7 @@ const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
 /// beside a corner of 37 degrees it is.
 const AROUND: f64 = 3.0;
-/// And where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
+/// The same where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
 const INTO: f64 = 0.3;
 
 /// The field of wanted lengths.
