@@ -143,7 +143,15 @@ fn the_aircraft_has_good_triangles() {
     assert_eq!(made.mesh.faces.len(), exact.faces.len());
     assert_relative_eq!(made.mesh.volume(), exact.bodies[0].volume.unwrap(), max_relative = 2e-3);
     let quality = check.quality;
-    assert!(quality.min_angle > 20.0 && quality.p05_angle > 42.0, "{quality:?}");
+    assert!(quality.min_angle > 18.5 && quality.p05_angle > 46.0, "{quality:?}");
+    // Behind and below, where a wing's window has a corner, two edges of the model make an angle of 19.1 degrees.
+    let below = (-55f64).to_radians();
+    let corner = DVec3::new(18.0, 1.9 * below.cos(), 1.9 * below.sin());
+    let at_corner = |p: &DVec3| DVec3::new(p.x, p.y.abs(), p.z).distance(corner) < 1e-6;
+    let all = angles(&made.mesh).into_iter().enumerate();
+    let elsewhere = all.filter(|a| !made.mesh.corners(a.0).iter().any(at_corner)).map(|a| a.1);
+    let least = elsewhere.fold(180.0, f64::min);
+    assert!(least > 22.0, "{least}");
 }
 
 #[test]

@@ -62,13 +62,7 @@ impl Parametric {
     }
 
     /// The rings around the acute tips of every face.
-    fn rings(
-        &self,
-        sampled: &[Sampled],
-        field: &Field<'_>,
-        sizes: &MeshSizes<'_>,
-        run: &Run,
-    ) -> Vec<Vec<Ring>> {
+    fn rings(&self, sampled: &[Sampled], field: &Field<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Vec<Vec<Ring>> {
         let of = |f: usize| {
             let chart = &self.charts[f];
             let around: Vec<DVec2> = match chart.poles[..] {

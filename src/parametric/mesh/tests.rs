@@ -295,7 +295,8 @@ fn pointed(height: f64, round: bool) -> Brep {
         Section::Wire(Wire::joined(&(0..6).map(arc).collect::<Vec<_>>()).unwrap())
     };
     let how = Loft { ruled: !round, caps: false, round: [round, false], ..Loft::default() };
-    loft(&[Section::Point(DVec3::ZERO), arcs(height, 1.0), arcs(2.0 * height, if round { 1.4 } else { 2.0 })], &how).unwrap()
+    loft(&[Section::Point(DVec3::ZERO), arcs(height, 1.0), arcs(2.0 * height, if round { 1.4 } else { 2.0 })], &how)
+        .unwrap()
 }
 
 #[test]
