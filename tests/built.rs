@@ -141,7 +141,7 @@ fn the_aircraft_has_good_triangles() {
     assert!(defects.is_closed() && defects.is_manifold());
     assert_eq!(made.mesh.topology(&defects).euler, 2);
     assert_eq!(made.mesh.faces.len(), exact.faces.len());
-    assert_relative_eq!(made.mesh.volume(), exact.bodies[0].volume.unwrap(), max_relative = 2e-3);
+    assert_relative_eq!(made.mesh.volume(), exact.bodies[0].volume.unwrap(), max_relative = 3e-3);
     let quality = check.quality;
     assert!(quality.min_angle > 18.5 && quality.p05_angle > 46.0, "{quality:?}");
     // Behind and below, where a wing's window has a corner, two edges of the model make an angle of 19.1 degrees.
