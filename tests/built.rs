@@ -127,6 +127,33 @@ fn the_aircraft_is_one_sewn_solid() {
     assert!(i.bodies[0].volume.unwrap() > 250.0 && i.faces.iter().all(|f| f.area.is_some()));
 }
 
+/// Leading edges bend inside faces whose borders are nearly straight, and six faces meet at the round poles of nose and tail.
+#[test]
+fn the_aircraft_has_good_triangles() {
+    let part = load_part(&data("aircraft.py"), &[]).unwrap();
+    let exact = info(&part);
+    let made = mesh_part(&part, &MeshOptions::default(), &Run::new()).unwrap();
+    assert!(made.report.shortfalls.is_empty(), "{:?}", made.report.shortfalls);
+    let check = made.report.check.unwrap();
+    let c = &check.certificate;
+    assert!(c.is_sound(), "{:?}", c.faults);
+    let defects = made.mesh.defects();
+    assert!(defects.is_closed() && defects.is_manifold());
+    assert_eq!(made.mesh.topology(&defects).euler, 2);
+    assert_eq!(made.mesh.faces.len(), exact.faces.len());
+    assert_relative_eq!(made.mesh.volume(), exact.bodies[0].volume.unwrap(), max_relative = 3e-3);
+    let quality = check.quality;
+    assert!(quality.min_angle > 18.5 && quality.p05_angle > 46.0, "{quality:?}");
+    // Behind and below, where a wing's window has a corner, two edges of the model make an angle of 19.1 degrees.
+    let below = (-55f64).to_radians();
+    let corner = DVec3::new(18.0, 1.9 * below.cos(), 1.9 * below.sin());
+    let at_corner = |p: &DVec3| DVec3::new(p.x, p.y.abs(), p.z).distance(corner) < 1e-6;
+    let all = angles(&made.mesh).into_iter().enumerate();
+    let elsewhere = all.filter(|a| !made.mesh.corners(a.0).iter().any(at_corner)).map(|a| a.1);
+    let least = elsewhere.fold(180.0, f64::min);
+    assert!(least > 22.0, "{least}");
+}
+
 #[test]
 fn step_files_of_parts_read_back_and_their_meshes_lie_on_them() {
     let dir = tempfile::TempDir::new().unwrap();

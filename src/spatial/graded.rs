@@ -42,6 +42,12 @@ impl Graded {
         Self::built(keep, slope)
     }
 
+    /// The field with more sources.
+    pub fn with(mut self, more: Vec<(DVec3, f64)>) -> Self {
+        self.sources.extend(more);
+        Self::new(self.sources, self.slope)
+    }
+
     fn built(mut sources: Vec<(DVec3, f64)>, slope: f64) -> Self {
         let mut nodes = Vec::with_capacity(2 * sources.len().div_ceil(LEAF) + 1);
         if !sources.is_empty() {

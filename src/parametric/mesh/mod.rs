@@ -9,6 +9,7 @@ mod edges;
 mod extent;
 mod fill;
 mod flips;
+mod inner;
 mod ladder;
 mod looked;
 mod loops;
@@ -17,6 +18,7 @@ mod remedy;
 mod rings;
 mod sheets;
 mod sizes;
+mod vertices;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -40,6 +42,7 @@ pub use remedy::Remedy;
 use rings::Ring;
 use sheets::Sheets;
 use sizes::Field;
+use vertices::join_vertices;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
 const HALVINGS: usize = 5;
@@ -273,11 +276,11 @@ impl Parametric {
         let least = least_parts(&self.brep);
         let same = looked.at_edges(self, sizes, run)?;
         let Looked { sampled, narrow } = looked;
-        let mut leads = leads(&self.brep, &self.faces_of, sampled, sizes);
-        let seen = (&sampled[..], &leads[..], &same[..]);
-        let (field, strips) = sizes::field(&self.brep, &self.faces_of, seen, narrow, sizes, run)?;
-        let rings = self.rings(sampled, &field, sizes, run);
-        self.reach_rings(&rings, sampled, &mut leads);
+        let of_corners = leads(&self.brep, &self.faces_of, sampled, sizes);
+        let seen = (&sampled[..], &of_corners[..], &same[..]);
+        let (mut field, strips) = sizes::field(&self.brep, &self.faces_of, seen, narrow, sizes, run)?;
+        let (mut rings, mut leads) = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
+        let mut looked_inside = false;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let halvings = if self.without.contains(&Remedy::Halving) { 0 } else { HALVINGS };
         let mut round = 0;
@@ -327,6 +330,16 @@ impl Parametric {
                 crossing.iter().for_each(|e| factor[*e as usize] = 1);
                 round += 1;
                 continue;
+            }
+            if !looked_inside {
+                looked_inside = true;
+                let bends = run.install(|| self.inner_bends(&filled, (&points, &wants), &plan));
+                if !bends.is_empty() {
+                    field = field.with(bends);
+                    (rings, leads) = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
+                    (factor, round) = (vec![1; self.brep.edges.len()], 0);
+                    continue;
+                }
             }
             let mut filled = self.undoubled(filled, &points, &chains, &plan, run)?;
             let mut steps = self.finer(&factor);
@@ -552,39 +565,6 @@ impl Parametric {
         }
         out
     }
-}
-
-/// Makes vertices of one face that lie at one place one: contours that touch there are joined (\[BOR20\]).
-fn join_vertices(brep: &mut Brep) {
-    let mut leader: Vec<u32> = (0..brep.vertices.len() as u32).collect();
-    for f in &brep.faces {
-        let mut own: Vec<u32> = f.loops.iter().flatten().flat_map(|c| brep.edges[c.edge as usize].ends).collect();
-        own.sort_unstable();
-        own.dedup();
-        let at = |v: u32| brep.vertices[v as usize];
-        let middle = |e: &super::brep::Edge| e.curve.at(0.5 * (e.range[0] + e.range[1]));
-        let middles = f.loops.iter().flatten().map(|c| middle(&brep.edges[c.edge as usize]));
-        let near = SAME_PLACE * Aabb::around(own.iter().map(|v| at(*v)).chain(middles)).diagonal();
-        own.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
-        for (i, &a) in own.iter().enumerate() {
-            for &b in own[i + 1..].iter().take_while(|b| at(**b).x - at(a).x <= near) {
-                if at(a).distance(at(b)) <= near {
-                    let (x, y) = (first(&leader, a), first(&leader, b));
-                    leader[x.max(y) as usize] = x.min(y);
-                }
-            }
-        }
-    }
-    for e in &mut brep.edges {
-        e.ends = e.ends.map(|v| first(&leader, v));
-    }
-}
-
-fn first(leader: &[u32], mut v: u32) -> u32 {
-    while leader[v as usize] != v {
-        v = leader[v as usize];
-    }
-    v
 }
 
 #[cfg(test)]

@@ -11,10 +11,12 @@ use crate::parametric::chart::Chart;
 use crate::parametric::surface::Pole;
 use crate::run::Run;
 
-/// Edges of a ring.
+/// Edges of a ring all around a tip.
 const PARTS: f64 = 5.0;
-/// The sum of the angles around a tip, up to which it is one; on a plane that is 2 pi.
-const ACUTE: f64 = 5.6;
+/// A tip is acute where normals along a ring around it turn by more than this share of the angle that the ring has at the tip.
+/// For cones these are the cosine and the sine of half the angle of opening: cones of up to 126 degrees are acute. Of a ring
+/// that a face has a sector of both are the same share, and where the surface is smooth at the pole normals hardly turn.
+const ACUTE: f64 = 0.51;
 /// Samples around a tip.
 const AROUND: usize = 24;
 /// The search for the ring begins at this share of the way along the face, goes on by this factor,
@@ -45,14 +47,22 @@ impl Ring {
 }
 
 impl Parametric {
-    /// The rings around the acute tips of every face.
-    pub(super) fn rings(
+    /// The rings around tips, and `leads` that reach to them.
+    pub(super) fn ringed(
         &self,
         sampled: &[Sampled],
+        mut leads: Vec<[Lead; 2]>,
         field: &Field<'_>,
         sizes: &MeshSizes<'_>,
         run: &Run,
-    ) -> Vec<Vec<Ring>> {
+    ) -> (Vec<Vec<Ring>>, Vec<[Lead; 2]>) {
+        let rings = self.rings(sampled, field, sizes, run);
+        self.reach_rings(&rings, sampled, &mut leads);
+        (rings, leads)
+    }
+
+    /// The rings around the acute tips of every face.
+    fn rings(&self, sampled: &[Sampled], field: &Field<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Vec<Vec<Ring>> {
         let of = |f: usize| {
             let chart = &self.charts[f];
             let around: Vec<DVec2> = match chart.poles[..] {
@@ -74,7 +84,7 @@ impl Parametric {
     }
 
     /// One edge reaches from a tip to its ring.
-    pub(super) fn reach_rings(&self, rings: &[Vec<Ring>], sampled: &[Sampled], leads: &mut [[Lead; 2]]) {
+    fn reach_rings(&self, rings: &[Vec<Ring>], sampled: &[Sampled], leads: &mut [[Lead; 2]]) {
         for (f, ring) in rings.iter().enumerate().flat_map(|(f, list)| list.iter().map(move |r| (f, r))) {
             let (chart, near) = (&self.charts[f], AT_POLE * self.boxes[f].diagonal());
             for c in self.brep.faces[f].loops.iter().flatten() {
@@ -130,18 +140,29 @@ fn ring(chart: &Chart, pole: Pole, around: &[DVec2], wanted: &dyn Fn(DVec2, DVec
         let points: Vec<DVec3> = (0..=AROUND).map(|k| chart.at(place(s, k))).collect();
         let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
         let h = (0..AROUND).step_by(4).map(|k| wanted(place(s, k), points[k])).fold(f64::INFINITY, f64::min);
-        if length >= PARTS * h {
+        if length >= h {
             let away = points.iter().map(|p| p.distance(pole.point)).fold(f64::INFINITY, f64::min);
-            let bend = |k: usize| {
-                let chord = [pole.point, points[k]];
-                let middle = chart.at(place(0.5 * s, k));
-                middle.distance(crate::spatial::segment_foot(middle, chord))
-            };
-            let straight = (0..AROUND).step_by(4).all(|k| bend(k) <= STRAIGHT * h);
-            let acute = share > NEAREST && length < ACUTE * away && straight;
-            return acute.then(|| Ring { pole, at: pole.value + s, density: PARTS / (range[1] - range[0]) });
+            let (turn, angle) = (turn(&|k| chart.normal(place(s, k))), length / away);
+            // Of a sector there are as many edges as it is a share of a whole cone.
+            let parts = (PARTS * (turn.hypot(angle) / std::f64::consts::TAU).min(1.0)).round().max(1.0);
+            if length >= parts * h {
+                let bend = |k: usize| {
+                    let chord = [pole.point, points[k]];
+                    let middle = chart.at(place(0.5 * s, k));
+                    middle.distance(crate::spatial::segment_foot(middle, chord))
+                };
+                let straight = (0..AROUND).step_by(4).all(|k| bend(k) <= STRAIGHT * h);
+                let acute = share > NEAREST && turn > ACUTE * angle && straight;
+                return acute.then(|| Ring { pole, at: pole.value + s, density: parts / (range[1] - range[0]) });
+            }
         }
         share *= FURTHER;
     }
     None
+}
+
+/// By how much normals turn from sample to sample along a ring, on the whole; samples without one are passed over.
+fn turn(normal: &dyn Fn(usize) -> Option<DVec3>) -> f64 {
+    let normals: Vec<DVec3> = (0..=AROUND).filter_map(normal).collect();
+    normals.windows(2).map(|w| w[0].cross(w[1]).length().atan2(w[0].dot(w[1]))).sum()
 }

@@ -54,6 +54,11 @@ impl<'a> Field<'a> {
         Self { graded: Graded::new(Vec::new(), sizes.grading), slope: sizes.grading, place: sizes.place_size }
     }
 
+    /// The field with more places that ask for a length.
+    pub(super) fn with(self, sources: Vec<(DVec3, f64)>) -> Self {
+        Self { graded: self.graded.with(sources), ..self }
+    }
+
     /// The length wanted at a place, at most `most`.
     pub(super) fn at(&self, p: DVec3, most: f64) -> f64 {
         self.graded.at(p, most).min(self.place_at(p))

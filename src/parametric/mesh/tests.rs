@@ -10,6 +10,7 @@ use crate::geometry::Pieces;
 use crate::io::step::read_step;
 use crate::mesh::self_intersections;
 use crate::parametric::brep::{Body, Coedge, Edge, Face};
+use crate::parametric::build::{Extrusion, Loft, Section, Wire, extrude_edges, loft};
 use crate::parametric::nurbs::{NurbsCurve, NurbsSurface, SplineEnds};
 use crate::parametric::step::interpret;
 use crate::parametric::{Curve, Frame, Surface, basis::Knots};
@@ -254,4 +255,58 @@ fn meshing_ends_where_there_would_be_too_many_nodes() {
     assert!(meshed(square(), 0.1, 100).too_many);
     let m = meshed(square(), 0.1, 10_000);
     assert!(!m.too_many && m.mesh.triangles.len() > 2000);
+}
+
+/// A sheet folded about a round bend of radius 0.1 in its middle; its sides along the bend are straight and 1.4 away from it.
+fn folded() -> Brep {
+    let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
+    let leg = |z: f64| (1..=7).map(move |k| at(0.2 * f64::from(k), z));
+    let bend = (1..8).map(|k| (f64::from(k) / 8.0 + 0.5) * PI).map(|a| at(0.1 * a.cos(), 0.1 * a.sin()));
+    let points: Vec<DVec3> =
+        leg(0.1).rev().chain([at(0.0, 0.1)]).chain(bend).chain([at(0.0, -0.1)]).chain(leg(-0.1)).collect();
+    let profile = Wire::spline(&points, SplineEnds::Natural).unwrap();
+    extrude_edges(&[profile], &Extrusion { caps: false, ..Extrusion::new(DVec3::Y, 6.0) }).unwrap()
+}
+
+#[test]
+fn borders_are_graded_to_bends_inside_faces() {
+    let p = Parametric::new(folded(), &Run::new()).unwrap();
+    let by = |k: f64| (0.35 / k.max(1e-300)).clamp(0.035, 1.0);
+    let m = p.mesh(&MeshSizes { grading: 0.2, ..MeshSizes::new(1.0, 0.035, &by) }, &Run::new()).unwrap();
+    assert!(m.failures.is_empty());
+    // In the middle of a side the bend is nearer than any other border: 0.035 there, and a fifth of the way more.
+    let side = |v: &DVec3| (v.x - 1.4).abs() < 1e-9 && (v.z - 0.1).abs() < 1e-9;
+    let mut y: Vec<f64> = m.mesh.nodes.iter().filter(|v| side(v)).map(|v| v.y).collect();
+    y.sort_by(f64::total_cmp);
+    y.dedup();
+    let longest = y.windows(2).map(|w| w[1] - w[0]).fold(0.0f64, f64::max);
+    assert!((0.25..0.4).contains(&longest), "{longest}");
+}
+
+/// A loft of six arcs of a circle about the axis, with a point on the axis before them.
+fn pointed(height: f64, round: bool) -> Brep {
+    let arcs = |z: f64, r: f64| {
+        let at = |k: f64| DVec3::new(r * (k * PI / 6.0).cos(), r * (k * PI / 6.0).sin(), z);
+        let arc = |k: u32| Wire::arc(at(f64::from(2 * k)), at(f64::from(2 * k + 1)), at(f64::from(2 * k + 2))).unwrap();
+        Section::Wire(Wire::joined(&(0..6).map(arc).collect::<Vec<_>>()).unwrap())
+    };
+    let how = Loft { ruled: !round, caps: false, round: [round, false], ..Loft::default() };
+    loft(&[Section::Point(DVec3::ZERO), arcs(height, 1.0), arcs(2.0 * height, if round { 1.4 } else { 2.0 })], &how)
+        .unwrap()
+}
+
+#[test]
+fn tips_of_several_faces_are_fans_where_they_are_acute_alone() {
+    let by = |_: f64| 0.1;
+    let mesh = |brep: Brep| {
+        let m = Parametric::new(brep, &Run::new()).unwrap().mesh(&MeshSizes::new(0.1, 0.1, &by), &Run::new()).unwrap();
+        assert!(m.failures.is_empty());
+        let tip = m.mesh.nodes.iter().position(|v| v.length() < 1e-9).unwrap() as u32;
+        let around = m.mesh.triangles.iter().filter(|t| t.contains(&tip)).count();
+        (m.fans.len(), around)
+    };
+    // Each of six faces has a sixth of the tip: one triangle of the fan.
+    assert_eq!(mesh(pointed(4.0, false)), (6, 6));
+    // Where all six are smooth together there is none.
+    assert_eq!(mesh(pointed(0.5, true)).0, 0);
 }
