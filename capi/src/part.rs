@@ -4,8 +4,8 @@ use std::ffi::{CStr, c_char, c_int};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rvachev::implicit::{Implicit, Solid};
 use rvachev::implicit::part::{Part, PartGroup, parse};
+use rvachev::implicit::{Implicit, Solid};
 use rvachev::io::write_atomic;
 use rvachev::pipeline::{self, Meshed};
 use rvachev::spatial::Aabb;
