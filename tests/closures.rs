@@ -1,8 +1,5 @@
 //! Functions of the user's own, of which nothing is known but their values: their edges come out by default, whichever way they lie.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use glam::{DMat3, DVec3};
 use rvachev::Run;
 use rvachev::implicit::{Field, Placement, Solid};
@@ -92,34 +89,4 @@ fn closures_of_the_samples_keep_their_edges_at_the_first_attempt() {
             assert!(c.certificate.is_sound() && c.deviation.unwrap().max < 0.1 * SIZE, "{name} {way}");
         }
     }
-}
-
-/// Counts the points it is asked for.
-struct Counted(Arc<AtomicUsize>);
-
-impl Field for Counted {
-    fn value(&self, p: DVec3) -> f64 {
-        self.0.fetch_add(1, Ordering::Relaxed);
-        1.0 - p.length()
-    }
-
-    fn in_batches(&self) -> bool {
-        false
-    }
-}
-
-#[test]
-fn a_function_of_which_nothing_is_known_is_asked_in_each_cell_but_not_within_it() {
-    let asked = Arc::new(AtomicUsize::new(0));
-    let mut part = Part::from_solid(Solid::field(Counted(asked.clone())));
-    part.domain = Some(Aabb::new(DVec3::splat(-1.3), DVec3::splat(1.4)));
-    let options = MeshOptions { size: Some(SizeRequest::Length(SIZE)), ..MeshOptions::default() };
-    let made = mesh_part(&part, &options, &Run::new()).unwrap();
-    let c = made.report.check.unwrap();
-    assert!(made.report.method == "leaf" && c.certificate.is_sound() && c.quality.min_angle > 35.0, "{:?}", c.quality);
-    // 34 cells along each axis: a few dozen points in each.
-    let cells = (2.7 / SIZE).powi(3);
-    let asked = asked.load(Ordering::Relaxed) as f64;
-    eprintln!("DBG {} {}", asked / cells, c.triangles);
-    assert!(asked < 60.0 * cells, "{} points a cell", asked / cells);
 }
