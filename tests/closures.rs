@@ -23,29 +23,36 @@ fn outside(a: f64, b: f64) -> f64 {
     a * a + b * b - 0.16
 }
 
-/// The samples as functions and as solids, and their corners.
-fn samples() -> [(&'static str, fn(DVec3) -> f64, Solid, usize); 3] {
+/// A sample as a function and as a solid, and how many corners it has.
+struct Sample {
+    name: &'static str,
+    f: fn(DVec3) -> f64,
+    solid: Solid,
+    corners: usize,
+}
+
+fn samples() -> [Sample; 3] {
     let bore = |axis, at: [f64; 3]| Solid::cylinder(0.4, axis, at.into(), None);
     let block = || Solid::cuboid(DVec3::NEG_ONE, DVec3::ONE);
     [
-        (
-            "holes",
-            |p| both(both(cube(p), outside(p.x, p.y)), outside(p.y, p.z)),
-            block() - bore(DVec3::Z, [0.0; 3]) - bore(DVec3::X, [0.0; 3]),
-            8,
-        ),
-        (
-            "edges",
-            |p| both(both(cube(p), outside(p.y - 0.9, p.z - 0.9)), outside(p.x + 0.9, p.y + 0.9)),
-            block() - bore(DVec3::X, [0.0, 0.9, 0.9]) - bore(DVec3::Z, [-0.9, -0.9, 0.0]),
-            12,
-        ),
-        (
-            "notch",
-            |p| both(cube(p), (p - DVec3::ONE).length_squared() - 0.64),
-            block() - Solid::sphere(0.8, DVec3::ONE),
-            10,
-        ),
+        Sample {
+            name: "holes",
+            f: |p| both(both(cube(p), outside(p.x, p.y)), outside(p.y, p.z)),
+            solid: block() - bore(DVec3::Z, [0.0; 3]) - bore(DVec3::X, [0.0; 3]),
+            corners: 8,
+        },
+        Sample {
+            name: "edges",
+            f: |p| both(both(cube(p), outside(p.y - 0.9, p.z - 0.9)), outside(p.x + 0.9, p.y + 0.9)),
+            solid: block() - bore(DVec3::X, [0.0, 0.9, 0.9]) - bore(DVec3::Z, [-0.9, -0.9, 0.0]),
+            corners: 12,
+        },
+        Sample {
+            name: "notch",
+            f: |p| both(cube(p), (p - DVec3::ONE).length_squared() - 0.64),
+            solid: block() - Solid::sphere(0.8, DVec3::ONE),
+            corners: 10,
+        },
     ]
 }
 
@@ -65,7 +72,7 @@ impl<F: Fn(DVec3) -> f64 + Send + Sync> Field for Alone<F> {
 #[test]
 fn closures_of_the_samples_keep_their_edges_at_the_first_attempt() {
     let turned = DMat3::from_axis_angle(DVec3::new(0.3, -0.27, -0.89).normalize(), 2.7);
-    for (name, f, solid, corners) in samples() {
+    for Sample { name, f, solid, corners } in samples() {
         for (way, rotation) in [("aligned", DMat3::IDENTITY), ("turned", turned)] {
             let back = rotation.transpose();
             let f = move |p: DVec3| f(back * p);
