@@ -1,7 +1,7 @@
 //! Curves and sheets of free form that part files name: lengths, areas and volumes known in closed form, meshes, STEP, and
 //! what is refused.
 
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
 use approx::assert_abs_diff_eq;
 use rvachev::implicit::part::parse;
@@ -111,6 +111,13 @@ fn curves_enclose_their_areas() {
             20.0 / 3.0,
         ),
         ("spline([(-1, 0), (0, 1), (1, 0)], ends=\"parabolic\")", "(1, 0), (-1, 0)", 4.0 / 3.0),
+        // A line that is to pass above its middle is a parabola, and one that is to rise and fall at its ends a cubic.
+        ("nurbs([(-1, 0), (0, 0), (1, 0)], degree=2, through=[(0.5, (0, 1))])", "(1, 0), (-1, 0)", 4.0 / 3.0),
+        (
+            "nurbs([(0, 0), (1, 0), (2, 0), (3, 0)], tangents=[(0, (1, 1)), (1, (2, -2))])",
+            "(3, 0), (0, 0)",
+            9.0 * FRAC_1_SQRT_2 * (0.2 - FRAC_1_SQRT_2 / 30.0),
+        ),
     ] {
         let text = format!("part(extrude_edges(chain([{curve}, polyline([{rest}])]), \"z\", 2))\n");
         solid(&text, 2.0 * area);
@@ -249,6 +256,9 @@ fn what_cannot_be_built_is_told_with_its_place() {
         ("nurbs([(0, 0), (1, 0), (1, 1)], weights=[1, 0, 1])", "weights are positive numbers, one for each of 3"),
         ("nurbs([(0, 0), (1, 0), (1, 1)], knots=[0, 1])", "\"knots\" must be 6 numbers"),
         ("nurbs([(0, 0), (1, 0), (1, 1)], degree=3)", "below the number of control points, 3"),
+        ("nurbs([(0, 0), (1, 0), (1, 1)], through=[(2, (0, 1))])", "the curve has no parameter 2"),
+        ("nurbs([(0, 0), (1, 0), (1, 1)], tangents=[(0, 1)])", "\"tangents\" must be a list of pairs"),
+        ("nurbs([(0, 0), (1, 1)], through=[(0.5, (0, 1))])", "2 control points do not allow"),
         ("nurbs([(0, 0), (1, 0), (2, 1), (3, 0)], degree=1, knots=[0, 0, 1, 1, 2, 2])", "comes 2 times"),
         ("spline([(0, 0), (1, 0), (2, 1)], start=(1, 0, 0), end=(0, 1, 0), ends=\"parabolic\")", "without derivatives"),
     ] {

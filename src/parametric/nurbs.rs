@@ -7,10 +7,12 @@ use super::basis::{ANY, Knots};
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
+mod edit;
 mod net;
 mod power;
 mod refine;
 mod round;
+pub use edit::{CurveEdit, Pass, edited};
 pub use refine::{EndSlopes, compatible};
 
 /// A rational B-spline curve.

@@ -21,7 +21,7 @@ use crate::parametric::build::{
     Across, Axis, Extrusion, Loft, Section, Wire, extrude_edges, flat_face, loft, over_chains, patch, revolve_edges,
     sew, shift_edges, sweep_edges,
 };
-use crate::parametric::nurbs::{NurbsCurve, NurbsSurface, SplineEnds};
+use crate::parametric::nurbs::{CurveEdit, NurbsCurve, NurbsSurface, Pass, SplineEnds, edited};
 use crate::parametric::step::write_step;
 use crate::parametric::{Curve, Frame, Parametric, Similarity};
 use crate::quality::{Expectation, Fault, check};
@@ -59,9 +59,12 @@ fn wire(edges: &Edges) -> Result<Wire> {
             EdgeKind::Conic { coefficients, ends } => Wire::conic(*coefficients, *ends)?,
             EdgeKind::Polynomial { coefficients, range } => Wire::nurbs(NurbsCurve::polynomial(coefficients, *range)?)?,
             EdgeKind::Lagrange { points, parameters } => Wire::nurbs(NurbsCurve::lagrange(parameters, points)?)?,
-            EdgeKind::Nurbs { points, degree, knots, weights } => {
+            EdgeKind::Nurbs { points, degree, knots, weights, through, tangents } => {
                 let knots = knots_of(knots.as_ref(), *degree, points.len())?.values().to_vec();
-                Wire::nurbs(NurbsCurve::new(*degree, knots, points, weights.as_deref())?)?
+                let through = through.iter().map(|x| CurveEdit { t: x.0, pass: Pass::Point(x.1) });
+                let tangents = tangents.iter().map(|x| CurveEdit { t: x.0, pass: Pass::Direction(x.1) });
+                let edits: Vec<CurveEdit> = through.chain(tangents).collect();
+                Wire::nurbs(edited(&NurbsCurve::new(*degree, knots, points, weights.as_deref())?, &edits)?)?
             }
         };
         wires.push(made.moved(&similarity(placement)));

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use ruff_text_size::TextRange;
 
 use super::arguments::{Argument, Bound};
-use super::edges::{edge, points};
+use super::edges::{edge, point, points};
 use super::interpreter::Interpreter;
 use super::recipe::EdgeKind;
 use super::value::Value;
@@ -62,6 +62,22 @@ pub(super) fn knots<'a>(it: &It<'a>, b: &Bound<'a>, name: &str, needed: usize) -
         )),
         None => Ok(None),
     }
+}
+
+/// A list of pairs of a parameter and a point or direction; empty where it was left out.
+fn at_parameters<'a>(it: &It<'a>, b: &Bound<'a>, name: &str) -> Result<Vec<(f64, DVec3)>> {
+    let Some(a) = b.get(name) else { return Ok(Vec::new()) };
+    let items = a.value.items().unwrap_or_default();
+    it.grow(a.range, items.len())?;
+    let pair = |v: &Value<'a>| match v.items()? {
+        [t, p] => Some((t.number().filter(|t| t.is_finite())?, point(p)?)),
+        _ => None,
+    };
+    let list: Vec<(f64, DVec3)> = items.iter().filter_map(pair).collect();
+    if list.is_empty() || list.len() != items.len() {
+        return Err(it.error(a.range, format!("{name:?} must be a list of pairs (parameter, (x, y, z))")));
+    }
+    Ok(list)
 }
 
 fn flat(it: &It<'_>, b: &Bound<'_>, name: &str) -> Result<Option<DVec2>> {
@@ -153,12 +169,13 @@ pub(super) fn call<'a>(
             edge(EdgeKind::Lagrange { points: list, parameters })
         }
         _ => {
-            let b = bind(&["points", "degree", "knots", "weights"])?;
+            let b = bind(&["points", "degree", "knots", "weights", "through", "tangents"])?;
             let list = points(it, &b, "points")?;
             let n = list.len();
             let degree = degree(it, &b, "degree", n)?;
             let (knots, weights) = (knots(it, &b, "knots", n + degree + 1)?, weights(it, &b, n)?);
-            edge(EdgeKind::Nurbs { points: list, degree, knots, weights })
+            let (through, tangents) = (at_parameters(it, &b, "through")?, at_parameters(it, &b, "tangents")?);
+            edge(EdgeKind::Nurbs { points: list, degree, knots, weights, through, tangents })
         }
     }
 }

@@ -100,6 +100,10 @@ pub enum EdgeKind {
         knots: Option<Vec<f64>>,
         /// Weights, one for each point, where they differ.
         weights: Option<Vec<f64>>,
+        /// Points it passes through besides, each with its parameter,
+        through: Vec<(f64, DVec3)>,
+        /// and directions it has.
+        tangents: Vec<(f64, DVec3)>,
     },
 }
 
