@@ -115,8 +115,7 @@ mod tests {
 
     /// A cubic of eight control points, rational if asked.
     fn curve(rational: bool) -> NurbsCurve {
-        let points: Vec<DVec3> =
-            (0..8).map(|i| f64::from(i)).map(|i| DVec3::new(i, (1.3 * i).sin(), 0.2 * i * i)).collect();
+        let points: Vec<DVec3> = (0..8).map(f64::from).map(|i| DVec3::new(i, (1.3 * i).sin(), 0.2 * i * i)).collect();
         let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.5, 4.0, 5.0, 5.0, 5.0, 5.0];
         let weights: Vec<f64> = (0..8).map(|i| 1.0 + 0.3 * f64::from(i % 3)).collect();
         NurbsCurve::new(3, knots, &points, rational.then_some(&weights[..])).unwrap()
