@@ -184,13 +184,7 @@ impl Scout {
         let Ok(mut work) = patch_pieces(&given, &oracle, self.cell) else {
             return Ok(None);
         };
-        let near = Bvh::new(start.kept.clone());
-        let is_kept = |t: &u32| near.meets(&Aabb::around(work.mesh.corner_points(*t)));
-        let kept: Vec<u32> = work.mesh.triangles().filter(is_kept).collect();
-        if !kept.is_empty() {
-            work.freeze(&kept, LEAST_BESIDE * ready.size);
-            work.thaws = true;
-        }
+        work.freeze_near(&start.kept, LEAST_BESIDE * ready.size);
         let mesh = made.mesh;
         extracted.mesh.labels = made.faces;
         (extracted.mesh.nodes, extracted.mesh.triangles) = (mesh.nodes, mesh.triangles);

@@ -4,8 +4,20 @@ use glam::DVec3;
 
 use super::patchwork::Patchwork;
 use crate::mesh::edit::NONE;
+use crate::spatial::{Aabb, Bvh};
 
 impl Patchwork {
+    /// [Freezes](Self::freeze) the triangles that meet some boxes. In the end they thaw, as far as no triangle crosses another then.
+    pub fn freeze_near(&mut self, places: &[Aabb], least: f64) {
+        let near = Bvh::new(places.to_vec());
+        let stays = |t: &u32| near.meets(&Aabb::around(self.mesh.corner_points(*t)));
+        let kept: Vec<u32> = self.mesh.triangles().filter(stays).collect();
+        if !kept.is_empty() {
+            self.freeze(&kept, least);
+            self.thaws = true;
+        }
+    }
+
     /// Makes patches of their own of triangles that stay as they are. Edges beside these are as long as theirs, but not shorter than
     /// `least`.
     pub fn freeze(&mut self, triangles: &[u32], least: f64) {

@@ -46,13 +46,7 @@ impl<'a> Remeshing<'a> {
     /// What is remeshed, with triangles that stay where they are kept: none of them cross, as they were joined exactly.
     fn with_kept(&self) -> Patchwork {
         let mut work = self.work.clone();
-        let near = Bvh::new(self.kept.clone());
-        let stays = |t: &u32| near.meets(&Aabb::around(work.mesh.corner_points(*t)));
-        let kept: Vec<u32> = work.mesh.triangles().filter(stays).collect();
-        if !kept.is_empty() {
-            work.freeze(&kept, LEAST_BESIDE * self.size);
-            work.thaws = true;
-        }
+        work.freeze_near(&self.kept, LEAST_BESIDE * self.size);
         work
     }
 
