@@ -62,6 +62,10 @@ impl Remesher<'_> {
             for h in edges {
                 let m = &self.work.mesh;
                 let o = m.opposite(h);
+                // A flip before this one may have brought the boundary here.
+                if o == NONE {
+                    continue;
+                }
                 let [a, b, c, d] = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
                 if self.flip_one(h, fans.as_deref()) {
                     changed.extend([h / 3, o / 3]);
