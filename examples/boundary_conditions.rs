@@ -2,9 +2,7 @@
 //!
 //! A bracket arm is clamped at one end; a pin pushes in its bore with a given total force, spread evenly over the area.
 
-use rvachev::implicit::part::parse;
-use rvachev::pipeline::{MeshOptions, mesh_part};
-use rvachev::{DVec3, Result, Run};
+use rvachev::{DVec3, MeshOptions, Result, Run, mesh_part, parse_part};
 
 const ARM: &str = r#"
 length = 60
@@ -23,7 +21,7 @@ group("load", faces("pin*"))
 "#;
 
 fn main() -> Result<()> {
-    let part = parse(ARM, &[("length".into(), 80.0)])?;
+    let part = parse_part("arm.py".as_ref(), ARM, &[("length".into(), 80.0)])?;
     let meshed = mesh_part(&part, &MeshOptions::default(), &Run::new())?;
     let mesh = &meshed.mesh;
     let force = DVec3::new(0.0, 0.0, -150.0);

@@ -3,11 +3,7 @@
 //! Shows a closure as a leaf beside ordinary primitives, and a finished mesh as flat arrays of nodes and triangles, the
 //! form other codes take.
 
-use rvachev::implicit::Solid;
-use rvachev::implicit::part::{Part, SizeRequest};
-use rvachev::pipeline::{MeshOptions, mesh_part};
-use rvachev::spatial::Aabb;
-use rvachev::{DVec3, Result, Run};
+use rvachev::{Aabb, DVec3, MeshOptions, Part, Result, Run, SizeRequest, Solid, mesh_part};
 
 fn main() -> Result<()> {
     let heat = |p: DVec3| {

@@ -4,12 +4,10 @@
 //! What is printed is what the thesis prints of a part: faces with their surfaces, parameters, areas and boxes, counts, and
 //! whether it is sewn.
 
-use rvachev::parametric::brep::Brep;
-use rvachev::parametric::build::{Axis, Extrusion, Wire, extrude_edges, revolve_edges};
-use rvachev::parametric::nurbs::SplineEnds;
-use rvachev::parametric::step::write_step;
-use rvachev::pipeline::{MeshOptions, SizeRequest, brep_info, mesh_step};
-use rvachev::{DVec3, Result, Run};
+use rvachev::{
+    Axis, Brep, DVec3, Extrusion, MeshOptions, Result, Run, SizeRequest, SplineEnds, Wire, brep_info, extrude_edges,
+    mesh_step, revolve_edges, write_step,
+};
 
 fn at(points: &[[f64; 3]]) -> Vec<DVec3> {
     points.iter().map(|p| DVec3::from_array(*p)).collect()

@@ -2,12 +2,7 @@
 //!
 //! cargo run --release --example fragments
 
-use rvachev::implicit::Solid;
-use rvachev::merge::{Addition, Merged};
-use rvachev::mesh::MeshView;
-use rvachev::model::Cut;
-use rvachev::pipeline::{MeshOptions, Part, SizeRequest, mesh_part};
-use rvachev::{DVec3, Result, Run};
+use rvachev::{Addition, Cut, DVec3, Merged, MeshOptions, MeshView, Part, Result, Run, SizeRequest, Solid, mesh_part};
 
 fn main() -> Result<()> {
     let run = Run::new();

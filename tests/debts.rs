@@ -35,12 +35,12 @@ struct Debts {
 /// What there is today.
 const OWED: Debts = Debts {
     long_lists: 39,
-    tuples_returned: 72,
-    tuples_taken: 25,
-    names_in_rooms: 112,
+    tuples_returned: 71,
+    tuples_taken: 24,
+    names_in_rooms: 108,
     spread: 5,
-    constants: 1206,
-    bare_constants: 133,
+    constants: 1202,
+    bare_constants: 132,
 };
 
 /// What is found in files that are read one after the other, tests left out.

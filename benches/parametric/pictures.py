@@ -49,7 +49,7 @@ REMEDIES = [
     ("halving", "crossing_contours.py", [], "contours cross once divided", (0, 0, 1), (0, -19.2, 8), 6.5, 3),
     ("least-length", "least_length.py", [], "fine along a narrow face", (0.7, -0.8, 0.5), (10, -10, 6.7), 1.7, 1),
     ("plane", "open_pole.step", [], "a surface ends before its pole", (0.4, -1, 0.9), (0, 0, 0.3), 3.1, 1),
-    ("inset", "acute_tips.py", ["--tol", "0.02"], "curvature at a tip", (0.3, -1, 0.5), (0, 0, 8.99), 0.02, 1),
+    ("inset", "wide_tip.py", ["--tol", "0.1"], "curvature at a tip", (0.3, -1, 0.9), (0, 0, 1.66), 0.25, 1),
     ("trim", "narrow_neck.py", [], "a region 0.004 wide", (0, 0, 1), (10, 0.002, 3), 2.3, 300),
 ]
 FRONT, BACK = (0.86, 0.92, 1.0), (0.62, 0.5, 0.42)

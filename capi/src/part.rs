@@ -4,8 +4,8 @@ use std::ffi::{CStr, c_char, c_int};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use rvachev::implicit::Implicit;
 use rvachev::implicit::part::{Part, PartGroup, parse};
-use rvachev::implicit::{Implicit, Solid};
 use rvachev::io::write_atomic;
 use rvachev::pipeline::{self, Meshed};
 use rvachev::spatial::Aabb;
@@ -120,11 +120,7 @@ pub extern "C" fn rv_part_new(
         if all.is_empty() {
             return Err(input("a part needs a solid", ""));
         }
-        let is_built_alone = made.is_none();
-        let mut made = made.unwrap_or_else(|| Part::from_solid(Solid::sphere(1.0, DVec3::ZERO)));
-        if is_built_alone {
-            made.solid = None;
-        }
+        let mut made = made.unwrap_or_else(|| Part::from_built(Vec::new()));
         made.built = built;
         part_out(made, out)
     })

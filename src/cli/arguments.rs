@@ -8,7 +8,7 @@ use rvachev::io::Grouping;
 use rvachev::pipeline::{Method, RSystem, Refinement, Remedy, SizeRequest};
 use rvachev::render::{ClipPlane, View};
 
-use super::gates::Given;
+use super::gates::WrittenOptions;
 
 const EXIT_CODES: &str = "Exit codes: 0 good, 1 the result falls short of what was asked, or what was checked is not sound, 2 usage, 3 bad input, \
      4 failed, or a mesh that is not sound was not written, 130 cancelled.";
@@ -203,7 +203,7 @@ pub struct Mesh {
     pub common: Common,
     /// Which options were written, not there by default.
     #[arg(skip)]
-    pub given: Given,
+    pub given: WrittenOptions,
 }
 
 /// A page instead of mesh files.
@@ -234,7 +234,7 @@ pub struct ViewPage {
     pub common: Common,
     /// Which options were written, not there by default.
     #[arg(skip)]
-    pub given: Given,
+    pub given: WrittenOptions,
 }
 
 impl ViewPage {

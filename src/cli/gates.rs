@@ -65,9 +65,9 @@ impl Gate {
 }
 
 /// Several ways, for a message.
-struct Ways<'a>(&'a [Gate]);
+struct WayNames<'a>(&'a [Gate]);
 
-impl fmt::Display for Ways<'_> {
+impl fmt::Display for WayNames<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let by: Vec<&str> = METHODS.iter().filter(|g| self.0.contains(g)).map(|g| g.by()).collect();
         let mut all: Vec<String> = Vec::new();
@@ -118,13 +118,13 @@ const KNOWN: [(&str, &str, &[Gate]); 19] = [
 
 /// The options above that the user wrote, by the names the code has for them: what is there by default is not asked for.
 #[derive(Debug, Clone, Default)]
-pub struct Given(Vec<&'static str>);
+pub struct WrittenOptions(Vec<&'static str>);
 
 fn is_given(matches: &ArgMatches, id: &str) -> bool {
     matches.try_contains_id(id).is_ok() && matches.value_source(id) == Some(ValueSource::CommandLine)
 }
 
-impl Given {
+impl WrittenOptions {
     fn of(matches: &ArgMatches) -> Self {
         Self(KNOWN.iter().map(|k| k.0).filter(|id| is_given(matches, id)).collect())
     }
@@ -133,9 +133,10 @@ impl Given {
     fn known_to(&self, ways: &[Gate], path: &Path) -> Result<()> {
         for (id, name, gates) in KNOWN {
             if self.0.contains(&id) && !gates.iter().any(|g| ways.contains(g)) {
-                let (good, path) = (Ways(gates), path.display());
+                let (good, path) = (WayNames(gates), path.display());
                 // Where much may be asked for yet there is only the file's name to tell.
-                let bad = if ways.len() > 2 { String::new() } else { format!(", which is meshed as {}", Ways(ways)) };
+                let bad =
+                    if ways.len() > 2 { String::new() } else { format!(", which is meshed as {}", WayNames(ways)) };
                 return Err(Error::Usage(format!("{name} is for {good}; not for {path}{bad}")));
             }
         }
@@ -158,11 +159,11 @@ impl Given {
 }
 
 /// Refuses options of a command that its input does not know, as far as the file's ending tells, and options of files that no file
-/// written heeds. What the user gave, for [`Given::known_to_part`].
-pub fn check(matches: &ArgMatches) -> Result<Given> {
-    let Some((command, matches)) = matches.subcommand() else { return Ok(Given::default()) };
+/// written heeds. What the user gave, for [`WrittenOptions::known_to_part`].
+pub fn check(matches: &ArgMatches) -> Result<WrittenOptions> {
+    let Some((command, matches)) = matches.subcommand() else { return Ok(WrittenOptions::default()) };
     check_files(matches)?;
-    let given = Given::of(matches);
+    let given = WrittenOptions::of(matches);
     let flag = |id: &str| matches!(matches.try_get_one::<bool>(id), Ok(Some(true)));
     let path: &Path = match matches.try_get_one::<PathBuf>("part") {
         Ok(Some(path)) => path,
@@ -244,7 +245,7 @@ mod tests {
         }
     }
 
-    fn checked(words: &[&str]) -> Result<Given> {
+    fn checked(words: &[&str]) -> Result<WrittenOptions> {
         check(&Cli::command().try_get_matches_from(words).unwrap())
     }
 

@@ -7,10 +7,7 @@ use super::bodies::EQUILATERAL;
 use super::mesh::Meshed;
 use crate::error::{Error, Place, Result};
 use crate::run::{CancelToken, Progress, Run};
-use crate::spatial::Aabb;
-
-/// The largest length that can be measured, in the unit of the input: squares of longer ones are no numbers.
-pub(super) const LARGEST: f64 = 1e150;
+use crate::spatial::{Aabb, LARGEST};
 
 /// Refuses a model in a box whose diagonal cannot be measured. What is empty is no matter of size.
 pub(super) fn measurable(bounds: &Aabb) -> Result<()> {

@@ -55,12 +55,12 @@ const LACKING: f64 = 0.125;
 /// They are not halved again where that many times the cells were not enough: an arrangement takes a quarter of the time of an attempt.
 const MOST_GROWN: usize = 2;
 /// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
-pub(super) const KEPT: usize = 4;
-pub(super) const ROOM: f64 = 0.5;
+const KEPT: usize = 4;
+const ROOM: f64 = 0.5;
 /// Crossings are in a row where so many edges fit between them: with one edge two random trees took a third attempt, with two none.
 const IN_A_ROW: f64 = 2.0;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
-pub(super) const LEAST_BESIDE: f64 = 0.05;
+const LEAST_BESIDE: f64 = 0.05;
 
 /// How many triangles intersect others.
 fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {

@@ -366,7 +366,11 @@ pub(super) fn mesh_by_cells(
             "the solid touches itself along edges: nodes there are drawn back into it by a billionth of its size";
         report.warnings.push(format!("{what}, {drawn} of them"));
     }
-    report.tell_off(&off);
+    if let Some(farthest) = off.iter().max_by(|a, b| a.distance.total_cmp(&b.distance)) {
+        let (count, place) = (off.len(), at(farthest.at));
+        let what = "nodes are not on their surfaces, as triangles would cross if they were";
+        report.warnings.push(format!("{count} {what}: at most {:.2e} from them, near {place}", farthest.distance));
+    }
     ready.wishes(options)?;
     if !options.method.is_exact() && !options.refinements.is_empty() {
         report.warnings.push("refinements are not heeded by this method".into());

@@ -14,7 +14,6 @@ use super::volume::VolumeLoss;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Implicit;
 use crate::implicit::part::Part;
-use crate::optimize::exact::Off;
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Step;
 use crate::quality::{Check, Fault};
@@ -111,15 +110,6 @@ impl FaceStep {
 impl Report {
     pub(super) fn new(method: Method, size: f64, units: Option<String>) -> Self {
         Self::of(method.name(), size, units)
-    }
-
-    /// Warns of nodes that are not on their surfaces.
-    pub(super) fn tell_off(&mut self, off: &[Off]) {
-        if let Some(farthest) = off.iter().max_by(|a, b| a.distance.total_cmp(&b.distance)) {
-            let (count, place) = (off.len(), at(farthest.at));
-            let what = "nodes are not on their surfaces, as triangles would cross if they were";
-            self.warnings.push(format!("{count} {what}: at most {:.2e} from them, near {place}", farthest.distance));
-        }
     }
 
     /// The report of a mesh made in a way of its own.

@@ -4,6 +4,9 @@ use glam::{BVec3, DVec3};
 
 use crate::numeric::Interval;
 
+/// The largest coordinate or length that can be measured, in any unit: squares of larger ones are no numbers.
+pub const LARGEST: f64 = 1e150;
+
 /// A closed axis-aligned box; empty when some `lo > hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {

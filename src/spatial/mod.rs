@@ -7,7 +7,7 @@ mod graded;
 mod nodes;
 mod triangle;
 
-pub use aabb::Aabb;
+pub use aabb::{Aabb, LARGEST};
 pub use bvh::Bvh;
 pub use cells::Cells;
 pub use graded::Graded;

@@ -3,10 +3,8 @@
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+use super::LARGEST;
 use crate::error::{Error, Place, Result};
-
-/// Coordinates beyond this have squares that are no numbers.
-const LARGEST: f64 = 1e150;
 
 /// Squared distances of the tree and of this room differ by rounding: the tree is asked for so much more.
 const ROUNDING: f64 = 1.0 + 1e-12;

@@ -63,24 +63,8 @@ pub mod limits {
     pub const TEXT: usize = 10_000;
 }
 
-/// The most stack the thread that parses and evaluates gets: enough for the deepest tree the limits let through.
-const MOST_STACK: usize = 768 << 20;
-/// What it gets for any text, in bytes: a hundred brackets within each other take the parser far less.
-const LEAST_STACK: usize = 32 << 20;
-/// What it gets beside that for every byte of the text, as an expression within another takes a byte at least: twice what the most stack has for each
-/// of [`limits::DEPTH`].
-const STACK_PER_BYTE: usize = 6 << 10;
-
-/// How much stack a text may need. Loops may put lists into lists as often as they run, which are dropped from the outside in. Without
-/// functions expressions are nested no deeper than they are written.
-fn stack(source: &str) -> usize {
-    let has = |words: &[&str]| words.iter().any(|word| source.contains(word));
-    if has(&["for", "while"]) {
-        return MOST_STACK;
-    }
-    let calls = if has(&["def", "lambda"]) { limits::CALLS + 1 } else { 1 };
-    source.len().saturating_mul(calls * STACK_PER_BYTE).saturating_add(LEAST_STACK).min(MOST_STACK)
-}
+/// Stack of the thread that parses and evaluates: enough for the deepest tree the limits let through.
+const STACK: usize = 768 << 20;
 
 /// A mesh size as a user asks for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -168,9 +152,14 @@ pub struct Part {
 impl Part {
     /// A part with nothing said but the solid.
     pub fn from_solid(solid: Solid) -> Self {
+        Part { solid: Some(solid), ..Part::from_built(Vec::new()) }
+    }
+
+    /// A part with nothing said but what it builds from edges.
+    pub fn from_built(built: Vec<recipe::Recipe>) -> Self {
         Part {
-            solid: Some(solid),
-            built: Vec::new(),
+            solid: None,
+            built,
             plane: false,
             rsystem: RSystem::default(),
             domain: None,
@@ -194,9 +183,8 @@ pub fn parse(source: &str, overrides: &[(String, f64)]) -> Result<Part> {
     guard::check(source)?;
     // deep but legal expressions recurse in the parser and when its tree is dropped
     std::thread::scope(|scope| {
-        let worker = std::thread::Builder::new()
-            .stack_size(stack(source))
-            .spawn_scoped(scope, || interpreter::run(source, overrides));
+        let worker =
+            std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || interpreter::run(source, overrides));
         match worker.map(|w| w.join()) {
             Ok(Ok(result)) => result,
             Ok(Err(_)) => Err(Error::input(Place::Unknown, "the part file could not be read: the reader failed")),

@@ -44,19 +44,19 @@ impl Origins {
 }
 
 /// The operand at fault.
-struct Fault {
+struct Culprit {
     place: Option<Place>,
     /// More about it, to go on with the message.
     why: String,
 }
 
-struct Search<'a> {
+struct OperandSearch<'a> {
     origins: &'a Origins,
     rsystem: RSystem,
     looks: usize,
 }
 
-impl Search<'_> {
+impl OperandSearch<'_> {
     fn model(&mut self, s: &Solid) -> Option<Result<Implicit, Error>> {
         self.looks = self.looks.checked_sub(1)?;
         Some(Implicit::new(s, self.rsystem, None))
@@ -68,7 +68,7 @@ impl Search<'_> {
     }
 
     /// The innermost solid that makes the whole one empty, or endless.
-    fn find(&mut self, whole: &Solid, kind: NoBody) -> Fault {
+    fn find(&mut self, whole: &Solid, kind: NoBody) -> Culprit {
         let (mut at, mut place) = (whole.clone(), None);
         loop {
             place = self.origins.of(&at).or(place);
@@ -88,9 +88,9 @@ impl Search<'_> {
             && kind == NoBody::Empty
             && let Some((first, why)) = self.apart(all)
         {
-            return Fault { place: Some(first), why };
+            return Culprit { place: Some(first), why };
         }
-        Fault { place, why: String::new() }
+        Culprit { place, why: String::new() }
     }
 
     /// Two operands whose boxes have nothing in common: the place of one, and a word about the other.
@@ -116,11 +116,11 @@ impl Part {
             return e;
         };
         let kind = *kind;
-        let mut search = Search { origins, rsystem: self.rsystem, looks: LOOKS };
+        let mut search = OperandSearch { origins, rsystem: self.rsystem, looks: LOOKS };
         let found = match &self.solid {
             Some(s) if search.is(s, kind) || kind == NoBody::Endless => search.find(s, kind),
-            Some(_) if self.domain.is_some() => Fault { place: None, why: "; the domain holds none of it".into() },
-            _ => Fault { place: None, why: String::new() },
+            Some(_) if self.domain.is_some() => Culprit { place: None, why: "; the domain holds none of it".into() },
+            _ => Culprit { place: None, why: String::new() },
         };
         match e {
             Error::Input { file, message, help, .. } => {

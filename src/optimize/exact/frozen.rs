@@ -1,4 +1,4 @@
-//! Triangles of a patchwork that stay as they are.
+//! What is asked of a patchwork around places: triangles that stay as they are, and shorter edges.
 
 use glam::DVec3;
 
@@ -7,11 +7,33 @@ use crate::mesh::edit::NONE;
 use crate::spatial::{Aabb, Bvh};
 
 impl Patchwork {
+    /// Halves what nodes of triangles that meet some boxes want, down to `least`: each node once, however many of its triangles do. Those
+    /// without a bound want `size`. Whether any wants less than before.
+    pub fn halve_near(&mut self, places: &[Aabb], size: f64, least: f64) -> bool {
+        let mut near: Vec<u32> = self.meeting(places).into_iter().flat_map(|t| self.mesh.corners(t)).collect();
+        near.sort_unstable();
+        near.dedup();
+        let mut any = false;
+        for v in near {
+            let Some(wanted) = self.sizes.get_mut(v as usize) else { continue };
+            let now = wanted.min(size);
+            let half = (0.5 * now).max(least);
+            any |= half < now;
+            *wanted = half;
+        }
+        any
+    }
+
+    /// The triangles that meet some boxes.
+    fn meeting(&self, places: &[Aabb]) -> Vec<u32> {
+        let near = Bvh::new(places.to_vec());
+        let meets = |t: &u32| near.meets(&Aabb::around(self.mesh.corner_points(*t)));
+        self.mesh.triangles().filter(meets).collect()
+    }
+
     /// [Freezes](Self::freeze) the triangles that meet some boxes. In the end they thaw, as far as no triangle crosses another then.
     pub fn freeze_near(&mut self, places: &[Aabb], least: f64) {
-        let near = Bvh::new(places.to_vec());
-        let stays = |t: &u32| near.meets(&Aabb::around(self.mesh.corner_points(*t)));
-        let kept: Vec<u32> = self.mesh.triangles().filter(stays).collect();
+        let kept = self.meeting(places);
         if !kept.is_empty() {
             self.freeze(&kept, least);
             self.thaws = true;
@@ -71,5 +93,46 @@ impl Patchwork {
         self.thawed.clear();
         self.frozen.clear();
         self.mesh.set_all_changed();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{EditMesh, TriMesh};
+    use crate::optimize::exact::patchwork::{Patch, PieceSet};
+
+    /// Squares of side 1 in two triangles each, nine along each side.
+    fn field() -> Patchwork {
+        let at = |i: u32, j: u32| i + 10 * j;
+        let nodes: Vec<DVec3> = (0..100).map(|k| DVec3::new(f64::from(k % 10), f64::from(k / 10), 0.0)).collect();
+        let squares = (0..81).map(|k| (k % 9, k / 9));
+        let halves = |(i, j): (u32, u32)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let triangles: Vec<[u32; 3]> = squares.flat_map(halves).collect();
+        let labels = vec![0; triangles.len()];
+        let mesh = TriMesh { nodes, triangles, labels, faces: vec!["floor".into()], ..TriMesh::default() };
+        let patch = Patch { piece: 0, outward: 1.0, plane: None, face: 0 };
+        let mut work = Patchwork::new(EditMesh::new(&mesh).unwrap(), vec![PieceSet::one(0); 100], vec![patch].into());
+        work.sizes = vec![f64::INFINITY; 100];
+        work
+    }
+
+    #[test]
+    fn each_node_near_a_place_wants_half_of_what_it_did() {
+        let mut work = field();
+        // The boxes of the triangles in four squares meet it, and those of no other.
+        let place = [Aabb::around([DVec3::new(3.9, 3.9, -0.1), DVec3::new(4.1, 4.1, 0.1)])];
+        let wanting = |work: &Patchwork, size: f64| work.sizes.iter().filter(|s| **s == size).count();
+        assert!(work.halve_near(&place, 1.0, 0.25));
+        assert_eq!((wanting(&work, 0.5), wanting(&work, f64::INFINITY)), (9, 91));
+        assert!(work.halve_near(&place, 1.0, 0.25));
+        assert_eq!(wanting(&work, 0.25), 9);
+        assert!(!work.halve_near(&place, 1.0, 0.25));
+        work.freeze_near(&place, 0.1);
+        let frozen = |t: &u32| work.is_kept(*t);
+        assert_eq!((work.mesh.triangles().filter(frozen).count(), work.thaws), (8, true));
     }
 }

@@ -14,25 +14,24 @@ const SHORTER: f64 = 0.9;
 /// each other triangles beside the edge still are good.
 const NOTICED: f64 = 0.8;
 
-impl Parametric {
-    /// Places inside faces whose bends ask for edges shorter than the field has there, with these lengths, where borders would
-    /// get shorter edges for them; else nothing. `border` are nodes of edges and the lengths wanted there.
-    pub(super) fn inner_bends(
-        &self,
-        filled: &[Result<Filled, Unfilled>],
-        border: (&[DVec3], &[f64]),
-        plan: &Plan<'_>,
-    ) -> Vec<(DVec3, f64)> {
-        let bent = |(f, made): (usize, &Result<Filled, Unfilled>)| {
-            // Surfaces with closed forms bend as much at their borders.
-            let made = made.as_ref().ok().filter(|_| self.charts[f].is_sampled())?;
-            let shorter = |x: &(DVec3, f64)| x.1 < SHORTER * plan.field.at(x.0, plan.sizes.size);
-            Some(made.nodes.iter().copied().zip(made.sizes.iter().copied()).filter(shorter).collect())
-        };
-        let found: Vec<Vec<(DVec3, f64)>> = filled.par_iter().enumerate().filter_map(bent).collect();
-        let bends = found.concat();
-        let graded = Graded::new(bends.clone(), plan.field.slope());
-        let noticed = |(p, h): (&DVec3, &f64)| h.is_finite() && graded.at(*p, *h) < NOTICED * h;
-        if border.0.iter().zip(border.1).any(noticed) { bends } else { Vec::new() }
-    }
+/// Places inside faces whose bends ask for edges shorter than the field has there, with these lengths, where borders would get
+/// shorter edges for them; else nothing. `points` are nodes of edges, `wants` the lengths wanted there.
+pub(super) fn inner_bends(
+    of: &Parametric,
+    filled: &[Result<Filled, Unfilled>],
+    points: &[DVec3],
+    wants: &[f64],
+    plan: &Plan<'_>,
+) -> Vec<(DVec3, f64)> {
+    let bent = |(f, made): (usize, &Result<Filled, Unfilled>)| {
+        // Surfaces with closed forms bend as much at their borders.
+        let made = made.as_ref().ok().filter(|_| of.charts[f].is_sampled())?;
+        let shorter = |x: &(DVec3, f64)| x.1 < SHORTER * plan.field.at(x.0, plan.sizes.size);
+        Some(made.nodes.iter().copied().zip(made.sizes.iter().copied()).filter(shorter).collect())
+    };
+    let found: Vec<Vec<(DVec3, f64)>> = filled.par_iter().enumerate().filter_map(bent).collect();
+    let bends = found.concat();
+    let graded = Graded::new(bends.clone(), plan.field.slope());
+    let noticed = |(p, h): (&DVec3, &f64)| h.is_finite() && graded.at(*p, *h) < NOTICED * h;
+    if points.iter().zip(wants).any(noticed) { bends } else { Vec::new() }
 }

@@ -36,10 +36,11 @@ use crate::spatial::Aabb;
 use domain::Cutter;
 use edges::{Chain, Lead, Sampled, divide, leads, least_parts, samples_of};
 use fill::{Filled, Unfilled, fill};
+use inner::inner_bends;
 pub use looked::Looked;
 use loops::{Contour, Unroller};
 pub use remedy::Remedy;
-use rings::Ring;
+use rings::{Ring, Ringed};
 use sheets::Sheets;
 use sizes::Field;
 use vertices::join_vertices;
@@ -279,7 +280,7 @@ impl Parametric {
         let of_corners = leads(&self.brep, &self.faces_of, sampled, sizes);
         let seen = (&sampled[..], &of_corners[..], &same[..]);
         let (mut field, strips) = sizes::field(&self.brep, &self.faces_of, seen, narrow, sizes, run)?;
-        let (mut rings, mut leads) = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
+        let Ringed { mut rings, mut leads } = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
         let mut looked_inside = false;
         let mut factor = vec![1usize; self.brep.edges.len()];
         let halvings = if self.without.contains(&Remedy::Halving) { 0 } else { HALVINGS };
@@ -333,10 +334,10 @@ impl Parametric {
             }
             if !looked_inside {
                 looked_inside = true;
-                let bends = run.install(|| self.inner_bends(&filled, (&points, &wants), &plan));
+                let bends = run.install(|| inner_bends(self, &filled, &points, &wants, &plan));
                 if !bends.is_empty() {
                     field = field.with(bends);
-                    (rings, leads) = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
+                    Ringed { rings, leads } = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
                     (factor, round) = (vec![1; self.brep.edges.len()], 0);
                     continue;
                 }

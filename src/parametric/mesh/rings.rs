@@ -39,6 +39,12 @@ pub(super) struct Ring {
     pub(super) density: f64,
 }
 
+/// The rings of every face, and what leads to corners along each edge, as far as the rings at least.
+pub(super) struct Ringed {
+    pub(super) rings: Vec<Vec<Ring>>,
+    pub(super) leads: Vec<[Lead; 2]>,
+}
+
 impl Ring {
     /// Whether parameters are between the ring and its tip.
     pub(super) fn holds(&self, uv: DVec2) -> bool {
@@ -55,10 +61,10 @@ impl Parametric {
         field: &Field<'_>,
         sizes: &MeshSizes<'_>,
         run: &Run,
-    ) -> (Vec<Vec<Ring>>, Vec<[Lead; 2]>) {
+    ) -> Ringed {
         let rings = self.rings(sampled, field, sizes, run);
         self.reach_rings(&rings, sampled, &mut leads);
-        (rings, leads)
+        Ringed { rings, leads }
     }
 
     /// The rings around the acute tips of every face.

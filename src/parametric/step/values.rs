@@ -5,12 +5,12 @@ use glam::DVec3;
 use crate::io::step::{Record, StepFile, Value};
 use crate::parametric::brep::Note;
 use crate::parametric::frame::Frame;
+use crate::spatial::LARGEST;
 
 /// A value, or what is wrong with the record that should hold it.
 pub(super) type Read<T> = std::result::Result<T, Note>;
 
-/// The largest magnitude of a number: squares of larger ones are no numbers.
-const LARGEST: f64 = 1e150;
+/// What a number is to be that is beyond [`LARGEST`].
 const TOO_LARGE: &str = "within 1e150, and what is larger cannot be measured";
 
 /// Looks things up in a file.
@@ -34,7 +34,7 @@ impl<'a> Lookup<'a> {
     pub(super) fn record(&self, id: u64) -> Read<&'a Record> {
         self.file.get(id).ok_or_else(|| Note {
             id,
-            line: 0,
+            line: self.file.line_that_misses(id),
             message: "is referred to but not there".into(),
             lost: false,
         })

@@ -168,7 +168,6 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
             report.warnings.push(format!("{what}, {drawn} of them"));
         }
     }
-    report.tell_off(&best.report.off);
     if !tangent.is_empty() {
         report.shortfalls.push(Fault::tangent(&tangent));
     }
