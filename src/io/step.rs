@@ -5,6 +5,7 @@
 //! data sections. Records it cannot read are skipped to the next `;` and listed with their line.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use rustc_hash::FxHashMap;
 
@@ -65,6 +66,8 @@ pub struct StepFile {
     /// Lines of records that could not be read, with the reason.
     pub unreadable: Vec<(usize, String)>,
     index: FxHashMap<u64, u32>,
+    /// Lines that first refer to records that are not there, found when one is asked for.
+    dangling: OnceLock<FxHashMap<u64, usize>>,
 }
 
 impl StepFile {
@@ -73,9 +76,35 @@ impl StepFile {
         self.index.get(&id).map(|i| &self.records[*i as usize])
     }
 
+    /// The line of the first record that refers to one that is not there; 0 if none does.
+    pub fn line_that_misses(&self, id: u64) -> usize {
+        let find = || {
+            let mut lines = FxHashMap::default();
+            let mut references = Vec::new();
+            for record in &self.records {
+                record.parts.iter().for_each(|(_, values)| gather_references(values, &mut references));
+                for missed in references.drain(..).filter(|r| !self.index.contains_key(r)) {
+                    lines.entry(missed).or_insert(record.line);
+                }
+            }
+            lines
+        };
+        self.dangling.get_or_init(find).get(&id).copied().unwrap_or(0)
+    }
+
     /// All records that have a part of this name, in the file's order.
     pub fn of<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Record> {
         self.records.iter().filter(move |r| r.parts.iter().any(|p| p.0 == name))
+    }
+}
+
+fn gather_references(values: &[Value], into: &mut Vec<u64>) {
+    for value in values {
+        match value {
+            Value::Ref(id) => into.push(*id),
+            Value::List(inner) | Value::Typed(_, inner) => gather_references(inner, into),
+            _ => {}
+        }
     }
 }
 

@@ -65,6 +65,16 @@ fn references_that_lead_nowhere_or_in_circles_end() {
 }
 
 #[test]
+fn records_that_are_missed_are_told_with_the_line_that_asks_for_them() {
+    let torn = text("cone_with_apex.step").replace("#34=PLANE", "#340=PLANE");
+    let asks = 1 + torn.lines().position(|l| l.contains("#31),#34,")).unwrap();
+    let m = interpret(&parse_step(torn.as_bytes()).unwrap(), &Run::new()).unwrap();
+    assert_eq!((m.brep.faces.len(), m.notes.len()), (1, 1));
+    let told = m.notes[0].to_string();
+    assert!(told.contains(&format!("#34 (line {asks}): is referred to but not there")), "{told}");
+}
+
+#[test]
 fn assemblies_place_their_parts() {
     // The cone twice: where it is, and moved by (0, 0, 10) through a mapped item.
     let whole = text("cone_with_apex.step").replace(
