@@ -1,17 +1,25 @@
-//! Parts of other programs: formulas as `.vm`, OpenSCAD's trees as `.csg`.
+//! Parts of other programs: formulas as `.vm`, OpenSCAD's trees as `.csg`. Any bytes, for every reader of the library.
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use assert_cmd::Command;
 use proptest::prelude::*;
 use rvachev::implicit::part::{Part, parse_csg, parse_vm};
 use rvachev::implicit::{Implicit, RSystem};
+use rvachev::io::{self, Encoding, Format, WriteOptions};
+use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{self, MeshOptions, Meshed, SizeRequest};
-use rvachev::{DVec3, Run};
+use rvachev::{DVec3, Error, Run};
 use tempfile::TempDir;
+
+#[path = "common/readers.rs"]
+mod readers;
+use readers::{READERS, Reader};
 
 /// A cube from -1 to 1 with three bores of radius 0.3 that do not meet, along x, y and z.
 const CUBE: &str = "\
@@ -370,42 +378,164 @@ fn long_files_are_read_without_recursion() {
     assert_eq!(parse_csg(&format!("cube({}", "[".repeat(n))).unwrap_err().exit_code(), 3);
 }
 
-/// A text with some of its bytes replaced, taken out or said twice.
-fn mutated(text: &str, edits: &[(usize, u8, u8)]) -> String {
-    let mut bytes = text.as_bytes().to_vec();
+// ---------------------------------------------------------------------------------------------- any bytes, every reader
+
+/// Bytes of which some are replaced, taken out or said twice.
+fn changed(bytes: &[u8], edits: &[(usize, u8, u8)]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
     for (at, what, byte) in edits {
         let i = at % bytes.len().max(1);
-        match what % 4 {
+        match what % 5 {
             0 if i < bytes.len() => bytes[i] = *byte,
             1 if i < bytes.len() => drop(bytes.remove(i)),
             2 => bytes.insert(i, *byte),
+            3 if i < bytes.len() => bytes[i] = b"0123456789-$.e \n"[usize::from(*byte) % 16],
             _ => bytes.extend_from_within(i..bytes.len().min(i + usize::from(*byte))),
         }
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    bytes
 }
 
-/// Whatever is read, or refused as bad input, is no panic.
-fn survives(text: &str) {
-    for read in [parse_vm, parse_csg] {
-        match read(text) {
-            Ok(part) => drop(Implicit::new(part.solid.as_ref().unwrap(), RSystem::default(), None)),
-            Err(e) => assert_eq!(e.exit_code(), 3, "{text}"),
+/// A box with two faces that have names.
+fn cuboid() -> TriMesh {
+    let node = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) / 3.0;
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let mut mesh = TriMesh::new((0..8).map(node).collect(), triangles);
+    mesh.faces = ["a face", "another"].map(String::from).to_vec();
+    mesh.labels = (0..12).map(|t| u32::from(t > 3)).collect();
+    mesh
+}
+
+/// What a reader reads: changes of it get farther than bytes at random.
+fn seeds(reader: &Reader) -> Vec<Vec<u8>> {
+    let file = |name: &str| fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap();
+    let ball = || pipeline::levelset_bytes(&parse_vm(CUBE).unwrap(), "cube").unwrap();
+    match reader.name {
+        "part" => ["bracket.py", "lever.py", "formula.py", "thread.py"].map(file).to_vec(),
+        "vm" => vec![CUBE.into()],
+        "csg" => vec![TREE.into(), file("nut.csg")],
+        "levelset" => {
+            let folder = TempDir::new().unwrap();
+            fs::write(folder.path().join("a.3mf"), ball()).unwrap();
+            vec![ball(), pipeline::part_text(&folder.path().join("a.3mf")).unwrap().into()]
+        }
+        "step" => ["step/cone_with_apex.step", "step/torus.step", "troubles/open_pole.step"].map(file).to_vec(),
+        "points" => {
+            vec!["# a table\nx [mm];y;z;t\n1;2;3;a\n4;5;6;b\n\n7;8;9;\n1e3;-2;.5;\n".into(), "1 2 3\n4\t5 6\n".into()]
+        }
+        "plan" => vec![readers::small_plan().to_json().unwrap().into()],
+        "piece" => vec![pipeline::make_piece(readers::small_plan(), 0, &Run::new()).unwrap()],
+        _ => {
+            let mut all = Vec::new();
+            for format in reader.formats {
+                for (encoding, old_msh) in [(Encoding::Text, false), (Encoding::Binary, false), (Encoding::Text, true)]
+                {
+                    let options = WriteOptions { encoding, old_msh, ..WriteOptions::default() };
+                    let mut bytes = Vec::new();
+                    io::encode(&mut bytes, &cuboid(), *format, &options, &Run::new()).unwrap();
+                    all.push(bytes);
+                }
+            }
+            all
         }
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+fn reader(name: &str) -> &'static Reader {
+    READERS.iter().find(|r| r.name == name).unwrap()
+}
 
-    #[test]
-    fn no_text_makes_a_reader_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-        survives(&String::from_utf8_lossy(&bytes));
+/// A property test for each reader, which is the mirror of its target in `fuzz/fuzz_targets`.
+macro_rules! hold {
+    ($($name:ident)*) => {
+        /// Readers that have a property test.
+        const MIRRORED: &[&str] = &[$(stringify!($name)),*];
+
+        $(mod $name {
+            use super::*;
+
+            proptest! {
+                #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+
+                #[test]
+                fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+                    readers::$name(&bytes);
+                }
+
+                #[test]
+                fn no_change_makes_it_panic(
+                    pick in any::<prop::sample::Index>(),
+                    edits in proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..6),
+                ) {
+                    static SEEDS: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
+                    let seeds = SEEDS.get_or_init(|| seeds(reader(stringify!($name))));
+                    readers::$name(&changed(pick.get::<Vec<u8>>(seeds), &edits));
+                }
+            }
+        })*
+    };
+}
+
+hold! { part vm csg levelset step points plan piece stl obj ply off msh inp bdf medit su2 vtk threemf }
+
+#[test]
+fn seeds_are_read_and_other_things_are_not() {
+    for reader in &READERS {
+        let seeds = seeds(reader);
+        let read = seeds.iter().filter(|seed| (reader.holds)(seed)).count();
+        assert_eq!(read, seeds.len(), "{}", reader.name);
+        assert!(!(reader.holds)(b"\0\0no file\n"), "{}", reader.name);
     }
+}
 
-    #[test]
-    fn no_change_makes_a_reader_panic(edits in proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..6)) {
-        survives(&mutated(CUBE, &edits));
-        survives(&mutated(TREE, &edits));
+/// The names of READERS, of the targets of `fuzz/` wherever they stand, and of the property tests are the same.
+#[test]
+fn every_reader_has_a_target_and_a_property_test() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let names: BTreeSet<&str> = READERS.iter().map(|r| r.name).collect();
+    assert_eq!(names.len(), READERS.len());
+    assert_eq!(BTreeSet::from_iter(MIRRORED.iter().copied()), names, "property tests");
+    let text = |name: &str| fs::read_to_string(root.join(name)).unwrap();
+    let targets = fs::read_dir(root.join("fuzz/fuzz_targets")).unwrap().map(|f| f.unwrap().path());
+    let stems: BTreeSet<String> = targets.map(|f| f.file_stem().unwrap().to_string_lossy().into_owned()).collect();
+    assert!(stems.iter().map(String::as_str).eq(names.iter().copied()), "files of targets: {stems:?}");
+    let (manifest, told) = (text("fuzz/Cargo.toml"), text("fuzz/README.md"));
+    for name in names {
+        let calls = text(&format!("fuzz/fuzz_targets/{name}.rs"));
+        assert!(calls.contains(&format!("    readers::{name}(bytes);\n")), "the target {name} calls another reader");
+        assert!(manifest.contains(&format!("name = \"{name}\"\npath = \"fuzz_targets/{name}.rs\"\n")), "{name}");
+        let row = told.lines().find(|line| line.starts_with(&format!("| `{name}` |")));
+        assert!(row.is_some_and(|r| r.contains(&format!("`{name}::`"))), "fuzz/README.md has no row for {name}");
+    }
+}
+
+/// Nothing that the library reads is without a reader in READERS.
+#[test]
+fn every_format_that_is_read_has_a_reader() {
+    for (ending, format) in Format::EXTENSIONS {
+        let written_only = matches!(io::read_bytes(b"x", format, Path::new("a")), Err(Error::Usage(_)));
+        let count = READERS.iter().filter(|r| r.formats.contains(&format)).count();
+        assert_eq!(count, usize::from(!written_only), ".{ending}");
+    }
+    // Others begin with a function that parses; `parse_part` only calls the one for the ending.
+    let asked = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/common/readers.rs")).unwrap();
+    let mut files = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    let mut found = BTreeSet::new();
+    while let Some(path) = files.pop() {
+        if path.is_dir() {
+            files.extend(fs::read_dir(&path).unwrap().map(|f| f.unwrap().path()));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            for rest in
+                text.split("pub fn ").skip(1).filter(|rest| rest.starts_with("parse") || rest.starts_with("interpret"))
+            {
+                found.insert(rest.split(['(', '<']).next().unwrap().to_string());
+            }
+        }
+    }
+    assert!(found.remove("parse_part") && found.len() >= 7, "{found:?}");
+    for name in found {
+        assert!(asked.contains(&format!("{name}(")) || asked.contains(&format!(", {name})")), "no reader asks {name}");
     }
 }

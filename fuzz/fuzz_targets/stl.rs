@@ -1,0 +1,10 @@
+//! Any bytes for the reader `stl`: see `tests/common/readers.rs`.
+
+#![no_main]
+
+#[path = "../../tests/common/readers.rs"]
+mod readers;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    readers::stl(bytes);
+});
