@@ -60,7 +60,7 @@
 //! # Triangles
 //!
 //! [`load_mesh`] reads STL and other files of triangles, [`heal`] mends them, and [`mesh_soup`] makes a mesh of them whose edges are
-//! where theirs are sharp. Meshes are written by [`write`] in some twenty formats.
+//! where theirs are sharp. Meshes are written by [`write`](fn@write) in some twenty formats.
 //!
 //! ```
 //! use rvachev::{MeshOptions, Run, SoupOptions, WriteOptions, load_mesh, mesh_part, mesh_soup, parse_part, write};

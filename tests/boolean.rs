@@ -162,9 +162,9 @@ fn what_cannot_be_joined_is_refused_at_its_place() {
         let e = meshed(&at, text).err().unwrap_or_else(|| panic!("{text} is meshed"));
         assert!(e.exit_code() == 3 && words.iter().all(|w| e.to_string().contains(w)), "{text}: {e}");
     }
-    // What needs a function refuses a boundary by its line.
+    // What needs a formula refuses a boundary by its line.
     let part = pipeline::parse_part(Path::new("p.py"), "\npart(mesh('a.off') - sphere(1))", &[]).unwrap();
-    let e = pipeline::info(&part).err().unwrap().to_string();
+    let e = pipeline::vm_text(&part).err().unwrap().to_string();
     assert!(e.contains("line 2") && e.contains("has no function"), "{e}");
 }
 

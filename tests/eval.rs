@@ -37,12 +37,14 @@ struct Row {
     gradient: DVec3,
     inside: bool,
     face: String,
+    leaf: Option<u32>,
 }
 
 fn rows(text: &str) -> Vec<Row> {
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("x,y,z,value,gx,gy,gz,inside,face"));
+    assert_eq!(lines.next(), Some("x,y,z,value,gx,gy,gz,inside,face,leaf"));
     let row = |line: &str| {
+        let (line, leaf) = line.rsplit_once(',').unwrap();
         let f: Vec<&str> = line.splitn(9, ',').collect();
         let n: Vec<f64> = f[..7].iter().map(|w| w.parse().unwrap()).collect();
         Row {
@@ -51,6 +53,7 @@ fn rows(text: &str) -> Vec<Row> {
             gradient: DVec3::from_slice(&n[4..]),
             inside: f[7] == "1",
             face: f[8].to_string(),
+            leaf: leaf.parse().ok(),
         }
     };
     lines.map(row).collect()
@@ -363,6 +366,95 @@ fn fields_are_asked_for_many_values_at_once() {
     ));
 }
 
+/// The distance to a box between two corners, positive inside, and the way there.
+fn to_box(p: DVec3, lo: DVec3, hi: DVec3) -> f64 {
+    let beyond = (lo - p).max(p - hi);
+    let outside = beyond.max(DVec3::ZERO).length();
+    if outside > 0.0 { -outside } else { -beyond.max_element() }
+}
+
+/// Runs `eval` on a file as it is.
+fn eval_file(dir: &Path, file: &str, points: &[DVec3]) -> Vec<Row> {
+    let mut command = rvachev();
+    command.current_dir(dir).args(["eval", file, "--points", "-"]).write_stdin(table(points));
+    rows(&String::from_utf8(command.assert().success().get_output().stdout.clone()).unwrap())
+}
+
+#[test]
+fn the_function_of_a_boundary_is_the_distance_to_it() {
+    let dir = TempDir::new().unwrap();
+    let (lo, hi) = (DVec3::new(-1.0, -0.5, 0.0), DVec3::new(1.0, 1.5, 0.75));
+    let text = "part(box(lo=(-1, -0.5, 0), hi=(1, 1.5, 0.75)).name('b'))\n";
+    fs::write(dir.path().join("box.py"), text).unwrap();
+    rvachev().current_dir(&dir).args(["mesh", "box.py", "-o", "box.ply", "--size", "0.3"]).assert().success();
+    let points = scattered(2000, 2.5);
+    let of_mesh = eval_file(dir.path(), "box.ply", &points);
+    for row in &of_mesh {
+        let truth = to_box(row.point, lo, hi);
+        assert!(near(row.value, truth) && row.inside == (truth > 0.0), "{}: {} not {truth}", row.point, row.value);
+        assert!(near(row.gradient.length(), 1.0), "{}: {}", row.point, row.gradient);
+    }
+    let faces: std::collections::BTreeSet<&str> = of_mesh.iter().map(|r| &r.face[..]).collect();
+    assert_eq!(faces.into_iter().collect::<Vec<_>>(), ["b.xmax", "b.xmin", "b.ymax", "b.ymin", "b.zmax", "b.zmin"]);
+
+    // Faces of CAD models are asked themselves: a ball of radius 2, given by its equation.
+    for row in eval_file(dir.path(), &data("step/sphere.step"), &points) {
+        let r = row.point.length();
+        if (0.5..1.5).contains(&(r / 2.0)) {
+            assert!(near(row.value, 2.0 - r) && row.inside == (r < 2.0), "{}: {}", row.point, row.value);
+            assert!((row.gradient + row.point / r).length() < 1e-9, "{}: {}", row.point, row.gradient);
+        }
+        assert!((row.value - (2.0 - r)).abs() < 0.02, "{}: {}", row.point, row.value);
+    }
+    // A cylinder has edges: beyond them the distance is to a circle. The file is in inches.
+    let (radius, height) = (50.8, 76.2);
+    for row in eval_file(dir.path(), &data("step/cylinder_without_seam.step"), &scattered(2000, 120.0)) {
+        let (r, z) = (row.point.truncate().length() - radius, (row.point.z - height / 2.0).abs() - height / 2.0);
+        let truth = if r > 0.0 || z > 0.0 { -r.max(0.0).hypot(z.max(0.0)) } else { -r.max(z) };
+        // Near the axis all of the side is as far.
+        let exact = r > 0.0 || z > 0.0 || truth < 30.0;
+        let off = (row.value - truth).abs();
+        assert!(off < if exact { 1e-9 * radius } else { 0.5 }, "{}: {} not {truth}", row.point, row.value);
+        assert_eq!(row.inside, truth > 0.0, "{}", row.point);
+    }
+}
+
+#[test]
+fn boundaries_are_leaves_beside_r_functions() {
+    let dir = TempDir::new().unwrap();
+    let text =
+        format!("part(step({:?}).name('ball') - cylinder(0.5, axis='z').name('bore'))\n", data("step/sphere.step"));
+    let points = scattered(500, 3.0);
+    let found = eval(dir.path(), &text, &table(&points), &["--rsystem", "minmax"]);
+    let mut leaves = std::collections::BTreeMap::new();
+    for row in &found {
+        let (r, across) = (row.point.length(), row.point.truncate().length());
+        // A cylinder's function is (r^2 - d^2) / 2r, and negative as a bore.
+        let (ball, bore) = (2.0 - r, across * across - 0.25);
+        let truth = ball.min(bore);
+        if (1.0..3.0).contains(&r) {
+            assert!(near(row.value, truth), "{}: {} not {truth}", row.point, row.value);
+            assert_eq!(row.face, if ball < bore { "ball.all" } else { "bore" }, "{}", row.point);
+            assert_eq!(*leaves.entry(row.face.clone()).or_insert(row.leaf), row.leaf);
+        }
+    }
+    assert_eq!(leaves.len(), 2);
+    assert!(leaves.values().all(Option::is_some), "{leaves:?}");
+    // The same numbers stand behind the faces in `info`.
+    let out =
+        rvachev().current_dir(&dir).args(["info", "part.py", "--json"]).assert().success().get_output().stdout.clone();
+    let told: Value = serde_json::from_slice(&out).unwrap();
+    for (face, leaf) in leaves {
+        let of = told["faces"].as_array().unwrap().iter().find(|f| f["name"] == face.as_str()).unwrap();
+        assert_eq!(of["leaves"], serde_json::json!([leaf.unwrap()]), "{face}");
+    }
+    // What is open has no inside.
+    fs::write(dir.path().join("open.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").unwrap();
+    let mut command = rvachev();
+    command.current_dir(&dir).args(["eval", "open.off", "--points", "-"]).write_stdin("0 0 0\n");
+    command.assert().code(3).stderr(contains("open edges"));
+}
+
 #[test]
 fn bad_tables_end_with_3_and_name_the_line() {
     let dir = TempDir::new().unwrap();
@@ -388,8 +480,9 @@ fn bad_tables_end_with_3_and_name_the_line() {
     run(&["eval", "part.py", "--points", "-", "--rsystem", "R7"]).code(2).stderr(contains("Ralpha:A"));
     run(&["eval", "part.py", "--points", "-", "-o", "none/out.csv"]).code(2);
     fs::write(dir.path().join("edges.py"), "part(extrude_edges([circle(1)], \"z\", 4))").unwrap();
-    run(&["eval", "edges.py", "--points", "-"]).code(3);
-    run(&["eval", &data("soups/bored_block.off"), "--points", "-"]).code(3);
+    run(&["eval", "edges.py", "--points", "-"]).success();
+    fs::write(dir.path().join("sheet.py"), "part(extrude_edges([circle(1)], \"z\", 4, solid=False))").unwrap();
+    run(&["eval", "sheet.py", "--points", "-"]).code(3).stderr(contains("it is open"));
 }
 
 #[test]

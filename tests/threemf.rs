@@ -153,7 +153,7 @@ fn read(model: &str) -> Part {
 }
 
 fn inside(part: &Part, p: DVec3) -> bool {
-    pipeline::function(part, None).unwrap().inside(p)
+    pipeline::function(part, None, &Run::new()).unwrap().inside(p)
 }
 
 fn volume(part: &Part, size: f64) -> f64 {
@@ -187,7 +187,7 @@ fn parts_come_back_with_their_volumes_and_signs() {
         good(&dir, &["convert", "a.py", "-o", "a.3mf"]);
         let bytes = fs::read(dir.path().join("a.3mf")).unwrap();
         let (own, back) = (parse(source, &[]).unwrap(), parse_3mf(&bytes).unwrap());
-        let models = [&own, &back].map(|p| pipeline::function(p, None).unwrap());
+        let models = [&own, &back].map(|p| pipeline::function(p, None, &Run::new()).unwrap());
         for p in points(4000, 1.6) {
             assert_eq!(models[0].inside(p), models[1].inside(p), "{source} at {p}");
         }
@@ -687,7 +687,7 @@ fn lib3mf_reads_our_level_sets_and_we_read_its() {
         assert_eq!(told["levelsets"], expected, "{told}");
         assert_eq!(told["unit"], "CentiMeter");
         let parts = ["a.3mf", "again.3mf"].map(|f| parse_3mf(&fs::read(dir.path().join(f)).unwrap()).unwrap());
-        let models = parts.each_ref().map(|p| pipeline::function(p, None).unwrap());
+        let models = parts.each_ref().map(|p| pipeline::function(p, None, &Run::new()).unwrap());
         for p in points(1000, 1.6) {
             assert_eq!(models[0].inside(p), models[1].inside(p), "{source} at {p}");
         }

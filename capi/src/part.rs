@@ -50,10 +50,7 @@ impl RvPart {
         if let Some(known) = known {
             return Ok(known);
         }
-        let Some(solid) = &part.solid else {
-            return Err(input("only solids of R-functions have a function", ""));
-        };
-        let made = Arc::new(work(None, 0, |_| Ok(Implicit::new(solid, part.rsystem, part.domain)?))?);
+        let made = Arc::new(work(None, 0, |run| Ok(pipeline::function(&part, None, run)?))?);
         self.0.lock().unwrap_or_else(PoisonError::into_inner).model = Some(made.clone());
         Ok(made)
     }

@@ -27,7 +27,7 @@ pub extern "C" fn rv_part_sample(
         let out = slot(samples, std::ptr::null_mut(), "samples")?;
         let (part, asked) = (given(part, "part")?.part(), asked(options));
         let grid = work(asked.run.as_ref(), asked.threads, |run| {
-            Ok(pipeline::sample_grid(&pipeline::function(&part, None)?, &asked.for_grid(), run)?)
+            Ok(pipeline::sample_grid(&pipeline::function(&part, None, run)?, &asked.for_grid(), run)?)
         })?;
         let status = if grid.not_finite().is_some() { SHORT } else { GOOD };
         out.write(Box::into_raw(Box::new(RvSamples(grid))));

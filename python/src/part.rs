@@ -208,7 +208,7 @@ impl PyPart {
     #[getter]
     fn face_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let part = self.part();
-        let model = Listeners::default().work(py, |_| pipeline::function(&part, None))?;
+        let model = Listeners::default().work(py, |run| pipeline::function(&part, None, run))?;
         PyTuple::new(py, model.faces().iter().map(|f| f.name.as_str()))
     }
 
@@ -450,8 +450,8 @@ pub fn evaluate<'py>(
     let part = function_of(py, part)?;
     let points = table(points, "points")?;
     let wanted = Sampling { gradients: gradient, faces };
-    let found =
-        Listeners::default().work(py, |run| evaluate_at(&pipeline::function(&part, None)?, &points, wanted, run))?;
+    let found = Listeners::default()
+        .work(py, |run| evaluate_at(&pipeline::function(&part, None, run)?, &points, wanted, run))?;
     let v = found.values.into_pyarray(py).into_any();
     if !gradient && !faces {
         return Ok(v);

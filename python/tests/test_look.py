@@ -136,10 +136,11 @@ def test_faces_decide_at_points():
     sides = np.array([mesh.face_names[label] != "bore" for label in mesh.labels])
     _, decide = rv.evaluate(bored, inner[sides], faces=True)
     assert [names[i] for i in decide] == [mesh.face_names[label] for label in mesh.labels[sides]]
+    # Of what is built from edges the function is the distance to its faces.
     built = rv.Part(rv.extrude_edges(rv.polyline([(0, 0), (1, 0), (1, 1)], closed=True), direction="z", distance=1))
-    for refused in (lambda: built.face_names, lambda: rv.evaluate(built, at, faces=True)):
-        with pytest.raises(rv.InputError, match="R-functions"):
-            refused()
+    values, faces = rv.evaluate(built, [(0.9, 0.5, 0.5), (0.5, 0.25, 1.25), (3, 0.5, 0.5)], faces=True)
+    assert values == pytest.approx([0.1, -0.25, -2], abs=1e-12)
+    assert "end" in built.face_names[faces[1]]
 
 
 def test_comparisons_are_drawn(tmp_path):

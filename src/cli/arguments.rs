@@ -297,7 +297,7 @@ pub struct Eval {
     /// input
     #[arg(long, value_name = "CSV")]
     pub points: PathBuf,
-    /// CSV file to write: x,y,z,value,gx,gy,gz,inside,face [default: standard output]
+    /// CSV file to write: x,y,z,value,gx,gy,gz,inside,face,leaf [default: standard output]
     #[arg(short, long, value_name = "CSV")]
     pub output: Option<PathBuf>,
     #[command(flatten)]

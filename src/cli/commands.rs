@@ -398,8 +398,8 @@ pub fn info(a: &Info) -> Result<bool> {
             return Ok(true);
         }
     }
+    let info = pipeline::info(&part, &run).map_err(|e| e.in_file(path))?;
     drop(run);
-    let info = pipeline::info(&part).map_err(|e| e.in_file(path))?;
     show(info.to_string(), to_json(&info))?;
     Ok(true)
 }

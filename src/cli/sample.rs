@@ -14,7 +14,7 @@ use super::console::{note, run, say, writable};
 /// Bytes read and written at a time.
 const BUFFER: usize = 1 << 18;
 
-/// A part whose function is asked for. STEP files and meshes have none.
+/// A part whose R-functions are asked for. STEP files and meshes have none.
 pub fn function_part(path: &Path, define: &[(String, f64)]) -> Result<Part> {
     if pipeline::is_step(path) || pipeline::is_mesh(path) {
         let what = "only parts of R-functions have a function, and this is a boundary";
@@ -23,18 +23,19 @@ pub fn function_part(path: &Path, define: &[(String, f64)]) -> Result<Part> {
     pipeline::load_part(path, define)
 }
 
-fn loaded(of: &FunctionOf) -> Result<Part> {
-    let part = function_part(&of.part, &of.define)?;
-    if part.solid.is_some() && !part.built.is_empty() {
-        note("warning", &["solids built from edges have no function: only the solid of R-functions is evaluated"]);
+/// A part whose function is asked for at points: of a boundary it is the distance to that.
+fn asked(of: &FunctionOf) -> Result<Part> {
+    if pipeline::is_step(&of.part) || pipeline::is_mesh(&of.part) {
+        return Ok(pipeline::boundary_part(&of.part));
     }
-    Ok(part)
+    pipeline::load_part(&of.part, &of.define)
 }
 
 pub fn eval(a: &Eval) -> Result<bool> {
     a.output.iter().try_for_each(|p| writable(p))?;
-    let part = loaded(&a.of)?;
-    let model = pipeline::function(&part, a.of.rsystem).map_err(|e| e.in_file(&a.of.part))?;
+    let part = asked(&a.of)?;
+    let run = run(&a.common, "eval")?;
+    let model = pipeline::function(&part, a.of.rsystem, &run).map_err(|e| e.in_file(&a.of.part))?;
     let (from, name): (Box<dyn BufRead>, &str) = if a.points.as_os_str() == "-" {
         (Box::new(std::io::stdin().lock()), "standard input")
     } else {
@@ -43,7 +44,6 @@ pub fn eval(a: &Eval) -> Result<bool> {
     };
     let name = if name.is_empty() { a.points.as_path() } else { Path::new(name) };
     let mut rows = PointRows::new(from, name);
-    let run = run(&a.common, "eval")?;
     let mut summary = pipeline::EvalSummary::default();
     match &a.output {
         Some(path) => io::write_atomic(path, |out| {
@@ -91,8 +91,9 @@ pub fn grid(a: &GridFile) -> Result<bool> {
     if GridFormat::from_path(&a.output)? == GridFormat::Npy && (a.gradient || a.faces) {
         return Err(Error::Usage("an .npy file holds values alone; write gradients and faces to a .vti file".into()));
     }
-    let part = loaded(&a.of)?;
-    let model = pipeline::function(&part, a.of.rsystem).map_err(|e| e.in_file(&a.of.part))?;
+    let part = asked(&a.of)?;
+    let run = run(&a.common, "grid")?;
+    let model = pipeline::function(&part, a.of.rsystem, &run).map_err(|e| e.in_file(&a.of.part))?;
     let usual = GridOptions::default();
     let spacing = match (a.cells, a.step) {
         (Some(n), _) => GridSpacing::Cells(n),
@@ -106,7 +107,6 @@ pub fn grid(a: &GridFile) -> Result<bool> {
         faces: a.faces,
         memory: (a.memory * (1u64 << 30) as f64) as u64,
     };
-    let run = run(&a.common, "grid")?;
     let grid = pipeline::sample_grid(&model, &options, &run)?;
     io::write_grid(&a.output, &grid, &run)?;
     drop(run);

@@ -1,7 +1,7 @@
 //! Triangle soups as models: feature edges, geometric edges, vertices and faces are found in the triangles, after \[GUO\].
 //!
 //! The steps are those of the paper, each a function of its own: [`mark_feature_edges`], [`chains`] and
-//! [`mark_vertices`], [`flood`], [`simplify`]. [`Discrete`] runs them and answers as [`Pieces`](crate::geometry::Pieces)
+//! [`mark_vertices`], [`flood`], [`simplify`](fn@simplify). [`Discrete`] runs them and answers as [`Pieces`](crate::geometry::Pieces)
 //! for the shared remesher: a face's surface is its triangles, an edge's curve its polyline, so nodes on features lie on
 //! the input's features to rounding.
 //!

@@ -53,6 +53,18 @@ pub trait Field: Send + Sync {
         }
     }
 
+    /// Names of the faces of its surface, where it knows several; without any it has the one of its solid. Values tell which face a point
+    /// is nearest to; meshes do not have them.
+    fn faces(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Which of the [faces](Self::faces) a point is nearest to.
+    fn face_at(&self, p: DVec3) -> u32 {
+        let _ = p;
+        0
+    }
+
     /// Whether a call for many points is far cheaper than a call for each: points then wait for each other, to be asked for together.
     fn in_batches(&self) -> bool {
         true

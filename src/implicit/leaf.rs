@@ -500,7 +500,7 @@ impl Leaf {
 }
 
 /// From space into a field's own frame.
-fn unplace(place: &Placement, p: DVec3) -> DVec3 {
+pub(super) fn unplace(place: &Placement, p: DVec3) -> DVec3 {
     place.rotation.transpose() * (p - place.shift) / place.scale
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::alike::unified;
-use super::leaf::Leaf;
+use super::leaf::{Leaf, unplace};
 use super::lockstep;
 use super::lower::{FaceInfo, lower, lower_within};
 use super::rfunction::RSystem;
@@ -68,8 +68,19 @@ pub struct Implicit {
     pub(crate) leaves: Vec<Leaf>,
     pub(crate) tape: Arc<Tape>,
     faces: Vec<FaceInfo>,
+    /// Leaves with several faces.
+    several: Vec<Several>,
     rsystem: RSystem,
     bounds: Aabb,
+}
+
+/// A leaf that knows faces of its own: the first is `face`, the `count` others follow each other from `others`.
+#[derive(Debug, Clone, Copy)]
+struct Several {
+    leaf: u32,
+    face: u32,
+    others: u32,
+    count: u32,
 }
 
 /// A box with the sides of another that are finite, and the others at powers of two, the smallest beyond which a function is negative by its
@@ -123,8 +134,14 @@ impl Implicit {
             solid = walls & solid;
             low = lower(&solid)?;
         }
-        let mut model =
-            Implicit { leaves: low.leaves, tape: Arc::new(low.tape), faces: low.faces, rsystem, bounds: low.bounds };
+        let mut model = Implicit {
+            leaves: low.leaves,
+            tape: Arc::new(low.tape),
+            faces: low.faces,
+            several: Vec::new(),
+            rsystem,
+            bounds: low.bounds,
+        };
         if !model.bounds.is_empty() && !model.bounds.is_finite() {
             model.bounds = model.find_bounds().ok_or_else(|| {
                 let what = "the solid may be infinite: no finite box around it can be proved";
@@ -146,14 +163,62 @@ impl Implicit {
         if let Some(tape) = unified(&model.leaves, &model.tape, &model.bounds) {
             model.tape = Arc::new(tape);
         }
+        model.name_faces_of_fields();
         Ok(model)
+    }
+
+    /// Lists the faces that fields know of themselves.
+    fn name_faces_of_fields(&mut self) {
+        for op in &self.tape.ops {
+            let Op::Leaf { leaf, face, .. } = *op else { continue };
+            let Leaf::Field(field, _) = &self.leaves[leaf as usize] else { continue };
+            let mut names = field.faces().into_iter();
+            let known = self.several.iter().any(|s| s.leaf == leaf);
+            let Some(first) = names.next().filter(|_| !known) else { continue };
+            let (others, count) = (self.faces.len() as u32, names.len() as u32);
+            self.several.push(Several { leaf, face, others, count });
+            let size = self.faces[face as usize].size;
+            self.faces[face as usize].name = first;
+            self.faces.extend(names.map(|name| FaceInfo { name, size }));
+        }
+    }
+
+    /// The face at a point where this leaf decides, whose face is `alone` if it has but one.
+    pub(super) fn face_at(&self, leaf: u32, alone: u32, p: DVec3) -> u32 {
+        let Some(several) = self.several.iter().find(|s| s.leaf == leaf) else { return alone };
+        match &self.leaves[leaf as usize] {
+            Leaf::Field(field, placed) => match field.face_at(unplace(placed, p)) {
+                0 => several.face,
+                k => several.others + k - 1,
+            },
+            _ => alone,
+        }
+    }
+
+    /// The numbers of the leaves of a face, ascending.
+    pub fn leaves_of(&self, face: u32) -> Vec<u32> {
+        let of = |s: &&Several| s.face == face || (s.others..s.others + s.count).contains(&face);
+        if let Some(several) = self.several.iter().find(of) {
+            return vec![several.leaf];
+        }
+        let found: BTreeSet<u32> = self
+            .tape
+            .ops
+            .iter()
+            .filter_map(|op| match op {
+                Op::Leaf { leaf, face: f, .. } if *f == face => Some(*leaf),
+                _ => None,
+            })
+            .collect();
+        found.into_iter().collect()
     }
 
     /// A box around the inside of one leaf, if one can be proved: a formula may show what its parts do not.
     pub(super) fn box_of(leaf: Leaf) -> Option<Aabb> {
         let tape = Tape { ops: vec![Op::Leaf { leaf: 0, face: 0, negate: false }] };
         let (tape, rsystem) = (Arc::new(tape), RSystem::default());
-        Implicit { leaves: vec![leaf], tape, faces: Vec::new(), rsystem, bounds: Aabb::ALL }.find_bounds()
+        Implicit { leaves: vec![leaf], tape, faces: Vec::new(), several: Vec::new(), rsystem, bounds: Aabb::ALL }
+            .find_bounds()
     }
 
     /// A box outside of which the sign is negative everywhere: the structure's finite sides, the others at powers of two, the smallest

@@ -16,15 +16,15 @@ const BATCH: usize = 256;
 /// Registers of a batch are kept within this many numbers, so that they stay in the cache.
 const REGISTERS: usize = 1 << 15;
 
-/// The label of a point where no face decides.
-const NO_FACE: u32 = u32::MAX;
+/// What decides where no leaf does.
+const NO_LEAF: u32 = u32::MAX;
 
 /// What is asked for beyond values and insides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sampling {
     /// Gradients.
     pub gradients: bool,
-    /// Faces.
+    /// Faces and leaves.
     pub faces: bool,
 }
 
@@ -39,6 +39,8 @@ pub struct Samples {
     pub gradients: Vec<DVec3>,
     /// Indices into [`Implicit::faces`], where asked for: the face whose leaf decides min / max of all leaves.
     pub faces: Vec<Option<u32>>,
+    /// The numbers of these leaves, where faces are asked for: below [`Implicit::leaf_count`].
+    pub leaves: Vec<Option<u32>>,
     /// Whether a point is inside, by the signs of the leaves alone.
     pub inside: Vec<bool>,
 }
@@ -50,6 +52,7 @@ impl Samples {
             values: Vec::with_capacity(n),
             gradients: Vec::with_capacity(some(wanted.gradients)),
             faces: Vec::with_capacity(some(wanted.faces)),
+            leaves: Vec::with_capacity(some(wanted.faces)),
             inside: Vec::with_capacity(n),
         }
     }
@@ -59,6 +62,7 @@ impl Samples {
         self.values.append(&mut more.values);
         self.gradients.append(&mut more.gradients);
         self.faces.append(&mut more.faces);
+        self.leaves.append(&mut more.leaves);
         self.inside.append(&mut more.inside);
     }
 }
@@ -96,8 +100,8 @@ struct Registers {
     values: Vec<f64>,
     /// The companion, by min and max.
     signs: Vec<f64>,
-    /// Faces of the leaves that decide the companion.
-    faces: Vec<u32>,
+    /// The operations, all of them leaves, that decide the companion.
+    deciding: Vec<u32>,
     /// Derivatives of the root by each operation.
     weights: Vec<f64>,
 }
@@ -112,7 +116,15 @@ impl Registers {
             out.values.extend_from_slice(&self.values[last..]);
             out.inside.extend(self.signs[last..].iter().map(|v| *v > 0.0));
             if wanted.faces {
-                out.faces.extend(self.faces[last..].iter().map(|f| (*f != NO_FACE).then_some(*f)));
+                let decided = |k: usize| model.tape.ops.get(self.deciding[last + k] as usize);
+                for (k, p) in some.iter().enumerate() {
+                    let found = match decided(k) {
+                        Some(Op::Leaf { leaf, face, .. }) => Some((*leaf, model.face_at(*leaf, *face, *p))),
+                        _ => None,
+                    };
+                    out.leaves.push(found.map(|f| f.0));
+                    out.faces.push(found.map(|f| f.1));
+                }
             }
             if wanted.gradients {
                 self.backward(model, some, &mut out.gradients);
@@ -129,8 +141,8 @@ impl Registers {
             list.clear();
             list.resize(n * count, 0.0);
         }
-        self.faces.clear();
-        self.faces.resize(if faces { n * count } else { 0 }, NO_FACE);
+        self.deciding.clear();
+        self.deciding.resize(if faces { n * count } else { 0 }, NO_LEAF);
         for (i, op) in model.tape.ops.iter().enumerate() {
             let (values, here) = self.values.split_at_mut(i * n);
             let (signs, sign) = self.signs.split_at_mut(i * n);
@@ -142,12 +154,12 @@ impl Registers {
                     sign.fill(side * EVERYTHING);
                     continue;
                 }
-                Op::Leaf { leaf, face, negate } => {
+                Op::Leaf { leaf, negate, .. } => {
                     model.leaves[leaf as usize].eval(&x, &y, &z, here);
                     Leaf::sign(here, negate);
                     sign.copy_from_slice(here);
                     if faces {
-                        self.faces[i * n..][..n].fill(face);
+                        self.deciding[i * n..][..n].fill(i as u32);
                     }
                     continue;
                 }
@@ -163,7 +175,7 @@ impl Registers {
                 sign[k] = if first { u } else { v };
                 if faces {
                     let from = if (u < v) != larger { a } else { b };
-                    self.faces[i * n + k] = self.faces[from + k];
+                    self.deciding[i * n + k] = self.deciding[from + k];
                 }
             }
         }

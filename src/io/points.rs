@@ -172,11 +172,13 @@ pub struct PointSample<'a> {
     pub inside: bool,
     /// The name of the face that decides; empty where none does.
     pub face: &'a str,
+    /// The number of the leaf that decides; none where none does.
+    pub leaf: Option<u32>,
 }
 
 impl PointSample<'_> {
     /// The names of the columns, as the first row of a file.
-    pub const HEADER: &'static str = "x,y,z,value,gx,gy,gz,inside,face\n";
+    pub const HEADER: &'static str = "x,y,z,value,gx,gy,gz,inside,face,leaf\n";
 
     /// Writes the row. Numbers are the shortest that read back as the same; inside is 1 or 0; a name with a comma or a quotation mark
     /// is quoted, and its control characters are as JSON writes them.
@@ -198,6 +200,10 @@ impl PointSample<'_> {
             }
         }
         out.extend(quoted.then_some(b'"'));
+        out.push(b',');
+        if let Some(leaf) = self.leaf {
+            out.extend(itoa::Buffer::new().format(leaf).as_bytes());
+        }
         out.push(b'\n');
     }
 }

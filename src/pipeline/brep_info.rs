@@ -178,12 +178,12 @@ pub enum PartInfo {
 /// # Errors
 /// Those of [`info`], and of building solids from edges; cancelled.
 pub fn part_info(part: &Part, run: &Run) -> Result<PartInfo> {
-    let Some(brep) = build(part, run)? else { return Ok(PartInfo::Functions(info(part)?)) };
+    let Some(brep) = build(part, run)? else { return Ok(PartInfo::Functions(info(part, run)?)) };
     let built = brep_info(brep.into(), part.units.as_deref(), run)?;
     if part.solid.is_none() {
         return Ok(PartInfo::Built(built));
     }
-    Ok(PartInfo::Both { functions: info(part)?, built })
+    Ok(PartInfo::Both { functions: info(part, run)?, built })
 }
 
 /// A number to six digits.

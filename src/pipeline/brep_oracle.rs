@@ -21,13 +21,18 @@ pub(super) struct Trimmed<'a> {
     bvh: Bvh,
 }
 
+/// A mesh that tells which face of a model is near: closed where the model is, with edges that turn by a fifth.
+pub(super) fn fine_mesh(solid: &Parametric, run: &Run) -> Result<TriMesh> {
+    let size = FINE * solid.bounds().diagonal();
+    let by = move |k: f64| (0.2 / k.max(1e-300)).clamp(0.1 * size, size);
+    let mut mesh = solid.mesh(&MeshSizes::new(size, 0.1 * size, &by), run)?.mesh;
+    mesh.drop_unused_nodes();
+    Ok(mesh)
+}
+
 impl<'a> Trimmed<'a> {
     pub(super) fn new(solid: &'a Parametric, run: &Run) -> Result<Self> {
-        let size = FINE * solid.bounds().diagonal();
-        let by = move |k: f64| (0.2 / k.max(1e-300)).clamp(0.1 * size, size);
-        let made = solid.mesh(&MeshSizes::new(size, 0.1 * size, &by), run)?;
-        let mut mesh = made.mesh;
-        mesh.drop_unused_nodes();
+        let mesh = fine_mesh(solid, run)?;
         let corners = |t: &[u32; 3]| t.map(|v| mesh.nodes[v as usize]);
         let bvh = Bvh::new(mesh.triangles.iter().map(|t| Aabb::around(corners(t))).collect());
         Ok(Self { solid, mesh, bvh })

@@ -143,7 +143,7 @@ fn looked_at(part: &Part) -> Result<(Aabb, Vec<LeafInfo>, Implicit)> {
     let model = slab.model()?;
     let b = model.bounds();
     let faces = model.faces().iter().filter(|f| f.name != slab.top && f.name != slab.bottom);
-    let faces = faces.map(|f| LeafInfo { name: f.name.clone(), size: f.size }).collect();
+    let faces = faces.map(|f| LeafInfo { name: f.name.clone(), size: f.size, leaves: Vec::new() }).collect();
     Ok((Aabb::new(b.lo.with_z(0.0), b.hi.with_z(0.0)), faces, model))
 }
 

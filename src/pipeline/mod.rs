@@ -84,7 +84,7 @@ pub use refine::{Place, Refinement};
 pub use report::{FaceStep, Info, LeafInfo, Report, Rung, SCHEMA, info};
 pub use report_tables::report_tables;
 pub use rsystems::{Depth, Spread, SystemComparison, SystemRow, compare_rsystems};
-pub use sampled::{EvalSummary, GridOptions, GridSpacing, eval_points, function, sample_grid};
+pub use sampled::{EvalSummary, GridOptions, GridSpacing, boundary_part, eval_points, function, sample_grid};
 pub use samples::{Sample, SampleComparison, SampleRow, compare_samples};
 pub use sheet::Sheet;
 pub use shown::{shown, shown_healed};

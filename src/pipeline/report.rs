@@ -10,13 +10,15 @@ use super::figure::{FigureReport, figure_info};
 use super::history::{Attempt, Stage};
 use super::ladder::Budget;
 use super::method::Method;
+use super::sampled::lowered;
 use super::volume::VolumeLoss;
 use crate::error::{Error, Place, Result};
-use crate::implicit::Implicit;
+use crate::implicit::FaceInfo;
 use crate::implicit::part::Part;
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Step;
 use crate::quality::{Check, Fault};
+use crate::run::Run;
 
 /// The version of the report as JSON, described in `docs/report.md`. It grows when a field goes or changes its meaning.
 pub const SCHEMA: u32 = 1;
@@ -161,6 +163,8 @@ pub struct LeafInfo {
     pub name: String,
     /// The mesh size asked for on it.
     pub size: Option<f64>,
+    /// The numbers of its leaves, as [`eval_points`](super::eval_points) has them; none for those of a plane figure.
+    pub leaves: Vec<u32>,
 }
 
 /// What is known of a part before meshing.
@@ -184,16 +188,19 @@ pub struct Info {
     pub groups: Vec<String>,
 }
 
-/// Looks at a part's solid of R-functions, or its plane figure, without meshing it. Errors: there is none; what lowering refuses.
-pub fn info(part: &Part) -> Result<Info> {
+/// Looks at a part's solid, or its plane figure, without meshing it; meshes and CAD models in it count as one leaf each. Errors: there is
+/// none; what lowering refuses; what is wrong with these.
+pub fn info(part: &Part, run: &Run) -> Result<Info> {
     if part.plane {
         return figure_info(part);
     }
     let Some(solid) = &part.solid else {
         return Err(Error::input(Place::Unknown, "the part has no solid of R-functions"));
     };
-    let model = Implicit::new(solid, part.rsystem, part.domain).map_err(|e| part.located(e))?;
+    let model = lowered(part, solid, part.rsystem, run)?;
     let b = model.bounds();
+    let face =
+        |(i, f): (usize, &FaceInfo)| LeafInfo { name: f.name.clone(), size: f.size, leaves: model.leaves_of(i as u32) };
     Ok(Info {
         leaves: model.leaf_count(),
         tree_size: model.tree_size(),
@@ -201,7 +208,7 @@ pub fn info(part: &Part) -> Result<Info> {
         units: part.units.clone(),
         lo: b.lo.to_array(),
         hi: b.hi.to_array(),
-        faces: model.faces().iter().map(|f| LeafInfo { name: f.name.clone(), size: f.size }).collect(),
+        faces: model.faces().iter().enumerate().map(face).collect(),
         groups: part.groups.iter().map(|g| g.name.clone()).collect(),
     })
 }
@@ -214,10 +221,16 @@ impl fmt::Display for Info {
         writeln!(f, "{} faces:", self.faces.len())?;
         for face in &self.faces {
             write!(f, "  {}", face.name)?;
-            match face.size {
-                Some(h) => writeln!(f, "  size {h}")?,
-                None => writeln!(f)?,
+            face.size.iter().try_for_each(|h| write!(f, "  size {h}"))?;
+            match &face.leaves[..] {
+                [] => {}
+                [one] => write!(f, "  leaf {one}")?,
+                [first, .., last] if (last - first) as usize + 1 == face.leaves.len() => {
+                    write!(f, "  leaves {first} to {last}")?;
+                }
+                all => write!(f, "  leaves {}", all.iter().map(u32::to_string).collect::<Vec<_>>().join(" "))?,
             }
+            writeln!(f)?;
         }
         write!(f, "groups: {}", if self.groups.is_empty() { "none".into() } else { self.groups.join(", ") })
     }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::mesh::Meshed;
 use crate::page::PageTable;
 
-/// The tables that [`page::tables`](crate::page::tables) shows below what [`shown`](super::shown) tells. Those without rows are not
+/// The tables that [`page::tables`](crate::page::tables) shows below what [`shown`](fn@super::shown) tells. Those without rows are not
 /// there.
 pub fn report_tables(made: &Meshed) -> Vec<PageTable> {
     let r = &made.report;

@@ -102,7 +102,8 @@ pub fn compare_rsystems(part: &Part, options: &MeshOptions, run: &Run) -> Result
     if !systems.contains(&part.rsystem) {
         systems.push(part.rsystem);
     }
-    let models: Vec<Implicit> = systems.iter().map(|system| function(part, Some(*system))).collect::<Result<_>>()?;
+    let models: Vec<Implicit> =
+        systems.iter().map(|system| function(part, Some(*system), run)).collect::<Result<_>>()?;
     let first = ready.extract(ready.size, options, run)?.mesh;
     let how = ExtractOptions { size: ready.size, root_tolerance: options.root_tolerance, memory: options.memory };
     let on: Vec<DVec3> = first.nodes.iter().step_by(first.nodes.len().div_ceil(POINTS).max(1)).copied().collect();

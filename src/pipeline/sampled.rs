@@ -1,16 +1,20 @@
 //! A part's function at points of a table, and on a regular grid.
 
 use std::io::{BufRead, Write};
+use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::SizeRequest;
+use super::boolean::{as_functions, holds_foreign};
+use super::brep::is_step;
 use super::figure::no_figure;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::Part;
-use crate::implicit::{Implicit, RSystem, Sampling, evaluate};
+use crate::implicit::{Boundary, Foreign, Implicit, Primitive, RSystem, Sampling, Solid, evaluate};
 use crate::io::{PointRows, PointSample, SampledGrid, no_rows, write_rows};
 use crate::run::Run;
 
@@ -32,16 +36,42 @@ const MARGIN: f64 = 0.05;
 /// Sides may be this share longer than whole steps without another cell: what rounding makes of a side that fits.
 const ROUNDING: f64 = 1e-9;
 
-/// The function of a part, in its own R-system or the given one.
+/// A part that is the solid in a STEP file or inside closed triangles, whose faces keep their names. Nothing is read yet.
+pub fn boundary_part(path: &Path) -> Part {
+    let path = path.to_path_buf();
+    let source = if is_step(&path) { Boundary::Step(path) } else { Boundary::Mesh(path) };
+    let foreign = Foreign { source, place: Place::Unknown };
+    Part::from_solid(Solid::from(Primitive::Foreign(Arc::new(foreign))).name(""))
+}
+
+/// The solid of a part, with those that are built from edges.
+fn whole(part: &Part) -> Option<Solid> {
+    let built = part.built.iter().map(|recipe| {
+        let foreign = Foreign { source: Boundary::Built(Box::new(recipe.clone())), place: recipe.place.clone() };
+        Solid::from(Primitive::Foreign(Arc::new(foreign)))
+    });
+    let all: Vec<Solid> = part.solid.iter().cloned().chain(built).collect();
+    (!all.is_empty()).then(|| if all.len() == 1 { all[0].clone() } else { Solid::union(all) })
+}
+
+/// The function of a part, in its own R-system or the given one. Meshes, STEP models and solids built from edges that are joined with
+/// others, or alone, are leaves, too: their value is the distance to the boundary, positive inside, and faces are theirs. That is exact to
+/// rounding but on edges of curved faces: there to a 250th of the solid.
 ///
-/// Errors: the part has no solid of R-functions; see [`Implicit::new`].
-pub fn function(part: &Part, rsystem: Option<RSystem>) -> Result<Implicit> {
+/// Errors: the part has no solid of R-functions; see [`Implicit::new`]; boundaries that cannot be read or are not closed, at their place in
+/// the part file; cancellation.
+pub fn function(part: &Part, rsystem: Option<RSystem>, run: &Run) -> Result<Implicit> {
     no_figure(part, "its function")?;
-    let Some(solid) = &part.solid else {
-        let what = "only solids of R-functions have a function, and the part has none";
-        return Err(Error::input(Place::Unknown, what));
+    let Some(solid) = whole(part) else {
+        return Err(Error::input(Place::Unknown, "the part has no solid, and so no function"));
     };
-    Implicit::new(solid, rsystem.unwrap_or(part.rsystem), part.domain).map_err(|e| part.located(e))
+    lowered(part, &solid, rsystem.unwrap_or(part.rsystem), run)
+}
+
+/// A solid of a part made ready, with boundaries as distances.
+pub(super) fn lowered(part: &Part, solid: &Solid, rsystem: RSystem, run: &Run) -> Result<Implicit> {
+    let functions = holds_foreign(solid).then(|| as_functions(part, solid, run)).transpose()?;
+    Implicit::new(functions.as_ref().unwrap_or(solid), rsystem, part.domain).map_err(|e| part.located(e))
 }
 
 /// What was met in evaluating a table of points.
@@ -92,6 +122,7 @@ pub fn eval_points<R: BufRead>(
                     gradient: found.gradients[i],
                     inside: found.inside[i],
                     face: face.map_or("", |f| &f.name),
+                    leaf: found.leaves[i],
                 };
                 row.write(&mut text);
             }

@@ -108,7 +108,7 @@ pub(super) fn samples(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Opti
 /// The medial axis of the region the contours bound, where parts of the contours lie within `reach` of each other; along it
 /// places follow each other at about `spacing`, which should be small against the widths that matter.
 ///
-/// Contours must not [meet](super::crossings). Branches that lead to corners are left out. `None` for contours that need
+/// Contours must not [meet](fn@super::crossings). Branches that lead to corners are left out. `None` for contours that need
 /// more than two million samples, or coordinates that are not finite.
 pub fn medial_axis(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Option<Axis> {
     axis_of(&samples(contours, reach, spacing)?, spacing)

@@ -61,7 +61,6 @@ int main(int argc, char **argv) {
     rv_text *text;
     const char *chars;
     int32_t face;
-    const double at[3] = {0, 0, 0};
     if (argc != 5) return 2;
     NEED(rv_part_parse("part(box(size=(2, 2, 2)).name('body') - cylinder(0.4, axis='x').name('bore'))", NULL, &part, &error));
     int failed = faces(part);
@@ -73,7 +72,12 @@ int main(int argc, char **argv) {
     NEED(rv_part_info(bar, &text, &error));
     NEED(rv_text_chars(text, &chars, &error));
     printf("bar 0 %s\n", chars);
-    WRONG(rv_part_faces(bar, 1, at, &face, &error), RV_INPUT, "R-functions");
+    /* Of what is built from edges it is the distance to the boundary. */
+    const double within[3] = {1, 1, 0.25};
+    double value;
+    NEED(rv_part_values(bar, 1, within, &value, &error));
+    NEED(rv_part_faces(bar, 1, within, &face, &error));
+    if (value != 0.25 || face < 0) return 1;
     rv_text_free(text), rv_part_free(bar), rv_part_free(part);
     return 0;
 }

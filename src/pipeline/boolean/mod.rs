@@ -7,6 +7,7 @@
 mod joint;
 mod operand;
 mod remeshing;
+mod signed;
 mod tree;
 mod work;
 
@@ -33,8 +34,9 @@ use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
 use joint::Joint;
-use operand::{Asked, Made, Wanted, extent, load, make_foreign, make_functions, named_groups, with_size};
+use operand::{Asked, Made, Wanted, at, extent, load, make_foreign, make_functions, named_groups, with_size};
 use remeshing::Remeshing;
+use signed::BoundaryDistance;
 use tree::Operand;
 pub(super) use tree::{files_of, holds_foreign, is_foreign_alone};
 use work::{Numbers, Work, align, coinciding, misfit, prepare};
@@ -49,6 +51,24 @@ const MORE: f64 = 0.0007;
 const WORTH: f64 = 0.8;
 /// A node of the cut is at most this many sizes from its place on the true surfaces.
 const REACH: f64 = 2.0;
+/// The solid of a part as R-functions: a solid given by its boundary becomes the distance to that, one leaf with the faces of the boundary.
+///
+/// Errors: operands that cannot be read or are not closed, and those in a blend, at their place in the part file; cancellation.
+pub(super) fn as_functions(part: &Part, solid: &Solid, run: &Run) -> Result<Solid> {
+    let (tree, operands) = tree::read(solid)?;
+    let leaf = |o: Operand| -> Result<Solid> {
+        let placed = match o {
+            Operand::Functions(s) => return Ok(s),
+            Operand::Foreign(placed) => placed,
+        };
+        let signed = BoundaryDistance::new(load(&placed, &part.folder, run)?, run).map_err(|e| at(&placed, e))?;
+        let s = Solid::field(signed);
+        Ok(placed.size.iter().fold(s, |s, h| s.size(*h)))
+    };
+    let leaves = operands.into_iter().map(leaf).collect::<Result<Vec<_>>>()?;
+    Ok(tree.of(&leaves))
+}
+
 /// Meshes a part that joins solids given by boundaries.
 ///
 /// Guarantees: closed and oriented; nodes where two operands meet lie on both true surfaces to rounding, but for places that the report

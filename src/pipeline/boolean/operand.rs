@@ -112,7 +112,7 @@ pub(super) struct Wanted<'a> {
 }
 
 /// Gives an error of a file or of geometry the place in the part file, with what it was about.
-fn at(placed: &Placed, e: Error) -> Error {
+pub(super) fn at(placed: &Placed, e: Error) -> Error {
     match e {
         Error::Cancelled => Error::Cancelled,
         // Something inside a recipe, which knows its own place.
@@ -127,10 +127,11 @@ fn at(placed: &Placed, e: Error) -> Error {
     }
 }
 
-/// What faces of a solid are called by, where the part file says nothing: its file without folder and ending.
+/// What faces of a solid are called by, where the part file says nothing: its file without folder and ending. With an empty name they
+/// keep their own.
 fn name_of(placed: &Placed) -> Option<String> {
     if let Some(name) = &placed.name {
-        return Some(name.to_string());
+        return (!name.is_empty()).then(|| name.to_string());
     }
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned());
     match &placed.solid.source {
@@ -198,7 +199,7 @@ fn load_triangles(placed: &Placed, mesh: &TriMesh, run: &Run) -> Result<TriMesh>
 }
 
 /// Errors: why a mesh cannot be an operand, with a place.
-fn sound(mesh: &TriMesh, run: &Run) -> Result<()> {
+pub(super) fn sound(mesh: &TriMesh, run: &Run) -> Result<()> {
     let found = check(mesh, Expectation::default(), None, run)?;
     if found.certificate.is_sound() {
         return Ok(());

@@ -51,6 +51,17 @@ impl Tree {
         }
     }
 
+    /// The solid that is joined so of solids in the place of the operands.
+    pub(super) fn of(&self, operands: &[Solid]) -> Solid {
+        let all = |list: &[Tree]| list.iter().map(|t| t.of(operands)).collect::<Vec<_>>();
+        match self {
+            Tree::Operand(k) => operands.get(*k).cloned().unwrap_or_else(|| Solid::union([])),
+            Tree::And(list) => Solid::intersection(all(list)),
+            Tree::Or(list) => Solid::union(all(list)),
+            Tree::Not(t) => !t.of(operands),
+        }
+    }
+
     /// A box around what is inside, or around what is outside, given boxes around the operands.
     fn extent(&self, bounds: &[Aabb], inside: bool) -> Aabb {
         let common = |all: &[Tree]| all.iter().fold(Aabb::ALL, |b, t| b.intersection(&t.extent(bounds, inside)));
