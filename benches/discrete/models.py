@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the two models of the pictures in discrete.md: `pulley.stl`, as CAD programs export it, slivers and all, and
-`scan.stl`, a bolt-like body as a scanner sees it, with noise and uneven triangles. Needs numpy only.
+"""Writes the three models of the pictures in discrete.md: `pulley.stl`, as CAD programs export it, slivers and all, `scan.stl`, a
+bolt-like body as a scanner sees it, with noise and uneven triangles, and `latch.stl`, a plate with a step far smaller than itself and
+folds that end within its top. Needs numpy only.
 
     python3 benches/discrete/models.py FOLDER
 """
@@ -66,11 +67,38 @@ def scan(n=70, noise=0.3, seed=7):
     return v, np.array(f)
 
 
+def latch(step=0.5):
+    """A plate of 60 by 40 by 8 with a boss, a step of 1.5 by 1.5 on its top, and three folds, 1.5 to 4 long, that fade out."""
+    def height(x, y):
+        z = np.full_like(x, 8.0)
+        z += 3 * np.clip(np.minimum(8 - np.abs(x - 42), 8 - np.abs(y - 20)) / step, 0, 1)
+        z += 1 * np.clip(np.minimum(1.25 - np.abs(x - 12.25), 1.25 - np.abs(y - 30.25)) / step, 0, 1)
+        for cx, cy, half in ((10, 8, 0.75), (20, 14, 1.25), (22, 32, 2)):
+            ridge = np.clip(1.5 - np.abs(y - cy), 0, None) * np.tan(np.radians(27))
+            z += ridge * np.clip(half + 1.5 - np.abs(x - cx), 0, 1.5) / 1.5
+        return z
+    nx, ny = round(60 / step), round(40 / step)
+    x, y = np.meshgrid(np.arange(nx + 1) * step, np.arange(ny + 1) * step, indexing="ij")
+    top = np.stack([x, y, height(x, y)], 2).reshape(-1, 3)
+    v = np.concatenate([top, top * [1, 1, 0]])
+    n = (nx + 1) * (ny + 1)
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    at = lambda i, j: i * (ny + 1) + j
+    q = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]
+    up = np.concatenate([np.stack([q[0], q[1], q[2]], 1), np.stack([q[0], q[2], q[3]], 1)])
+    rim = [at(k, 0) for k in range(nx)] + [at(nx, k) for k in range(ny)]
+    rim = np.array(rim + [at(k, ny) for k in range(nx, 0, -1)] + [at(0, k) for k in range(ny, 0, -1)])
+    following = np.roll(rim, -1)
+    side = np.concatenate([np.stack([rim + n, following + n, following], 1), np.stack([rim + n, following, rim], 1)])
+    return v, np.concatenate([up, up[:, ::-1] + n, side])
+
+
 def main():
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
     folder.mkdir(parents=True, exist_ok=True)
     write_stl(folder / "pulley.stl", *pulley())
     write_stl(folder / "scan.stl", *scan())
+    write_stl(folder / "latch.stl", *latch())
 
 
 if __name__ == "__main__":
