@@ -234,7 +234,13 @@ fn the_side_of_a_step_cylinder_stays_on_its_cylinder() {
         let off = off.fold(0.0, f64::max);
         assert!(off <= 1e-12 * radius, "{share}: {off}");
         let (lengths, chord) = (inner_edges(&after.mesh, &side), chord(share * size, radius));
-        assert_abs_diff_eq!(median(&lengths), chord, epsilon = 0.12 * chord);
+        // Longer edges than those of the border have no room to grow.
+        assert!(
+            share > 1.0 || abs_diff_eq!(median(&lengths), chord, epsilon = 0.12 * chord),
+            "{share}: {}",
+            median(&lengths)
+        );
+        assert!(share < 1.0 || median(&lengths) > 1.1 * median(&inner_edges(&before.mesh, &side)));
         assert!(smallest_angle(&after.mesh, &side) > if share < 0.3 { 15.0 } else { 25.0 }, "{share}");
         // Chords along a circle make it shorter by a share of h^2 / 24 r^2, and they are no longer than the longer of both sizes.
         let (most, longest) = (2.0 * PI * radius * height, chord.max(self::chord(size, radius)));
@@ -318,8 +324,8 @@ fn faces_of_an_stl_file_follow_their_sizes_on_its_triangles() {
 
 #[test]
 fn a_crease_that_ends_within_a_face_of_triangles_stays_a_crease() {
-    // A sheet folded along y = 0, the more the farther x is: it bends by 40 degrees at x = 0.46.
-    let (n, fold) = (40, 0.8);
+    // A sheet folded along y = 0, the more the farther x is: it bends by 40 degrees at x = 0.18.
+    let (n, fold, size) = (40, 2.0, 0.5 * SIZE);
     let at = |i: usize, j: usize| {
         let [x, y] = [i, j].map(|k| 2.0 * k as f64 / n as f64 - 1.0);
         DVec3::new(x, y, -fold * x.max(0.0) * y.abs())
@@ -331,11 +337,12 @@ fn a_crease_that_ends_within_a_face_of_triangles_stays_a_crease() {
         [[a, a + 1, b + 1], [a, b + 1, b]]
     };
     let soup = TriMesh::new(nodes, (0..n * n).flat_map(cell).collect());
-    let options = MeshOptions { size: Some(SizeRequest::Length(SIZE)), ..MeshOptions::default() };
+    let options = MeshOptions { size: Some(SizeRequest::Length(size)), ..MeshOptions::default() };
     let before = mesh_soup(&soup, &options, &SoupOptions::default(), &Run::new()).unwrap();
     assert_eq!(before.mesh.faces.len(), 1);
-    let after = remeshed(&before, &before.mesh.faces[0].clone(), 0.4 * SIZE);
-    assert!(after.report.shortfalls.is_empty(), "{:?}", after.report.shortfalls);
+    let after = remeshed(&before, &before.mesh.faces[0].clone(), 0.4 * size);
+    let told = after.report.check.as_ref().unwrap();
+    assert!(told.certificate.is_sound() && told.self_intersections == 0, "{:?}", told.certificate);
     let on = |m: &Meshed| m.mesh.nodes.iter().filter(|p| p.y.abs() < 1e-12 && p.x > 0.5 && p.z.abs() < 1e-12).count();
     assert!(on(&before) > 2 && on(&after) as f64 > 1.5 * on(&before) as f64, "{} {}", on(&before), on(&after));
     for t in 0..after.mesh.triangles.len() {

@@ -130,6 +130,8 @@ impl Meshed {
         let on = alone.lay_on(piece as u32);
         let made =
             alone.remesh(&Laid { on, by_angles: true, ..Laid::default() }, solid, &of_faces(solid, size), run)?;
+        // This gate tells no seams and corners beyond the faces.
+        let made = ExactMesh { seams: Vec::new(), corners: Vec::new(), ..made };
         Ok((made, alone))
     }
 
