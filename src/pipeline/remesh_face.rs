@@ -51,8 +51,8 @@ impl Meshed {
     /// of the face's border. Inner nodes and triangles of the face come last. Every new node lies on the face's own surfaces, to
     /// rounding. Names and groups stay; the report's check is made anew, of what it was made of before. The answer does not
     /// depend on the number of threads. On error nothing has changed.
-    /// *Does not guarantee*: that triangles do not intersect those of other faces: the report tells. Nor that creases within a face
-    /// of triangles keep their nodes: new ones lie on the same creases.
+    /// *Does not guarantee*: that triangles do not intersect those of other faces: the report tells. Creases within a face of
+    /// triangles need not keep their nodes: new ones lie on the same creases.
     ///
     /// # Errors
     /// [`Error::Usage`] for a name no face has, with the nearest one and all there are; for a size that is not positive, or far too
