@@ -93,6 +93,16 @@ fn what_a_way_knows_changes_its_mesh_and_all_else_is_refused_by_name() {
 }
 
 #[test]
+fn faces_are_meshed_anew_by_ways_that_know_their_surface_and_refused_by_name_by_others() {
+    let dir = folder();
+    for (way, part, more, _) in WAYS {
+        let said = mesh(&dir, part, &[&["--size", "25%", "--remesh", "no such face=0.1"], more].concat()).unwrap_err();
+        let expected = if ["leaf", "built"].contains(&way) { "no face is called" } else { "--remesh is for " };
+        assert!(said.0 == Some(2) && said.1.contains(expected), "{way}: {said:?}");
+    }
+}
+
+#[test]
 fn what_is_there_by_default_is_not_refused_nor_what_a_method_alone_would_not_know() {
     let dir = folder();
     // Solids built from edges have no method, whichever that is.

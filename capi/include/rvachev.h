@@ -314,8 +314,10 @@ int rv_mesh_units(const rv_mesh *mesh, const char **units, rv_error **error);
 int rv_mesh_write(const rv_mesh *mesh, const char *path, const rv_options *options, rv_error **error);
 /* Another mesh, with one face made anew on its true surface. Its edges have the option `size`, a length or a share of the mesh's
  * diagonal; of the others threads and force are heeded. Points and triangles of all other faces keep their places and their order,
- * and so does the face's border; new ones come last. RV_USAGE for a name no face has or a size far too small; RV_INPUT for a mesh
- * that is not of one solid of functions by the method leaf. */
+ * and so does the face's border; new ones come last. The mesh may be of one solid of functions by the method leaf, of a CAD model,
+ * of solids built from edges or of triangles. RV_USAGE for a name no face has, a size far too small, a plane figure, and a mesh joined
+ * of several solids; RV_INPUT for a mesh that was read or healed, and for a face that has creases inside or does not lie on one surface,
+ * as by other methods. */
 int rv_mesh_remesh_face(const rv_mesh *mesh, const char *face, const rv_options *options, rv_mesh **made, rv_error **error);
 /* One HTML page that shows the mesh in a browser, as `rvachev view` writes it; it needs no network. */
 int rv_mesh_page(const rv_mesh *mesh, const char *title, rv_text **page, rv_error **error);

@@ -320,7 +320,10 @@ class Mesh:
     def to_gmsh(self, name: str = "rvachev") -> str:
         """A model of gmsh with named surfaces, and volumes to be filled."""
     def remesh_face(self, name: str, size: Number, **options: Unpack[FaceOptions]) -> Mesh:
-        """One face made anew with edges of length size, in the part's unit; all others stay bit by bit."""
+        """One face made anew with edges of length size, in the part's unit; all others stay bit by bit.
+
+        For solids of functions by the method leaf, solids built from edges, CAD models and surfaces of triangles.
+        """
     def sweep(
         self, face: str, *, along: Vector | None = None, to: str | None = None, layers: int = 1
     ) -> Prisms:

@@ -434,8 +434,8 @@ impl PyMesh {
     /// keep their values bit by bit and their order, and so does the face's border; new points and triangles come last. Names and groups
     /// stay, and the report is made anew. Options: progress, cancel, threads, force.
     /// Errors: `InputError` for a name no face has (patterns and groups are none), a size that is not positive or far too small, a mesh
-    /// that is not of one solid of functions or was healed or pickled, and a face that does not lie on one surface between its
-    /// borders, as by methods other than `leaf`; `Failed` where the border cannot be kept, or the mesh is not sound without force.
+    /// that was healed, pickled or joined of several solids or is a plane figure, and a face that does not lie on one surface
+    /// between its borders, as by methods other than `leaf`, or has creases inside in a CAD model; `Failed` where the border cannot be kept, or the mesh is not sound without force.
     #[pyo3(signature = (name, size, **options))]
     fn remesh_face(
         &self,

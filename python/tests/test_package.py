@@ -512,7 +512,18 @@ def test_one_face_is_made_anew_and_the_others_stay(mesh):
     assert len(again.faces["body.xmin"]) < len(fine.faces["body.xmin"])
 
 
-def test_what_remesh_face_refuses(mesh):
+def test_a_face_of_triangles_is_made_anew(mesh):
+    soup = rv.remesh(*mesh, size=0.2)
+    name = soup.face_names[0]
+    fine = soup.remesh_face(name, 0.1)
+    assert len(fine.faces[name]) > 2 * len(soup.faces[name])
+    for other in soup.face_names[1:]:
+        before, after = (m.points[m.triangles[m.faces[other]]] for m in (soup, fine))
+        assert before.tobytes() == after.tobytes()
+    assert abs(fine.report["check"]["volume"] - soup.report["check"]["volume"]) < 0.01
+
+
+def test_what_remesh_face_refuses(mesh, tmp_path):
     with pytest.raises(rv.InputError, match="body.xmin"):
         mesh.remesh_face("nothing", 0.1)
     with pytest.raises(rv.InputError, match="area"):
@@ -527,9 +538,11 @@ def test_what_remesh_face_refuses(mesh):
     for other in (pickle.loads(pickle.dumps(mesh)), rv.heal(*mesh)):
         with pytest.raises(rv.InputError, match="healed or pickled"):
             other.remesh_face("body.xmin", 0.1)
-    with pytest.raises(rv.InputError, match="something else"):
-        soup = rv.remesh(*mesh, size=0.2)
-        soup.remesh_face(soup.face_names[0], 0.1)
+    path = tmp_path / "figure.py"
+    path.write_text("part(region(circle(1)))\n")
+    figure = rv.mesh(path, size=0.2)
+    with pytest.raises(rv.InputError, match="plane figure"):
+        figure.remesh_face(figure.face_names[0], 0.1)
     stop = threading.Event()
     stop.set()
     with pytest.raises(rv.Cancelled):

@@ -163,10 +163,12 @@ pub struct Mesh {
     #[arg(short, long, required_unless_present = "dry_run", value_name = "MESH")]
     pub output: Vec<PathBuf>,
     /// Make and write nothing: tell about how many triangles the mesh would have
-    #[arg(long, conflicts_with_all = ["output", "watch", "bricks", "png", "html", "report"])]
+    #[arg(long, conflicts_with_all = ["output", "watch", "bricks", "png", "html", "report", "remesh"])]
     pub dry_run: bool,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub anew: super::remesh::Anew,
     #[command(flatten)]
     pub triangles: Triangles,
     /// leaf: exact edges from the tree; operators: marching cubes, then the
@@ -246,6 +248,7 @@ impl ViewPage {
             output: Vec::new(),
             dry_run: false,
             how: self.how,
+            anew: Default::default(),
             triangles: self.triangles,
             method: self.method,
             bricks: None,

@@ -209,7 +209,8 @@ pub(super) fn made(a: &Mesh, run: &Run) -> Result<Meshed> {
         how.measure |= !how.method.is_exact();
         pipeline::mesh_part(&part, &how, run)
     };
-    let made = made.map_err(|e| e.in_file(&a.part.part))?;
+    let mut made = made.map_err(|e| e.in_file(&a.part.part))?;
+    a.anew.apply(&mut made, run)?;
     if a.verbose {
         // All others were told as they ended, and so was this one, but not that it stands.
         made.report.attempts.iter().filter(|a| a.kept).for_each(|a| run.note("kept", || a.named()));

@@ -94,7 +94,7 @@ impl fmt::Display for WayNames<'_> {
 }
 
 /// Options that not all ways know, as they are called in the code and on the command line, and the ways that do.
-const KNOWN: [(&str, &str, &[Gate]); 19] = [
+const KNOWN: [(&str, &str, &[Gate]); 20] = [
     ("define", "-D", &[Leaf, Operators, Fixed, MarchingCubes, Bricks, Figure, Built, Joined, Systems]),
     ("eps", "--eps", &[Leaf, Operators, Fixed, MarchingCubes, Figure, JoinedFunctions, Systems]),
     ("angle", "--angle", &[Leaf, Operators, Fixed, Bricks, Figure, Built, Joined, Cad, Triangles]),
@@ -102,6 +102,7 @@ const KNOWN: [(&str, &str, &[Gate]); 19] = [
     ("size_min", "--size-min", &[Leaf, Operators, Fixed, Bricks, Figure, Built, Joined, Cad, Triangles]),
     ("grading", "--grading", &[Leaf, Bricks, Figure, Built, Joined, Cad, Triangles]),
     ("refine", "--refine", &[Leaf, Figure, Built, Joined, Cad, Triangles]),
+    ("remesh", "--remesh", &[Leaf, Built, Cad, Triangles]),
     ("thickness", "--thickness", &[Leaf]),
     ("method", "--method", &[Leaf, Operators, Fixed, MarchingCubes, Bricks, Figure, Joined]),
     ("sequence", "--sequence", &[Operators]),
@@ -239,6 +240,7 @@ mod tests {
             "bricks" => Some("1x1x1"),
             "without" => Some("plane"),
             "refine" => Some("sphere=0,0,0,1:0.1"),
+            "remesh" => Some("top=0.1"),
             "nodes" => Some("500"),
             "close" => None,
             _ => Some("1e-3"),

@@ -12,6 +12,7 @@ mod manual;
 mod memory;
 mod path;
 mod progress;
+mod remesh;
 mod sample;
 mod serve;
 mod watch;

@@ -213,6 +213,19 @@ impl Discrete {
         self.sheets.len()
     }
 
+    /// The names of the faces, by their numbers.
+    pub fn face_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The lines within a face, by their numbers, that pass a point no farther than `near` away.
+    pub fn creases_near(&self, face: u32, p: DVec3, near: f64) -> Vec<u32> {
+        let first = self.sheets.len() as u32;
+        let passes =
+            |piece: &u32| self.line([face, *piece]).and_then(|l| l.foot(p)).is_some_and(|q| q.distance(p) <= near);
+        (first..first + self.creases.len() as u32).filter(passes).collect()
+    }
+
     /// The pieces a node of [`mesh`](Self::mesh) lies on, lines first.
     pub fn pieces_at(&self, v: u32) -> Vec<u32> {
         let mut out = self.crease_at.get(&v).cloned().unwrap_or_default();

@@ -142,6 +142,13 @@ impl Parametric {
         (0..self.brep.edges.len()).map(|i| creased(i).unwrap_or(false)).collect()
     }
 
+    /// Whether a face has creases inside, or bends as sharp as these: between them it is meshed in sheets.
+    pub fn has_creases(&self, face: u32) -> bool {
+        let creased = self.creased_seams();
+        self.sheets.iter().any(|s| s.0 == face)
+            || self.faces_of.iter().zip(creased).any(|(faces, creased)| creased && faces.contains(&face))
+    }
+
     /// Points of faces without a normal: tips of cones, and poles of swept and free-form surfaces.
     pub fn tips(&self) -> Vec<(u32, DVec3)> {
         let mut out = Vec::new();

@@ -1,6 +1,7 @@
 //! From a STEP file to a mesh: faces between edges, remeshed on their surfaces.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -16,6 +17,7 @@ use super::mesh::Meshed;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
+use super::source::Source;
 use super::volume::mesh_within_volume;
 use super::wish::{CHORD, DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
@@ -82,7 +84,7 @@ pub(super) fn mesh_tolerant(
     run: &Run,
 ) -> Result<Numbered> {
     let StepModel { brep, notes, .. } = model;
-    let solid = Parametric::new(brep, run)?.without(&options.without);
+    let solid = Arc::new(Parametric::new(brep, run)?.without(&options.without));
     let diagonal = solid.bounds().diagonal();
     measurable(&solid.bounds())?;
     let options = &options.resolved(diagonal);
@@ -118,7 +120,7 @@ pub(super) fn mesh_tolerant(
     let mut told = report.clone();
     tell(&mut told, &trimmed);
     refused(&mut told, &trimmed, options);
-    let cut = Parametric::new(trimmed.brep, run)?.without(&options.without);
+    let cut = Arc::new(Parametric::new(trimmed.brep, run)?.without(&options.without));
     let made = meshed(&cut, &told, options, attempts, run)?;
     if made.lacks() <= report.shortfalls.len() {
         return Ok(made);
@@ -216,7 +218,7 @@ impl Ladder for DistanceLadder<'_> {
 
 /// Meshes a boundary representation as it is.
 fn meshed(
-    solid: &Parametric,
+    solid: &Arc<Parametric>,
     report: &Report,
     options: &MeshOptions,
     attempts: &mut Attempts,
@@ -239,15 +241,17 @@ fn meshed(
     run.progress("check", 0.0);
     let expected = expected(&solid.brep, &report.shortfalls);
     let mut found = check_tested(&mesh, crossing, expected, None, run)?;
+    let mut source = Source::Faces(solid.clone());
     if let Some(healed) = heal(solid, &mesh, &found, run)? {
         report.warnings.extend(told_of(&healed.report));
         mesh = healed.mesh;
+        source = Source::Unknown("was healed");
         found = check(&mesh, expected, None, run)?;
     }
     report.stage("check", mesh.triangles.len(), &mut whole, run);
     warn(&solid.brep, &found, &mut report);
     report.judge(found, 0.0);
-    let meshed = Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, solid: None };
+    let meshed = Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, source };
     Ok(Numbered { meshed, numbers })
 }
 

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::budget::{covering, measurable};
 use super::faults::{Touching, keep_shells};
@@ -15,6 +16,7 @@ use super::refine::Wishes;
 use super::report::Report;
 use super::soup_ladder::{End, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
+use super::source::Source;
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
@@ -329,7 +331,8 @@ impl Asked<'_> {
         }
         report.judge(measured, 0.0);
         report.stage("check", mesh.triangles.len(), &mut timer, run);
-        let meshed = Meshed { mesh, seams, corners, outline: None, report, solid: None };
+        let source = Source::Triangles(Arc::new(solid));
+        let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
         Ok(Counted { made: Numbered { meshed, numbers }, flaws })
     }
 }

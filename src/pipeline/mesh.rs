@@ -20,6 +20,7 @@ use super::method::Method;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
+use super::source::Source;
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::error::{Error, NoBody, Place, Result};
 use crate::geometry::{Features, SurfaceOracle};
@@ -50,8 +51,8 @@ pub struct Meshed {
     pub outline: Option<Outline>,
     /// What is known about it.
     pub report: Report,
-    /// The solid it is a mesh of, where that is one of R-functions alone.
-    pub(super) solid: Option<Arc<Implicit>>,
+    /// What it is a mesh of.
+    pub(super) source: Source,
 }
 
 impl Meshed {
@@ -447,8 +448,8 @@ pub(super) fn mesh_by_cells(
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
-    let solid = Some(ready.model.clone());
-    let meshed = Meshed { mesh, seams, corners, outline: None, report, solid };
+    let source = Source::Functions(ready.model.clone());
+    let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
     Ok(Found { meshed, crowded, cell, start, number, extracted })
 }
 

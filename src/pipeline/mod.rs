@@ -46,6 +46,7 @@ mod soup_info;
 mod soup_ladder;
 mod soup_patches;
 mod soup_sizes;
+mod source;
 mod touching;
 mod volume;
 mod wish;

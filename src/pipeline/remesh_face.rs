@@ -6,29 +6,27 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::bricks::{fans_apart, open_nodes};
-use super::cells::CELLS;
 use super::history::Clock;
-use super::leaf::exact_options;
-use super::mesh::{Meshed, Ready, too_far};
-use super::options::MeshOptions;
-use crate::error::{Error, Place, Result};
+use super::mesh::{Meshed, too_far};
+use super::source::{Measured, Source, cell, of_faces, of_functions, of_triangles};
+use crate::discrete::Discrete;
+use crate::error::{Error, Place, Result, nearest};
 use crate::geometry::Pieces;
 use crate::implicit::{Implicit, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
 use crate::optimize::exact::{ExactMesh, ExactOptions, InPieces, patch_open_pieces, remesh_open};
-use crate::quality::{Against, Check, Expectation, Fault, check};
+use crate::parametric::Parametric;
+use crate::quality::Fault;
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, NodeTree};
 
 /// A size that asks for more triangles than this on one face is in another unit: no memory would hold what comes of it.
 const MOST: f64 = 2e7;
 /// A node lies on a surface if it is nearer to it than this share of the diagonal: where surfaces touch nodes are known to the root of the
 /// rounding only, and nodes where a solid touches itself are drawn back by a billionth.
 const ON: f64 = 1e-7;
-/// Cells that tell which surfaces are near are between these shares of the diagonal, however large the edges are.
-const CELL: [f64; 2] = [1.0 / 1024.0, 1.0 / 32.0];
 
 const NONE: u32 = u32::MAX;
 
@@ -46,29 +44,36 @@ impl Meshed {
     /// Curvature, and the lengths of the edges on the face's border, may ask for shorter edges, as they do in
     /// [`mesh_part`](super::mesh_part). A size the part asks for on the face is passed over.
     ///
+    /// The surface is that of what was meshed: leaves of a solid of R-functions, faces of a CAD model or of a solid built from edges,
+    /// faces that were found in triangles, which are the input's triangles there.
+    ///
     /// *Guarantees*: nodes and triangles of other faces keep their places bit by bit and their order; so do the nodes and edges
     /// of the face's border. Inner nodes and triangles of the face come last. Every new node lies on the face's own surfaces, to
     /// rounding. Names and groups stay; the report's check is made anew, of what it was made of before. The answer does not
     /// depend on the number of threads. On error nothing has changed.
-    /// *Does not guarantee*: that triangles do not intersect those of other faces: the report tells.
+    /// *Does not guarantee*: that triangles do not intersect those of other faces: the report tells. Creases within a face of
+    /// triangles need not keep their nodes: new ones lie on the same creases.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a name no face has, with the names there are; for a size that is not positive, or far too small; for
-    /// a mesh of anything else than one solid of R-functions. [`Error::Input`] for a face that does not lie on one surface
-    /// between its borders, as by methods without exact edges. [`Error::Failed`] where the border could not be kept;
-    /// [`Error::Cancelled`].
+    /// [`Error::Usage`] for a name no face has, with the nearest one and all there are; for a size that is not positive, or far too
+    /// small; for meshes that were healed, joined of several solids or made brick by brick, and for plane figures.
+    /// [`Error::Input`] for a face that does not lie on one surface between its borders, as by methods without exact edges, and for
+    /// a face of a CAD model with creases inside. [`Error::Failed`] where the border could not be kept; [`Error::Cancelled`].
     ///
     /// *Source*: the fragments of \[LAZ\], which change one by one.
     pub fn remesh_face(&mut self, name: &str, size: f64, run: &Run) -> Result<()> {
         let Some(face) = self.mesh.faces.iter().position(|f| f == name) else {
+            let known = || self.mesh.faces.iter().map(String::as_str);
+            let near = nearest(name, known()).map_or_else(String::new, |n| format!("; the nearest name is {n:?}"));
             let names = self.mesh.faces.join(", ");
-            return Err(Error::Usage(format!("no face is called {name:?}; there are {names}")));
+            return Err(Error::Usage(format!("no face is called {name:?}{near}; there are {names}")));
         };
-        let Some(solid) = self.solid.clone() else {
-            let what = "a face is meshed anew on the surface of a solid of R-functions alone, and this is a mesh of something else";
-            return Err(Error::Usage(what.into()));
-        };
-        let mut alone = Alone::new(self, face as u32)?;
+        let source = self.source.clone();
+        if let Source::Unknown(what) = &source {
+            let what = format!("a face is meshed anew on the surface of what was meshed, and this mesh {what}");
+            return Err(Error::Usage(what));
+        }
+        let alone = Alone::new(self, face as u32)?;
         let asked = alone.mesh.area() / (size * size);
         if !(size.is_finite() && size > 0.0 && asked < MOST) {
             let what = format!(
@@ -77,59 +82,114 @@ impl Meshed {
             );
             return Err(Error::Usage(what));
         }
-        let diagonal = solid.bounds().diagonal();
-        let cell = self.report.size.clamp(CELL[0] * diagonal, CELL[1] * diagonal);
-        let around = Aabb::around(alone.mesh.nodes.iter().copied()).grown(2.0 * cell);
-        let is_mine = |p: DVec3| alone.mesh.nodes.iter().any(|q| q.distance(p) <= ON * diagonal);
-        let oracle = ImplicitOracle::within(&solid, cell, around, &is_mine, run)?;
-        let on = alone.lay(&self.seams, &oracle, ON * diagonal).map_err(|at| {
-            let method = self.report.method;
-            let what =
-                format!("the face {name:?} does not lie on one surface between its borders, by the method {method}");
-            Error::input(Place::Point(at), what).with_help("the method leaf puts borders where surfaces meet")
-        })?;
-        let ready = Ready { model: solid.clone(), asked: solid.clone(), size, finer: Vec::new() };
-        let options = exact_options(&ready, &MeshOptions::default(), CELLS[CELLS.len() - 1] * size)?;
-        let made = alone.remesh(&on, &oracle, &ExactOptions { face_sizes: Vec::new(), ..options }, run)?;
+        let (made, alone) = match &source {
+            Source::Functions(solid) => self.on_functions(alone, solid, size, run),
+            Source::Faces(solid) => self.on_faces(alone, solid, size, run),
+            Source::Triangles(solid) => self.on_triangles(alone, solid, size, run),
+            Source::Unknown(_) => return Err(Error::Failed("a mesh of nothing".into())),
+        }?;
         let put = alone.put_back(self, &made, face as u32)?;
-        let measured = self.measured(&put.mesh, &ready.model, run)?;
+        let measured = source.measured(&put.mesh, &self.report, &self.mesh.nodes, run)?;
         self.report_anew(measured, size, run);
         (self.mesh, self.seams, self.corners) = (put.mesh, put.seams, put.corners);
         Ok(())
     }
 
-    /// Another mesh of the same solid, measured as this one was.
-    fn measured(&self, mesh: &TriMesh, model: &Arc<Implicit>, run: &Run) -> Result<Check> {
-        let before = self.report.check.as_ref();
-        if before.is_none_or(|c| c.deviation.is_none()) {
-            return check(mesh, Expectation::default(), None, run);
+    fn on_functions(
+        &self,
+        mut alone: Alone,
+        solid: &Arc<Implicit>,
+        size: f64,
+        run: &Run,
+    ) -> Result<(ExactMesh, Alone)> {
+        let diagonal = solid.bounds().diagonal();
+        let cell = cell(solid, self.report.size);
+        let around = Aabb::around(alone.mesh.nodes.iter().copied()).grown(2.0 * cell);
+        let nodes = NodeTree::new(&alone.mesh.nodes)?;
+        let is_mine = |p: DVec3| nodes.nearest(p).is_some_and(|n| n.distance <= ON * diagonal);
+        let oracle = ImplicitOracle::within(solid, cell, around, &is_mine, run)?;
+        let on = alone.lay(&self.seams, &oracle, ON * diagonal).map_err(|at| {
+            let (name, method) = (&alone.mesh.faces[0], self.report.method);
+            let what =
+                format!("the face {name:?} does not lie on one surface between its borders, by the method {method}");
+            Error::input(Place::Point(at), what).with_help("the method leaf puts borders where surfaces meet")
+        })?;
+        let made = alone.remesh(&Laid { on, ..Laid::default() }, &oracle, &of_functions(solid, size)?, run)?;
+        Ok((made, alone))
+    }
+
+    fn on_faces(&self, mut alone: Alone, solid: &Parametric, size: f64, run: &Run) -> Result<(ExactMesh, Alone)> {
+        let name = &alone.mesh.faces[0];
+        let Some(piece) = solid.brep.faces.iter().position(|f| f.name == *name) else {
+            return Err(Error::Failed(format!("no face of the model is called {name:?}")));
+        };
+        if solid.has_creases(piece as u32) {
+            let what = format!("the face {name:?} has creases inside, between which its surface is meshed in parts");
+            return Err(Error::input(Place::Point(alone.mesh.centroid(0)), what));
         }
-        let ready = Ready { model: model.clone(), asked: model.clone(), size: self.report.size, finer: Vec::new() };
-        let diagonal = model.bounds().diagonal();
-        let cell = ready.size.clamp(CELL[0] * diagonal, CELL[1] * diagonal);
-        let oracle = ImplicitOracle::with_cells(&ready.model, cell, run)?;
-        // What was on the surface before must still be near the mesh.
-        let points = &self.mesh.nodes[..];
-        if before.is_some_and(|c| c.features.is_some()) {
-            return ready.check(mesh, None, &oracle, points, run);
+        let on = alone.lay_on(piece as u32);
+        let made =
+            alone.remesh(&Laid { on, by_angles: true, ..Laid::default() }, solid, &of_faces(solid, size), run)?;
+        // This gate tells no seams and corners beyond the faces.
+        let made = ExactMesh { seams: Vec::new(), corners: Vec::new(), ..made };
+        Ok((made, alone))
+    }
+
+    fn on_triangles(&self, mut alone: Alone, solid: &Discrete, size: f64, run: &Run) -> Result<(ExactMesh, Alone)> {
+        let name = &alone.mesh.faces[0];
+        let Some(piece) = solid.face_names().iter().position(|f| f == name) else {
+            return Err(Error::Failed(format!("no face of the triangles is called {name:?}")));
+        };
+        let mut on = alone.lay_on(piece as u32);
+        let creases = alone.creases(&self.seams);
+        let near = ON * solid.bounds().diagonal();
+        for v in creases.iter().flatten() {
+            on[*v as usize].extend(solid.creases_near(piece as u32, alone.mesh.nodes[*v as usize], near));
+            on[*v as usize].sort_unstable();
+            on[*v as usize].dedup();
         }
-        check(mesh, Expectation::default(), Some(Against { points, ..Against::new(&oracle) }), run)
+        let ends: FxHashSet<u32> = self.corners.iter().copied().collect();
+        let corners = (0..alone.from.len() as u32).filter(|v| ends.contains(&alone.from[*v as usize])).collect();
+        let laid = Laid { on, creases, corners, lines_from: Some(solid.face_count() as u32), by_angles: false };
+        let made = alone.remesh(&laid, solid, &of_triangles(solid, size), run)?;
+        Ok((made, alone))
     }
 
     /// Puts what was measured in the place of what was before, with the shortfalls that come of it.
-    fn report_anew(&mut self, measured: Check, size: f64, run: &Run) {
+    fn report_anew(&mut self, measured: Measured, size: f64, run: &Run) {
+        let is_of_functions = matches!(self.source, Source::Functions(_));
         let report = &mut self.report;
         let before = report.check.take();
         let known = before.as_ref().map_or(&[][..], |c| &c.certificate.faults);
-        report.shortfalls.retain(|f| {
-            !known.contains(f) && !matches!(f, Fault::FacingAway { .. } | Fault::Far { triangles: None, .. })
-        });
-        report.shortfalls.extend(too_far(&measured, size.max(report.size)));
-        let triangles = measured.triangles;
-        report.judge(measured, 0.0);
+        let is_measured =
+            |f: &Fault| matches!(f, Fault::FacingAway { .. } | Fault::Far { .. } | Fault::VolumeLost { .. });
+        report.shortfalls.retain(|f| !known.contains(f) && !is_measured(f));
+        report.shortfalls.extend(measured.faults());
+        let Measured { check, distance, volume } = measured;
+        (report.distance, report.volume) = (distance, volume);
+        if is_of_functions {
+            report.shortfalls.extend(too_far(&check, size.max(report.size)));
+        }
+        let triangles = check.triangles;
+        report.judge(check, 0.0);
         let timed = report.stages.iter().any(|s| s.seconds.is_some());
         report.stage("remesh face", triangles, &mut Clock::new(timed), run);
     }
+}
+
+/// How the triangles of one face lie on the pieces of a surface.
+#[derive(Default)]
+struct Laid {
+    /// The pieces of each node.
+    on: Vec<Vec<u32>>,
+    /// Edges within one piece that bend, as pairs of nodes.
+    creases: Vec<[u32; 2]>,
+    /// Nodes that are not moved, beside those that other triangles have, too.
+    corners: Vec<u32>,
+    /// Pieces from this number on are lines within a piece.
+    lines_from: Option<u32>,
+    /// Whether triangles are judged by their own angles alone.
+    by_angles: bool,
 }
 
 /// The triangles of one face as a mesh of their own.
@@ -215,6 +275,19 @@ impl Alone {
         Ok(on)
     }
 
+    /// Lays all triangles on one piece. Returns the pieces of each node.
+    fn lay_on(&mut self, piece: u32) -> Vec<Vec<u32>> {
+        self.mesh.labels.fill(piece);
+        vec![vec![piece]; self.mesh.nodes.len()]
+    }
+
+    /// Edges between two triangles of the face that are among some edges of the whole mesh.
+    fn creases(&self, seams: &[[u32; 2]]) -> Vec<[u32; 2]> {
+        let seams: FxHashSet<[u32; 2]> = seams.iter().map(|[a, b]| key(*a, *b)).collect();
+        let whole = |[a, b]: &[u32; 2]| key(self.from[*a as usize], self.from[*b as usize]);
+        self.mesh.inner_edges().into_iter().map(|e| e.0).filter(|e| seams.contains(&whole(e))).collect()
+    }
+
     /// The piece that all nodes of some triangles lie on; of several the one nearest to the triangles' middles.
     fn piece_under(&self, list: &[usize], surface: &ImplicitOracle<'_>, near: f64) -> Option<u32> {
         let apexes = surface.apexes();
@@ -242,20 +315,22 @@ impl Alone {
         sums.into_iter().map(|(sum, n)| if n > 0 { sum / f64::from(n) } else { f64::INFINITY }).collect()
     }
 
-    fn remesh(
-        &self,
-        on: &[Vec<u32>],
-        surface: &ImplicitOracle<'_>,
-        options: &ExactOptions,
-        run: &Run,
-    ) -> Result<ExactMesh> {
+    fn remesh(&self, laid: &Laid, surface: &dyn Pieces, options: &ExactOptions, run: &Run) -> Result<ExactMesh> {
         let names = TriMesh { faces: self.mesh.faces.clone(), ..TriMesh::default() };
         let faces = vec![0; self.mesh.triangles.len()];
-        let given = InPieces { mesh: &self.mesh, on, faces: &faces, stays: &[] };
+        let given = InPieces { mesh: &self.mesh, on: &laid.on, faces: &faces, stays: &[] };
         let mut work = patch_open_pieces(&given, surface, self.mesh.mean_edge_length())?;
         work.sizes = self.sizes();
-        for v in (0..self.stays.len()).filter(|v| self.stays[*v]) {
-            work.mesh.set_pinned(v as u32, true);
+        work.by_angles = laid.by_angles;
+        work.lines_from = laid.lines_from.unwrap_or(work.lines_from);
+        for [a, b] in &laid.creases {
+            if let Some(h) = work.mesh.edge_between(*a, *b) {
+                work.mesh.set_sharp(h, true);
+            }
+        }
+        let stay = (0..self.stays.len() as u32).filter(|v| self.stays[*v as usize]);
+        for v in stay.chain(laid.corners.iter().copied()) {
+            work.mesh.set_pinned(v, true);
         }
         Ok(remesh_open(work, &names, surface, options, run)?.0)
     }

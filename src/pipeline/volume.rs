@@ -42,7 +42,14 @@ impl fmt::Display for VolumeLoss {
 }
 
 /// The volume between triangles and the faces they are of, at most: each triangle's area times its largest distance.
-fn between(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<f64> {
+pub(super) fn between(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<f64> {
+    let own = in_faces(solid, mesh)?;
+    let away = distances(solid, &own, 0.0, run)?;
+    Ok(away.iter().enumerate().map(|(t, d)| 0.5 * own.area_vector(t).length() * d).sum())
+}
+
+/// The mesh with the faces of the model as labels, which are found by name.
+pub(super) fn in_faces(solid: &Parametric, mesh: &TriMesh) -> Result<TriMesh> {
     let face = |name: &String| solid.brep.faces.iter().position(|f| f.name == *name);
     let faces: Vec<Option<usize>> = mesh.faces.iter().map(face).collect();
     let mut own = mesh.clone();
@@ -50,8 +57,7 @@ fn between(solid: &Parametric, mesh: &TriMesh, run: &Run) -> Result<f64> {
         let known = faces.get(*l as usize).copied().flatten();
         *l = known.ok_or_else(|| Error::Failed("a triangle is of no face of the model".into()))? as u32;
     }
-    let away = distances(solid, &own, 0.0, run)?;
-    Ok(away.iter().enumerate().map(|(t, d)| 0.5 * own.area_vector(t).length() * d).sum())
+    Ok(own)
 }
 
 /// Ever smaller distances, until little of the volume is lost.
