@@ -19,7 +19,7 @@ use super::pulled::outermost;
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::{Primitive, Solid};
-use super::switched::{Cases, creased};
+use super::switched::{Cases, creased, is_uncreased};
 use super::valued::{Smooth, SmoothJoin, displaced_distance, smooth_join};
 
 /// Formulas that would fall into more pieces than this stay whole.
@@ -228,7 +228,9 @@ impl Splitter {
                         return self.condition(e, factor * c, rest, deeper);
                     }
                     for (a, b) in [(a, b), (b, a)] {
-                        if let Some(e) = self.scaled(Binary::Mul, a, b) {
+                        if !self.is_uncreased(e)
+                            && let Some(e) = self.scaled(Binary::Mul, a, b)
+                        {
                             return self.condition(&e, factor, rest, deeper);
                         }
                     }
@@ -240,7 +242,9 @@ impl Splitter {
                     {
                         return self.condition(a, factor / c, rest, deeper);
                     }
-                    if let Some(e) = self.scaled(Binary::Div, a, b) {
+                    if !self.is_uncreased(e)
+                        && let Some(e) = self.scaled(Binary::Div, a, b)
+                    {
                         return self.condition(&e, factor, rest, deeper);
                     }
                 }
@@ -327,7 +331,7 @@ impl Splitter {
             ExprNode::Binary(Binary::Mul, a, b) => Arc::ptr_eq(&a.0, &b.0),
             _ => false,
         };
-        if !is_function {
+        if !is_function || !self.switches.within(e) || self.is_uncreased(e) {
             return None;
         }
         let e = outermost(e, &|e| self.switches.held(e) == Holds::Switch)?;
@@ -347,6 +351,15 @@ impl Splitter {
         *smooth.entry(std::ptr::from_ref(select.node())).or_insert_with(|| {
             switches.alive.push(select.clone());
             is_smooth(c, a, b)
+        })
+    }
+
+    /// Whether no switch inside makes a crease, as in `|u| * u**2`.
+    fn is_uncreased(&mut self, e: &Expr) -> bool {
+        let Self { smooth, switches, terms, .. } = self;
+        *smooth.entry(std::ptr::from_ref(e.node())).or_insert_with(|| {
+            switches.alive.push(e.clone());
+            is_uncreased(e, terms)
         })
     }
 

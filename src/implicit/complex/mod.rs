@@ -20,6 +20,7 @@ mod cell;
 mod differences;
 mod exact;
 mod grid;
+mod guises;
 mod islands;
 
 mod points;
@@ -52,6 +53,7 @@ use cell::{Boolean, Crossed, Named};
 use differences::Differences;
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
+use guises::Guises;
 use islands::drop_islands;
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
@@ -184,12 +186,18 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let walls = if block.is_some() { walls(&triangles, places.len()) } else { Vec::new() };
         let common = block.is_some().then_some(Common { names: &names, walls: &walls });
         let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
+        let (mut on, mut linear) = (on, linear);
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
         let mut astray = nodes.settle();
+        if block.is_none() {
+            let mut places = nodes.places;
+            let guises = Guises { leaves, tape, reach: &reach, scale };
+            guises.lift(&mut places, &mut on, &mut triangles, &mut astray);
+            nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
+        }
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;
         let mut ends = Vec::new();
-        let (mut on, mut linear) = (on, linear);
         if drop_islands(&places, &on, &mut triangles) || block.is_some() {
             let kept = own_nodes(&mut triangles, places.len());
             ends = at_ends(&triangles).into_iter().map(|v| (v, names[kept[v as usize] as usize].packed())).collect();

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::cell::{Crossed, Facet, Named, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
-use crate::implicit::{Expr, Primitive, RSystem, Solid};
+use crate::implicit::{Expr, Placement, Primitive, RSystem, Solid};
 use crate::spatial::Aabb;
 
 /// Boolean functions of up to three sides: meeting, joining, differences, touching sectors.
@@ -464,4 +464,30 @@ fn nodes_in_one_line_to_rounding_give_no_triangle_without_area() {
             assert_abs_diff_eq!(area, 26.0, epsilon = 1e-9);
         }
     }
+}
+
+#[test]
+fn surfaces_beside_each_other_show_no_patches_of_the_hidden_one() {
+    // Between parallel faces less than the radius apart the fillet runs parallel to both, here 0.7 % of a cell above the upper one: linear
+    // interpolants of the fillet dip below that.
+    let (radius, depth) = (0.3, 0.27);
+    let upper = Solid::cuboid(DVec3::new(-1.0, -1.0, -1.0), DVec3::new(0.5, 1.0, 0.0)).name("upper");
+    let lower = Solid::cuboid(DVec3::new(-0.6, -1.2, -1.0), DVec3::new(1.0, 1.2, -depth)).name("lower");
+    let rotation = glam::DMat3::from_rotation_x(0.26);
+    let placement = Placement { rotation, ..Placement::IDENTITY };
+    let a = made(&upper.blend(lower, radius).placed(placement), 0.2);
+    sound(&a);
+    // At a height h above the upper face the fillet is where (r - h)^2 + (r - h - depth)^2 is r^2.
+    let rest = radius - depth;
+    let above = 0.5 * (radius + rest) - (0.5 * radius * radius - 0.25 * depth * depth).sqrt();
+    let mut seen = 0;
+    for (t, label) in a.made.mesh.triangles.iter().zip(&a.made.mesh.labels) {
+        let middle = t.iter().map(|v| a.made.mesh.nodes[*v as usize]).sum::<DVec3>() / 3.0;
+        let p = rotation.transpose() * middle;
+        if p.z > -0.1 && p.x.abs() < 0.4 && p.y.abs() < 0.9 {
+            assert!((p.z - above).abs() < 0.2 * above, "{p} on leaf {label}, not {above}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 50, "{seen}");
 }

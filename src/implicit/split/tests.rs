@@ -134,3 +134,21 @@ fn what_is_split_is_the_same_solid() {
     // What is not defined on the other side of its crease.
     assert!(split(&(Expr::binary(Binary::Pow, abs(x), Expr::constant(0.8)) * y - 0.5)).is_none());
 }
+
+#[test]
+fn odd_powers_of_sizes_have_no_crease() {
+    // Superellipsoids: |u|^3 is written |u| * u^2, whose slope is none where u is zero. |u| * v^2 has a crease.
+    let size = |e: Expr, a: f64| Expr::unary(Unary::Abs, e / a);
+    for power in [3.0, 5.0] {
+        let of = |e: Expr, a: f64| Expr::binary(Binary::Pow, size(e, a), Expr::constant(power));
+        let body = Expr::constant(1.0) - of(Expr::x(), 2.0) - of(Expr::y(), 1.5) - of(Expr::z(), 1.0);
+        let model = Implicit::new(&Solid::formula(body), RSystem::MinMax, None).unwrap();
+        assert_eq!(model.leaf_count(), 1, "{power}");
+        for (p, inside) in [([1.9, 0.0, 0.0], true), ([1.8, 1.3, 0.9], false), ([0.0, -1.45, -0.3], true)] {
+            assert_eq!(model.inside(DVec3::from_array(p)), inside, "{p:?}");
+        }
+    }
+    let creased = Expr::constant(1.0) - size(Expr::x(), 1.0) * (Expr::y() * Expr::y() + 1.0) - Expr::y() * Expr::y();
+    let creased = creased - Expr::z() * Expr::z();
+    assert_eq!(Implicit::new(&Solid::formula(creased), RSystem::MinMax, None).unwrap().leaf_count(), 2);
+}
