@@ -9,7 +9,7 @@ use syn::{Item, UseTree, Visibility};
 /// A reader can look through so many names at once.
 const MOST_NAMES: usize = 75;
 /// Programs that study single operators, which no facade can hold.
-const STUDIES: [&str; 2] = ["operators.rs", "classes.rs"];
+const STUDIES: [&str; 3] = ["operators.rs", "classes.rs", "figures.rs"];
 
 fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)

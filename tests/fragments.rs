@@ -4,7 +4,8 @@
 use rvachev::implicit::part::parse;
 use rvachev::mesh::{MeshView, TriMesh};
 use rvachev::pipeline::{
-    MeshOptions, Meshed, Method, SizeRequest, SoupOptions, build, mesh_part, mesh_soup, mesh_step,
+    MeshOptions, Meshed, Method, PartKind, SizeRequest, SoupOptions, build, load_part, mesh_part, mesh_soup, mesh_step,
+    part_kind,
 };
 use rvachev::{Run, io};
 
@@ -12,7 +13,18 @@ const TREE: &str = "part(box((2, 2, 2)) - cylinder(0.5, \"z\"))\nmesh(size=0.2)\
 const EDGES: &str =
     "part(revolve_edges(polyline([(1, 0, 0), (2, 0, 0), (2, 0, 1), (1, 0, 1)], closed=True), \"z\").name(\"ring\"))\n";
 
-fn by_every_gate() -> [(&'static str, Meshed); 4] {
+/// A ball of triangles with a bore of functions.
+fn joined(ball: &TriMesh, options: &MeshOptions, run: &Run) -> Meshed {
+    let folder = tempfile::tempdir().unwrap();
+    io::write(&folder.path().join("ball.off"), ball, &io::WriteOptions::default(), run).unwrap();
+    let path = folder.path().join("part.py");
+    std::fs::write(&path, "part(mesh('ball.off').name('ball') - cylinder(0.4, 'z').name('bore'))\n").unwrap();
+    let part = load_part(&path, &[]).unwrap();
+    assert_eq!(part_kind(&part), PartKind::JoinedFunctions);
+    mesh_part(&part, options, run).unwrap()
+}
+
+fn by_every_gate() -> [(&'static str, Meshed); 5] {
     let run = Run::new();
     let (tree, edges) = (parse(TREE, &[]).unwrap(), parse(EDGES, &[]).unwrap());
     let options = MeshOptions { size: Some(SizeRequest::Length(0.25)), ..MeshOptions::default() };
@@ -21,7 +33,9 @@ fn by_every_gate() -> [(&'static str, Meshed); 4] {
     let brep = build(&edges, &run).unwrap().unwrap();
     // only the places of the triangles are handed on: the gate finds the faces itself
     let soup = TriMesh::new(functions.mesh.nodes.clone(), functions.mesh.triangles.clone());
+    let ball = mesh_part(&parse("part(sphere(1))\n", &[]).unwrap(), &options, &run).unwrap().mesh;
     [
+        ("set operations", joined(&ball, &options, &run)),
         ("marching cubes", mesh_part(&tree, &cubes, &run).unwrap()),
         ("faces between edges", mesh_step(brep.into(), &options, &run).unwrap()),
         ("triangles", mesh_soup(&soup, &options, &SoupOptions::default(), &run).unwrap()),

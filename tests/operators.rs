@@ -6,6 +6,7 @@ use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSy
 use rvachev::mesh::{EditMesh, TriMesh};
 use rvachev::optimize::{Kind, Operator, Options, Report, Sequence, classify_by_curvature, improve, improve_with};
 use rvachev::optimize::{cut_sequence, operators_sequence, paper_sequence};
+use rvachev::pipeline::{MeshOptions, Method, Sample, SizeRequest, compare};
 use rvachev::quality::{Against, Check, Expectation, FeatureRecovery, check, recovery};
 use rvachev::{DVec3, Error, Run};
 
@@ -219,6 +220,35 @@ fn the_complex_of_the_paper_keeps_what_n1_made() {
         assert!(f.recall >= 0.99 && f.precision >= 0.98, "{f:?}");
         assert_eq!((f.corners_true, f.corners_found), (8, 8));
         assert!(c.quality.min_angle > 15.0, "{:?}", c.quality);
+    }
+}
+
+/// From `N1` on recall stays: to rounding once nodes are classified, before that but for a sample of an edge or two.
+fn assert_recall_stays(stages: &[(String, f64)], what: &str) {
+    let first = |name: &str| stages.iter().position(|s| s.0 == name).unwrap();
+    let (made, classified) = (first("N1"), first("classify"));
+    assert!(made < classified && classified + 20 < stages.len() && stages[made].1 > 0.5, "{what}");
+    for k in made + 1..stages.len() {
+        let least = stages[k - 1].1 - if k > classified { 1e-6 } else { 2e-3 };
+        assert!(stages[k].1 >= least, "{what}: {:?}", &stages[k - 1..=k]);
+    }
+    assert!(stages[stages.len() - 1].1 > 0.995, "{what}");
+}
+
+#[test]
+fn recall_does_not_fall_from_one_stage_to_the_next() {
+    for sample in Sample::ALL {
+        let part = sample.part().unwrap();
+        let options = MeshOptions { size: Some(SizeRequest::Length(0.08)), ..MeshOptions::default() };
+        let rows = compare(&part, &options, &Run::new()).unwrap().rows.into_iter();
+        let told: Vec<(String, f64)> = rows
+            .filter(|r| r.method == Method::Operators.name())
+            .map(|r| (r.stage, r.check.features.unwrap().recall))
+            .collect();
+        assert_recall_stays(&told, sample.name);
+        let (seen, _) = stages(part.solid.as_ref().unwrap(), 0.04, operators_sequence());
+        let seen: Vec<(String, f64)> = seen.into_iter().map(|(stage, f)| (stage, f.recall)).collect();
+        assert_recall_stays(&seen, sample.name);
     }
 }
 

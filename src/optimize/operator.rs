@@ -39,7 +39,7 @@ pub enum Operator {
     RemoveDegenerate,
     /// Flips for angles: [`flip_for_angles`].
     FlipForAngles,
-    /// Flips for normals: [`flip_for_normals`].
+    /// Flips for normals: [`flip_for_normals`]. Edges that then lie on a crease of the surface are marked sharp.
     FlipForNormals,
     /// Creases become edges: [`cut_creases`].
     CutCreases,

@@ -332,7 +332,12 @@ impl Worker<'_> {
                 Outcome::Edits(remove_degenerate(mesh, oracle, 2.0 * DEGENERATE_ANGLE, reach, run)?)
             }
             Operator::FlipForAngles => flips(flip_for_angles(mesh, BEND, run)?),
-            Operator::FlipForNormals => flips(flip_for_normals(mesh, oracle, reach, angle, run)?),
+            Operator::FlipForNormals => {
+                let n = flip_for_normals(mesh, oracle, reach, angle, run)?;
+                // An edge flipped onto a crease is part of it from here on: unmarked, `degenerate` would flip or join it away again.
+                mark_sharp(mesh, oracle, reach, angle, run)?;
+                flips(n)
+            }
             Operator::CutCreases => {
                 self.resolved = true;
                 Outcome::Creases(cut_creases(mesh, oracle, reach, angle, run)?)

@@ -60,7 +60,7 @@ pub fn paper_sequence() -> Sequence {
 ///    holes is 1.000 and 0.998 along the axes, 0.998 and 0.999 turned).
 /// 3. Three rounds of `N1`, `flip-normals`, `degenerate`, `flip-angles`. `N1` puts two rows of nodes on one crease: edges
 ///    between faces become edges along the crease by flips that lower the normal deviation (5), and needles between the
-///    rows are removed. Without `flip-normals` recall falls to 0.991 on the turned cube with holes, and angles of 8 degrees stay.
+///    rows are removed, but not the edges just made, which are marked. Without `flip-normals` recall falls to 0.991 on the turned cube with holes, and angles of 8 degrees stay.
 ///    Two rounds do as well as three at 32 cells.
 /// 4. `densify` before smoothing: new nodes on marked edges lie on the crease. `N1` twice more takes in what the longer edges
 ///    cut off.

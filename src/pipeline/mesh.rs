@@ -142,9 +142,12 @@ impl Ready {
 
     /// The true sharp edges and corners, sampled finely enough for a mesh's edges.
     fn features(&self, mesh: &TriMesh, run: &Run) -> Result<Features> {
-        // What is within a twentieth of the mean edge counts as found.
-        let within = 0.02 * mesh.mean_edge_length();
-        features_within(&self.asked, 0.5 * self.size, within, run)
+        self.features_at(mesh.mean_edge_length(), run)
+    }
+
+    /// The same for edges of one length: what is within a twentieth of it counts as found.
+    fn features_at(&self, edge: f64, run: &Run) -> Result<Features> {
+        features_within(&self.asked, 0.5 * self.size, 0.02 * edge, run)
     }
 
     /// Measures a mesh against the part (`intersecting`: see [`check_tested`]), with features sampled finely enough for its edges; `points` lie on the surface.
@@ -160,6 +163,30 @@ impl Ready {
         let features = self.features(mesh, run)?;
         let against = Against { oracle: &close, features: Some(&features), pieces: Some(oracle), points };
         check_tested(mesh, intersecting, Expectation::default(), Some(against), run)
+    }
+}
+
+/// Measures several meshes of one part alike. What counts as found is a share of the cell size: of each mesh's own mean edge it would be
+/// less where edges were divided, and sharp edges would seem lost though none of their nodes has moved.
+pub(super) struct Yardstick<'a> {
+    oracle: &'a ImplicitOracle<'a>,
+    points: &'a [DVec3],
+    size: f64,
+    truth: Features,
+}
+
+impl<'a> Yardstick<'a> {
+    /// `points` lie on the surface.
+    pub(super) fn new(ready: &Ready, oracle: &'a ImplicitOracle<'a>, points: &'a [DVec3], run: &Run) -> Result<Self> {
+        Ok(Self { oracle, points, size: ready.size, truth: ready.features_at(ready.size, run)? })
+    }
+
+    pub(super) fn check(&self, mesh: &TriMesh, run: &Run) -> Result<Check> {
+        let close = CloseOracle::new(self.oracle, mesh, run)?;
+        let against = Against { points: self.points, ..Against::new(&close) };
+        let mut check = check_tested(mesh, None, Expectation::default(), Some(against), run)?;
+        check.features = Some(quality::recovery(mesh, &self.truth, Some(self.oracle), self.size, run)?);
+        Ok(check)
     }
 }
 

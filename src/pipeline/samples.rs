@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::compare::class_counts;
 use super::load::parse_part;
-use super::mesh::{Ready, mesh_part};
+use super::mesh::{Ready, Yardstick, mesh_part};
 use super::method::Method;
 use super::options::MeshOptions;
 use crate::error::Result;
@@ -94,7 +94,8 @@ pub struct SampleComparison {
 
 /// Meshes every sample by every method, as [`mesh_part`] does, and measures what comes of it.
 ///
-/// All have the same cell size: a share is one of the first sample's diagonal. `method` and `measure` of the options are passed over; the
+/// All have the same cell size: a share is one of the first sample's diagonal. Sharp edges and corners are found within a twentieth of it.
+/// `method` and `measure` of the options are passed over; the
 /// sequence takes the place of that of [`Method::Operators`].
 ///
 /// # Errors
@@ -108,6 +109,7 @@ pub fn compare_samples(options: &MeshOptions, run: &Run) -> Result<SampleCompari
         let ready = Ready::new(&part, Some(SizeRequest::Length(size)))?;
         let extracted = ready.extract(size, options, run)?;
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
+        let yardstick = Yardstick::new(&ready, &oracle, &extracted.mesh.nodes, run)?;
         for method in Method::ALL {
             let how = MeshOptions {
                 size: Some(SizeRequest::Length(size)),
@@ -119,7 +121,7 @@ pub fn compare_samples(options: &MeshOptions, run: &Run) -> Result<SampleCompari
             let began = Instant::now();
             let mesh = mesh_part(&part, &how, run)?.mesh;
             let seconds = options.timed.then(|| began.elapsed().as_secs_f64());
-            let check = ready.check(&mesh, None, &oracle, &extracted.mesh.nodes, run)?;
+            let check = yardstick.check(&mesh, run)?;
             let classes = class_counts(&mesh, run)?;
             rows.push(SampleRow { sample: sample.name, method: method.name(), check, classes, seconds, mesh });
         }
