@@ -17,7 +17,7 @@ use super::mesh::Meshed;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
-use super::source::Source;
+use super::source::MeshOrigin;
 use super::volume::mesh_within_volume;
 use super::wish::{CHORD, DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
@@ -241,11 +241,11 @@ fn meshed(
     run.progress("check", 0.0);
     let expected = expected(&solid.brep, &report.shortfalls);
     let mut found = check_tested(&mesh, crossing, expected, None, run)?;
-    let mut source = Source::Faces(solid.clone());
+    let mut source = MeshOrigin::Faces(solid.clone());
     if let Some(healed) = heal(solid, &mesh, &found, run)? {
         report.warnings.extend(told_of(&healed.report));
         mesh = healed.mesh;
-        source = Source::Unknown("was healed");
+        source = MeshOrigin::Unknown("was healed");
         found = check(&mesh, expected, None, run)?;
     }
     report.stage("check", mesh.triangles.len(), &mut whole, run);

@@ -9,7 +9,7 @@ use super::brep::{expected, mesh_step};
 use super::groups::{check_groups, finish_names, lost_groups};
 use super::mesh::{Meshed, Ready};
 use super::options::MeshOptions;
-use super::source::Source;
+use super::source::MeshOrigin;
 use crate::error::{Error, Place, Result};
 use crate::implicit::Placement;
 use crate::implicit::part::recipe::{Build, EdgeKind, Edges, Recipe, SectionRecipe, Sheet};
@@ -225,7 +225,7 @@ pub(super) fn mesh_built(part: &Part, brep: Brep, options: &MeshOptions, run: &R
         let rest = Part { built: Vec::new(), groups: Vec::new(), ..part.clone() };
         let other = super::mesh::mesh_part(&rest, options, run)?;
         append(&mut made.mesh, &other.mesh);
-        made.source = Source::Unknown("is of functions and of solids built from edges");
+        made.source = MeshOrigin::Unknown("is of functions and of solids built from edges");
         made.report.warnings.extend(other.report.warnings);
         made.report.shortfalls.extend(other.report.shortfalls);
         made.report.method = "faces and leaf";

@@ -16,7 +16,7 @@ use super::refine::Wishes;
 use super::report::Report;
 use super::soup_ladder::{End, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
-use super::source::Source;
+use super::source::MeshOrigin;
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits};
 use crate::error::{Error, Result};
@@ -331,7 +331,7 @@ impl Asked<'_> {
         }
         report.judge(measured, 0.0);
         report.stage("check", mesh.triangles.len(), &mut timer, run);
-        let source = Source::Triangles(Arc::new(solid));
+        let source = MeshOrigin::Triangles(Arc::new(solid));
         let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
         Ok(Counted { made: Numbered { meshed, numbers }, flaws })
     }

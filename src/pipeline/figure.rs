@@ -14,7 +14,7 @@ use super::mesh::{Meshed, mesh_part};
 use super::method::Method;
 use super::options::MeshOptions;
 use super::report::{Info, LeafInfo, Report};
-use super::source::Source;
+use super::source::MeshOrigin;
 use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result};
 use crate::geometry::SurfaceOracle;
@@ -185,7 +185,7 @@ pub(super) fn mesh_figure(part: &Part, options: &MeshOptions, run: &Run) -> Resu
     let top = Top::new(&solid, &slab, bounds.diagonal())?;
     let outline = top.outline(part, &solid.mesh)?;
     let report = Report { shortfalls: Vec::new(), ..solid.report.clone() };
-    let source = Source::Unknown("is one of a plane figure");
+    let source = MeshOrigin::Unknown("is one of a plane figure");
     let mut made = Meshed { mesh: top.mesh, seams: Vec::new(), corners: top.corners, outline: None, report, source };
     // What the walls of the slab came to does not matter; what was not found does.
     let walls = solid.report.check.as_ref().map_or(&[][..], |c| &c.certificate.faults);

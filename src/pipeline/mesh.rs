@@ -20,7 +20,7 @@ use super::method::Method;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
-use super::source::Source;
+use super::source::MeshOrigin;
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::error::{Error, NoBody, Place, Result};
 use crate::geometry::{Features, SurfaceOracle};
@@ -52,7 +52,7 @@ pub struct Meshed {
     /// What is known about it.
     pub report: Report,
     /// What it is a mesh of.
-    pub(super) source: Source,
+    pub(super) source: MeshOrigin,
 }
 
 impl Meshed {
@@ -475,7 +475,7 @@ pub(super) fn mesh_by_cells(
     } else {
         (crossed && !report.shortfalls.is_empty()).then(Vec::new)
     };
-    let source = Source::Functions(ready.model.clone());
+    let source = MeshOrigin::Functions(ready.model.clone());
     let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
     Ok(Found { meshed, crowded, cell, start, number, extracted })
 }

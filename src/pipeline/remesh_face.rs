@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::bricks::{fans_apart, open_nodes};
 use super::history::Clock;
 use super::mesh::{Meshed, too_far};
-use super::source::{Measured, Source, cell, of_faces, of_functions, of_triangles};
+use super::source::{Measured, MeshOrigin, cell, of_faces, of_functions, of_triangles};
 use crate::discrete::Discrete;
 use crate::error::{Error, Place, Result, nearest};
 use crate::geometry::Pieces;
@@ -69,7 +69,7 @@ impl Meshed {
             return Err(Error::Usage(format!("no face is called {name:?}{near}; there are {names}")));
         };
         let source = self.source.clone();
-        if let Source::Unknown(what) = &source {
+        if let MeshOrigin::Unknown(what) = &source {
             let what = format!("a face is meshed anew on the surface of what was meshed, and this mesh {what}");
             return Err(Error::Usage(what));
         }
@@ -83,10 +83,10 @@ impl Meshed {
             return Err(Error::Usage(what));
         }
         let (made, alone) = match &source {
-            Source::Functions(solid) => self.on_functions(alone, solid, size, run),
-            Source::Faces(solid) => self.on_faces(alone, solid, size, run),
-            Source::Triangles(solid) => self.on_triangles(alone, solid, size, run),
-            Source::Unknown(_) => return Err(Error::Failed("a mesh of nothing".into())),
+            MeshOrigin::Functions(solid) => self.on_functions(alone, solid, size, run),
+            MeshOrigin::Faces(solid) => self.on_faces(alone, solid, size, run),
+            MeshOrigin::Triangles(solid) => self.on_triangles(alone, solid, size, run),
+            MeshOrigin::Unknown(_) => return Err(Error::Failed("a mesh of nothing".into())),
         }?;
         let put = alone.put_back(self, &made, face as u32)?;
         let measured = source.measured(&put.mesh, &self.report, &self.mesh.nodes, run)?;
@@ -114,7 +114,7 @@ impl Meshed {
                 format!("the face {name:?} does not lie on one surface between its borders, by the method {method}");
             Error::input(Place::Point(at), what).with_help("the method leaf puts borders where surfaces meet")
         })?;
-        let made = alone.remesh(&Laid { on, ..Laid::default() }, &oracle, &of_functions(solid, size)?, run)?;
+        let made = alone.remesh(&OnPieces { on, ..OnPieces::default() }, &oracle, &of_functions(solid, size)?, run)?;
         Ok((made, alone))
     }
 
@@ -128,8 +128,12 @@ impl Meshed {
             return Err(Error::input(Place::Point(alone.mesh.centroid(0)), what));
         }
         let on = alone.lay_on(piece as u32);
-        let made =
-            alone.remesh(&Laid { on, by_angles: true, ..Laid::default() }, solid, &of_faces(solid, size), run)?;
+        let made = alone.remesh(
+            &OnPieces { on, by_angles: true, ..OnPieces::default() },
+            solid,
+            &of_faces(solid, size),
+            run,
+        )?;
         // This gate tells no seams and corners beyond the faces.
         let made = ExactMesh { seams: Vec::new(), corners: Vec::new(), ..made };
         Ok((made, alone))
@@ -150,14 +154,14 @@ impl Meshed {
         }
         let ends: FxHashSet<u32> = self.corners.iter().copied().collect();
         let corners = (0..alone.from.len() as u32).filter(|v| ends.contains(&alone.from[*v as usize])).collect();
-        let laid = Laid { on, creases, corners, lines_from: Some(solid.face_count() as u32), by_angles: false };
+        let laid = OnPieces { on, creases, corners, lines_from: Some(solid.face_count() as u32), by_angles: false };
         let made = alone.remesh(&laid, solid, &of_triangles(solid, size), run)?;
         Ok((made, alone))
     }
 
     /// Puts what was measured in the place of what was before, with the shortfalls that come of it.
     fn report_anew(&mut self, measured: Measured, size: f64, run: &Run) {
-        let is_of_functions = matches!(self.source, Source::Functions(_));
+        let is_of_functions = matches!(self.source, MeshOrigin::Functions(_));
         let report = &mut self.report;
         let before = report.check.take();
         let known = before.as_ref().map_or(&[][..], |c| &c.certificate.faults);
@@ -179,7 +183,7 @@ impl Meshed {
 
 /// How the triangles of one face lie on the pieces of a surface.
 #[derive(Default)]
-struct Laid {
+struct OnPieces {
     /// The pieces of each node.
     on: Vec<Vec<u32>>,
     /// Edges within one piece that bend, as pairs of nodes.
@@ -315,7 +319,7 @@ impl Alone {
         sums.into_iter().map(|(sum, n)| if n > 0 { sum / f64::from(n) } else { f64::INFINITY }).collect()
     }
 
-    fn remesh(&self, laid: &Laid, surface: &dyn Pieces, options: &ExactOptions, run: &Run) -> Result<ExactMesh> {
+    fn remesh(&self, laid: &OnPieces, surface: &dyn Pieces, options: &ExactOptions, run: &Run) -> Result<ExactMesh> {
         let names = TriMesh { faces: self.mesh.faces.clone(), ..TriMesh::default() };
         let faces = vec![0; self.mesh.triangles.len()];
         let given = InPieces { mesh: &self.mesh, on: &laid.on, faces: &faces, stays: &[] };

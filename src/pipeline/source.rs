@@ -28,7 +28,7 @@ const CELL: [f64; 2] = [1.0 / 1024.0, 1.0 / 32.0];
 
 /// What a mesh is of. Copies share it.
 #[derive(Clone)]
-pub(super) enum Source {
+pub(super) enum MeshOrigin {
     /// One solid of R-functions.
     Functions(Arc<Implicit>),
     /// A boundary representation.
@@ -39,7 +39,7 @@ pub(super) enum Source {
     Unknown(&'static str),
 }
 
-impl fmt::Debug for Source {
+impl fmt::Debug for MeshOrigin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Functions(_) => "Functions",
@@ -101,7 +101,7 @@ pub(super) fn of_triangles(solid: &Discrete, size: f64) -> ExactOptions {
     soup_sizes::exact(relaxed(plain, &options, &SoupOptions::default(), solid), &options, solid)
 }
 
-impl Source {
+impl MeshOrigin {
     /// Another mesh of the same, measured as the one before was. `points` are that one's nodes.
     pub(super) fn measured(
         &self,

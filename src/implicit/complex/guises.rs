@@ -67,7 +67,7 @@ impl Guises<'_> {
     /// The patch as one of the leaf around it, if there is one such leaf, its border has gone astray, and the leaf bounds the solid there.
     fn judged(
         &self,
-        patch: Patch,
+        patch: LeafPatch,
         places: &[DVec3],
         on: &[Vec<u32>],
         triangles: &[Triangle],
@@ -100,13 +100,13 @@ impl Guises<'_> {
 }
 
 /// Triangles of one leaf that hang together, and those of other leaves beside them.
-struct Patch {
+struct LeafPatch {
     triangles: Vec<u32>,
     beside: Vec<u32>,
 }
 
 /// The patches with nodes that have gone astray, but for those without anything beside.
-fn patches(triangles: &[Triangle], lost: &[bool]) -> Vec<Patch> {
+fn patches(triangles: &[Triangle], lost: &[bool]) -> Vec<LeafPatch> {
     let mut at: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
     for (t, of) in triangles.iter().enumerate() {
         for k in 0..3 {
@@ -141,7 +141,7 @@ fn patches(triangles: &[Triangle], lost: &[bool]) -> Vec<Patch> {
             }
             k += 1;
         }
-        found.push(Patch { triangles: patch, beside: around.into_iter().collect() });
+        found.push(LeafPatch { triangles: patch, beside: around.into_iter().collect() });
     }
     found
 }

@@ -21,7 +21,7 @@ use super::method::Method;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
-use super::source::Source;
+use super::source::MeshOrigin;
 use super::touching::draw_apart;
 use super::wish::{DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, NoBody, Place, Result};
@@ -271,6 +271,6 @@ fn finished(
     let measured = check(&mesh, Expectation::default(), None, run)?;
     report.judge(measured, 0.0);
     report.stage("check", mesh.triangles.len(), clock, run);
-    let source = Source::Unknown("is joined of several solids");
+    let source = MeshOrigin::Unknown("is joined of several solids");
     Ok(Meshed { mesh, seams, corners, outline: None, report, source })
 }

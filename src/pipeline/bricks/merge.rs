@@ -10,7 +10,7 @@ use super::super::groups::{finish_names, lost_groups};
 use super::super::history::{Attempt, Proof, Tried};
 use super::super::mesh::Meshed;
 use super::super::report::Report;
-use super::super::source::Source;
+use super::super::source::MeshOrigin;
 use super::ROUNDS;
 use super::file::{NONE, NodeId, Piece, Store, Which};
 use super::history::History;
@@ -112,7 +112,7 @@ pub(super) fn merged<'a>(
     report.judge(measured(&mesh, joined, run)?, 0.0);
     history.stage("check", triangles, run);
     history.tell(attempt, &mut report, run);
-    let source = Source::Unknown("is made brick by brick");
+    let source = MeshOrigin::Unknown("is made brick by brick");
     let made = Meshed { mesh: names, seams: Vec::new(), corners: Vec::new(), outline: None, report, source };
     Ok(MergedBricks { mesh, made })
 }
