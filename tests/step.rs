@@ -8,7 +8,8 @@ use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 use rvachev::implicit::part::parse;
-use rvachev::pipeline::{MeshOptions, Rung, SizeRequest, build, load_step, mesh_part, mesh_step, save_step};
+use rvachev::parametric::Similarity;
+use rvachev::pipeline::{MeshOptions, Rung, SizeRequest, brep_info, build, load_step, mesh_part, mesh_step, save_step};
 use rvachev::{DVec3, Run};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -186,4 +187,27 @@ fn two_vertices_at_one_place_close_an_edge() {
     let check = made.report.check.unwrap();
     assert!(check.certificate.is_sound());
     assert_abs_diff_eq!(check.volume.unwrap() / (12.0 * std::f64::consts::PI), 1.0, epsilon = 0.02);
+}
+
+#[test]
+fn boxes_are_exact_however_a_model_is_turned() {
+    let run = Run::new();
+    let rotation = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.4, -0.7, 1.1);
+    let axis = rotation * DVec3::Z;
+    let across = (DVec3::ONE - axis * axis).map(f64::sqrt);
+    // Half sides along x, y and z about the middle; the cylinder's file is in inches.
+    let cases: [(&str, DVec3, DVec3); 3] = [
+        ("sphere", DVec3::splat(2.0), DVec3::ZERO),
+        ("torus", across * 3.0 + 1.0, DVec3::ZERO),
+        ("cylinder_without_seam", across * 50.8 + axis.abs() * 38.1, DVec3::Z * 38.1),
+    ];
+    for (name, half, middle) in cases {
+        let model =
+            load_step(Path::new(&format!("{}/data/step/{name}.step", env!("CARGO_MANIFEST_DIR"))), &run).unwrap();
+        let turned = model.brep.moved(&Similarity { scale: 1.0, rotation, translation: DVec3::ZERO });
+        let info = brep_info(turned.into(), None, &run).unwrap();
+        let (lo, hi) = (DVec3::from_array(info.bounds.lo), DVec3::from_array(info.bounds.hi));
+        let off = (lo - (rotation * middle - half)).abs().max((hi - (rotation * middle + half)).abs());
+        assert!(off.max_element() < 1e-9 * half.max_element(), "{name}: {lo} to {hi}, off by {off}");
+    }
 }

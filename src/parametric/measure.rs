@@ -51,7 +51,7 @@ const RULE: [(f64, f64, f64); 7] = {
 pub struct FaceMeasure {
     /// Its area; `None` where it could not be meshed.
     pub area: Option<f64>,
-    /// A box around it.
+    /// A box around it, to rounding but where the mesh that is measured passes over a peak.
     pub bounds: Aabb,
     /// The parameters it covers, u and v. A face that winds all around has a whole period.
     pub parameters: [[f64; 2]; 2],
@@ -83,7 +83,7 @@ impl Parametric {
     /// Measures everything.
     ///
     /// *Guarantees*: the same numbers for any number of threads.
-    /// *Does not guarantee*: more digits than five or six; parameter ranges are those of nodes.
+    /// *Does not guarantee*: more digits of areas and volumes than five or six; parameter ranges are those of nodes.
     /// *Errors*: cancellation.
     pub fn measure(&self, run: &Run) -> Result<Measures> {
         let size = self.bounds().diagonal();
@@ -112,6 +112,9 @@ impl Parametric {
             counts: [made.mesh.nodes.len(), made.mesh.triangles.len()],
             bounds: Aabb::EMPTY,
         };
+        for (face, around) in out.faces.iter_mut().zip(self.boxes(&made)) {
+            face.bounds = around;
+        }
         let middle = self.bounds().center();
         let middle = if middle.is_finite() { middle } else { DVec3::ZERO };
         let bent = Bent { solid: self, made: &made, borders: borders(&made), least: LEAST * size * size, middle };
@@ -120,17 +123,15 @@ impl Parametric {
         let integral = |t: usize| {
             let mut seen = Vec::new();
             let found = bent.integral(t, &mut seen);
-            let bounds = Aabb::around(seen.iter().copied());
             seen.truncate(6);
-            run.check().map(|()| (found, bounds, seen))
+            run.check().map(|()| (found, seen))
         };
         let list = 0..made.mesh.triangles.len();
         let integrals: Vec<_> = run.install(|| list.into_par_iter().map(integral).collect::<Result<_>>())?;
-        for (t, (found, bounds, seen)) in integrals.into_iter().enumerate() {
+        for (t, (found, seen)) in integrals.into_iter().enumerate() {
             let label = made.mesh.labels[t] as usize;
             let face = &mut out.faces[label];
             face.area = face.area.map(|a| a + found.area);
-            face.bounds = face.bounds.union(&bounds);
             if let (Some(v), Some(m)) = (out.volumes.get_mut(body[label]), moments.get_mut(body[label])) {
                 *v += found.volume;
                 *m += found.moment;

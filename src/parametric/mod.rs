@@ -12,6 +12,7 @@ pub mod measure;
 mod meridian;
 pub mod mesh;
 pub mod nurbs;
+mod peaks;
 mod pieces;
 pub mod step;
 mod surface;
