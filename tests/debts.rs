@@ -34,9 +34,9 @@ struct Debts {
 
 /// What there is today.
 const OWED: Debts = Debts {
-    long_lists: 39,
+    long_lists: 26,
     tuples_returned: 71,
-    tuples_taken: 24,
+    tuples_taken: 18,
     names_in_rooms: 108,
     spread: 5,
     constants: 1202,

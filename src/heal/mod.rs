@@ -118,11 +118,13 @@ pub fn heal_onto(
     let wanted = holes::close_holes(&mut mesh, longest, Defect::Hole, &mut report, run)?.wanted;
     clean::turn_outward(&mut mesh, &mut report);
     let (branching, before) = (branching(&mesh), report.repairs.len());
-    let mut pairs = levels::crossings(&mesh, run)?;
-    if wanted == 0 && !(pairs.is_empty() && is_closed_manifold(&mesh)) {
+    let pairs = levels::crossings(&mesh, run)?;
+    let mut crossed = Tangled { mesh, pairs };
+    if wanted == 0 && !(crossed.pairs.is_empty() && is_closed_manifold(&crossed.mesh)) {
         run.progress("uncross", 0.0);
-        (mesh, pairs) = repair(input, mesh, pairs, diagonal, &mut report, run)?;
+        crossed = repair(input, crossed, diagonal, &mut report, run)?;
     }
+    let Tangled { mut mesh, pairs } = crossed;
     let parted = report.repairs[before..].last().map_or(Action::Left, |r| r.action);
     report.add(Defect::NonManifold, parted, branching.len(), &branching);
     let strays = strays(&mesh);
@@ -132,8 +134,15 @@ pub fn heal_onto(
         onto::onto(&mut mesh, oracle, &mut report, run)?;
     }
     mesh.drop_unused_nodes();
-    judge(input, &mesh, &pairs, diagonal, &mut report, run);
-    Ok(Healed { mesh, report })
+    let crossed = Tangled { mesh, pairs };
+    judge(input, &crossed, diagonal, &mut report, run);
+    Ok(Healed { mesh: crossed.mesh, report })
+}
+
+/// A mesh, and the pairs of its triangles that intersect.
+struct Tangled {
+    mesh: TriMesh,
+    pairs: Vec<[u32; 2]>,
 }
 
 /// How far surfaces draw back from each other, as a share of the diagonal: a tenth of what counts as kept, and enough for the
@@ -190,16 +199,10 @@ const NEARLY_CLOSED: f64 = 0.2;
 /// - taken out and filled again, whatever is lost;
 /// - a new surface around everything.
 ///
-/// `pairs` are the triangles that intersect. Returns the mesh with those that still do.
-fn repair(
-    input: &TriMesh,
-    mesh: TriMesh,
-    pairs: Vec<[u32; 2]>,
-    diagonal: f64,
-    report: &mut HealReport,
-    run: &Run,
-) -> Result<(TriMesh, Vec<[u32; 2]>)> {
-    let sound = |m: TriMesh| Ok((m, Vec::new()));
+/// Returns the mesh with those triangles that still intersect.
+fn repair(input: &TriMesh, crossed: Tangled, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<Tangled> {
+    let Tangled { mesh, pairs } = crossed;
+    let sound = |mesh: TriMesh| Ok(Tangled { mesh, pairs: Vec::new() });
     let solids_cross = solids_cross(&mesh, &pairs);
     let mut refilled = None;
     if let Some((m, places)) = local::refill(&mesh, &pairs, run)?
@@ -256,7 +259,7 @@ fn repair(
         report.add(Defect::SelfIntersection, Action::Rebuilt, mesh.triangles.len(), &all);
         return sound(m);
     }
-    Ok((mesh, pairs))
+    Ok(Tangled { mesh, pairs })
 }
 
 /// Pieces that share no node, whether each is closed, and the piece of each triangle.
@@ -306,8 +309,9 @@ fn used_bounds(mesh: &TriMesh) -> Aabb {
     Aabb::around(mesh.triangles.iter().flatten().map(|v| mesh.nodes[*v as usize]))
 }
 
-/// Measures the result, whose intersecting triangles are `pairs`.
-fn judge(input: &TriMesh, mesh: &TriMesh, pairs: &[[u32; 2]], diagonal: f64, report: &mut HealReport, run: &Run) {
+/// Measures the result.
+fn judge(input: &TriMesh, crossed: &Tangled, diagonal: f64, report: &mut HealReport, run: &Run) {
+    let Tangled { mesh, pairs } = crossed;
     run.progress("measure", 0.0);
     let d = mesh.defects();
     report.closed = d.is_closed() && !mesh.triangles.is_empty();

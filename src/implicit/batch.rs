@@ -51,14 +51,14 @@ impl Batch {
     pub(super) fn eval(&mut self, tape: &Tape, model: &Implicit, scratch: &mut Scratch) -> Result<()> {
         self.values.resize(self.x.len(), 0.0);
         scratch.not_finite = false;
-        tape.eval(&model.leaves, &self.x, &self.y, &self.z, &mut self.values, scratch);
+        tape.eval(&model.leaves, [&self.x, &self.y, &self.z], &mut self.values, scratch);
         if !scratch.not_finite {
             return Ok(());
         }
         for i in 0..self.x.len() {
             let p = DVec3::new(self.x[i], self.y[i], self.z[i]);
             scratch.not_finite = false;
-            tape.eval(&model.leaves, &[p.x], &[p.y], &[p.z], &mut [0.0], scratch);
+            tape.eval(&model.leaves, [&[p.x], &[p.y], &[p.z]], &mut [0.0], scratch);
             if scratch.not_finite {
                 return Err(Error::input(
                     Place::Point(p),

@@ -25,9 +25,9 @@ impl Blend {
 
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
         let mut scratch = Scratch::default();
-        self.a.eval(&self.leaves, xs, ys, zs, out, &mut scratch);
+        self.a.eval(&self.leaves, [xs, ys, zs], out, &mut scratch);
         let mut other = vec![0.0; out.len()];
-        self.b.eval(&self.leaves, xs, ys, zs, &mut other, &mut scratch);
+        self.b.eval(&self.leaves, [xs, ys, zs], &mut other, &mut scratch);
         for (a, b) in out.iter_mut().zip(&other) {
             *a = if a.is_nan() || b.is_nan() { f64::NAN } else { self.join(*a, *b) };
         }

@@ -543,7 +543,7 @@ impl Extractor<'_> {
                         let [a, b, c] = t.map(|v| nodes[v as usize]);
                         batch.push((a + b + c) / 3.0);
                     }
-                    cell.tape.faces(&self.model.leaves, &batch.x, &batch.y, &batch.z, labels, scratch);
+                    cell.tape.faces(&self.model.leaves, [&batch.x, &batch.y, &batch.z], labels, scratch);
                     Ok(())
                 },
             )

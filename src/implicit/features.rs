@@ -56,12 +56,12 @@ pub(crate) fn features_within(model: &Implicit, size: f64, within: f64, run: &Ru
                     run.check()?;
                     run.progress("features", i as f64 / total as f64);
                 }
-                let mut found = Found::default();
                 let lo = bricks.grid.node(cell.at.map(|b| b as usize * BRICK));
                 let hi = bricks.grid.node(cell.at.map(|b| (b as usize + 1) * BRICK));
                 let levels = BRICK.trailing_zeros() as usize;
-                search(&ground, &cell.tape, &Aabb::new(lo, hi), levels, scratch, &mut found);
-                Ok(found)
+                let mut seeker = Seeker { ground: &ground, scratch, found: Found::default() };
+                seeker.search(&cell.tape, &Aabb::new(lo, hi), levels);
+                Ok(seeker.found)
             })
             .collect()
     });
@@ -97,38 +97,51 @@ struct Found {
     corners: Vec<DVec3>,
 }
 
-fn search(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
-    if tape.only_face().is_some() {
-        return;
-    }
-    let leaves = leaves_of(tape);
-    if leaves.len() < 2 {
-        return;
-    }
-    if levels > 0 {
-        halves(ground, tape, cell, levels - 1, scratch, found);
-    } else {
-        closer(ground, tape, cell, BENT_LEVELS, scratch, found);
-    }
+/// Looks into cells, and gathers what is there.
+struct Seeker<'a> {
+    ground: &'a Ground<'a>,
+    scratch: &'a mut Scratch,
+    found: Found,
 }
 
-/// Looks into a cell, or into parts of it where there are many leaves or curves turn.
-fn closer(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
-    let leaves = leaves_of(tape);
-    if leaves.len() < 2 {
-        return;
-    }
-    let many = leaves.len() > MANY_LEAVES && levels > BENT_LEVELS - EXTRA_LEVELS;
-    if !many {
-        let may_halve = levels > 0 && leaves.len() <= MANY_LEAVES;
-        if let Some(curves) = ground.curves(&leaves, cell, may_halve) {
-            in_cell(ground, tape, &curves, cell, found);
+impl Seeker<'_> {
+    fn search(&mut self, tape: &Tape, cell: &Aabb, levels: usize) {
+        if tape.only_face().is_some() || leaves_of(tape).len() < 2 {
             return;
         }
+        if levels > 0 {
+            self.each_octant(tape, cell, &mut |this, tape, sub| this.search(tape, sub, levels - 1));
+        } else {
+            self.closer(tape, cell, BENT_LEVELS);
+        }
     }
-    for_children(ground, tape, cell, scratch, &mut |sub, tape, scratch| {
-        closer(ground, tape, sub, levels - 1, scratch, found)
-    });
+
+    /// Looks into a cell, or into parts of it where there are many leaves or curves turn.
+    fn closer(&mut self, tape: &Tape, cell: &Aabb, levels: usize) {
+        let leaves = leaves_of(tape);
+        if leaves.len() < 2 {
+            return;
+        }
+        let many = leaves.len() > MANY_LEAVES && levels > BENT_LEVELS - EXTRA_LEVELS;
+        if !many {
+            let may_halve = levels > 0 && leaves.len() <= MANY_LEAVES;
+            if let Some(curves) = self.ground.curves(&leaves, cell, may_halve) {
+                in_cell(self.ground, tape, &curves, cell, &mut self.found);
+                return;
+            }
+        }
+        self.each_octant(tape, cell, &mut |this, tape, sub| this.closer(tape, sub, levels - 1));
+    }
+
+    fn each_octant(&mut self, tape: &Tape, cell: &Aabb, look: &mut dyn FnMut(&mut Self, &Tape, &Aabb)) {
+        for sub in cell.octants() {
+            match tape.prune(&self.ground.model.leaves, &sub, self.scratch) {
+                Pruned::Outside | Pruned::Inside => {}
+                Pruned::Same => look(self, tape, &sub),
+                Pruned::Smaller(t) => look(self, &t, &sub),
+            }
+        }
+    }
 }
 
 /// A curve in which two leaves meet.
@@ -193,28 +206,6 @@ impl Ground<'_> {
     fn tangent(&self, pair: [u32; 2], q: DVec3) -> Option<DVec3> {
         let [a, b] = pair.map(|l| self.model.leaves[l as usize].slope(q).normalize_or_zero());
         a.cross(b).try_normalize()
-    }
-}
-
-fn halves(ground: &Ground<'_>, tape: &Tape, cell: &Aabb, levels: usize, scratch: &mut Scratch, found: &mut Found) {
-    for_children(ground, tape, cell, scratch, &mut |sub, tape, scratch| {
-        search(ground, tape, sub, levels, scratch, found)
-    });
-}
-
-fn for_children(
-    ground: &Ground<'_>,
-    tape: &Tape,
-    cell: &Aabb,
-    scratch: &mut Scratch,
-    f: &mut dyn FnMut(&Aabb, &Tape, &mut Scratch),
-) {
-    for sub in cell.octants() {
-        match tape.prune(&ground.model.leaves, &sub, scratch) {
-            Pruned::Outside | Pruned::Inside => {}
-            Pruned::Same => f(&sub, tape, scratch),
-            Pruned::Smaller(t) => f(&sub, &t, scratch),
-        }
     }
 }
 

@@ -372,7 +372,7 @@ impl Implicit {
     /// Values of the sign companion, for the bench of the evaluator.
     #[doc(hidden)]
     pub fn companion(&self, x: &[f64], y: &[f64], z: &[f64], out: &mut [f64]) {
-        self.tape.eval(&self.leaves, x, y, z, out, &mut Scratch::default());
+        self.tape.eval(&self.leaves, [x, y, z], out, &mut Scratch::default());
     }
 
     /// Value and gradient of the R-function tree.

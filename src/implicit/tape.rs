@@ -114,15 +114,8 @@ impl Tape {
     }
 
     /// Signed values at many points; never zero, NaN only where a formula is NaN.
-    pub(crate) fn eval(
-        &self,
-        leaves: &[Leaf],
-        xs: &[f64],
-        ys: &[f64],
-        zs: &[f64],
-        out: &mut [f64],
-        scratch: &mut Scratch,
-    ) {
+    pub(crate) fn eval(&self, leaves: &[Leaf], points: [&[f64]; 3], out: &mut [f64], scratch: &mut Scratch) {
+        let [xs, ys, zs] = points;
         let Scratch { registers, place, free, not_finite, .. } = scratch;
         let count = self.placed(place, free);
         let lanes = (BLOCK_NUMBERS / (3 + count)).next_multiple_of(STRIDE).min(LONGEST);
@@ -163,15 +156,8 @@ impl Tape {
     }
 
     /// Faces of the deciding leaves at many points.
-    pub(crate) fn faces(
-        &self,
-        leaves: &[Leaf],
-        xs: &[f64],
-        ys: &[f64],
-        zs: &[f64],
-        out: &mut [u32],
-        scratch: &mut Scratch,
-    ) {
+    pub(crate) fn faces(&self, leaves: &[Leaf], points: [&[f64]; 3], out: &mut [u32], scratch: &mut Scratch) {
+        let [xs, ys, zs] = points;
         if let Some(face) = self.only_face() {
             out.fill(face);
             return;

@@ -23,7 +23,7 @@ const FLAT: f64 = 1e-11;
 /// Cosine of the angle between normals at corners of a cell up to which those between are taken from them: 25 degrees.
 const FLAT_CELL: f64 = 0.9;
 /// Steps of Newton's method, at most.
-const NEWTON_STEPS: usize = 20;
+pub(super) const NEWTON_STEPS: usize = 20;
 /// The longest of them, as a share of the range of a parameter.
 const LONGEST_STEP: f64 = 0.1;
 /// How often one is halved that leads away.

@@ -2,13 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::chart::NEWTON_STEPS;
 use super::mesh::{FaceMeshes, Parametric};
 use crate::spatial::Aabb;
-
-/// Steps of Newton's method from the nearest node: they double the digits.
-const STEPS: usize = 12;
-/// Curvatures below this share of the larger one are none: along the top of a torus nothing falls.
-const LEVEL: f64 = 1e-9;
 
 /// Both ways along the axes.
 fn ways() -> [DVec3; 6] {
@@ -53,7 +49,7 @@ impl Parametric {
     fn peak(&self, face: u32, near: DVec3, way: DVec3) -> Option<DVec3> {
         let chart = self.charts.get(face as usize)?;
         let mut uv = chart.project(near);
-        for _ in 0..STEPS {
+        for _ in 0..NEWTON_STEPS {
             let [_, su, sv, suu, suv, svv] = chart.jet(uv);
             // In lengths along u and v, so that both count alike.
             let scale = DVec2::new(su.length(), sv.length());
@@ -83,7 +79,7 @@ impl Parametric {
             let [lo, hi] = [samples[k.saturating_sub(1)].0, samples[(k + 1).min(samples.len() - 1)].0];
             let [lo, hi] = [lo.min(hi).max(first.min(last)), hi.max(lo).min(first.max(last))];
             let mut t = samples[k].0;
-            for _ in 0..STEPS {
+            for _ in 0..NEWTON_STEPS {
                 let [_, rise, bend] = e.curve.jet(t);
                 let next = t - rise.dot(way) / bend.dot(way);
                 if !(bend.dot(way) < 0.0 && next.is_finite()) {
@@ -102,7 +98,9 @@ impl Parametric {
 fn ascent(slope: DVec2, [a, b, c]: [f64; 3]) -> Option<DVec2> {
     let (middle, half) = (0.5 * (a + c), DVec2::new(0.5 * (a - c), b).length());
     let (low, high) = (middle - half, middle + half);
-    if !(low < 0.0 && high <= -LEVEL * low) {
+    // Along the top of a torus nothing falls, but by rounding.
+    let level = f64::EPSILON.sqrt() * low.abs();
+    if !(low < 0.0 && high <= level) {
         return None;
     }
     // The direction in which it falls most, and the one across.
@@ -110,7 +108,7 @@ fn ascent(slope: DVec2, [a, b, c]: [f64; 3]) -> Option<DVec2> {
     let across = DVec2::from_angle(angle);
     let along = across.perp();
     let steep = -along * (slope.dot(along) / low);
-    Some(if high < LEVEL * low { steep - across * (slope.dot(across) / high) } else { steep })
+    Some(if high < -level { steep - across * (slope.dot(across) / high) } else { steep })
 }
 
 /// Whether a point is over triangles, seen along a way.

@@ -154,14 +154,15 @@ impl<'a> Scene<'a> {
     }
 
     /// Draws rows of `row` pixels each, with their opacities where the picture has some.
-    fn draw_band(&self, band: usize, row: usize, pixels: &mut [u8], alpha: &mut [u8]) {
+    fn draw_band(&self, number: usize, row: usize, pixels: &mut [u8], alpha: &mut [u8]) {
         let n = self.samples;
         let (columns, rows) = (self.room * n, pixels.len() / (3 * row) * n);
-        let top = band * BAND * n;
+        let top = number * BAND * n;
+        let band = Band { top, columns, rows };
         let mut depth = vec![f32::NEG_INFINITY; columns * rows];
         let mut owner = vec![NOTHING; columns * rows];
-        for &t in &self.triangles_of_band[band] {
-            self.cover(t, top, columns, rows, &mut depth, &mut owner);
+        for &t in &self.triangles_of_band[number] {
+            self.cover(t, &band, &mut depth, &mut owner);
         }
         let mut color: Vec<Paint> = owner
             .iter()
@@ -176,9 +177,9 @@ impl<'a> Scene<'a> {
             .collect();
         // Alarms come last: nothing may cover them.
         for alarms in [false, true] {
-            for segment in self.segments_of_band[band].iter().map(|i| &self.segments[*i as usize]) {
+            for segment in self.segments_of_band[number].iter().map(|i| &self.segments[*i as usize]) {
                 if (segment.line == Line::Alarm) == alarms {
-                    self.cover_line(segment, top, columns, rows, &depth, &mut color);
+                    self.cover_line(segment, &band, &depth, &mut color);
                 }
             }
         }
@@ -217,7 +218,8 @@ impl<'a> Scene<'a> {
         from.min(count)..to.min(count)
     }
 
-    fn cover(&self, t: u32, top: usize, columns: usize, rows: usize, depth: &mut [f32], owner: &mut [u32]) {
+    fn cover(&self, t: u32, band: &Band, depth: &mut [f32], owner: &mut [u32]) {
+        let Band { top, columns, rows } = *band;
         let [a, b, c] = self.mesh.triangles[t as usize].map(|v| self.points[v as usize]);
         let (p, q, r) = (a.truncate(), b.truncate(), c.truncate());
         let area = (q - p).perp_dot(r - p);
@@ -265,15 +267,8 @@ impl<'a> Scene<'a> {
         if near { self.wire } else { 0.0 }
     }
 
-    fn cover_line(
-        &self,
-        segment: &Segment,
-        top: usize,
-        columns: usize,
-        rows: usize,
-        depth: &[f32],
-        color: &mut [Paint],
-    ) {
+    fn cover_line(&self, segment: &Segment, band: &Band, depth: &[f32], color: &mut [Paint]) {
+        let Band { top, columns, rows } = *band;
         let (half, ink, strength) = style(segment.line);
         let [a, b] = segment.ends;
         let (p, d) = (a.truncate(), b.truncate() - a.truncate());
@@ -300,6 +295,14 @@ impl<'a> Scene<'a> {
 
 fn solid([r, g, b]: Rgb) -> Paint {
     [r, g, b, 1.0]
+}
+
+/// Rows of samples that are drawn together: the first one, and how many there are across and down.
+#[derive(Clone, Copy)]
+struct Band {
+    top: usize,
+    columns: usize,
+    rows: usize,
 }
 
 /// Turns points to pixels: fitted into the room with the margin, y downwards, depth in pixels as well.

@@ -73,19 +73,42 @@ struct Filler<'a> {
     fanned: Vec<Ring>,
 }
 
-/// Fills a domain; `points` are all nodes so far, the domain's own included; `size_at` gives the length wanted at
-/// parameters, at most `longest`; edges between the pairs of nodes in `doubled` are avoided. Lines between `sheets` get nodes before the rest.
-#[allow(clippy::too_many_arguments)]
-pub(super) fn fill(
-    chart: &Chart,
-    domain: &Domain,
-    (sheets, rings): (Option<&Sheets>, &[Ring]),
-    points: &dyn Fn(u32) -> DVec3,
-    first: u32,
-    (longest, size_at): (f64, &dyn Fn(DVec2, DVec3) -> f64),
-    doubled: &FxHashSet<[u32; 2]>,
-    (count, most): (&AtomicUsize, usize),
-) -> Result<Filled, Unfilled> {
+/// A domain to be filled.
+#[derive(Clone, Copy)]
+pub(super) struct DomainFilling<'a> {
+    pub(super) chart: &'a Chart,
+    pub(super) domain: &'a Domain,
+    /// Lines between them get nodes before the rest.
+    pub(super) sheets: Option<&'a Sheets>,
+    pub(super) rings: &'a [Ring],
+    /// All nodes so far, the domain's own included,
+    pub(super) points: &'a dyn Fn(u32) -> DVec3,
+    /// and their number.
+    pub(super) first: u32,
+    /// The length wanted at parameters, at most `longest`.
+    pub(super) size_at: &'a dyn Fn(DVec2, DVec3) -> f64,
+    pub(super) longest: f64,
+    /// Edges between these pairs of nodes are avoided.
+    pub(super) doubled: &'a FxHashSet<[u32; 2]>,
+    /// Nodes of all faces, and how many there may be.
+    pub(super) count: &'a AtomicUsize,
+    pub(super) most: usize,
+}
+
+/// Where nodes inside may be.
+#[derive(Clone, Copy)]
+struct InnerRoom<'a> {
+    lo: DVec2,
+    hi: DVec2,
+    /// Which triangles are inside.
+    inside: &'a [bool],
+    /// Whether a point is far enough from what is there, for a length.
+    clear: &'a dyn Fn(DVec3, f64) -> bool,
+}
+
+/// Fills a domain.
+pub(super) fn fill(of: &DomainFilling<'_>) -> Result<Filled, Unfilled> {
+    let DomainFilling { chart, domain, sheets, points, first, size_at, doubled, .. } = *of;
     let corners: Vec<DVec2> = domain.polygons.iter().flatten().map(|c| c.uv).collect();
     if corners.len() < 3 || !corners.iter().all(|c| c.is_finite()) {
         return Err(Unfilled::Other("the contour has no parameters".into()));
@@ -108,7 +131,7 @@ pub(super) fn fill(
     };
     let odd = f.contours(domain)?;
     let (mut nodes, mut sizes) = (Vec::new(), Vec::new());
-    let mut chains = f.fans(domain, rings, points, first, size_at, (&mut nodes, &mut sizes));
+    let mut chains = f.fans(of, &mut nodes, &mut sizes);
     let inside = f.inside(&odd);
     let segments: Vec<[DVec3; 2]> = domain
         .polygons
@@ -121,14 +144,15 @@ pub(super) fn fill(
     };
     let mut found = Vec::new();
     if let Some(s) = sheets {
-        f.along_lines(s, [lo, hi], &inside, size_at, &clear, &mut found, &mut chains);
+        let room = InnerRoom { lo, hi, inside: &inside, clear: &clear };
+        f.along_lines(s, &room, size_at, &mut found, &mut chains);
     }
     let lines = Bvh::new(chains.iter().map(|s| Aabb::around(*s)).collect());
     let clear = |p: DVec3, h: f64| {
         let near = |i: u32| p.distance_squared(segment_foot(p, chains[i as usize]));
         clear(p, h) && lines.nearest(p, CLEAR * h, near).is_none()
     };
-    f.scatter([lo, hi], &inside, (longest, size_at), &clear, (count, most.min(MOST_NODES)), &mut found)?;
+    f.scatter(of, &InnerRoom { lo, hi, inside: &inside, clear: &clear }, &mut found)?;
     // Between a ring and its tip there is but the fan.
     found.retain(|x| !f.fanned.iter().any(|r| r.holds(x.0)));
     nodes.reserve(found.len());
@@ -293,15 +317,8 @@ impl Filler<'_> {
     }
 
     /// Puts in rings around tips of the domain, joined to the nodes of contours on either side. Returns their edges in space.
-    fn fans(
-        &mut self,
-        domain: &Domain,
-        rings: &[Ring],
-        points: &dyn Fn(u32) -> DVec3,
-        first: u32,
-        size_at: &dyn Fn(DVec2, DVec3) -> f64,
-        (nodes, sizes): (&mut Vec<DVec3>, &mut Vec<f64>),
-    ) -> Vec<[DVec3; 2]> {
+    fn fans(&mut self, of: &DomainFilling<'_>, nodes: &mut Vec<DVec3>, sizes: &mut Vec<f64>) -> Vec<[DVec3; 2]> {
+        let DomainFilling { domain, rings, points, first, size_at, .. } = *of;
         let mut segments = Vec::new();
         for ring in rings {
             let (axis, other) = (ring.pole.axis, 1 - ring.pole.axis);
@@ -395,18 +412,16 @@ impl Filler<'_> {
     }
 
     /// Nodes along the lines between sheets, as far apart as wanted, and the pieces of line between them.
-    #[allow(clippy::too_many_arguments)]
     fn along_lines(
         &self,
         sheets: &Sheets,
-        [lo, hi]: [DVec2; 2],
-        inside: &[bool],
+        room: &InnerRoom<'_>,
         size_at: &dyn Fn(DVec2, DVec3) -> f64,
-        clear: &dyn Fn(DVec3, f64) -> bool,
         found: &mut Vec<(DVec2, DVec3, f64)>,
         chains: &mut Vec<[DVec3; 2]>,
     ) {
         const MOST_STEPS: usize = 100_000;
+        let InnerRoom { lo, hi, inside, clear } = *room;
         let (axis, other) = (sheets.axis, 1 - sheets.axis);
         let period = self.chart.periods[axis];
         for (value, _) in &sheets.lines {
@@ -442,13 +457,12 @@ impl Filler<'_> {
     /// Nodes inside: centers of cells that are halved, the longer side first, until they are as wide as wanted.
     fn scatter(
         &self,
-        [lo, hi]: [DVec2; 2],
-        inside: &[bool],
-        (longest, size_at): (f64, &dyn Fn(DVec2, DVec3) -> f64),
-        clear: &dyn Fn(DVec3, f64) -> bool,
-        (count, most): (&AtomicUsize, usize),
+        of: &DomainFilling<'_>,
+        room: &InnerRoom<'_>,
         found: &mut Vec<(DVec2, DVec3, f64)>,
     ) -> Result<(), Unfilled> {
+        let (DomainFilling { longest, size_at, count, .. }, InnerRoom { lo, hi, inside, clear }) = (*of, *room);
+        let most = of.most.min(MOST_NODES);
         let at = |u: f64, v: f64| self.chart.at(DVec2::new(u, v));
         // Nine points of a cell: three rows along u. Halves have six of theirs from the whole.
         let three = |a: f64, b: f64| [a, 0.5 * (a + b), b];

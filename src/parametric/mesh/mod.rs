@@ -35,7 +35,7 @@ use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
 use edges::{Chain, Lead, Sampled, divide, leads, least_parts, samples_of};
-use fill::{Filled, Unfilled, fill};
+use fill::{DomainFilling, Filled, Unfilled, fill};
 use inner::inner_bends;
 pub use looked::Looked;
 use loops::{Contour, Unroller};
@@ -502,9 +502,19 @@ impl Parametric {
         let domain = cutter.domain(contours).map_err(Unfilled::Other)?;
         let all = |v: u32| if v < first { points[v as usize] } else { domain.nodes[(v - first) as usize] };
         let next = first + domain.nodes.len() as u32;
-        let lines = sheets.map(|s| &s.0);
-        let mut filled =
-            fill(chart, &domain, (lines, rings), &all, next, (sizes.size, &size_at), doubled, (count, sizes.most))?;
+        let mut filled = fill(&DomainFilling {
+            chart,
+            domain: &domain,
+            sheets: sheets.map(|s| &s.0),
+            rings,
+            points: &all,
+            first: next,
+            size_at: &size_at,
+            longest: sizes.size,
+            doubled,
+            count,
+            most: sizes.most,
+        })?;
         // Sheets are numbered beyond the faces.
         let number = |s: &u32| sheets.map_or(f, |d| self.brep.faces.len() as u32 + d.1 + s);
         let pieces = filled.pieces.iter().map(number).collect();
