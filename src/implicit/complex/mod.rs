@@ -125,8 +125,8 @@ pub(crate) struct CellGrid<'a> {
 
 /// The boundary of a solid on a grid of cells of about a size, smaller where that shows more.
 ///
-/// Of a block of the grid it is what all of the grid would give in its tetrahedra, node by node. Where it ends nodes come out bit
-/// by bit as in the block beside.
+/// Of a block of the grid it is what all of the grid would give in its tetrahedra, node by node, but for patches of hidden surfaces: in a
+/// block they stay, as none is seen whole. Where it ends nodes come out bit by bit as in the block beside.
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
 pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: &Run) -> Result<Arranged> {
