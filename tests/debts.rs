@@ -34,7 +34,7 @@ struct Debts {
 
 /// What there is today.
 const OWED: Debts = Debts {
-    long_lists: 26,
+    long_lists: 21,
     tuples_returned: 71,
     tuples_taken: 18,
     names_in_rooms: 108,

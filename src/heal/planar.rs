@@ -13,12 +13,12 @@ use crate::mesh::{EditMesh, TriMesh};
 pub(super) fn between(points: &Points, a: u32, b: u32, c: u32, axis: usize) -> bool {
     c != a
         && c != b
-        && along(points, a, b, a, c, axis) == Ordering::Less
-        && along(points, a, b, c, b, axis) == Ordering::Less
+        && along(points, [a, b], [a, c], axis) == Ordering::Less
+        && along(points, [a, b], [c, b], axis) == Ordering::Less
 }
 
 /// Which of two points of the line `a b` comes first on the way from `a` to `b`.
-fn along(points: &Points, a: u32, b: u32, p: u32, q: u32, axis: usize) -> Ordering {
+fn along(points: &Points, [a, b]: [u32; 2], [p, q]: [u32; 2], axis: usize) -> Ordering {
     // in the direction in which the line is longer its points are ordered by that coordinate
     for i in [(axis + 1) % 3, (axis + 2) % 3] {
         let way = points.compare(a, b, i);
@@ -32,7 +32,7 @@ fn along(points: &Points, a: u32, b: u32, p: u32, q: u32, axis: usize) -> Orderi
 
 /// Sorts points of the line `a b` from `a` to `b`.
 pub(super) fn sort_along(points: &Points, a: u32, b: u32, axis: usize, on: &mut [u32]) {
-    on.sort_by(|p, q| along(points, a, b, *p, *q, axis));
+    on.sort_by(|p, q| along(points, [a, b], [*p, *q], axis));
 }
 
 fn fault(why: &str) -> Error {
@@ -101,7 +101,7 @@ pub(super) fn triangulate(
             let (Some(u), Some(v)) = (local.get(&w[0]), local.get(&w[1])) else {
                 return Err(fault("segment end unknown"));
             };
-            recover(points, &mut edit, &names, *u, *v, axis)?;
+            recover(points, &mut edit, &names, [*u, *v], axis)?;
         }
     }
     delaunay(points, &mut edit, &names, axis);
@@ -141,7 +141,7 @@ fn insert(points: &Points, edit: &mut EditMesh, names: &[u32], v: u32, axis: usi
 
 /// Makes `u v` an edge by flipping those that cross it, and marks it: S. W. Sloan, "A fast algorithm for generating
 /// constrained Delaunay triangulations" (1993).
-fn recover(points: &Points, edit: &mut EditMesh, names: &[u32], u: u32, v: u32, axis: usize) -> Result<()> {
+fn recover(points: &Points, edit: &mut EditMesh, names: &[u32], [u, v]: [u32; 2], axis: usize) -> Result<()> {
     let o = |a: u32, b: u32, c: u32| points.orient(names[a as usize], names[b as usize], names[c as usize], axis);
     let opposed = |s: Ordering, t: Ordering| s != Ordering::Equal && t == s.reverse();
     let crossing = |a: u32, b: u32| {

@@ -22,6 +22,14 @@ pub enum Item {
     Group(u32),
 }
 
+/// How loops run along edges, forward and reversed: how many do, and the last one that did.
+struct Runs {
+    uses: Vec<[u32; 2]>,
+    last: Vec<[u32; 2]>,
+    /// Loops so far: the first one has the number 1.
+    loops: u32,
+}
+
 impl fmt::Display for Item {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -129,16 +137,13 @@ impl<P, C, S> Model<P, C, S> {
 
     /// Loops of faces; returns how many loops run along each edge forward and backward.
     fn check_faces(&self, found: &mut Vec<Violation>) -> Vec<[u32; 2]> {
-        let mut uses = vec![[0u32; 2]; self.edges.len()];
-        // The loop that last ran along an edge in a direction, counting loops from 1.
-        let mut last = vec![[0u32; 2]; self.edges.len()];
-        let mut loops = 0;
+        let mut runs = Runs { uses: vec![[0; 2]; self.edges.len()], last: vec![[0; 2]; self.edges.len()], loops: 0 };
         for (f, face) in self.faces.iter().enumerate() {
             if face.label as usize >= self.names.len() {
                 found.push(Violation::Missing { of: Item::Face(f as u32), what: Item::Name(face.label) });
             }
             for (index, border) in face.loops.iter().enumerate() {
-                loops += 1;
+                runs.loops += 1;
                 let at = Item::Loop { face: f as u32, index: index as u32 };
                 match border {
                     Loop::Vertex(v) if *v as usize >= self.vertices.len() => {
@@ -152,24 +157,17 @@ impl<P, C, S> Model<P, C, S> {
                             known = false;
                         }
                         if known {
-                            self.check_loop(at, list, loops, &mut uses, &mut last, found);
+                            self.check_loop(at, list, &mut runs, found);
                         }
                     }
                 }
             }
         }
-        uses
+        runs.uses
     }
 
-    fn check_loop(
-        &self,
-        at: Item,
-        list: &[super::Coedge],
-        number: u32,
-        uses: &mut [[u32; 2]],
-        last: &mut [[u32; 2]],
-        found: &mut Vec<Violation>,
-    ) {
+    fn check_loop(&self, at: Item, list: &[super::Coedge], runs: &mut Runs, found: &mut Vec<Violation>) {
+        let Runs { uses, last, loops } = runs;
         if list.is_empty() {
             found.push(Violation::EmptyLoop { at });
         }
@@ -180,13 +178,13 @@ impl<P, C, S> Model<P, C, S> {
                 found.push(Violation::Gap { at, coedge: k as u32 });
             }
             let (e, side) = (c.edge as usize, usize::from(c.reversed));
-            if last[e][side] == number {
+            if last[e][side] == *loops {
                 found.push(Violation::EdgeRepeated { at, edge: c.edge });
             } else {
                 uses[e][side] += 1;
             }
-            last[e][side] = number;
-            seam |= last[e][1 - side] == number;
+            last[e][side] = *loops;
+            seam |= last[e][1 - side] == *loops;
         }
         if list.len() > 1 && !seam {
             let ring = |c: &&super::Coedge| {

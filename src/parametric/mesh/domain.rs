@@ -26,6 +26,17 @@ pub(super) struct Domain {
     pub(super) nodes: Vec<DVec3>,
 }
 
+/// A domain whose axes are turned so that the periodic one is x.
+#[derive(Clone, Copy)]
+struct TurnedDomain<'a> {
+    /// The one that was periodic.
+    axis: usize,
+    period: f64,
+    holes: &'a [Contour],
+    /// Turns a direction back.
+    back: &'a dyn Fn(DVec2) -> DVec2,
+}
+
 pub(super) struct Cutter<'a> {
     pub(super) chart: &'a Chart,
     /// Spacing of nodes on cuts.
@@ -147,10 +158,11 @@ impl Cutter<'_> {
         let way = |c: &Contour| if axis == 0 { c.winding[0] } else { c.winding[1] };
         let (lower, upper): (Vec<Contour>, Vec<Contour>) = winding.into_iter().partition(|c| way(c) > 0);
         let across = self.chart.periods[1 - axis];
+        let turned = TurnedDomain { axis, period, holes, back: &back };
         let polygon = match (&lower[..], &upper[..]) {
-            ([a], [b]) => self.bridge(&a.corners, &b.corners, holes, period, across, &back),
-            ([a], []) => self.up_to_pole(&a.corners, 1.0, axis, period, holes, &back),
-            ([], [b]) => self.up_to_pole(&b.corners, -1.0, axis, period, holes, &back),
+            ([a], [b]) => self.bridge(&a.corners, &b.corners, across, &turned),
+            ([a], []) => self.up_to_pole(&a.corners, 1.0, &turned),
+            ([], [b]) => self.up_to_pole(&b.corners, -1.0, &turned),
             _ => Err(format!("{} contours wind around the surface", lower.len() + upper.len())),
         };
         for c in holes {
@@ -200,11 +212,10 @@ impl Cutter<'_> {
         &mut self,
         a: &[Corner],
         b: &[Corner],
-        holes: &[Contour],
-        period: f64,
         across: Option<f64>,
-        back: &dyn Fn(DVec2) -> DVec2,
+        turned: &TurnedDomain<'_>,
     ) -> Result<Vec<Corner>, String> {
+        let TurnedDomain { period, holes, back, .. } = *turned;
         let mean = |c: &[Corner]| c.iter().map(|k| k.uv.y).sum::<f64>() / c.len() as f64;
         let lift = across.map_or(0.0, |p| (mean(b) - mean(a)).rem_euclid(p) - (mean(b) - mean(a)));
         let b: Vec<Corner> = b.iter().map(|k| Corner { uv: k.uv + DVec2::new(0.0, lift), ..*k }).collect();
@@ -275,15 +286,8 @@ impl Cutter<'_> {
     }
 
     /// A polygon from one contour and the pole above (`side` 1) or below (-1) it.
-    fn up_to_pole(
-        &mut self,
-        a: &[Corner],
-        side: f64,
-        axis: usize,
-        period: f64,
-        holes: &[Contour],
-        back: &dyn Fn(DVec2) -> DVec2,
-    ) -> Result<Vec<Corner>, String> {
+    fn up_to_pole(&mut self, a: &[Corner], side: f64, turned: &TurnedDomain<'_>) -> Result<Vec<Corner>, String> {
+        let TurnedDomain { axis, period, holes, back } = *turned;
         // In the turned domain the other parameter's sign is turned too.
         let sign = if axis == 0 { 1.0 } else { -1.0 };
         let heights = self.chart.poles.iter().filter(|p| p.axis == 1 - axis).map(|p| (sign * p.value, p.point));
