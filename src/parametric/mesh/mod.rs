@@ -13,6 +13,7 @@ mod inner;
 mod ladder;
 mod looked;
 mod loops;
+mod metric;
 pub mod narrow;
 mod remedy;
 mod rings;

@@ -8,8 +8,8 @@ use crate::parametric::chart::Chart;
 use crate::parametric::mesh::AT_POLE;
 use crate::parametric::mesh::domain::Cutter;
 use crate::parametric::mesh::edges::ways;
-use crate::parametric::mesh::fill::mean_metric;
 use crate::parametric::mesh::loops::{Contour, Corner, Unroller};
+use crate::parametric::mesh::metric::mean_metric;
 use crate::planar::{self, Refusal, Spot};
 use crate::spatial::{Aabb, segment_foot};
 
