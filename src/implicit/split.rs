@@ -19,7 +19,7 @@ use super::pulled::outermost;
 use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::{Primitive, Solid};
-use super::switched::{Cases, creased, is_uncreased};
+use super::switched::{Cases, creased};
 use super::valued::{Smooth, SmoothJoin, displaced_distance, smooth_join};
 
 /// Formulas that would fall into more pieces than this stay whole.
@@ -228,7 +228,7 @@ impl Splitter {
                         return self.condition(e, factor * c, rest, deeper);
                     }
                     for (a, b) in [(a, b), (b, a)] {
-                        if !self.is_uncreased(e)
+                        if !self.is_smooth_power(e)
                             && let Some(e) = self.scaled(Binary::Mul, a, b)
                         {
                             return self.condition(&e, factor, rest, deeper);
@@ -242,9 +242,7 @@ impl Splitter {
                     {
                         return self.condition(a, factor / c, rest, deeper);
                     }
-                    if !self.is_uncreased(e)
-                        && let Some(e) = self.scaled(Binary::Div, a, b)
-                    {
+                    if let Some(e) = self.scaled(Binary::Div, a, b) {
                         return self.condition(&e, factor, rest, deeper);
                     }
                 }
@@ -331,7 +329,7 @@ impl Splitter {
             ExprNode::Binary(Binary::Mul, a, b) => Arc::ptr_eq(&a.0, &b.0),
             _ => false,
         };
-        if !is_function || !self.switches.within(e) || self.is_uncreased(e) {
+        if !is_function || self.is_smooth_power(e) {
             return None;
         }
         let e = outermost(e, &|e| self.switches.held(e) == Holds::Switch)?;
@@ -354,13 +352,20 @@ impl Splitter {
         })
     }
 
-    /// Whether no switch inside makes a crease, as in `|u| * u**2`.
-    fn is_uncreased(&mut self, e: &Expr) -> bool {
-        let Self { smooth, switches, terms, .. } = self;
-        *smooth.entry(std::ptr::from_ref(e.node())).or_insert_with(|| {
-            switches.alive.push(e.clone());
-            is_uncreased(e, terms)
-        })
+    /// Whether this is a size whose slope is none where it is zero: `|u|**n` with n above 1, or `|u|` times an even power of `u`.
+    fn is_smooth_power(&mut self, e: &Expr) -> bool {
+        let size = |e: &Expr| match e.node() {
+            ExprNode::Unary(Unary::Abs, u) => Some(u.clone()),
+            _ => None,
+        };
+        match e.node() {
+            ExprNode::Binary(Binary::Pow, a, n) => n.as_constant().is_some_and(|n| n > 1.0) && size(a).is_some(),
+            ExprNode::Binary(Binary::Mul, a, b) => [(a, b), (b, a)].into_iter().any(|(a, b)| {
+                let of = size(a).zip(even_power(b, |n| n > 0.0));
+                of.is_some_and(|(u, v)| self.terms.number(&u) == self.terms.number(v))
+            }),
+            _ => false,
+        }
     }
 
     fn is_bare(&mut self, root: &Expr) -> bool {
@@ -573,9 +578,14 @@ impl Splitter {
 
 /// `a`, if the formula is the root of its square.
 fn root_of_square(e: &Expr) -> Option<&Expr> {
-    match under_root(e)?.node() {
-        ExprNode::Binary(Binary::Pow, a, two) if two.as_constant() == Some(2.0) => Some(a),
-        ExprNode::Binary(Binary::Mul, a, b) if Arc::ptr_eq(&a.0, &b.0) => Some(a),
+    even_power(under_root(e)?, |n| n == 2.0)
+}
+
+/// `a`, if the formula is an even power of it with an exponent that will do.
+fn even_power(e: &Expr, will_do: impl Fn(f64) -> bool) -> Option<&Expr> {
+    match e.node() {
+        ExprNode::Binary(Binary::Pow, a, n) if n.as_constant().is_some_and(|n| n % 2.0 == 0.0 && will_do(n)) => Some(a),
+        ExprNode::Binary(Binary::Mul, a, b) if Arc::ptr_eq(&a.0, &b.0) && will_do(2.0) => Some(a),
         _ => None,
     }
 }

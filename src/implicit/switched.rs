@@ -145,16 +145,6 @@ fn inner_first(e: &Expr) -> Vec<&Expr> {
     found
 }
 
-/// Whether both cases of every switch have the same values and slopes where they meet.
-pub(super) fn is_uncreased(e: &Expr, terms: &mut Terms) -> bool {
-    let switches: Vec<Switch> = inner_first(e).into_iter().filter_map(Switch::of).collect();
-    switches.len() <= MOST_SWITCHES
-        && switches.into_iter().all(|switch| {
-            let cases = Cases::new(e, switch.by, terms);
-            is_smooth(&cases.by, &cases.above, &cases.below)
-        })
-}
-
 /// The cases of a switch that makes a crease of the surface, if there is one. Both have values beyond it.
 pub(super) fn creased(e: &Expr, terms: &mut Terms) -> Option<Cases> {
     let mut asked = FxHashSet::default();

@@ -8,8 +8,7 @@ use serde::Serialize;
 use super::groups::check_groups;
 use super::mesh::Ready;
 use super::options::MeshOptions;
-use super::sampled::function;
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::implicit::part::Part;
 use crate::implicit::{ExtractOptions, Implicit, RSystem, Sampling, evaluate, extract};
 use crate::mesh::TriMesh;
@@ -102,8 +101,11 @@ pub fn compare_rsystems(part: &Part, options: &MeshOptions, run: &Run) -> Result
     if !systems.contains(&part.rsystem) {
         systems.push(part.rsystem);
     }
-    let models: Vec<Implicit> =
-        systems.iter().map(|system| function(part, Some(*system), run)).collect::<Result<_>>()?;
+    // What is meshed here is the solid of R-functions alone.
+    let no_solid = || Error::input(Place::Unknown, "the part has no solid of R-functions");
+    let solid = part.solid.as_ref().ok_or_else(no_solid)?;
+    let model = |system: &RSystem| Implicit::new(solid, *system, part.domain).map_err(|e| part.located(e));
+    let models: Vec<Implicit> = systems.iter().map(model).collect::<Result<_>>()?;
     let first = ready.extract(ready.size, options, run)?.mesh;
     let how = ExtractOptions { size: ready.size, root_tolerance: options.root_tolerance, memory: options.memory };
     let on: Vec<DVec3> = first.nodes.iter().step_by(first.nodes.len().div_ceil(POINTS).max(1)).copied().collect();

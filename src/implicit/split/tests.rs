@@ -151,4 +151,8 @@ fn odd_powers_of_sizes_have_no_crease() {
     let creased = Expr::constant(1.0) - size(Expr::x(), 1.0) * (Expr::y() * Expr::y() + 1.0) - Expr::y() * Expr::y();
     let creased = creased - Expr::z() * Expr::z();
     assert_eq!(Implicit::new(&Solid::formula(creased), RSystem::MinMax, None).unwrap().leaf_count(), 2);
+    // So has what is inside of a power: both sides, and the plane between them.
+    let inside = Expr::binary(Binary::Pow, abs(abs(Expr::x()) - 0.5), Expr::constant(3.0));
+    let waist = Expr::constant(0.2) - inside - square(Expr::y()) - square(Expr::z());
+    assert_eq!(Implicit::new(&Solid::formula(waist), RSystem::MinMax, None).unwrap().leaf_count(), 3);
 }

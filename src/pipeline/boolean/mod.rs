@@ -52,6 +52,7 @@ const MORE: f64 = 0.0007;
 const WORTH: f64 = 0.8;
 /// A node of the cut is at most this many sizes from its place on the true surfaces.
 const REACH: f64 = 2.0;
+
 /// The solid of a part as R-functions: a solid given by its boundary becomes the distance to that, one leaf with the faces of the boundary.
 ///
 /// Errors: operands that cannot be read or are not closed, and those in a blend, at their place in the part file; cancellation.
