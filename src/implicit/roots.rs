@@ -265,6 +265,15 @@ fn plain_square(e: &Expr) -> Expr {
     }
 }
 
+/// `a`, if the formula is an even power of it with an exponent that will do.
+pub(super) fn even_power(e: &Expr, will_do: impl Fn(f64) -> bool) -> Option<&Expr> {
+    match e.node() {
+        ExprNode::Binary(Binary::Pow, a, n) if n.as_constant().is_some_and(|n| n % 2.0 == 0.0 && will_do(n)) => Some(a),
+        ExprNode::Binary(Binary::Mul, a, b) if std::sync::Arc::ptr_eq(&a.0, &b.0) && will_do(2.0) => Some(a),
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;

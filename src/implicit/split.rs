@@ -16,7 +16,7 @@ use super::expr::{Binary, Expr, ExprNode, Unary, holds};
 use super::joints::is_smooth;
 use super::jumps::{beside_jump, cases, swinging};
 use super::pulled::outermost;
-use super::roots::{is_bare, under_root, without_root, without_root_at_nose};
+use super::roots::{even_power, is_bare, under_root, without_root, without_root_at_nose};
 use super::roperation::{Terms, never_negative};
 use super::solid::{Primitive, Solid};
 use super::switched::{Cases, creased};
@@ -579,15 +579,6 @@ impl Splitter {
 /// `a`, if the formula is the root of its square.
 fn root_of_square(e: &Expr) -> Option<&Expr> {
     even_power(under_root(e)?, |n| n == 2.0)
-}
-
-/// `a`, if the formula is an even power of it with an exponent that will do.
-fn even_power(e: &Expr, will_do: impl Fn(f64) -> bool) -> Option<&Expr> {
-    match e.node() {
-        ExprNode::Binary(Binary::Pow, a, n) if n.as_constant().is_some_and(|n| n % 2.0 == 0.0 && will_do(n)) => Some(a),
-        ExprNode::Binary(Binary::Mul, a, b) if Arc::ptr_eq(&a.0, &b.0) && will_do(2.0) => Some(a),
-        _ => None,
-    }
 }
 
 /// `factor * e + rest`
