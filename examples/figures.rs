@@ -10,7 +10,7 @@ use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, RSystem, Solid
 use rvachev::mesh::{EditMesh, TriMesh};
 use rvachev::optimize::classify::{classify_by_edges, kind_by_edges};
 use rvachev::optimize::surface::project;
-use rvachev::optimize::{Kind, Moves, Options, dual_nodes, improve, mark_sharp, smooth_edges};
+use rvachev::optimize::{CreaseStep, Kind, Moves, Options, dual_nodes, improve, mark_sharp, smooth_edges};
 use rvachev::render::{ClipPlane, ColorBy, KeptHalf, Picture, RenderOptions, View, render, sheet};
 use rvachev::{DVec3, Error, Result, Run, write_picture};
 
@@ -111,7 +111,7 @@ fn along_a_crease(model: &Implicit, path: &Path, run: &Run) -> Result<()> {
     let mut last = Moves::default();
     for _ in 0..ROUNDS {
         let classes = classify_by_edges(&mesh);
-        last = smooth_edges(&mut mesh, &oracle, &classes, ALONG, FINE, run)?;
+        last = smooth_edges(&mut mesh, &oracle, CreaseStep { classes: &classes, c: ALONG }, FINE, run)?;
     }
     let after = rim(&mesh);
     let drawn_after = crease_picture(&mesh, run)?;

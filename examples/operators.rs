@@ -9,7 +9,7 @@ use rvachev::optimize::classify::{classify_by_curvature, classify_by_edges};
 use rvachev::optimize::crease::{cut_creases, settle_creases};
 use rvachev::optimize::dual::snap_to_planes;
 use rvachev::optimize::normal::align_normals;
-use rvachev::optimize::smooth::{smooth_all, smooth_edges, smooth_regular};
+use rvachev::optimize::smooth::{CreaseStep, smooth_all, smooth_edges, smooth_regular};
 use rvachev::optimize::surface::{normal_deviation, survey};
 use rvachev::{DVec3, Result, Run};
 
@@ -51,7 +51,7 @@ fn main() -> Result<()> {
     say("creases cut", &mesh)?;
     for _ in 0..3 {
         let classes = classify_by_edges(&mesh);
-        smooth_edges(&mut mesh, &oracle, &classes, 1.0, SIZE, &run)?;
+        smooth_edges(&mut mesh, &oracle, CreaseStep { classes: &classes, c: 1.0 }, SIZE, &run)?;
         smooth_regular(&mut mesh, &oracle, &classes, SIZE, &run)?;
     }
     say("R_edge and R_regular, three times", &mesh)?;

@@ -66,9 +66,12 @@ pub(super) fn levels(complex: &Complex, faces: &[String], gap: f64, run: &Run) -
             whole = halve_edges(&whole, &crowded);
         };
         let (mesh, origin) = build(&whole, &copies, &fans, faces);
-        let plates = copies.iter().filter(|c| c.plate && c.turned).map(|c| center(&whole, c.triangle)).collect();
-        let stuck = match part(mesh, &origin, &copies, gap, plates, run)? {
-            Ok(done) => return Ok(Some(done)),
+        let stuck = match part(mesh, &origin, &copies, gap, run)? {
+            Ok(Parted { mesh, places: parted }) => {
+                let sheets = copies.iter().filter(|c| c.plate && c.turned);
+                let plates = sheets.map(|c| center(&whole, c.triangle)).collect();
+                return Ok(Some(Levels { mesh, parted, plates }));
+            }
             Err(stuck) => stuck,
         };
         // parts of sheets that have no room for two sides are left out
@@ -318,15 +321,21 @@ struct Draw {
     must: bool,
 }
 
+/// A mesh without intersections.
+struct Parted {
+    mesh: TriMesh,
+    /// Where nodes were parted.
+    places: Vec<DVec3>,
+}
+
 /// Draws nodes back from others at their place until nothing intersects.
 fn part(
     mut mesh: TriMesh,
     origin: &[u32],
     copies: &[Copy],
     gap: f64,
-    plates: Vec<DVec3>,
     run: &Run,
-) -> Result<Result<Levels, Vec<[u32; 2]>>> {
+) -> Result<Result<Parted, Vec<[u32; 2]>>> {
     let n = mesh.nodes.len();
     let mut order: Vec<u32> = (0..n as u32).collect();
     order.sort_unstable_by_key(|v| (origin[*v as usize], *v));
@@ -400,7 +409,7 @@ fn part(
         pairs.extend(crossings_among(&mesh, &some, run)?);
         pairs.sort_unstable();
     }
-    Ok(if pairs.is_empty() { Ok(Levels { mesh, parted, plates }) } else { Err(pairs) })
+    Ok(if pairs.is_empty() { Ok(Parted { mesh, places: parted }) } else { Err(pairs) })
 }
 
 /// Intersections of a mesh in which nodes at one place count as one: surfaces may touch there.

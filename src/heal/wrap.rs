@@ -67,8 +67,8 @@ pub(super) fn wrap(mesh: &TriMesh, run: &Run) -> Result<TriMesh> {
             value[i] = -f64::MIN_POSITIVE;
         }
     }
-    let mut out = TriMesh { faces: vec!["rebuilt".into()], ..TriMesh::default() };
-    let mut node_on: FxHashMap<u64, u32> = FxHashMap::default();
+    let out = TriMesh { faces: vec!["rebuilt".into()], ..TriMesh::default() };
+    let mut marching = Marching { value: &value, at: &at, node_on: FxHashMap::default(), out };
     for z in 0..n[2] - 1 {
         run.check()?;
         for y in 0..n[1] - 1 {
@@ -84,67 +84,74 @@ pub(super) fn wrap(mesh: &TriMesh, run: &Run) -> Result<TriMesh> {
                     let tet = [all[0], all[1 << i], all[1 << i | 1 << j], all[7]];
                     // orders that turn the other way make mirrored tetrahedra
                     let mirrored = (j + 3 - i) % 3 == 2;
-                    march(tet, mirrored, &value, &at, &mut node_on, &mut out);
+                    marching.march(if mirrored { [tet[0], tet[2], tet[1], tet[3]] } else { tet });
                 }
             }
         }
     }
+    let mut out = marching.out;
     out.labels = vec![0; out.triangles.len()];
     Ok(out)
 }
 
-/// The piece of surface in one tetrahedron, its normal to where values are positive.
-fn march(
-    tet: [usize; 4],
-    mirrored: bool,
-    value: &[f64],
-    at: &impl Fn(usize) -> DVec3,
-    node_on: &mut FxHashMap<u64, u32>,
-    out: &mut TriMesh,
-) {
-    let tet = if mirrored { [tet[0], tet[2], tet[1], tet[3]] } else { tet };
-    let (inside, outer): (Vec<usize>, Vec<usize>) = (0..4).partition(|k| value[tet[*k]] < 0.0);
-    let mut node = |a: usize, b: usize| {
-        let (i, j) = (tet[a].min(tet[b]), tet[a].max(tet[b]));
-        *node_on.entry(key(i as u32, j as u32)).or_insert_with(|| {
-            let s = (value[i] / (value[i] - value[j])).clamp(0.02, 0.98);
-            out.nodes.push(at(i) + s * (at(j) - at(i)));
-            out.nodes.len() as u32 - 1
-        })
-    };
-    // whether (a, b, c, d) is an even permutation of (0, 1, 2, 3)
-    let even = |p: [usize; 4]| {
-        (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).filter(|(i, j)| p[*i] > p[*j]).count() % 2 == 0
-    };
-    let mut polygon = match (&inside[..], &outer[..]) {
-        (&[a], &[b, c, d]) => {
-            let mut p = vec![node(a, b), node(a, c), node(a, d)];
-            if !even([a, b, c, d]) {
-                p.reverse();
+/// Marching tetrahedra under way.
+struct Marching<'a, F: Fn(usize) -> DVec3> {
+    /// Values at the nodes of the grid, negative inside,
+    value: &'a [f64],
+    /// and where these are.
+    at: &'a F,
+    /// The node of the surface on each edge of the grid.
+    node_on: FxHashMap<u64, u32>,
+    out: TriMesh,
+}
+
+impl<F: Fn(usize) -> DVec3> Marching<'_, F> {
+    /// The piece of surface in one tetrahedron, its normal to where values are positive.
+    fn march(&mut self, tet: [usize; 4]) {
+        let Self { value, at, node_on, out } = self;
+        let (inside, outer): (Vec<usize>, Vec<usize>) = (0..4).partition(|k| value[tet[*k]] < 0.0);
+        let mut node = |a: usize, b: usize| {
+            let (i, j) = (tet[a].min(tet[b]), tet[a].max(tet[b]));
+            *node_on.entry(key(i as u32, j as u32)).or_insert_with(|| {
+                let s = (value[i] / (value[i] - value[j])).clamp(0.02, 0.98);
+                out.nodes.push(at(i) + s * (at(j) - at(i)));
+                out.nodes.len() as u32 - 1
+            })
+        };
+        // whether (a, b, c, d) is an even permutation of (0, 1, 2, 3)
+        let even = |p: [usize; 4]| {
+            (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).filter(|(i, j)| p[*i] > p[*j]).count() % 2 == 0
+        };
+        let mut polygon = match (&inside[..], &outer[..]) {
+            (&[a], &[b, c, d]) => {
+                let mut p = vec![node(a, b), node(a, c), node(a, d)];
+                if !even([a, b, c, d]) {
+                    p.reverse();
+                }
+                p
             }
-            p
-        }
-        (&[b, c, d], &[a]) => {
-            let mut p = vec![node(a, b), node(a, c), node(a, d)];
-            if even([a, b, c, d]) {
-                p.reverse();
+            (&[b, c, d], &[a]) => {
+                let mut p = vec![node(a, b), node(a, c), node(a, d)];
+                if even([a, b, c, d]) {
+                    p.reverse();
+                }
+                p
             }
-            p
-        }
-        (&[a, b], &[c, d]) => {
-            let mut p = vec![node(a, c), node(a, d), node(b, d), node(b, c)];
-            if !even([a, b, c, d]) {
-                p.reverse();
+            (&[a, b], &[c, d]) => {
+                let mut p = vec![node(a, c), node(a, d), node(b, d), node(b, c)];
+                if !even([a, b, c, d]) {
+                    p.reverse();
+                }
+                p
             }
-            p
+            _ => return,
+        };
+        if polygon.len() == 4 {
+            // the smallest first, so that the choice of the diagonal does not depend on the order
+            let k = (0..4).min_by_key(|k| polygon[*k]).unwrap_or(0);
+            polygon.rotate_left(k);
+            out.triangles.push([polygon[0], polygon[2], polygon[3]]);
         }
-        _ => return,
-    };
-    if polygon.len() == 4 {
-        // the smallest first, so that the choice of the diagonal does not depend on the order
-        let k = (0..4).min_by_key(|k| polygon[*k]).unwrap_or(0);
-        polygon.rotate_left(k);
-        out.triangles.push([polygon[0], polygon[2], polygon[3]]);
+        out.triangles.push([polygon[0], polygon[1], polygon[2]]);
     }
-    out.triangles.push([polygon[0], polygon[1], polygon[2]]);
 }

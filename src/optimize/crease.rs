@@ -128,14 +128,22 @@ fn angle_cosine(degrees: f64) -> f64 {
     degrees.to_radians().cos()
 }
 
+/// An end of a segment, and its foot on the surface.
+#[derive(Clone, Copy)]
+struct SegmentEnd {
+    at: DVec3,
+    foot: Foot,
+}
+
 /// Where the normal jumps between two feet on the segment, by bisection; `None` when it only bends.
 fn jump(
     oracle: &dyn SurfaceOracle,
-    (mut a, mut fa): (DVec3, Foot),
-    (mut b, mut fb): (DVec3, Foot),
+    from: SegmentEnd,
+    to: SegmentEnd,
     cosine: f64,
     reach: f64,
 ) -> Option<(DVec3, [Foot; 2])> {
+    let (SegmentEnd { at: mut a, foot: mut fa }, SegmentEnd { at: mut b, foot: mut fb }) = (from, to);
     for _ in 0..BISECTIONS {
         if fa.normal.dot(fb.normal) > cosine {
             return None;
@@ -272,15 +280,15 @@ pub fn cut_creases(
         let end = |v: u32, from: DVec3, to: DVec3| {
             if on_crease[v as usize] {
                 let x = from.lerp(to, 2.0 * ON_CREASE);
-                oracle.project(x, reach).map(|f| (x, f))
+                oracle.project(x, reach).map(|foot| SegmentEnd { at: x, foot })
             } else {
-                feet[v as usize].map(|f| (from, f))
+                feet[v as usize].map(|foot| SegmentEnd { at: from, foot })
             }
         };
         let (x, y) = (end(a, p, q)?, end(b, q, p)?);
         let (at, [fa, fb]) = jump(oracle, x, y, cosine, reach)?;
         // Beside a corner an edge may pass over the third face. The corner's own edges say all that is to be said.
-        let third = fa.normal.dot(x.1.normal) <= cosine || fb.normal.dot(y.1.normal) <= cosine;
+        let third = fa.normal.dot(x.foot.normal) <= cosine || fb.normal.dot(y.foot.normal) <= cosine;
         let has_corner = |h: u32| h != NONE && corners[(h / 3) as usize].is_some();
         if third && (has_corner(h) || has_corner(frozen.opposite(h))) {
             return None;

@@ -69,7 +69,6 @@ pub fn densify(
     mesh: &mut EditMesh,
     oracle: &dyn SurfaceOracle,
     field: &mut Vec<f64>,
-    long: f64,
     reach: f64,
     run: &Run,
 ) -> Result<Edits> {
@@ -79,7 +78,7 @@ pub fn densify(
         let mut list: Vec<(f64, u32)> = Vec::new();
         for h in mesh.edges().filter(|&h| !mesh.is_pinned_edge(h)) {
             let wanted = field[mesh.origin(h) as usize].min(field[mesh.target(h) as usize]);
-            let excess = mesh.edge_length(h) / (long * wanted);
+            let excess = mesh.edge_length(h) / (LONG * wanted);
             if excess > 1.0 {
                 list.push((excess, h));
             }
@@ -93,7 +92,7 @@ pub fn densify(
             let frozen = &*mesh;
             let is_long = |h: u32| {
                 let wanted = field[frozen.origin(h) as usize].min(field[frozen.target(h) as usize]);
-                frozen.edge_length(h) > long * wanted
+                frozen.edge_length(h) > LONG * wanted
             };
             ahead(oracle, run, &list, k, |x| {
                 if is_long(x.1) {
@@ -104,7 +103,7 @@ pub fn densify(
             // An earlier split may have shortened this half-edge or turned it into another.
             let (a, b) = (mesh.origin(h), mesh.target(h));
             let wanted = field[a as usize].min(field[b as usize]);
-            if mesh.edge_length(h) <= long * wanted {
+            if mesh.edge_length(h) <= LONG * wanted {
                 continue;
             }
             let Some(p) = midpoint(mesh, oracle, h, reach) else {
@@ -211,23 +210,40 @@ fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, li
     })
 }
 
-/// Removes edges shorter than `short` times the size wanted at their ends, shortest first, by merging their ends: regular nodes
+/// Which edges are too short: those below a share of the size wanted at their ends.
+#[derive(Debug, Clone, Copy)]
+pub struct ShortEdges<'a> {
+    /// The size wanted at each node.
+    pub field: &'a [f64],
+    /// The share of it, as [`SHORT`].
+    pub share: f64,
+}
+
+impl ShortEdges<'_> {
+    fn wanted(&self, mesh: &EditMesh, h: u32) -> f64 {
+        self.field[mesh.origin(h) as usize].min(self.field[mesh.target(h) as usize])
+    }
+
+    fn holds(&self, mesh: &EditMesh, h: u32) -> bool {
+        mesh.edge_length(h) < self.share * self.wanted(mesh, h)
+    }
+}
+
+/// Removes edges that are too `short`, the shortest first, by merging their ends: regular nodes
 /// go into crease nodes and corners, never the other way; crease nodes merge along their crease only. Link condition and guard hold: no
 /// triangle turns away from the recorded normals, no edge becomes longer than [`LONG`] times the size.
 pub fn collapse_short(
     mesh: &mut EditMesh,
     oracle: &dyn SurfaceOracle,
-    field: &[f64],
-    short: f64,
+    short: ShortEdges<'_>,
     reach: f64,
     run: &Run,
 ) -> Result<Edits> {
     let mut edits = Edits::default();
-    let wanted = |mesh: &EditMesh, h: u32| field[mesh.origin(h) as usize].min(field[mesh.target(h) as usize]);
     let mut list: Vec<(f64, u32)> = Vec::new();
     for h in mesh.edges() {
-        let share = mesh.edge_length(h) / wanted(mesh, h);
-        if share < short {
+        let share = mesh.edge_length(h) / short.wanted(mesh, h);
+        if share < short.share {
             list.push((share, h));
         }
     }
@@ -239,15 +255,15 @@ pub fn collapse_short(
         }
         let frozen = &*mesh;
         ahead(oracle, run, &list, k, |x| {
-            if frozen.is_edge(x.1) && frozen.edge_length(x.1) < short * wanted(frozen, x.1) {
+            if frozen.is_edge(x.1) && short.holds(frozen, x.1) {
                 middle_if_merged(frozen, oracle, x.1, reach);
             }
         })?;
         let h = list[k].1;
-        if !mesh.is_edge(h) || mesh.edge_length(h) >= short * wanted(mesh, h) {
+        if !mesh.is_edge(h) || !short.holds(mesh, h) {
             continue;
         }
-        let limits = Limits { longest: LONG * wanted(mesh, h), angle };
+        let limits = Limits { longest: LONG * short.wanted(mesh, h), angle };
         if merge(mesh, oracle, h, reach, limits) {
             edits.collapses += 1;
         } else {

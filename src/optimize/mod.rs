@@ -46,7 +46,7 @@ mod tests;
 
 pub use classify::{Classes, Kind, classify_by_curvature, classify_by_edges};
 pub use crease::{CreaseReport, cut_creases, locate, mark_sharp, settle_creases};
-pub use density::{Edits, collapse_short, densify, relax_worst, remove_degenerate};
+pub use density::{Edits, ShortEdges, collapse_short, densify, relax_worst, remove_degenerate};
 pub use dual::{dual_nodes, snap_to_planes};
 pub use flips::{flip_for_angles, flip_for_normals};
 pub use grammar::Sequence;
@@ -57,5 +57,5 @@ pub use region::{Region, Shape};
 pub use sequence::{Options, Outcome, Report, improve, improve_with};
 pub use sequences::{cut_sequence, operators_sequence, paper_sequence};
 pub use size::Sizing;
-pub use smooth::{smooth_all, smooth_edges, smooth_regular};
+pub use smooth::{CreaseStep, smooth_all, smooth_edges, smooth_regular};
 pub use surface::{Deviation, normal_deviation, project, survey};

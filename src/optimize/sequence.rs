@@ -6,7 +6,9 @@ use glam::DVec3;
 
 use super::classify::{Classes, classify_by_curvature, classify_by_edges};
 use super::crease::{CreaseReport, cut_creases, mark_sharp, settle_creases};
-use super::density::{DEGENERATE_ANGLE, Edits, LONG, SHORT, collapse_short, densify, relax_worst, remove_degenerate};
+use super::density::{
+    DEGENERATE_ANGLE, Edits, SHORT, ShortEdges, collapse_short, densify, relax_worst, remove_degenerate,
+};
 use super::dual::snap_to_planes;
 use super::flips::{flip_for_angles, flip_for_normals};
 use super::grammar::Sequence;
@@ -15,7 +17,7 @@ use super::normal::{DAMPING, align_normals};
 use super::operator::Operator;
 use super::sequences::cut_sequence;
 use super::size::Sizing;
-use super::smooth::{ALONG, smooth_all, smooth_edges, smooth_regular};
+use super::smooth::{ALONG, CreaseStep, smooth_all, smooth_edges, smooth_regular};
 use super::surface::{Deviation, forget, normal_deviation, project, survey};
 use crate::error::{Error, Result};
 use crate::geometry::SurfaceOracle;
@@ -179,7 +181,7 @@ pub fn improve_with(
     for attempt in 0..=options.retries {
         let mut unseen = |_: &str, _: &TriMesh| {};
         let watch: &mut dyn FnMut(&str, &TriMesh) = if attempt == 0 { &mut *observer } else { &mut unseen };
-        let (made, mut report) = run_sequence(mesh, oracle, options, &frozen, run, watch)?;
+        let (made, mut report) = Worker::new(mesh, oracle, options, run)?.run_sequence(mesh, &frozen, watch)?;
         let places = faults(&made, oracle, options.size, run)?;
         report.retries = attempt;
         report.self_intersections = places.intersecting;
@@ -225,44 +227,6 @@ fn faults(mesh: &TriMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> 
     Ok(Faults { intersecting, points: bad.into_iter().map(|t| mesh.centroid(t as usize)).collect() })
 }
 
-/// One run of the sequence over a copy of the mesh, nodes within the `frozen` balls pinned.
-fn run_sequence(
-    mesh: &TriMesh,
-    oracle: &dyn SurfaceOracle,
-    options: &Options,
-    frozen: &[(DVec3, f64)],
-    run: &Run,
-    observer: &mut dyn FnMut(&str, &TriMesh),
-) -> Result<(TriMesh, Report)> {
-    let mut worker = Worker { mesh: EditMesh::new(mesh)?, oracle, options, run, classes: None, resolved: false };
-    let pinned = ask_all(oracle, run, mesh.nodes.len(), |v| {
-        let p = mesh.nodes[v as usize];
-        frozen.iter().any(|(c, r)| p.distance_squared(*c) <= r * r).then_some(v)
-    })?;
-    let mut report = Report::default();
-    for v in pinned.into_iter().flatten() {
-        worker.mesh.set_pinned(v, true);
-        report.frozen += 1;
-    }
-    report.before = normal_deviation(&worker.mesh, oracle, options.size, run)?;
-    let operators = options.sequence.operators();
-    for (k, &operator) in operators.iter().enumerate() {
-        run.check()?;
-        run.progress("optimize", k as f64 / operators.len() as f64);
-        let outcome = worker.apply(operator)?;
-        debug_assert_eq!(worker.mesh.check(), Ok(()));
-        report.stages.push((operator, outcome));
-        observer(operator.name(), &worker.mesh.to_mesh());
-    }
-    run.progress("optimize", 1.0);
-    report.after = match report.stages.last() {
-        Some((Operator::Survey, Outcome::Deviation(d))) => *d,
-        _ => normal_deviation(&worker.mesh, oracle, options.size, run)?,
-    };
-    report.sharp_edges = worker.mesh.edges().filter(|&h| worker.mesh.is_sharp(h)).count();
-    Ok((worker.mesh.to_mesh(), report))
-}
-
 /// The mesh under way and what operators leave for each other.
 struct Worker<'a> {
     mesh: EditMesh,
@@ -275,7 +239,47 @@ struct Worker<'a> {
     resolved: bool,
 }
 
-impl Worker<'_> {
+impl<'a> Worker<'a> {
+    fn new(mesh: &TriMesh, oracle: &'a dyn SurfaceOracle, options: &'a Options, run: &'a Run) -> Result<Self> {
+        Ok(Self { mesh: EditMesh::new(mesh)?, oracle, options, run, classes: None, resolved: false })
+    }
+
+    /// One run of the sequence over a copy of `mesh`, nodes within the `frozen` balls pinned.
+    fn run_sequence(
+        mut self,
+        mesh: &TriMesh,
+        frozen: &[(DVec3, f64)],
+        observer: &mut dyn FnMut(&str, &TriMesh),
+    ) -> Result<(TriMesh, Report)> {
+        let Self { oracle, options, run, .. } = self;
+        let pinned = ask_all(oracle, run, mesh.nodes.len(), |v| {
+            let p = mesh.nodes[v as usize];
+            frozen.iter().any(|(c, r)| p.distance_squared(*c) <= r * r).then_some(v)
+        })?;
+        let mut report = Report::default();
+        for v in pinned.into_iter().flatten() {
+            self.mesh.set_pinned(v, true);
+            report.frozen += 1;
+        }
+        report.before = normal_deviation(&self.mesh, oracle, options.size, run)?;
+        let operators = options.sequence.operators();
+        for (k, &operator) in operators.iter().enumerate() {
+            run.check()?;
+            run.progress("optimize", k as f64 / operators.len() as f64);
+            let outcome = self.apply(operator)?;
+            debug_assert_eq!(self.mesh.check(), Ok(()));
+            report.stages.push((operator, outcome));
+            observer(operator.name(), &self.mesh.to_mesh());
+        }
+        run.progress("optimize", 1.0);
+        report.after = match report.stages.last() {
+            Some((Operator::Survey, Outcome::Deviation(d))) => *d,
+            _ => normal_deviation(&self.mesh, oracle, options.size, run)?,
+        };
+        report.sharp_edges = self.mesh.edges().filter(|&h| self.mesh.is_sharp(h)).count();
+        Ok((self.mesh.to_mesh(), report))
+    }
+
     fn apply(&mut self, operator: Operator) -> Result<Outcome> {
         let (oracle, run, reach, angle) = (self.oracle, self.run, self.options.size, self.options.feature_angle);
         let moves_freely = matches!(operator, Operator::SmoothAll | Operator::AlignNormals | Operator::SnapToPlanes);
@@ -315,18 +319,19 @@ impl Worker<'_> {
             }
             Operator::SmoothEdges => {
                 let classes = self.classes()?;
-                let moves = smooth_edges(&mut self.mesh, oracle, &classes, ALONG, reach, run)?;
+                let moves =
+                    smooth_edges(&mut self.mesh, oracle, CreaseStep { classes: &classes, c: ALONG }, reach, run)?;
                 self.classes = Some(classes);
                 Outcome::Moves(moves)
             }
             Operator::Densify => {
                 let mut field = self.options.sizing().field(mesh, oracle, reach, run)?;
-                Outcome::Edits(densify(mesh, oracle, &mut field, LONG, reach, run)?)
+                Outcome::Edits(densify(mesh, oracle, &mut field, reach, run)?)
             }
             Operator::CollapseTiny | Operator::CollapseShort => {
                 let field = self.options.sizing().field(mesh, oracle, reach, run)?;
-                let short = if operator == Operator::CollapseTiny { TINY } else { SHORT };
-                Outcome::Edits(collapse_short(mesh, oracle, &field, short, reach, run)?)
+                let share = if operator == Operator::CollapseTiny { TINY } else { SHORT };
+                Outcome::Edits(collapse_short(mesh, oracle, ShortEdges { field: &field, share }, reach, run)?)
             }
             Operator::RemoveDegenerate => {
                 Outcome::Edits(remove_degenerate(mesh, oracle, 2.0 * DEGENERATE_ANGLE, reach, run)?)

@@ -87,6 +87,15 @@ pub fn smooth_regular(
     smooth_where(mesh, oracle, reach, run, |mesh, v| kind_of(mesh, classes, v) == Kind::Regular)
 }
 
+/// How far nodes go along which creases.
+#[derive(Debug, Clone, Copy)]
+pub struct CreaseStep<'a> {
+    /// Tells nodes on creases from others, and their neighbors along these.
+    pub classes: &'a Classes,
+    /// The constant c of (19), as [`ALONG`].
+    pub c: f64,
+}
+
 /// One pass of `R_edge`, \[LIS14\] (19, 20): a node on a crease goes by `c (u·τ̂) τ̂` with u from the node to the middle of
 /// its two neighbors along the crease and τ̂ the unit vector between these (the paper's two cases are this one formula),
 /// then back onto the crease.
@@ -96,11 +105,11 @@ pub fn smooth_regular(
 pub fn smooth_edges(
     mesh: &mut EditMesh,
     oracle: &dyn SurfaceOracle,
-    classes: &Classes,
-    c: f64,
+    step: CreaseStep<'_>,
     reach: f64,
     run: &Run,
 ) -> Result<Moves> {
+    let CreaseStep { classes, c } = step;
     let back = |mesh: &EditMesh, v: u32, p: DVec3| {
         if mesh.outgoing(v).any(|h| mesh.is_sharp(h)) {
             settle(mesh, oracle, v, p, reach)

@@ -81,7 +81,7 @@ fn smoothing_keeps_nodes_on_the_surface_and_improves_angles() {
     let part = Part::sphere(1.0);
     let (mut m, h) = extracted(&part, 14);
     let field = vec![h; m.node_capacity()];
-    collapse_short(&mut m, &part, &field, 0.3, h, &Run::new()).unwrap();
+    collapse_short(&mut m, &part, ShortEdges { field: &field, share: 0.3 }, h, &Run::new()).unwrap();
     let before = measure(&m.to_mesh(), &part, h);
     for _ in 0..3 {
         let moves = smooth_all(&mut m, &part, h, &Run::new()).unwrap();
@@ -129,7 +129,7 @@ fn smoothing_along_creases_evens_them_out_and_leaves_corners_alone() {
     cut_creases(&mut m, &part, h, 20.0, &run).unwrap();
     survey(&mut m, &part, h, &run).unwrap();
     let field = vec![h; m.node_capacity()];
-    collapse_short(&mut m, &part, &field, 0.5, h, &run).unwrap();
+    collapse_short(&mut m, &part, ShortEdges { field: &field, share: 0.5 }, h, &run).unwrap();
     let classes = classify_by_edges(&m);
     assert_eq!(classes.counts()[2], 8);
     let spread = |m: &EditMesh| {
@@ -141,7 +141,7 @@ fn smoothing_along_creases_evens_them_out_and_leaves_corners_alone() {
     let corners: Vec<u32> = m.nodes().filter(|&v| classes.kind(v) == Kind::Corner).collect();
     let places: Vec<DVec3> = corners.iter().map(|&v| m.point(v)).collect();
     for _ in 0..5 {
-        smooth_edges(&mut m, &part, &classes, smooth::ALONG, h, &run).unwrap();
+        smooth_edges(&mut m, &part, CreaseStep { classes: &classes, c: smooth::ALONG }, h, &run).unwrap();
         smooth_regular(&mut m, &part, &classes, h, &run).unwrap();
     }
     assert!(spread(&m) < 0.7 * before, "{} {before}", spread(&m));
@@ -191,7 +191,7 @@ fn densification_reaches_the_count_and_the_chord_asked_for() {
         let (mut m, h) = extracted(&part, 10);
         survey(&mut m, &part, h, &run).unwrap();
         let mut field = sizing.field(&m, &part, h, &run).unwrap();
-        let edits = densify(&mut m, &part, &mut field, density::LONG, h, &run).unwrap();
+        let edits = densify(&mut m, &part, &mut field, h, &run).unwrap();
         m.check().unwrap();
         assert!(edits.splits > 100);
         let longest = m.edges().map(|h| m.edge_length(h)).fold(0.0, f64::max);

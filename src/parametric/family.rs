@@ -70,11 +70,11 @@ impl Family {
         Self::new(curves, Across::Spline { knots, weights: weights.to_vec() })
     }
 
-    /// Arcs of circles between the curves `from` and `to` that touch there the lines to `apex` (equation 47): a fillet,
+    /// Arcs of circles between the first curve and the last that touch there the lines to the one between them (equation 47): a fillet,
     /// v in 0..=1. The arc's weight, the cosine of half its angle, is found from the three points, which must be the corners
     /// of an isosceles triangle at every u.
-    pub fn fillet(from: (Curve, [f64; 2]), apex: (Curve, [f64; 2]), to: (Curve, [f64; 2])) -> Result<Self> {
-        Self::new(vec![from, apex, to], Across::Arc)
+    pub fn fillet(curves: [(Curve, [f64; 2]); 3]) -> Result<Self> {
+        Self::new(curves.into(), Across::Arc)
     }
 
     /// The parameters it is defined for.
@@ -423,7 +423,7 @@ mod tests {
         let line = |a: DVec3, b: DVec3| (Curve::segment(a, b), [0.0, 1.0]);
         let at = |x: f64, angle: f64, r: f64| v(x, r * f64::cos(angle), r * f64::sin(angle));
         let side = |s: f64| line(at(0.0, s * 0.6, 1.0), at(2.0, s * 0.9, 1.5));
-        Family::fillet(side(1.0), line(DVec3::ZERO, v(2.0, 0.0, 0.0)), side(-1.0)).unwrap()
+        Family::fillet([side(1.0), line(DVec3::ZERO, v(2.0, 0.0, 0.0)), side(-1.0)]).unwrap()
     }
 
     fn all() -> Vec<Surface> {

@@ -149,7 +149,7 @@ fn crowded(solid: &Parametric, mesh: &TriMesh, size: f64) -> Vec<u32> {
 /// The sizes, at nodes of borders those the border was divided by: whole numbers of parts make edges up to half as long
 /// again as asked for, or as short, and rows beside them shall fit. Edges of the model too short to be followed are one part
 /// that is shorter still: rows that fit them would be many, and end at needles all the same.
-pub(super) fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
+fn as_spaced(part: &TriMesh, sizes: &[f64]) -> Vec<f64> {
     // Sum of lengths and number of the edges of borders at every node, each edge seen from both sides.
     let mut sums = vec![(0.0, 0u32); part.nodes.len()];
     let mut faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
@@ -221,16 +221,36 @@ impl Marks {
     }
 }
 
+/// A body before remeshing.
+#[derive(Default)]
+pub(super) struct Body {
+    pub(super) part: TriMesh,
+    /// Where on the model each node is,
+    pub(super) places: Vec<Place>,
+    /// and the edge length it wants.
+    pub(super) sizes: Vec<f64>,
+}
+
+/// What of a body stays as it was first triangulated.
+#[derive(Clone, Copy)]
+pub(super) struct Untouched<'a> {
+    /// Faces, ascending,
+    pub(super) faces: &'a [u32],
+    /// and whether each triangle does.
+    pub(super) triangles: &'a [bool],
+}
+
 /// The mesh with what the remesher needs: borders are sharp, corners pinned, every node knows its faces.
 pub(super) fn patchwork(
     solid: &Parametric,
     marks: &Marks,
     mut mesh: EditMesh,
-    from: &TriMesh,
-    places: &[Place],
-    sizes: Vec<f64>,
-    (kept, stays): (&[u32], &[bool]),
+    body: &Body,
+    untouched: Untouched<'_>,
 ) -> Patchwork {
+    let Body { part: from, places, sizes } = body;
+    let sizes = as_spaced(from, sizes);
+    let Untouched { faces: kept, triangles: stays } = untouched;
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
     for (t, l) in from.triangles.iter().zip(&from.labels) {
         for v in t {
@@ -357,12 +377,13 @@ mod tests {
 
     use super::*;
     use crate::optimize::Sizing;
-    use crate::optimize::exact::remesh_patchwork;
+    use crate::optimize::exact::{ExactTarget, remesh_patchwork};
     use crate::optimize::size::GRADATION;
     use crate::parametric::Frame;
     use crate::parametric::build::{Extrusion, Wire, extrude_edges};
     use crate::parametric::mesh::MeshSizes;
     use crate::pipeline::body_ladder::stay_around;
+    use crate::spatial::Aabb;
 
     #[test]
     fn triangles_that_stay_do_and_the_rest_of_their_faces_is_remeshed() {
@@ -377,17 +398,21 @@ mod tests {
         // As if one triangle of the wall crossed others.
         let wall = |t: &usize| part.centroid(*t).distance(DVec3::new(1.0, 0.0, 1.0)) < 0.3;
         let bad = (0..part.triangles.len()).find(wall).unwrap() as u32;
+        let at = [Aabb::around(part.corners(bad as usize))];
         let mut stays = vec![false; part.triangles.len()];
-        assert!(stay_around(&mut stays, (&part, &[bad]), &part, 1.0) && stays[bad as usize]);
-        assert!(!stay_around(&mut stays.clone(), (&part, &[bad]), &part, 1.0), "there are no more of them");
-        assert!(!stay_around(&mut stays.clone(), (&part, &[bad]), &part, 100.0), "there are too many");
+        assert!(stay_around(&mut stays, &at, &part, 1.0) && stays[bad as usize]);
+        assert!(!stay_around(&mut stays.clone(), &at, &part, 1.0), "there are no more of them");
+        assert!(!stay_around(&mut stays.clone(), &at, &part, 100.0), "there are too many");
 
         let marks = Marks::new(&solid, fans, Vec::new());
         let edit = EditMesh::new(&part).unwrap();
-        let work = patchwork(&solid, &marks, edit, &part, &places, as_spaced(&part, &sizes), (&[], &stays));
+        let body = Body { part, places, sizes };
+        let work = patchwork(&solid, &marks, edit, &body, Untouched { faces: &[], triangles: &stays });
+        let part = body.part;
         let sizing = Sizing { size, nodes_per_radius: None, chord: None, least: size / 4.0 };
         let options = ExactOptions::new(sizing, GRADATION);
-        let made = remesh_patchwork(work, &part, &solid, &options, &run, None).unwrap();
+        let target = ExactTarget { surface: &solid, names: &part };
+        let made = remesh_patchwork(work, target, &options, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
         let d = made.mesh.defects();
         assert!(d.is_closed() && d.is_manifold() && d.is_oriented());

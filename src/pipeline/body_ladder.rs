@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::bodies::{Marks, as_spaced, patchwork, split_fans};
+use super::bodies::{Body, Marks, Untouched, patchwork, split_fans};
 use super::history::{Attempt, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
 use crate::error::{Error, Result};
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, ExactOptions, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Place;
 use crate::run::Run;
@@ -23,15 +23,6 @@ const TRIES: usize = 6;
 const LOCAL: usize = 2;
 /// What is changed for bodies, in this order: each attempt makes one change, of all the bodies that need it.
 const CHANGES: [Change; 3] = [Change::KeepHere, Change::KeepParts, Change::OtherWay];
-
-/// A body before remeshing.
-#[derive(Default)]
-pub(super) struct Body {
-    part: TriMesh,
-    /// Where on the model each node is, and the edge length it wants.
-    places: Vec<Place>,
-    sizes: Vec<f64>,
-}
 
 /// A body after remeshing.
 pub(super) struct Remeshed {
@@ -119,20 +110,21 @@ impl BodyTrial {
     /// Remeshes it as things stand, and says what is to change or that it is done.
     fn step(&mut self, ways: Ways<'_>, number: usize, run: &Run) -> Result<()> {
         let Ways { solid, marks, options } = ways;
-        let Body { part, places, sizes } = &self.body;
+        let part = &self.body.part;
         (self.number, self.triangles, self.faults) = (number, part.triangles.len(), 0);
         let edit = match EditMesh::new(part) {
             Ok(e) => e,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(e) => return self.as_it_was(e.to_string(), ways, run),
         };
-        let work = patchwork(solid, marks, edit, part, places, as_spaced(part, sizes), (&self.kept, &self.stays));
+        let untouched = Untouched { faces: &self.kept, triangles: &self.stays };
+        let work = patchwork(solid, marks, edit, &self.body, untouched);
+        let target = ExactTarget { surface: solid, names: part };
         let quiet = Run::new().with_cancel(run.cancel_token());
-        let ExactMesh { mesh: out, report: found, .. } =
-            match remesh_patchwork(work, part, solid, options, &quiet, None) {
-                Err(Error::Input { message, .. }) => return self.as_it_was(message, ways, run),
-                other => other?,
-            };
+        let ExactMesh { mesh: out, report: found, .. } = match remesh_patchwork(work, target, options, &quiet, None) {
+            Err(Error::Input { message, .. }) => return self.as_it_was(message, ways, run),
+            other => other?,
+        };
         (self.triangles, self.faults) = (out.triangles.len(), found.self_intersections);
         self.tries += 1;
         // The labels are faces from here on.
@@ -143,7 +135,8 @@ impl BodyTrial {
             return Ok(());
         }
         let bad: Vec<u32> = self_intersections(&out, run)?.into_iter().flatten().collect();
-        if self.tries <= LOCAL && stay_around(&mut self.stays, (&out, &bad), part, self.tries as f64) {
+        let around: Vec<Aabb> = bad.iter().map(|t| Aabb::around(out.corners(*t as usize))).collect();
+        if self.tries <= LOCAL && stay_around(&mut self.stays, &around, part, self.tries as f64) {
             self.wants = Some(Change::KeepHere);
             return Ok(());
         }
@@ -314,16 +307,12 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
     Ok(out)
 }
 
-/// Has triangles stay that are nearer to bad ones than so many of their longest edges. Returns whether there are more of them now,
+/// Has triangles stay that are nearer to the boxes around bad ones than so many of their longest edges. Returns whether there are more of them now,
 /// and not too many.
-pub(super) fn stay_around(stays: &mut [bool], (mesh, bad): (&TriMesh, &[u32]), part: &TriMesh, reach: f64) -> bool {
+pub(super) fn stay_around(stays: &mut [bool], bad: &[Aabb], part: &TriMesh, reach: f64) -> bool {
     // With a larger share it is no matter of places.
     const MOST: usize = 10;
-    let around = |t: &u32| {
-        let b = Aabb::around(mesh.corners(*t as usize));
-        b.grown(reach * b.diagonal())
-    };
-    let tree = Bvh::new(bad.iter().map(around).collect());
+    let tree = Bvh::new(bad.iter().map(|b| b.grown(reach * b.diagonal())).collect());
     let mut more = false;
     for (t, stay) in stays.iter_mut().enumerate().filter(|s| !*s.1) {
         *stay = tree.meets(&Aabb::around(part.corners(t)));

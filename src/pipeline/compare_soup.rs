@@ -11,7 +11,7 @@ use super::wish::Wish;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{Filling, Patchwork, remesh_patchwork};
+use crate::optimize::exact::{ExactTarget, Filling, Patchwork, remesh_patchwork};
 use crate::quality::{Against, Expectation, check};
 use crate::render::View;
 use crate::run::Run;
@@ -44,7 +44,8 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     for (method, filling) in [("poisson", Filling::Random), ("frontal", Filling::Front)] {
         let nothing = vec![false; solid.mesh.triangle_capacity()];
         let work = Patchwork { filling, ..patchwork(&solid, sizes.clone(), &nothing, 0.0) };
-        row(method, "flips", remesh_patchwork(work, &named, &solid, &exact, run, None)?.mesh)?;
+        let target = ExactTarget { surface: &solid, names: &named };
+        row(method, "flips", remesh_patchwork(work, target, &exact, run, None)?.mesh)?;
     }
     let quiet = MeshOptions { measure: false, size: Some(super::SizeRequest::Length(size)), ..options.clone() };
     row("triangles", "mended", mesh_soup(input, &quiet, &SoupOptions { nodes: None, ..soup.clone() }, run)?.mesh)?;

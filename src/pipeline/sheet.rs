@@ -15,13 +15,13 @@ use crate::run::Run;
 const COLUMNS: usize = 6;
 
 /// Width and height of one picture of a comparison.
-const CELL: (usize, usize) = (420, 360);
+const CELL: [usize; 2] = [420, 360];
 
 /// The radius of what a picture of a comparison shows, in cells: near enough to see single triangles.
 const FOCUS: f64 = 9.0;
 
 /// Width and height of one picture of a sample: the longest caption has 46 characters, 12 pixels each.
-const SAMPLE_CELL: (usize, usize) = (560, 520);
+const SAMPLE_CELL: [usize; 2] = [560, 520];
 
 /// A picture of a comparison, as `rvachev compare --png` writes it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -75,7 +75,7 @@ impl Sheet {
         write_picture(&self.path, &sheet(cells, columns))
     }
 
-    fn drawn(&self, mesh: &TriMesh, cell: (usize, usize), view: View, run: &Run) -> Result<Picture> {
+    fn drawn(&self, mesh: &TriMesh, cell: [usize; 2], view: View, run: &Run) -> Result<Picture> {
         let color_by = match self.color {
             Coloring::Class => match node_classes(mesh, run) {
                 // A stage may leave a mesh that is no manifold, whose nodes have no classes.
@@ -84,7 +84,7 @@ impl Sheet {
             },
             _ => ColorBy::Angle,
         };
-        let (width, height) = cell;
+        let [width, height] = cell;
         render(mesh, &RenderOptions { width, height, view, color_by, legend: false, ..RenderOptions::default() }, run)
     }
 }

@@ -7,7 +7,7 @@ use super::soup_patches::patchwork;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
 use crate::run::Run;
 
 /// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.
@@ -135,7 +135,8 @@ impl Ladder for SoupLadder<'_> {
             return Ok(None);
         }
         let work = patchwork(self.solid, self.sizes.clone(), &self.kept, self.least);
-        let made = remesh_patchwork(work, self.named, self.solid, self.exact, run, None)?;
+        let target = ExactTarget { surface: self.solid, names: self.named };
+        let made = remesh_patchwork(work, target, self.exact, run, None)?;
         let bad = match made.report.self_intersections {
             0 => Vec::new(),
             _ => self.touching.others(&made.mesh, run)?,

@@ -24,7 +24,7 @@ mod tests {
     use super::*;
     use crate::DVec3;
     use crate::mesh::TriMesh;
-    use crate::optimize::exact::{ExactOptions, remesh_patchwork};
+    use crate::optimize::exact::{ExactOptions, ExactTarget, remesh_patchwork};
     use crate::pipeline::discrete::discrete_options;
     use crate::pipeline::soup_sizes::sizing;
     use crate::pipeline::wish::GRADING;
@@ -53,7 +53,8 @@ mod tests {
         let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
         let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
         let exact = ExactOptions::new(sizing(size, 1.0, &MeshOptions::default()), GRADING);
-        let made = remesh_patchwork(work, &solid.named(), &solid, &exact, &run, None).unwrap();
+        let target = ExactTarget { surface: &solid, names: &solid.named() };
+        let made = remesh_patchwork(work, target, &exact, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
         let now: std::collections::BTreeSet<[u64; 3]> =
             (0..made.mesh.triangles.len()).map(|t| made.mesh.centroid(t).to_array().map(f64::to_bits)).collect();

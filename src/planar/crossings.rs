@@ -18,20 +18,29 @@ pub struct Meeting {
     pub crosses: bool,
 }
 
+/// A straight piece of a contour.
+#[derive(Clone, Copy)]
+struct ContourSegment {
+    /// The contour, and the piece's number in it.
+    number: [u32; 2],
+    ends: [DVec2; 2],
+}
+
 /// All pairs of segments that meet, ascending. Exact: no tolerance is involved. Segments without length count as points;
 /// contours that touch in a node are found like those that cross.
 pub fn crossings(contours: &[Vec<DVec2>]) -> Vec<Meeting> {
-    let segments: Vec<([u32; 2], DVec2, DVec2)> = contours
+    let segments: Vec<ContourSegment> = contours
         .iter()
         .enumerate()
         .flat_map(|(c, contour)| {
             let p = contour;
-            (0..p.len()).map(move |i| ([c as u32, i as u32], p[i], p[(i + 1) % p.len()]))
+            (0..p.len())
+                .map(move |i| ContourSegment { number: [c as u32, i as u32], ends: [p[i], p[(i + 1) % p.len()]] })
         })
         .collect();
-    let around = |(_, a, b): &([u32; 2], DVec2, DVec2)| Aabb::around([a.extend(0.0), b.extend(0.0)]);
+    let around = |s: &ContourSegment| Aabb::around(s.ends.map(|p| p.extend(0.0)));
     let follows = |i: u32, j: u32| {
-        let ([c, s], [d, t]) = (segments[i as usize].0, segments[j as usize].0);
+        let ([c, s], [d, t]) = (segments[i as usize].number, segments[j as usize].number);
         let n = contours[c as usize].len() as u32;
         c == d && (t == (s + 1) % n || s == (t + 1) % n)
     };
@@ -41,9 +50,9 @@ pub fn crossings(contours: &[Vec<DVec2>]) -> Vec<Meeting> {
     pairs.into_iter().filter_map(|[i, j]| meet(i, j)).collect()
 }
 
-fn meeting(a: ([u32; 2], DVec2, DVec2), b: ([u32; 2], DVec2, DVec2), follows: bool) -> Option<Meeting> {
-    let found = |crosses| Some(Meeting { first: a.0, second: b.0, crosses });
-    let ((_, p, q), (_, r, s)) = (a, b);
+fn meeting(a: ContourSegment, b: ContourSegment, follows: bool) -> Option<Meeting> {
+    let found = |crosses| Some(Meeting { first: a.number, second: b.number, crosses });
+    let ([p, q], [r, s]) = (a.ends, b.ends);
     let turns = [orient2d(p, q, r), orient2d(p, q, s), orient2d(r, s, p), orient2d(r, s, q)];
     let apart = |x: f64, y: f64| (x > 0.0 && y < 0.0) || (x < 0.0 && y > 0.0);
     if follows {

@@ -281,32 +281,34 @@ fn point([x, y, z]: &[f64; 3]) -> String {
     format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
-/// What is wrong with the mesh as such, with how often and where.
-fn what(f: &mut fmt::Formatter<'_>, what: &str, (count, of): (usize, &str), places: &[[f64; 3]]) -> fmt::Result {
-    write!(f, "{what}")?;
-    if count > 0 {
-        write!(f, ": {count} {of}")?;
-    }
+/// What is wrong, and with how many things.
+fn counted(what: &str, count: usize, things: &str) -> String {
+    if count > 0 { format!("{what}: {count} {things}") } else { what.into() }
+}
+
+/// What is wrong with the mesh as such, and where.
+fn what(f: &mut fmt::Formatter<'_>, what: &str, places: &[[f64; 3]]) -> fmt::Result {
+    f.write_str(what)?;
     places.first().map_or(Ok(()), |p| write!(f, ", the first near {}", point(p)))
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Fault::Open { edges, places } => what(f, "the mesh is not closed", (*edges, "open edges"), places),
+            Fault::Open { edges, places } => what(f, &counted("the mesh is not closed", *edges, "open edges"), places),
             Fault::NonManifold { count, places } => {
-                what(f, "the mesh is not a manifold", (*count, "edges and nodes"), places)
+                what(f, &counted("the mesh is not a manifold", *count, "edges and nodes"), places)
             }
             Fault::NotOriented { edges, places } => {
-                what(f, "the mesh is not consistently oriented", (*edges, "edges"), places)
+                what(f, &counted("the mesh is not consistently oriented", *edges, "edges"), places)
             }
             Fault::Inverted { .. } => f.write_str("the mesh encloses no positive volume"),
             Fault::Crossing { triangles, own_body, places } => {
                 let others = if *own_body { "others of their body" } else { "others" };
-                what(f, &format!("{triangles} triangles intersect {others}"), (0, ""), places)
+                what(f, &format!("{triangles} triangles intersect {others}"), places)
             }
             Fault::FacingAway { triangles, places } => {
-                what(f, &format!("{triangles} triangles face away from the surface"), (0, ""), places)
+                what(f, &format!("{triangles} triangles face away from the surface"), places)
             }
             Fault::Far { distance, triangles: Some(n), .. } => {
                 let asked = "triangles are farther from the surface than asked for";
@@ -376,7 +378,7 @@ impl fmt::Display for Fault {
             }
             Fault::Tangent { count, places } => {
                 let why = "surfaces that are joined touch or all but coincide: they have no exact border";
-                what(f, why, (*count, "nodes"), places)
+                what(f, &counted(why, *count, "nodes"), places)
             }
             Fault::Touching { triangles } => {
                 write!(f, "{triangles} triangles touch others where healing found no room to part them")

@@ -26,6 +26,17 @@ struct Node {
     count: u32,
 }
 
+/// A round cone that is open without end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewCone {
+    /// Its tip.
+    pub apex: DVec3,
+    /// A unit vector along its middle.
+    pub axis: DVec3,
+    /// The cosine of the angle between the axis and its sides.
+    pub cosine: f64,
+}
+
 /// A bounding-volume hierarchy. Items are put in the order of a space-filling curve (G. M. Morton, 1966), along which every
 /// halving of space is a cut (C. Lauterbach and others, "Fast BVH construction on GPUs", 2009). Deterministic.
 #[derive(Debug, Clone)]
@@ -179,15 +190,15 @@ impl Bvh {
         self.nearest_by(p, limit, Aabb::distance_squared, distance_squared)
     }
 
-    /// [`nearest`](Self::nearest) of the items that come near `p` within a cone: `distance_squared` must be infinite where the way
-    /// to an item's nearest point makes an angle with the unit vector `axis` whose cosine is not above `cosine`.
+    /// [`nearest`](Self::nearest) of the items that come near the apex of a cone within it: `distance_squared` must be infinite where
+    /// the way to an item's nearest point leads out of the cone.
     pub fn nearest_ahead(
         &self,
-        p: DVec3,
+        cone: ViewCone,
         limit: f64,
-        (axis, cosine): (DVec3, f64),
         distance_squared: impl FnMut(u32) -> f64,
     ) -> Option<(u32, f64)> {
+        let ViewCone { apex: p, axis, cosine } = cone;
         let ahead = |b: &Aabb, p: DVec3| {
             let away = b.distance_squared(p);
             // How far the box reaches along the axis at most.

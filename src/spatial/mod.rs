@@ -8,7 +8,7 @@ mod nodes;
 mod triangle;
 
 pub use aabb::{Aabb, LARGEST};
-pub use bvh::Bvh;
+pub use bvh::{Bvh, ViewCone};
 pub use cells::Cells;
 pub use graded::Graded;
 pub use nodes::{NearNode, NodeTree};

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::STUCK;
 use super::moves::CALM;
-use super::patchwork::{PieceSet, plain_shape};
+use super::patchwork::{NodeAt, PieceSet, plain_shape};
 use super::remesh::{Rank, Remesher};
 
 /// Mending makes edges of borders at most this many times longer or shorter than wanted.
@@ -38,16 +38,10 @@ impl Remesher<'_> {
         self.want[v as usize].min(longest)
     }
 
-    /// Whether shapes around a node would surely not become better than `best` at a place that is still to be put onto the
+    /// Whether shapes around a node that is moved `from` a point would surely not become better than `best` at a place that is still to be put onto the
     /// surface: by the normal or, where that is not known, whichever way triangles face.
-    fn is_worse_at(
-        &self,
-        v: u32,
-        (from, to): (DVec3, DVec3),
-        normal: Option<DVec3>,
-        best: f64,
-        bow: Option<[f64; 2]>,
-    ) -> bool {
+    fn is_worse_at(&self, from: DVec3, to: NodeAt, best: f64, bow: Option<[f64; 2]>) -> bool {
+        let NodeAt { node: v, point: to, normal } = to;
         let Some([grows, most]) = bow else { return false };
         let floor = best - most.min(grows * from.distance_squared(to) / self.want[v as usize].powi(2));
         if normal.is_some() {
@@ -60,7 +54,7 @@ impl Remesher<'_> {
 
     /// The worst shape around a node, were it at `p` with a normal that may be known; any of those below `floor`.
     pub(super) fn worst_beside(&self, v: u32, p: DVec3, normal: Option<DVec3>, floor: f64) -> f64 {
-        self.work.worst_triangle(self.surface, (v, p), normal, floor).0
+        self.work.worst_triangle(self.surface, NodeAt { node: v, point: p, normal }, floor).0
     }
 
     /// The normal at a node inside a face: whether a move may help is then seen without asking the surface, as the surface is
@@ -92,7 +86,8 @@ impl Remesher<'_> {
         let up = if self.rank[v as usize] == Rank::Face { self.work.worst_now(self.surface, v).1 } else { None };
         let mut normal = up.or_else(|| self.normal_within(v, p));
         let bow = self.bow(v, up.is_some()).filter(|_| self.work.by_angles || normal.is_some());
-        let (mut best, mut worst) = self.work.worst_triangle(self.surface, (v, p), normal, f64::NEG_INFINITY);
+        let (mut best, mut worst) =
+            self.work.worst_triangle(self.surface, NodeAt { node: v, point: p, normal }, f64::NEG_INFINITY);
         for _ in 0..STEPS {
             if best >= limit {
                 break;
@@ -102,12 +97,13 @@ impl Remesher<'_> {
             let mut improved = false;
             for share in [0.6, 0.25, 0.1] {
                 let place = p.lerp(apex, share);
-                if self.is_worse_at(v, (p, place), normal, best, bow) {
+                if self.is_worse_at(p, NodeAt { node: v, point: place, normal }, best, bow) {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, set, place, reach) else { continue };
                 let there = there.or_else(|| self.normal_within(v, x));
-                let (shape, h) = self.work.worst_triangle(self.surface, (v, x), there, best);
+                let (shape, h) =
+                    self.work.worst_triangle(self.surface, NodeAt { node: v, point: x, normal: there }, best);
                 if shape > best + 1e-4 && self.stays_even(v, x) && !self.runs_away(v, x, shape) {
                     (best, worst, p, normal, improved) = (shape, h, x, there, true);
                     break;
@@ -212,7 +208,7 @@ impl Remesher<'_> {
             let mut improved = false;
             for d in &directions {
                 let place = p + step * *d;
-                if self.is_worse_at(v, (p, place), normal, best, bow) {
+                if self.is_worse_at(p, NodeAt { node: v, point: place, normal }, best, bow) {
                     continue;
                 }
                 let Some((x, there)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { continue };

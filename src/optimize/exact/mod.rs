@@ -32,7 +32,7 @@ mod tips;
 pub use field::asked_triangles;
 use open::polish_beyond_ends;
 pub use open::{Laid, remesh_open};
-pub use patchwork::{Filling, Patch, Patchwork, PieceSet};
+pub use patchwork::{ExactTarget, Filling, Patch, Patchwork, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
 pub use thaw::Off;
 
@@ -41,7 +41,6 @@ use glam::DVec3;
 use super::region::Region;
 use super::size::Sizing;
 use crate::error::{Error, Result};
-use crate::geometry::Pieces;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
@@ -186,16 +185,14 @@ impl ExactReport {
     }
 }
 
-/// Remeshes the patchwork of a solid's pieces to the sizes asked for, narrow places and walls heeded; `names` lends the names of faces, and
-/// `observer` sees the mesh after each stage.
+/// Remeshes the patchwork of a solid's pieces to the sizes asked for, narrow places and walls heeded; `observer` sees the mesh after each stage.
 ///
 /// *Guarantees*: a closed, oriented manifold stays one; every node lies on all pieces it belongs to, to rounding; labels are faces.
 /// *Does not guarantee*: that no two triangles intersect: the report tells.
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Cancelled`].
 pub fn remesh_patches(
-    names: &TriMesh,
     mut work: Patchwork,
-    surface: &dyn Pieces,
+    target: ExactTarget<'_>,
     options: &ExactOptions,
     run: &Run,
     observer: Option<&mut Observer<'_>>,
@@ -206,25 +203,23 @@ pub fn remesh_patches(
     if let Some(share) = options.thickness {
         work.sizes = gaps::through_solid(&work, share, size, least, run)?;
     }
-    let r = Remesher::new(work, surface, options, run)?;
-    Ok(run.install(|| remesh(names, r, true, ExactReport::default(), observer))?.0)
+    let r = Remesher::new(work, target.surface, options, run)?;
+    Ok(run.install(|| remesh(target.names, r, true, ExactReport::default(), observer))?.0)
 }
 
-/// Remeshes a patchwork made of something else, such as the faces of a boundary representation; `names`
-/// lends the names of faces and the groups.
+/// Remeshes a patchwork made of something else, such as the faces of a boundary representation.
 ///
 /// Guarantees and errors are those of [`remesh_patches`]; borders that are open stay as they are.
 pub fn remesh_patchwork(
     work: Patchwork,
-    names: &TriMesh,
-    surface: &dyn Pieces,
+    target: ExactTarget<'_>,
     options: &ExactOptions,
     run: &Run,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<ExactMesh> {
     check_options(options)?;
-    let r = Remesher::new(work, surface, options, run)?;
-    Ok(run.install(|| remesh(names, r, false, ExactReport::default(), observer))?.0)
+    let r = Remesher::new(work, target.surface, options, run)?;
+    Ok(run.install(|| remesh(target.names, r, false, ExactReport::default(), observer))?.0)
 }
 
 fn check_options(options: &ExactOptions) -> Result<()> {

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 use glam::DVec3;
 
 use super::grid::Grid;
-use super::patchwork::PieceSet;
+use super::patchwork::{NodeAt, PieceSet};
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, next};
@@ -38,6 +38,15 @@ const ON_EDGE: f64 = 0.08;
 const BESIDE: f64 = 0.02;
 /// Passes of collapsing what is left of the old nodes.
 const PASSES: usize = 3;
+
+/// A node of a packing before it has a number.
+#[derive(Clone, Copy)]
+pub(super) struct Seed {
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+    /// The edge length wanted there.
+    pub(super) want: f64,
+}
 
 /// What is known while a patch is packed.
 pub(super) struct Packing {
@@ -238,8 +247,9 @@ impl Remesher<'_> {
             return None;
         }
         let n = self.work.normal(self.surface, label, q);
-        let id = self.claim(t, q, n, want, packing).or_else(|| self.insert(t, weights, q, n, want, packing))?;
-        packing.add(id, q, n, want);
+        let seed = Seed { point: q, normal: n, want };
+        let id = self.claim(t, seed, packing).or_else(|| self.insert(t, weights, seed, packing))?;
+        packing.add(id, seed);
         Some((q, id))
     }
 
@@ -287,7 +297,8 @@ impl Remesher<'_> {
     }
 
     /// Moves the nearest old node of a triangle to a place.
-    fn claim(&mut self, t: u32, q: DVec3, n: DVec3, want: f64, packing: &Packing) -> Option<u32> {
+    fn claim(&mut self, t: u32, seed: Seed, packing: &Packing) -> Option<u32> {
+        let Seed { point: q, normal: n, want } = seed;
         let m = &self.work.mesh;
         let old =
             m.corners(t).into_iter().filter(|&v| !packing.placed[v as usize] && self.rank[v as usize] == Rank::Face);
@@ -309,15 +320,8 @@ impl Remesher<'_> {
     }
 
     /// Puts a new node into a triangle, or on the edge of it that the place is near, and flips what lies around.
-    pub(super) fn insert(
-        &mut self,
-        t: u32,
-        weights: [f64; 3],
-        q: DVec3,
-        n: DVec3,
-        want: f64,
-        packing: &mut Packing,
-    ) -> Option<u32> {
+    pub(super) fn insert(&mut self, t: u32, weights: [f64; 3], seed: Seed, packing: &mut Packing) -> Option<u32> {
+        let Seed { point: q, normal: n, want } = seed;
         let m = &self.work.mesh;
         let k = (0..3u32).min_by(|&x, &y| weights[x as usize].total_cmp(&weights[y as usize]))?;
         let h = next(3 * t + k);
@@ -351,7 +355,10 @@ impl Remesher<'_> {
             }
             let label = m.outgoing(v).next().map_or(0, |h| m.label(h / 3));
             let n = self.work.normal(self.surface, label, self.point(v));
-            let before = self.work.worst_triangle(self.surface, (v, self.point(v)), Some(n), f64::NEG_INFINITY).0;
+            let before = {
+                let now = NodeAt { node: v, point: self.point(v), normal: Some(n) };
+                self.work.worst_triangle(self.surface, now, f64::NEG_INFINITY).0
+            };
             let after = |h: u32| {
                 let q = self.point(m.target(h));
                 let dying = [h / 3, m.opposite(h) / 3];
@@ -386,13 +393,13 @@ impl Remesher<'_> {
 impl Packing {
     fn place(&mut self, r: &Remesher<'_>, v: u32, label: u32) {
         let p = r.point(v);
-        self.add(v, p, r.work.normal(r.surface, label, p), r.want[v as usize]);
+        self.add(v, Seed { point: p, normal: r.work.normal(r.surface, label, p), want: r.want[v as usize] });
     }
 
-    pub(super) fn add(&mut self, v: u32, p: DVec3, n: DVec3, want: f64) {
+    pub(super) fn add(&mut self, v: u32, seed: Seed) {
         self.placed[v as usize] = true;
-        self.normals[v as usize] = n;
-        self.grid.insert(p, want, v);
+        self.normals[v as usize] = seed.normal;
+        self.grid.insert(seed.point, seed.want, v);
         self.queue.push(v);
     }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::geometry::Pieces;
-use crate::mesh::EditMesh;
 use crate::mesh::edit::NONE;
+use crate::mesh::{EditMesh, TriMesh};
 
 /// The pieces a node lies on, ascending. More than three at a corner are cut to the first four.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -168,6 +168,24 @@ const FACING: f64 = 0.7;
 /// Triangles whose directions differ by less than this (cosine), 26 degrees, are far from turned over against each other.
 const ALIKE: f64 = 0.9;
 
+/// What a mesh is to be exact to.
+#[derive(Clone, Copy)]
+pub struct ExactTarget<'a> {
+    /// The pieces its nodes lie on.
+    pub surface: &'a dyn Pieces,
+    /// Lends the names of faces, and the groups.
+    pub names: &'a TriMesh,
+}
+
+/// A node, were it at a point.
+#[derive(Clone, Copy)]
+pub(super) struct NodeAt {
+    pub(super) node: u32,
+    pub(super) point: DVec3,
+    /// The outward normal there, where it is known and the node is of one patch.
+    pub(super) normal: Option<DVec3>,
+}
+
 /// A triangle by what its shape is made of.
 #[derive(Clone, Copy)]
 pub(super) struct Facet {
@@ -325,7 +343,7 @@ impl Patchwork {
 
     /// The worst [shape](Self::judged) around a node, were it at `p`; the normals are those at the node.
     pub(super) fn worst_around(&self, surface: &dyn Pieces, v: u32, p: DVec3) -> f64 {
-        self.worst_triangle(surface, (v, p), None, f64::NEG_INFINITY).0
+        self.worst_triangle(surface, NodeAt { node: v, point: p, normal: None }, f64::NEG_INFINITY).0
     }
 
     /// The worst shape around a node where it is, and the mean direction of its triangles where these know their shapes without
@@ -341,16 +359,11 @@ impl Patchwork {
         (worst, up.try_normalize())
     }
 
-    /// The worst shape around a node, were it at a place where its outward normal may be `known` if it is of one patch, and the
+    /// The worst shape around a node, were it at some place, and the
     /// half-edge that leaves the node in the triangle with that shape. Once a shape is below `floor` the others are not looked
     /// at.
-    pub(super) fn worst_triangle(
-        &self,
-        surface: &dyn Pieces,
-        (v, p): (u32, DVec3),
-        known: Option<DVec3>,
-        floor: f64,
-    ) -> (f64, u32) {
+    pub(super) fn worst_triangle(&self, surface: &dyn Pieces, at: NodeAt, floor: f64) -> (f64, u32) {
+        let NodeAt { node: v, point: p, normal: known } = at;
         let m = &self.mesh;
         let (mut last, mut normal, mut worst) = (NONE, DVec3::ZERO, (f64::INFINITY, NONE));
         // Both sides of a line within a piece are the piece's, with normals of their own.

@@ -3,8 +3,7 @@
 //! Darts are thrown at the triangles and stick where no node is near, as in R. L. Cook, "Stochastic sampling in computer
 //! graphics" (1986); after enough of them the sampling is close to a maximal one.
 
-use glam::DVec3;
-
+use super::pack::Seed;
 use super::remesh::Remesher;
 use crate::error::Result;
 
@@ -40,7 +39,7 @@ impl Remesher<'_> {
         }
         let mut random = Random(u64::from(label));
         // Where they stick is known from the triangles as they are; they go into the mesh afterwards.
-        let mut stuck: Vec<(u32, DVec3, DVec3, f64)> = Vec::new();
+        let mut stuck: Vec<(u32, Seed)> = Vec::new();
         for k in 0..(DARTS * asked) as usize {
             if k % 256 == 0 {
                 self.run.check()?;
@@ -59,18 +58,20 @@ impl Remesher<'_> {
             packing.grid.around(p, APART * want, want, |q, _| free &= q.distance(p) >= APART * want);
             if free {
                 packing.grid.insert(p, want, u32::MAX);
-                stuck.push((t, p, n, want));
+                stuck.push((t, Seed { point: p, normal: n, want }));
             }
         }
         stuck.sort_by_key(|s| s.0);
-        for (t, p, n, want) in stuck {
+        for (t, seed) in stuck {
             if !self.work.mesh.is_triangle(t) {
                 continue;
             }
             let starts = self.work.mesh.corners(t);
-            let Some((at, weights)) = starts.into_iter().find_map(|v| self.walk(v, p, n)) else { continue };
-            if let Some(v) = self.insert(at, weights, p, n, want, &mut packing) {
-                packing.add(v, p, n, want);
+            let Some((at, weights)) = starts.into_iter().find_map(|v| self.walk(v, seed.point, seed.normal)) else {
+                continue;
+            };
+            if let Some(v) = self.insert(at, weights, seed, &mut packing) {
+                packing.add(v, seed);
             }
         }
         self.drop_unplaced(&packing)

@@ -136,7 +136,7 @@ fn fillet(curves: Vec<NurbsCurve>) -> Result<Patch> {
     let (Some(a), Some(b), Some(c)) = (all.next(), all.next(), all.next()) else {
         return refuse("a fillet has three chains: from, apex and to");
     };
-    Patch::over(Family::fillet(a, b, c)?, ends)
+    Patch::over(Family::fillet([a, b, c])?, ends)
 }
 
 /// Faces of one surface.

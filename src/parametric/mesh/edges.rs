@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::MeshSizes;
 use super::sizes::{EASE, Field};
-use crate::geometry::Like;
+use super::{MeshSizes, Place};
+use crate::geometry::{Like, Strips};
 use crate::parametric::brep::{Brep, Edge};
 use crate::parametric::chart::Chart;
 
@@ -37,6 +37,31 @@ pub(super) struct Chain {
     pub(super) t: Vec<f64>,
     /// The nodes; the first and the last are those of the vertices.
     pub(super) nodes: Vec<u32>,
+}
+
+/// All edges divided.
+pub(super) struct Borders {
+    /// The nodes of vertices and edges,
+    pub(super) points: Vec<DVec3>,
+    /// where they lie,
+    pub(super) places: Vec<Place>,
+    /// and the lengths wanted there.
+    pub(super) wants: Vec<f64>,
+    /// Each edge.
+    pub(super) chains: Vec<Chain>,
+}
+
+/// What the parts of edges keep to besides the lengths wanted, edge by edge.
+#[derive(Clone, Copy)]
+pub(super) struct Divisions<'a> {
+    /// How many times as many parts they get,
+    pub(super) factor: &'a [usize],
+    /// how many they get at least,
+    pub(super) least: &'a [usize],
+    /// and how they begin and end.
+    pub(super) leads: &'a [[Lead; 2]],
+    /// Those that go together.
+    pub(super) strips: &'a Strips,
 }
 
 /// An edge looked at in many places.
@@ -234,18 +259,22 @@ pub(super) fn leads(brep: &Brep, faces_of: &[Vec<u32>], sampled: &[Sampled], siz
     out
 }
 
-/// How many parts an edge gets, and where: parameters of its nodes. `factor` multiplies the number of parts of single
-/// edges. One edge reaches over each of the [`leads`] at its ends. Edges with neither are as an edge across from them is, and
+/// What the parts of one edge keep to besides the lengths wanted.
+#[derive(Clone, Copy)]
+pub(super) struct Division {
+    /// How many times as many parts it gets as the lengths ask for,
+    pub(super) factor: usize,
+    /// and how many it gets at least.
+    pub(super) least: usize,
+    pub(super) leads: [Lead; 2],
+    /// How an edge across from it is divided.
+    pub(super) like: Like,
+}
+
+/// How many parts an edge gets, and where: parameters of its nodes. One edge reaches over each of the [`leads`] at its ends. Edges with neither are as an edge across from them is, and
 /// tell how many parts they have.
-pub(super) fn divide(
-    edge: &Edge,
-    s: &Sampled,
-    field: &Field<'_>,
-    factor: usize,
-    least: usize,
-    leads: [Lead; 2],
-    like: Like,
-) -> (Vec<f64>, Option<usize>) {
+pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, division: Division) -> (Vec<f64>, Option<usize>) {
+    let Division { factor, least, leads, like } = division;
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
     let (mut places, mut sum, mut along) = (vec![s.t[0]], vec![0.0], vec![0.0]);
     let mut last = field.at(s.points[0], s.own[0]);

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::edges::{Lead, Sampled, least_parts, sample};
+use super::edges::{Divisions, Lead, Sampled, least_parts, sample};
 use super::sizes::Field;
 use super::{MeshSizes, Parametric, Plan};
 use crate::error::Result;
@@ -74,13 +74,15 @@ impl Parametric {
         let field = Field::everywhere(sizes);
         let (least, leads) = (least_parts(&self.brep), vec![[Lead::default(); 2]; count]);
         let (strips, rings) = (Strips::new(count, Vec::new()), vec![Vec::new(); self.brep.faces.len()]);
-        let plan = Plan { sizes, field: &field, rings: &rings, count: AtomicUsize::new(0) };
         let mut out = Aabb::EMPTY;
         let mut left = faces.to_vec();
         for _ in 0..ATTEMPTS {
             run.check()?;
-            let (points, _, _, chains) = self.chains(&sampled, &field, &factor, (&least, &leads, &strips));
-            let fill = |f: &usize| (*f, self.face(*f as u32, &points, &chains, &plan, &FxHashSet::default()));
+            let divisions = Divisions { factor: &factor, least: &least, leads: &leads, strips: &strips };
+            let borders = self.borders(&sampled, &field, divisions);
+            let count = AtomicUsize::new(0);
+            let plan = Plan { sizes, field: &field, rings: &rings, borders: &borders, count };
+            let fill = |f: &usize| (*f, self.face(*f as u32, &plan, &FxHashSet::default()));
             let made: Vec<_> = run.install(|| left.par_iter().map(fill).collect());
             left.clear();
             for (f, made) in made {

@@ -15,14 +15,8 @@ const SHORTER: f64 = 0.9;
 const NOTICED: f64 = 0.8;
 
 /// Places inside faces whose bends ask for edges shorter than the field has there, with these lengths, where borders would get
-/// shorter edges for them; else nothing. `points` are nodes of edges, `wants` the lengths wanted there.
-pub(super) fn inner_bends(
-    of: &Parametric,
-    filled: &[Result<Filled, Unfilled>],
-    points: &[DVec3],
-    wants: &[f64],
-    plan: &Plan<'_>,
-) -> Vec<(DVec3, f64)> {
+/// shorter edges for them; else nothing.
+pub(super) fn inner_bends(of: &Parametric, filled: &[Result<Filled, Unfilled>], plan: &Plan<'_>) -> Vec<(DVec3, f64)> {
     let bent = |(f, made): (usize, &Result<Filled, Unfilled>)| {
         // Surfaces with closed forms bend as much at their borders.
         let made = made.as_ref().ok().filter(|_| of.charts[f].is_sampled())?;
@@ -33,5 +27,5 @@ pub(super) fn inner_bends(
     let bends = found.concat();
     let graded = Graded::new(bends.clone(), plan.field.slope());
     let noticed = |(p, h): (&DVec3, &f64)| h.is_finite() && graded.at(*p, *h) < NOTICED * h;
-    if points.iter().zip(wants).any(noticed) { bends } else { Vec::new() }
+    if plan.borders.points.iter().zip(&plan.borders.wants).any(noticed) { bends } else { Vec::new() }
 }

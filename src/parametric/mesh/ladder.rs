@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashSet;
 
-use super::edges::Chain;
+use super::edges::Borders;
 use super::fill::{Filled, Unfilled};
 use super::{Parametric, Plan, Step};
 use crate::parametric::brep::Coedge;
@@ -26,17 +26,16 @@ impl Parametric {
     pub(super) fn on_planes(
         &self,
         filled: &mut [Result<Filled, Unfilled>],
-        points: &[DVec3],
-        chains: &[Chain],
         plan: &Plan<'_>,
         steps: &mut Vec<(u32, Step, String)>,
     ) {
+        let Borders { points, chains, .. } = plan.borders;
         for (f, made) in filled.iter_mut().enumerate() {
             let Err(why) = made else { continue };
-            let Some(plane) = self.border_plane(f as u32, points, chains) else { continue };
+            let Some(plane) = self.border_plane(f as u32, plan.borders) else { continue };
             let around = &self.boxes[f];
             let chart = Chart::new(Surface::Plane { frame: plane }, around);
-            if let Ok(mut flat) = self.face_on(f as u32, &chart, None, points, chains, plan, &FxHashSet::default()) {
+            if let Ok(mut flat) = self.face_on(f as u32, &chart, None, plan, &FxHashSet::default()) {
                 let own = &self.charts[f];
                 flat.nodes.iter_mut().for_each(|p| *p = own.foot(*p));
                 // A surface that turns away from the plane has no business on it.
@@ -53,7 +52,8 @@ impl Parametric {
     }
 
     /// A plane across the longest loop of a face, its normal where the face's outer loop is counter-clockwise about it.
-    fn border_plane(&self, f: u32, points: &[DVec3], chains: &[Chain]) -> Option<Frame> {
+    fn border_plane(&self, f: u32, borders: &Borders) -> Option<Frame> {
+        let Borders { points, chains, .. } = borders;
         let face = &self.brep.faces[f as usize];
         let area = |l: &[Coedge]| -> (DVec3, DVec3) {
             let mut nodes: Vec<DVec3> = Vec::new();

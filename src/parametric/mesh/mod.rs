@@ -30,12 +30,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::brep::Brep;
 use super::chart::Chart;
 use crate::error::Result;
-use crate::geometry::Strips;
 use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Chain, Lead, Sampled, divide, leads, least_parts, samples_of};
+use edges::{Borders, Chain, Division, Divisions, Sampled, divide, leads, least_parts, samples_of};
 use fill::{DomainFilling, Filled, Unfilled, fill};
 use inner::inner_bends;
 pub use looked::Looked;
@@ -43,7 +42,7 @@ use loops::{Contour, Unroller};
 pub use remedy::Remedy;
 use rings::{Ring, Ringed};
 use sheets::Sheets;
-use sizes::Field;
+use sizes::{Field, Survey};
 use vertices::join_vertices;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
@@ -78,12 +77,13 @@ pub struct MeshSizes<'a> {
     pub most: usize,
 }
 
-/// The sizes, as a field, and how many nodes faces have got so far.
+/// The sizes, as a field, the edges they gave, and how many nodes faces have got so far.
 struct Plan<'a> {
     sizes: &'a MeshSizes<'a>,
     field: &'a Field<'a>,
     /// The rings of every face.
     rings: &'a [Vec<Ring>],
+    borders: &'a Borders,
     count: AtomicUsize,
 }
 
@@ -279,8 +279,8 @@ impl Parametric {
         let same = looked.at_edges(self, sizes, run)?;
         let Looked { sampled, narrow } = looked;
         let of_corners = leads(&self.brep, &self.faces_of, sampled, sizes);
-        let seen = (&sampled[..], &of_corners[..], &same[..]);
-        let (mut field, strips) = sizes::field(&self.brep, &self.faces_of, seen, narrow, sizes, run)?;
+        let survey = Survey { brep: &self.brep, faces_of: &self.faces_of, sampled, leads: &of_corners, same: &same };
+        let (mut field, strips) = sizes::field(survey, narrow, sizes, run)?;
         let Ringed { mut rings, mut leads } = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
         let mut looked_inside = false;
         let mut factor = vec![1usize; self.brep.edges.len()];
@@ -288,9 +288,10 @@ impl Parametric {
         let mut round = 0;
         loop {
             run.progress("faces", round as f64 / (HALVINGS + 1) as f64);
-            let plan = Plan { sizes, field: &field, rings: &rings, count: AtomicUsize::new(0) };
-            let (points, places, wants, chains) = self.chains(sampled, &field, &factor, (&least, &leads, &strips));
-            if points.len() - self.brep.vertices.len() > sizes.most {
+            let divisions = Divisions { factor: &factor, least: &least, leads: &leads, strips: &strips };
+            let borders = self.borders(sampled, &field, divisions);
+            let plan = Plan { sizes, field: &field, rings: &rings, borders: &borders, count: AtomicUsize::new(0) };
+            if borders.points.len() - self.brep.vertices.len() > sizes.most {
                 return Ok(FaceMeshes { too_many: true, ..FaceMeshes::default() });
             }
             let filled: Vec<Result<Filled, Unfilled>> = run.install(|| {
@@ -300,7 +301,7 @@ impl Parametric {
                         if run.is_cancelled() {
                             return Err(Unfilled::Other("cancelled".into()));
                         }
-                        self.face(f as u32, &points, &chains, &plan, &FxHashSet::default())
+                        self.face(f as u32, &plan, &FxHashSet::default())
                     })
                     .collect()
             });
@@ -335,7 +336,7 @@ impl Parametric {
             }
             if !looked_inside {
                 looked_inside = true;
-                let bends = run.install(|| inner_bends(self, &filled, &points, &wants, &plan));
+                let bends = run.install(|| inner_bends(self, &filled, &plan));
                 if !bends.is_empty() {
                     field = field.with(bends);
                     Ringed { rings, leads } = self.ringed(sampled, of_corners.clone(), &field, sizes, run);
@@ -343,15 +344,15 @@ impl Parametric {
                     continue;
                 }
             }
-            let mut filled = self.undoubled(filled, &points, &chains, &plan, run)?;
+            let mut filled = self.undoubled(filled, &plan, run)?;
             let mut steps = self.finer(&factor);
             if !self.without.contains(&Remedy::Plane) {
-                self.on_planes(&mut filled, &points, &chains, &plan, &mut steps);
+                self.on_planes(&mut filled, &plan, &mut steps);
             }
             let fans = rings.iter().enumerate().flat_map(|(f, l)| l.iter().map(move |r| (f as u32, r.pole.point)));
             let fans = fans.collect();
             let halved = factor.iter().filter(|f| **f > 1).count();
-            return Ok(FaceMeshes { steps, fans, ..self.joined(points, places, wants, filled, halved) });
+            return Ok(FaceMeshes { steps, fans, ..self.joined(borders, filled, halved) });
         }
     }
 
@@ -360,14 +361,12 @@ impl Parametric {
     fn undoubled(
         &self,
         mut filled: Vec<Result<Filled, Unfilled>>,
-        points: &[DVec3],
-        chains: &[Chain],
         plan: &Plan<'_>,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
         const ROUNDS: usize = 8;
         plan.count.store(0, Ordering::Relaxed);
-        let first = points.len() as u32;
+        let first = plan.borders.points.len() as u32;
         // Pairs of nodes of borders, which several faces may have, and others by face.
         let mut doubled: FxHashMap<u32, FxHashSet<[u32; 2]>> = FxHashMap::default();
         for _ in 0..ROUNDS {
@@ -408,27 +407,23 @@ impl Parametric {
             again.dedup();
             for f in again {
                 let own = doubled.get(&f).cloned().unwrap_or_default();
-                filled[f as usize] = self.face(f, points, chains, plan, &own);
+                filled[f as usize] = self.face(f, plan, &own);
             }
         }
         Ok(filled)
     }
 
     /// Nodes of vertices and edges, where they lie, and the lengths wanted there.
-    fn chains(
-        &self,
-        sampled: &[Sampled],
-        field: &Field<'_>,
-        factor: &[usize],
-        (least, leads, strips): (&[usize], &[[Lead; 2]], &Strips),
-    ) -> (Vec<DVec3>, Vec<Place>, Vec<f64>, Vec<Chain>) {
+    fn borders(&self, sampled: &[Sampled], field: &Field<'_>, divisions: Divisions<'_>) -> Borders {
+        let Divisions { factor, least, leads, strips } = divisions;
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();
         let mut wants = vec![f64::INFINITY; points.len()];
         let mut chains = Vec::with_capacity(self.brep.edges.len());
         let divided = strips.divided(|e, like| {
             let i = e as usize;
-            divide(&self.brep.edges[i], &sampled[i], field, factor[i], least[i], leads[i], like)
+            let division = Division { factor: factor[i], least: least[i], leads: leads[i], like };
+            divide(&self.brep.edges[i], &sampled[i], field, division)
         });
         for ((i, e), t) in self.brep.edges.iter().enumerate().zip(divided) {
             let s = &sampled[i];
@@ -450,33 +445,24 @@ impl Parametric {
             }
             chains.push(Chain { t, nodes });
         }
-        (points, places, wants, chains)
+        Borders { points, places, wants, chains }
     }
 
-    fn face(
-        &self,
-        f: u32,
-        points: &[DVec3],
-        chains: &[Chain],
-        plan: &Plan<'_>,
-        doubled: &FxHashSet<[u32; 2]>,
-    ) -> Result<Filled, Unfilled> {
-        self.face_on(f, &self.charts[f as usize], self.divided[f as usize].as_ref(), points, chains, plan, doubled)
+    fn face(&self, f: u32, plan: &Plan<'_>, doubled: &FxHashSet<[u32; 2]>) -> Result<Filled, Unfilled> {
+        self.face_on(f, &self.charts[f as usize], self.divided[f as usize].as_ref(), plan, doubled)
     }
 
     /// Fills a face in the domain of a chart, which need not be its own.
-    #[allow(clippy::too_many_arguments)]
     fn face_on(
         &self,
         f: u32,
         chart: &Chart,
         sheets: Option<&(Sheets, u32)>,
-        points: &[DVec3],
-        chains: &[Chain],
         plan: &Plan<'_>,
         doubled: &FxHashSet<[u32; 2]>,
     ) -> Result<Filled, Unfilled> {
-        let Plan { sizes, field, rings, count } = plan;
+        let Plan { sizes, field, rings, borders, count } = plan;
+        let Borders { points, chains, .. } = borders;
         let face = &self.brep.faces[f as usize];
         let near = AT_POLE * self.boxes[f as usize].diagonal();
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
@@ -544,14 +530,8 @@ impl Parametric {
         chart.curvature(chart.project(self.boxes[f as usize].center())).unwrap_or(0.0)
     }
 
-    fn joined(
-        &self,
-        points: Vec<DVec3>,
-        places: Vec<Place>,
-        sizes: Vec<f64>,
-        filled: Vec<Result<Filled, Unfilled>>,
-        halved: usize,
-    ) -> FaceMeshes {
+    fn joined(&self, borders: Borders, filled: Vec<Result<Filled, Unfilled>>, halved: usize) -> FaceMeshes {
+        let Borders { points, places, wants: sizes, .. } = borders;
         let mut out = FaceMeshes { places, sizes, halved, ..FaceMeshes::default() };
         let first = points.len() as u32;
         out.mesh.nodes = points;

@@ -9,9 +9,9 @@ use super::MeshSizes;
 use super::edges::{Lead, Sampled, place};
 use crate::error::Result;
 use crate::geometry::{ALIKE, Pair, Strips};
-use crate::parametric::brep::{Brep, Face};
+use crate::parametric::brep::Brep;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh, Graded};
+use crate::spatial::{Aabb, Bvh, Graded, ViewCone};
 
 /// Edges across a narrow place are this many times as long as it is wide: one row of triangles, no needles.
 const ACROSS: f64 = 1.1;
@@ -106,6 +106,20 @@ struct Narrow {
     deepest: f64,
 }
 
+/// The edges of a model, as they were looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Survey<'a> {
+    pub(super) brep: &'a Brep,
+    /// The faces of every edge,
+    pub(super) faces_of: &'a [Vec<u32>],
+    /// what was seen along it,
+    pub(super) sampled: &'a [Sampled],
+    /// how it begins and ends,
+    pub(super) leads: &'a [[Lead; 2]],
+    /// and whether that is the same as before.
+    pub(super) same: &'a [bool],
+}
+
 /// The narrow places of every face and pairs of its edges, and what they were looked for with besides the edges.
 #[derive(Debug, Default)]
 pub(super) struct NarrowPlaces {
@@ -117,14 +131,8 @@ pub(super) struct NarrowPlaces {
 
 impl NarrowPlaces {
     /// Looks for them where these are not those of the same edges, leads and sizes.
-    fn look(
-        &mut self,
-        brep: &Brep,
-        faces_of: &[Vec<u32>],
-        (sampled, leads, same): (&[Sampled], &[[Lead; 2]], &[bool]),
-        sizes: &MeshSizes<'_>,
-        run: &Run,
-    ) -> Result<()> {
+    fn look(&mut self, survey: Survey<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Result<()> {
+        let Survey { brep, leads, same, .. } = survey;
         let known = std::mem::take(self);
         let lengths = [sizes.size, sizes.least, sizes.deepest];
         let comparable = known.leads.len() == leads.len() && known.lengths[..2] == lengths[..2];
@@ -142,7 +150,7 @@ impl NarrowPlaces {
             if run.is_cancelled() || (comparable && may_hold(f, &found.0)) {
                 return found;
             }
-            narrow_places(brep, &brep.faces[f], f as u32, faces_of, (sampled, leads), sizes)
+            narrow_places(survey, f as u32, sizes)
         };
         let faces = run.install(|| found.into_par_iter().enumerate().map(of).collect());
         run.check()?;
@@ -152,15 +160,14 @@ impl NarrowPlaces {
 }
 
 /// The field of wanted lengths of a whole model, and its edges that go together. The narrow places are those that were found
-/// last, when some edges were the `same`.
+/// last.
 pub(super) fn field<'a>(
-    brep: &Brep,
-    faces_of: &[Vec<u32>],
-    (sampled, leads, same): (&[Sampled], &[[Lead; 2]], &[bool]),
+    survey: Survey<'_>,
     narrow: &mut NarrowPlaces,
     sizes: &MeshSizes<'a>,
     run: &Run,
 ) -> Result<(Field<'a>, Strips)> {
+    let Survey { brep, faces_of, sampled, leads, .. } = survey;
     let mut sources: Vec<(DVec3, f64)> = Vec::new();
     for s in sampled {
         for (p, h) in s.points.iter().zip(&s.own) {
@@ -208,7 +215,7 @@ pub(super) fn field<'a>(
         }
     }
     run.check()?;
-    narrow.look(brep, faces_of, (sampled, leads, same), sizes, run)?;
+    narrow.look(survey, sizes, run)?;
     let pairs: Vec<Pair> = narrow.faces.iter().flat_map(|f| f.1.iter().copied()).collect();
     let strips = Strips::new(brep.edges.len(), pairs);
     let fit = |n: &Narrow| {
@@ -239,14 +246,9 @@ fn fitting_edge(length: f64, sizes: &MeshSizes<'_>) -> f64 {
 
 /// Places on the border of a face that have another part of it across from them, about as near as the length wanted there, and
 /// pairs of its edges that lie across from each other all along.
-fn narrow_places(
-    brep: &Brep,
-    face: &Face,
-    number: u32,
-    faces_of: &[Vec<u32>],
-    (sampled, leads): (&[Sampled], &[[Lead; 2]]),
-    sizes: &MeshSizes<'_>,
-) -> (Vec<Narrow>, Vec<Pair>) {
+fn narrow_places(survey: Survey<'_>, number: u32, sizes: &MeshSizes<'_>) -> (Vec<Narrow>, Vec<Pair>) {
+    let Survey { brep, faces_of, sampled, leads, .. } = survey;
+    let face = &brep.faces[number as usize];
     let uses = |edge: u32| face.loops.iter().flatten().filter(|c| c.edge == edge).count();
     let mut pieces: Vec<Piece> = Vec::new();
     let mut rounds: Vec<f64> = Vec::new();
@@ -305,7 +307,8 @@ fn narrow_places(
             }
             let at = p.ends[0].lerp(p.ends[1], t);
             let across = |i: u32| opposite(p, at, t * length, &pieces[i as usize], &rounds);
-            let found = tree.nearest_ahead(at, WIDEST * sizes.size, (p.inward, INTO), across);
+            let cone = ViewCone { apex: at, axis: p.inward, cosine: INTO };
+            let found = tree.nearest_ahead(cone, WIDEST * sizes.size, across);
             let edges = |i: u32| [p.edge, pieces[i as usize].edge];
             found.map(|(i, d)| Narrow { at, width: d.sqrt(), edges: edges(i), bend: p.bend, deepest })
         };

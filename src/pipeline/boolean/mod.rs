@@ -169,14 +169,14 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         return Err(part.located(Error::input(Place::Solid(NoBody::Empty), what)));
     }
     let numbers = Numbers::new(&made);
-    if joined.from.iter().any(|t| numbers.is_wall(&made, *t)) {
+    if joined.from.iter().any(|t| numbers.is_wall(*t)) {
         return Err(endless());
     }
     check_groups(part, numbers.names.iter().map(String::as_str))?;
     report.stage("join", joined.mesh.triangles.len(), &mut clock, run);
     let asked: Vec<Asked<'_>> = made.iter().map(|m| m.surface.asked()).collect();
-    let joint = Joint { operands: asked.iter().map(Asked::pieces).collect(), home: Numbers::home(&made), scale };
-    let work = prepare(&joined, &made, &numbers, &joint, REACH * size, run)?;
+    let joint = Joint { operands: asked.iter().map(Asked::pieces).collect(), home: numbers.home(), scale };
+    let work = prepare(&joined, &numbers, &joint, REACH * size, run)?;
     let Work { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
@@ -200,7 +200,9 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         report.shortfalls.push(Fault::FacingAway { triangles: best.report.inverted, places: Vec::new() });
     }
     let known = numbers.names.iter().map(String::as_str);
-    let mut whole = finished(part, best, &made, report, &mut clock, run)?;
+    report.stage("mesh", best.mesh.triangles.len(), &mut clock, run);
+    name_groups(part, &mut best.mesh, &made, &mut report);
+    let mut whole = finished(best, report, &mut clock, run)?;
     whole.report.shortfalls.extend(lost_groups(part, known, &whole.mesh.faces));
     Ok(whole)
 }
@@ -232,7 +234,7 @@ fn refuse(options: &MeshOptions) -> Result<()> {
     }
 }
 
-fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
+fn exact_options(numbers: &Numbers<'_>, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
     let wishes = Wishes::new(&options.refinements, diagonal, numbers.names.iter().map(String::as_str))?;
     let wanted = Wish::new(size, diagonal, options);
     let least = options.least_length().unwrap_or(size / LEAST_SHARE);
@@ -248,19 +250,10 @@ fn exact_options(numbers: &Numbers, diagonal: f64, size: f64, options: &MeshOpti
     Ok(ExactOptions { face_sizes, regions: wishes.regions, narrowest, ..plain })
 }
 
-/// The finished mesh with its names and its report.
-fn finished(
-    part: &Part,
-    best: ExactMesh,
-    made: &[Made],
-    mut report: Report,
-    clock: &mut Clock,
-    run: &Run,
-) -> Result<Meshed> {
-    let ExactMesh { mut mesh, seams, corners, .. } = best;
+/// Gives the mesh the groups of the part, and those of its operands that have names of their own.
+fn name_groups(part: &Part, mesh: &mut TriMesh, made: &[Made], report: &mut Report) {
     mesh.groups.clear();
-    report.stage("mesh", mesh.triangles.len(), clock, run);
-    finish_names(part, &mut mesh, &mut report);
+    finish_names(part, mesh, report);
     for (name, faces) in made.iter().flat_map(|m| named_groups(&m.mesh)) {
         let number = |f: &String| mesh.faces.iter().position(|x| x == f).map(|k| k as u32);
         let faces: Vec<u32> = faces.iter().filter_map(number).collect();
@@ -268,6 +261,11 @@ fn finished(
             mesh.groups.push(Group { name, faces });
         }
     }
+}
+
+/// The finished mesh with its report.
+fn finished(best: ExactMesh, mut report: Report, clock: &mut Clock, run: &Run) -> Result<Meshed> {
+    let ExactMesh { mesh, seams, corners, .. } = best;
     run.progress("check", 0.0);
     let measured = check(&mesh, Expectation::default(), None, run)?;
     report.judge(measured, 0.0);

@@ -5,7 +5,7 @@ use super::super::ladder::{Attempts, Change, Ladder, Seen};
 use super::joint::Joint;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Patchwork, remesh_patches, remesh_patchwork};
+use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, Patchwork, remesh_patches, remesh_patchwork};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -51,10 +51,11 @@ impl Ladder for Remeshing<'_> {
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
         let Self { names, joint, exact, .. } = *self;
+        let target = ExactTarget { surface: joint, names };
         let made = if self.narrow {
-            remesh_patches(names, self.work.clone(), joint, exact, run, None)?
+            remesh_patches(self.work.clone(), target, exact, run, None)?
         } else {
-            remesh_patchwork(self.work.clone(), names, joint, exact, run, None)?
+            remesh_patchwork(self.work.clone(), target, exact, run, None)?
         };
         let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
         let number = attempts.add(attempt, run);

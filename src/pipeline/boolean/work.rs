@@ -119,7 +119,8 @@ pub(super) fn coinciding(made: &[Made], scale: f64, run: &Run) -> Result<Option<
 }
 
 /// All operands with their numbers in the joint.
-pub(super) struct Numbers {
+pub(super) struct Numbers<'a> {
+    pub(super) made: &'a [Made],
     /// The first triangle, node, piece and face of each operand.
     triangles: Vec<u32>,
     nodes: Vec<u32>,
@@ -132,8 +133,8 @@ pub(super) struct Numbers {
     pub(super) face_sizes: Vec<Option<f64>>,
 }
 
-impl Numbers {
-    pub(super) fn new(made: &[Made]) -> Self {
+impl<'a> Numbers<'a> {
+    pub(super) fn new(made: &'a [Made]) -> Self {
         let starts = |count: &dyn Fn(&Made) -> usize| {
             let mut sum = 0;
             let start = |m: &Made| {
@@ -158,6 +159,7 @@ impl Numbers {
             faces.push(m.mesh.faces.iter().enumerate().map(&mut number).collect());
         }
         Self {
+            made,
             triangles: starts(&|m| m.mesh.triangles.len()),
             nodes: starts(&|m| m.mesh.nodes.len()),
             pieces: starts(&|m| m.count as usize),
@@ -168,8 +170,8 @@ impl Numbers {
     }
 
     /// Where each piece is at home.
-    pub(super) fn home(made: &[Made]) -> Vec<(u32, u32)> {
-        made.iter().enumerate().flat_map(|(o, m)| (0..m.count).map(move |k| (o as u32, k))).collect()
+    pub(super) fn home(&self) -> Vec<(u32, u32)> {
+        self.made.iter().enumerate().flat_map(|(o, m)| (0..m.count).map(move |k| (o as u32, k))).collect()
     }
 
     /// The operand something belongs to, and its number there.
@@ -179,16 +181,16 @@ impl Numbers {
     }
 
     /// Piece and face of a triangle.
-    pub(super) fn of_triangle(&self, made: &[Made], t: u32) -> (u32, u32) {
+    pub(super) fn of_triangle(&self, t: u32) -> (u32, u32) {
         let (o, own) = Self::own(&self.triangles, t);
-        let label = made[o].mesh.labels[own] as usize;
-        (self.pieces[o] + made[o].pieces[own], self.faces[o][label])
+        let label = self.made[o].mesh.labels[own] as usize;
+        (self.pieces[o] + self.made[o].pieces[own], self.faces[o][label])
     }
 
     /// Whether a triangle is a wall that only keeps an endless operand in a box.
-    pub(super) fn is_wall(&self, made: &[Made], t: u32) -> bool {
+    pub(super) fn is_wall(&self, t: u32) -> bool {
         let (o, own) = Self::own(&self.triangles, t);
-        let m = &made[o];
+        let m = &self.made[o];
         let Some(walls) = m.walled else { return false };
         let (near, corners) = (FLUSH * walls.diagonal(), m.mesh.corners(own));
         let on = |k: usize, x: f64| corners.iter().all(|p| (p[k] - x).abs() <= near);
@@ -234,8 +236,7 @@ fn aliases(joint: &Joint<'_>) -> Vec<u32> {
 /// Puts joined triangles on the true surfaces and divides them into patches. `reach` is how far a node may be from where it belongs.
 pub(super) fn prepare(
     joined: &Joined,
-    made: &[Made],
-    numbers: &Numbers,
+    numbers: &Numbers<'_>,
     joint: &Joint<'_>,
     reach: f64,
     run: &Run,
@@ -245,7 +246,7 @@ pub(super) fn prepare(
     let of: Vec<(u32, u32)> = joined
         .from
         .iter()
-        .map(|t| numbers.of_triangle(made, *t))
+        .map(|t| numbers.of_triangle(*t))
         .map(|(piece, face)| (alias.get(piece as usize).copied().unwrap_or(piece), face))
         .collect();
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); count];
@@ -310,8 +311,8 @@ pub(super) fn prepare(
     let mut sizes = vec![f64::INFINITY; count];
     for (v, k) in joined.node.iter().enumerate().filter(|x| *x.1 != NONE) {
         let (o, own) = Numbers::own(&numbers.nodes, *k);
-        sizes[v] = made[o].sizes.get(own).copied().unwrap_or(f64::INFINITY);
-        if made[o].pinned.get(own).copied().unwrap_or(false) {
+        sizes[v] = numbers.made[o].sizes.get(own).copied().unwrap_or(f64::INFINITY);
+        if numbers.made[o].pinned.get(own).copied().unwrap_or(false) {
             edit.set_pinned(v as u32, true);
         }
     }

@@ -1,5 +1,7 @@
 //! Closing a narrow region: both sides become the same edges.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -61,7 +63,7 @@ pub(super) fn close(brep: &Brep, face: u32, region: &Region, width: f64) -> Resu
     let mut gone: Vec<u32> = Vec::new();
     let mut made: Vec<u32> = Vec::new();
     for w in region.joints.windows(2) {
-        let [a, b] = [0, 1].map(|k| piece(&out, brep, &region.sides[k], w[0][k], w[1][k], &cuts));
+        let [a, b] = [0, 1].map(|k| piece(&out, brep, &region.sides[k], w[0][k]..w[1][k], &cuts));
         match (a?, b?) {
             (Some(a), Some(b)) if a.edge == b.edge => {}
             (Some(a), Some(b)) if a.length.max(b.length) > SHORT * width => {
@@ -155,10 +157,10 @@ fn piece(
     brep: &Brep,
     before: &Brep,
     side: &Side,
-    from: usize,
-    to: usize,
+    joints: Range<usize>,
     cuts: &FxHashMap<u32, Vec<(f64, u32)>>,
 ) -> Result<Option<Piece>, String> {
+    let Range { start: from, end: to } = joints;
     if from == to {
         return Ok(None);
     }
