@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
-use super::sheet::{Facet, Line, Sheet};
+use super::sheet::{FaceTriangle, Line, Sheet};
 use super::simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
 use super::sizes::{curvatures, divide_features, is_smooth};
 use crate::error::Result;
@@ -332,9 +332,9 @@ fn sheets(
     normals: &[DVec3],
     bends: &[f64],
     count: usize,
-    sheet: impl Fn(Vec<Facet>) -> Sheet + Sync + Send,
+    sheet: impl Fn(Vec<FaceTriangle>) -> Sheet + Sync + Send,
 ) -> Vec<Sheet> {
-    let mut parts: Vec<Vec<Facet>> = vec![Vec::new(); count];
+    let mut parts: Vec<Vec<FaceTriangle>> = vec![Vec::new(); count];
     let mut number = vec![NONE; mesh.triangle_capacity()];
     let mut counts = vec![0; count];
     for t in mesh.triangles() {
@@ -348,7 +348,7 @@ fn sheets(
     };
     for t in mesh.triangles() {
         let around = [3 * t, 3 * t + 1, 3 * t + 2].map(|h| h as usize);
-        parts[mesh.label(t) as usize].push(Facet {
+        parts[mesh.label(t) as usize].push(FaceTriangle {
             corners: mesh.corner_points(t),
             normals: around.map(|h| normals[h]),
             bends: around.map(|h| bends[h]),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::mesh::edit::NONE;
-use crate::spatial::{Aabb, Bvh, Cells, segment_foot, triangle_foot};
+use crate::spatial::{Aabb, Bvh, TriangleCells, segment_foot, triangle_foot};
 
 /// Points asked for lie up to about this share of the mesh's edge length off the surface.
 const OFF: f64 = 0.2;
@@ -14,7 +14,7 @@ const FAN: usize = 24;
 
 /// A triangle of a face, with what is known at its corners.
 #[derive(Clone)]
-pub(super) struct Facet {
+pub(super) struct FaceTriangle {
     pub(super) corners: [DVec3; 3],
     /// Normals of this face alone.
     pub(super) normals: [DVec3; 3],
@@ -24,7 +24,7 @@ pub(super) struct Facet {
     pub(super) beside: [u32; 3],
 }
 
-impl Facet {
+impl FaceTriangle {
     /// Barycentric coordinates of the point nearest to `p`.
     fn foot(&self, p: DVec3) -> [f64; 3] {
         triangle_foot(p, self.corners)
@@ -49,8 +49,8 @@ impl Facet {
 
 /// The triangles of a face.
 pub(super) struct Sheet {
-    facets: Vec<Facet>,
-    cells: Cells,
+    facets: Vec<FaceTriangle>,
+    cells: TriangleCells,
     /// Unit normal and offset, where the face is a plane to the precision of its nodes.
     pub(super) plane: Option<(DVec3, f64)>,
     /// Whether the triangles tell how the surface bends.
@@ -59,15 +59,15 @@ pub(super) struct Sheet {
 
 impl Sheet {
     /// `scale` is the edge length of meshes whose points are asked for.
-    pub(super) fn new(facets: Vec<Facet>, precision: f64, scale: f64, smooth: bool) -> Self {
+    pub(super) fn new(facets: Vec<FaceTriangle>, precision: f64, scale: f64, smooth: bool) -> Self {
         let plane = plane(&facets, precision);
-        let cells = Cells::new(&facets.iter().map(|f| f.corners).collect::<Vec<_>>(), OFF * scale);
+        let cells = TriangleCells::new(&facets.iter().map(|f| f.corners).collect::<Vec<_>>(), OFF * scale);
         Self { facets, cells, plane, smooth }
     }
 
     /// A triangle none of whose neighbors is nearer to `p`, found by walking there, and the barycentric coordinates of its
     /// nearest point; nothing where a walk may not be trusted.
-    fn walk(&self, p: DVec3) -> Option<(&Facet, [f64; 3])> {
+    fn walk(&self, p: DVec3) -> Option<(&FaceTriangle, [f64; 3])> {
         let (start, cell) = self.cells.start(p)?;
         let at = |t: u32| {
             let f = &self.facets[t as usize];
@@ -121,7 +121,7 @@ impl Sheet {
     }
 
     /// The triangle nearest to `p` and the barycentric coordinates of the nearest point.
-    fn nearest(&self, p: DVec3) -> Option<(&Facet, [f64; 3])> {
+    fn nearest(&self, p: DVec3) -> Option<(&FaceTriangle, [f64; 3])> {
         if let Some(found) = self.walk(p) {
             return Some(found);
         }
@@ -151,7 +151,8 @@ impl Sheet {
 
     /// The nearest point on triangles that face the way of `normal`, and the normal there.
     pub(super) fn foot_facing(&self, p: DVec3, normal: DVec3, reach: f64) -> Option<(DVec3, Option<DVec3>)> {
-        let faces = |f: &Facet| (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]).dot(normal) > 0.0;
+        let faces =
+            |f: &FaceTriangle| (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]).dot(normal) > 0.0;
         if let Some((f, w)) = self.walk(p)
             && faces(f)
         {
@@ -191,7 +192,7 @@ fn mix(c: &[DVec3; 3], w: [f64; 3]) -> DVec3 {
 }
 
 /// The plane through all corners to the precision given.
-fn plane(facets: &[Facet], precision: f64) -> Option<(DVec3, f64)> {
+fn plane(facets: &[FaceTriangle], precision: f64) -> Option<(DVec3, f64)> {
     let n = facets.iter().map(|f| f.corners).map(|[a, b, c]| (b - a).cross(c - a)).sum::<DVec3>().try_normalize()?;
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
     for p in facets.iter().flat_map(|f| &f.corners) {

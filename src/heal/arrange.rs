@@ -6,7 +6,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::clean::is_flat;
-use super::exact::Points;
+use super::exact::ExactPoints;
 use super::planar;
 use crate::error::Result;
 use crate::mesh::{TriMesh, self_intersections};
@@ -142,7 +142,7 @@ struct Cuts {
 }
 
 fn cut(complex: &Complex, pairs: &[[u32; 2]], run: &Run) -> Result<Complex> {
-    let mut points = Points::new(&complex.nodes);
+    let mut points = ExactPoints::new(&complex.nodes);
     let mut cuts: FxHashMap<u32, Cuts> = FxHashMap::default();
     for [t, u] in pairs {
         for v in [t, u].into_iter().flat_map(|t| complex.triangles[*t as usize]) {
@@ -187,9 +187,9 @@ pub(super) fn axis_of(p: [DVec3; 3]) -> usize {
 }
 
 /// Finds where two triangles meet and hands it out: `(is it for the first, points, segment between two of them)`.
-fn contact(points: &mut Points, a: [u32; 3], b: [u32; 3], mut found: impl FnMut(bool, &[u32], Option<[u32; 2]>)) {
-    let at = |points: &Points, v: u32| points.near[v as usize];
-    let side = |points: &Points, t: [u32; 3], v: u32| {
+fn contact(points: &mut ExactPoints, a: [u32; 3], b: [u32; 3], mut found: impl FnMut(bool, &[u32], Option<[u32; 2]>)) {
+    let at = |points: &ExactPoints, v: u32| points.near[v as usize];
+    let side = |points: &ExactPoints, t: [u32; 3], v: u32| {
         if t.contains(&v) { 0.0 } else { orient3d(at(points, t[0]), at(points, t[1]), at(points, t[2]), at(points, v)) }
     };
     let (sa, sb) = (a.map(|v| side(points, b, v)), b.map(|v| side(points, a, v)));
@@ -234,14 +234,14 @@ fn contact(points: &mut Points, a: [u32; 3], b: [u32; 3], mut found: impl FnMut(
 }
 
 /// Whether the closed triangle holds the point, all in one plane seen along `axis`.
-fn holds(points: &Points, t: [u32; 3], p: u32, axis: usize) -> bool {
+fn holds(points: &ExactPoints, t: [u32; 3], p: u32, axis: usize) -> bool {
     let s: [Ordering; 3] = std::array::from_fn(|i| points.orient(t[i], t[(i + 1) % 3], p, axis));
     !(s.contains(&Ordering::Less) && s.contains(&Ordering::Greater))
 }
 
 /// Points of a segment in a closed triangle of the same plane that matter, in their order along it: ends inside, crossings
 /// with the sides, corners on it.
-fn clip(points: &mut Points, [p, q]: [u32; 2], t: [u32; 3], axis: usize) -> Vec<u32> {
+fn clip(points: &mut ExactPoints, [p, q]: [u32; 2], t: [u32; 3], axis: usize) -> Vec<u32> {
     let mut on: Vec<u32> = [p, q].into_iter().filter(|v| holds(points, t, *v, axis)).collect();
     for k in 0..3 {
         let (c, d) = (t[k], t[(k + 1) % 3]);

@@ -8,7 +8,7 @@ use crate::mesh::TriMesh;
 
 /// A closed chain of open edges. Its nodes follow the open sides of the triangles, so a filling triangle runs against them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Contour {
+pub(super) struct OpenContour {
     /// The nodes in order; the last is joined to the first.
     pub(super) nodes: Vec<u32>,
     /// Found by our continuation, not by the iteration of the paper.
@@ -17,13 +17,13 @@ pub(super) struct Contour {
 
 /// A chain of open sides between two branching nodes.
 #[derive(Debug, Clone)]
-struct Chain {
+struct OpenChain {
     nodes: Vec<u32>,
     /// The piece of the surface its triangles belong to.
     pieces: Vec<u32>,
 }
 
-impl Chain {
+impl OpenChain {
     fn start(&self) -> u32 {
         self.nodes[0]
     }
@@ -39,7 +39,7 @@ impl Chain {
 /// node are contours; then a pair of chains between the same two nodes is a contour if it is the only pair there and no path
 /// over triangles leads from one chain to the other. Where neither finds anything the paper stops; we go on with the
 /// closed sequence of chains that spans the smallest area, and mark it. What is left, if anything, closes in no direction.
-pub(super) fn contours(mesh: &TriMesh) -> Vec<Contour> {
+pub(super) fn contours(mesh: &TriMesh) -> Vec<OpenContour> {
     let sides = Sides::of(&mesh.triangles);
     let open = sides.open();
     if open.is_empty() {
@@ -52,12 +52,12 @@ pub(super) fn contours(mesh: &TriMesh) -> Vec<Contour> {
     let mut found = Vec::new();
     while !steps.is_empty() {
         let (chains, closed) = chains(&steps);
-        found.extend(closed.into_iter().map(|nodes| Contour { nodes, continued: false }));
+        found.extend(closed.into_iter().map(|nodes| OpenContour { nodes, continued: false }));
         let mut used = vec![false; chains.len()];
         for (i, c) in chains.iter().enumerate() {
             if c.start() == c.end() {
                 used[i] = true;
-                found.push(Contour { nodes: c.nodes[1..].to_vec(), continued: false });
+                found.push(OpenContour { nodes: c.nodes[1..].to_vec(), continued: false });
             }
         }
         // second step: unique pairs that no path over triangles joins
@@ -75,15 +75,15 @@ pub(super) fn contours(mesh: &TriMesh) -> Vec<Contour> {
                     && !chains[a].pieces.iter().any(|p| chains[b].pieces.contains(p))
                 {
                     (used[a], used[b]) = (true, true);
-                    found.push(Contour { nodes: ring(&[&chains[a], &chains[b]]), continued: false });
+                    found.push(OpenContour { nodes: ring(&[&chains[a], &chains[b]]), continued: false });
                 }
             }
         }
         if !used.iter().any(|u| *u) {
             let Some(cycle) = smallest_cycle(mesh, &chains) else { break };
             cycle.iter().for_each(|i| used[*i] = true);
-            let members: Vec<&Chain> = cycle.iter().map(|i| &chains[*i]).collect();
-            found.push(Contour { nodes: ring(&members), continued: true });
+            let members: Vec<&OpenChain> = cycle.iter().map(|i| &chains[*i]).collect();
+            found.push(OpenContour { nodes: ring(&members), continued: true });
         }
         steps = chains
             .iter()
@@ -97,7 +97,7 @@ pub(super) fn contours(mesh: &TriMesh) -> Vec<Contour> {
 }
 
 /// Parts a contour at nodes it passes twice, so that each part is simple.
-fn simple(contour: Contour) -> Vec<Contour> {
+fn simple(contour: OpenContour) -> Vec<OpenContour> {
     let mut out = Vec::new();
     let mut stack: Vec<u32> = Vec::new();
     let mut at: FxHashMap<u32, usize> = FxHashMap::default();
@@ -107,22 +107,22 @@ fn simple(contour: Contour) -> Vec<Contour> {
             part.iter().for_each(|w| {
                 at.remove(w);
             });
-            out.push(Contour { nodes: part, continued: contour.continued });
+            out.push(OpenContour { nodes: part, continued: contour.continued });
         }
         at.insert(v, stack.len());
         stack.push(v);
     }
-    out.push(Contour { nodes: stack, continued: contour.continued });
+    out.push(OpenContour { nodes: stack, continued: contour.continued });
     out
 }
 
-fn ring(chains: &[&Chain]) -> Vec<u32> {
+fn ring(chains: &[&OpenChain]) -> Vec<u32> {
     chains.iter().flat_map(|c| c.nodes[..c.nodes.len() - 1].iter().copied()).collect()
 }
 
 /// Splits the steps into chains at nodes with more than two of them (or whose steps do not continue); closed chains
 /// without such a node come separately.
-fn chains(steps: &[([u32; 2], u32)]) -> (Vec<Chain>, Vec<Vec<u32>>) {
+fn chains(steps: &[([u32; 2], u32)]) -> (Vec<OpenChain>, Vec<Vec<u32>>) {
     let from = |v: u32| {
         let lo = steps.partition_point(|s| s.0[0] < v);
         let hi = steps.partition_point(|s| s.0[0] <= v);
@@ -133,7 +133,7 @@ fn chains(steps: &[([u32; 2], u32)]) -> (Vec<Chain>, Vec<Vec<u32>>) {
     let passes = |v: u32| from(v).len() == 1 && coming.get(&v) == Some(&1);
     let mut used = vec![false; steps.len()];
     let walk = |first: usize, used: &mut Vec<bool>| {
-        let mut chain = Chain { nodes: vec![steps[first].0[0]], pieces: Vec::new() };
+        let mut chain = OpenChain { nodes: vec![steps[first].0[0]], pieces: Vec::new() };
         let mut i = first;
         loop {
             used[i] = true;
@@ -166,7 +166,7 @@ fn chains(steps: &[([u32; 2], u32)]) -> (Vec<Chain>, Vec<Vec<u32>>) {
 }
 
 /// The closed sequence of chains that spans the smallest area: pairs first, then the shortest cycles through each chain.
-fn smallest_cycle(mesh: &TriMesh, chains: &[Chain]) -> Option<Vec<usize>> {
+fn smallest_cycle(mesh: &TriMesh, chains: &[OpenChain]) -> Option<Vec<usize>> {
     let mut leaving: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
     for (i, c) in chains.iter().enumerate() {
         leaving.entry(c.start()).or_default().push(i);
@@ -174,7 +174,7 @@ fn smallest_cycle(mesh: &TriMesh, chains: &[Chain]) -> Option<Vec<usize>> {
     let none: Vec<usize> = Vec::new();
     let after = |v: u32| leaving.get(&v).unwrap_or(&none);
     let area = |cycle: &[usize]| {
-        let members: Vec<&Chain> = cycle.iter().map(|i| &chains[*i]).collect();
+        let members: Vec<&OpenChain> = cycle.iter().map(|i| &chains[*i]).collect();
         spanned(mesh, &ring(&members))
     };
     let mut best: Option<(f64, Vec<usize>)> = None;

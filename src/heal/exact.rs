@@ -10,13 +10,13 @@ use rustc_hash::FxHashMap;
 
 use crate::numeric::predicates::orient2d;
 
-/// A point `(x, y, z) / w` on the integer grid of a [`Points`], `w > 0`, without common divisor.
+/// A point `(x, y, z) / w` on the integer grid of some [`ExactPoints`], `w > 0`, without common divisor.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Exact([BigInt; 4]);
 
 /// Points by number: first the nodes of a mesh, then what was constructed; equal points have one number.
 #[derive(Debug)]
-pub(super) struct Points {
+pub(super) struct ExactPoints {
     /// Nearest doubles.
     pub(super) near: Vec<DVec3>,
     exact: Vec<Option<Exact>>,
@@ -71,7 +71,7 @@ fn double(num: &BigInt, den: &BigInt, step: i32) -> f64 {
     if num.is_negative() { -x } else { x }
 }
 
-impl Points {
+impl ExactPoints {
     pub(super) fn new(nodes: &[DVec3]) -> Self {
         Self {
             near: nodes.to_vec(),

@@ -31,7 +31,7 @@ pub(super) enum Way {
 }
 
 /// What a filling must know of the mesh it closes.
-pub(super) struct Around<'a> {
+pub(super) struct HoleSurroundings<'a> {
     pub(super) mesh: &'a TriMesh,
     /// Edges in use: a filling must not draw them again.
     pub(super) edges: &'a FxHashSet<u64>,
@@ -43,14 +43,19 @@ pub(super) struct Around<'a> {
 
 /// A filling: nodes that are new, numbered on from those of the mesh, and triangles.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Filling {
+pub(super) struct HoleFilling {
     pub(super) nodes: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Closes the contour, whose nodes follow the open sides. `None` if this way knows no triangulation without drawing an
 /// edge that exists already.
-pub(super) fn fill(around: &Around<'_>, contour: &[u32], way: Way, refine: bool) -> Result<Option<Filling>> {
+pub(super) fn fill(
+    around: &HoleSurroundings<'_>,
+    contour: &[u32],
+    way: Way,
+    refine: bool,
+) -> Result<Option<HoleFilling>> {
     let ring: Vec<u32> = contour.iter().rev().copied().collect();
     let triangles = match way {
         _ if ring.len() < 3 => None,
@@ -78,7 +83,7 @@ fn frame(p: &[DVec3]) -> (DVec3, DVec3, DVec3) {
 
 /// Cuts off ears, the sharpest first. An ear turns left seen along the ring's normal, holds no other node of the ring and
 /// needs no edge that exists; where none is left the sharpest corner with an allowed edge goes.
-fn ears(around: &Around<'_>, ring: &[u32]) -> Option<Vec<[u32; 3]>> {
+fn ears(around: &HoleSurroundings<'_>, ring: &[u32]) -> Option<Vec<[u32; 3]>> {
     let p: Vec<DVec3> = ring.iter().map(|v| around.mesh.nodes[*v as usize]).collect();
     let (_, u, v) = frame(&p);
     let q: Vec<DVec2> = p.iter().map(|x| DVec2::new((*x - p[0]).dot(u), (*x - p[0]).dot(v))).collect();
@@ -135,7 +140,7 @@ fn ears(around: &Around<'_>, ring: &[u32]) -> Option<Vec<[u32; 3]>> {
 
 /// The best triangulation by a dynamic program over pairs of ring nodes; `bend` weighs the largest angle between neighbors
 /// (those outside included) before the area.
-fn optimal(around: &Around<'_>, ring: &[u32], bend: bool) -> Option<Vec<[u32; 3]>> {
+fn optimal(around: &HoleSurroundings<'_>, ring: &[u32], bend: bool) -> Option<Vec<[u32; 3]>> {
     let n = ring.len();
     let p: Vec<DVec3> = ring.iter().map(|v| around.mesh.nodes[*v as usize]).collect();
     let normal = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a);
@@ -203,12 +208,12 @@ fn optimal(around: &Around<'_>, ring: &[u32], bend: bool) -> Option<Vec<[u32; 3]
 
 /// Flips and refines in a mesh of the filling alone, then numbers it as the whole mesh does.
 fn finish(
-    around: &Around<'_>,
+    around: &HoleSurroundings<'_>,
     ring: &[u32],
     new: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     refine: bool,
-) -> Result<Filling> {
+) -> Result<HoleFilling> {
     let first = around.mesh.nodes.len() as u32;
     let r = ring.len() as u32;
     let local: rustc_hash::FxHashMap<u32, u32> = ring.iter().enumerate().map(|(i, v)| (*v, i as u32)).collect();
@@ -225,7 +230,7 @@ fn finish(
     let patch = edit.to_mesh();
     // the ring's nodes are all in use, so they keep their places
     let to_global = |v: u32| if v < r { ring[v as usize] } else { v - r + first };
-    Ok(Filling {
+    Ok(HoleFilling {
         nodes: patch.nodes[ring.len()..].to_vec(),
         triangles: patch.triangles.iter().map(|t| t.map(to_global)).collect(),
     })
@@ -262,7 +267,7 @@ fn shrink(edit: &mut EditMesh, free: impl Fn(u32, u32) -> bool) {
 }
 
 /// Puts nodes into triangles that are large for their surroundings and flips edges toward Delaunay's rule, as P. Liepa.
-fn densify(edit: &mut EditMesh, ring: &[u32], around: &Around<'_>, free: impl Fn(u32, u32) -> bool + Copy) {
+fn densify(edit: &mut EditMesh, ring: &[u32], around: &HoleSurroundings<'_>, free: impl Fn(u32, u32) -> bool + Copy) {
     let most = LARGEST.max(around.mesh.triangles.len());
     let mut size: Vec<f64> = ring.iter().map(|v| around.size[*v as usize]).collect();
     let mean = size.iter().sum::<f64>() / size.len() as f64;

@@ -8,7 +8,7 @@ use crate::mesh::TriMesh;
 
 /// What is known of a filling.
 #[derive(Default)]
-struct Filling {
+struct FillingState {
     area: f64,
     /// Length of its border with each other face, open edges left out.
     borders: FxHashMap<u32, f64>,
@@ -23,7 +23,7 @@ pub fn absorb_fillings(mesh: &mut TriMesh, area: f64, width: f64) -> usize {
     let sides = Sides::of(&mesh.triangles);
     let label = |s: &Side| mesh.labels[s.triangle()];
     let (piece, count) = pieces(mesh.triangles.len(), &sides, |e| e.iter().all(|s| label(s) == filled));
-    let mut found: Vec<Filling> = (0..count).map(|_| Filling::default()).collect();
+    let mut found: Vec<FillingState> = (0..count).map(|_| FillingState::default()).collect();
     for (t, p) in piece.iter().enumerate() {
         found[*p as usize].area += 0.5 * mesh.area_vector(t).length();
     }

@@ -4,8 +4,8 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::clean::areas;
-use super::contours::{Contour, contours, spanned};
-use super::fill::{Around, Filling, Way, fill};
+use super::contours::{OpenContour, contours, spanned};
+use super::fill::{HoleFilling, HoleSurroundings, Way, fill};
 use super::report::{Action, Defect, HealReport};
 use super::sides::{Sides, directed, key, pieces};
 use crate::error::Result;
@@ -60,7 +60,7 @@ pub(super) struct LeftOpen {
     pub(super) refused: usize,
 }
 
-fn places(mesh: &TriMesh, c: &Contour) -> Vec<DVec3> {
+fn places(mesh: &TriMesh, c: &OpenContour) -> Vec<DVec3> {
     c.nodes.iter().map(|v| mesh.nodes[*v as usize]).collect()
 }
 
@@ -89,7 +89,9 @@ pub(super) fn force_holes(mesh: &mut TriMesh, share: f64) -> Result<Vec<DVec3>> 
             continue;
         }
         for way in [Way::Area, Way::Ears, Way::Fan] {
-            let Some(f) = fill(&Around { mesh, edges: &edges, size: &size, apex: &apex }, &c.nodes, way, false)? else {
+            let Some(f) =
+                fill(&HoleSurroundings { mesh, edges: &edges, size: &size, apex: &apex }, &c.nodes, way, false)?
+            else {
                 continue;
             };
             mesh.nodes.extend(f.nodes);
@@ -117,7 +119,7 @@ pub(super) fn close_holes(
     run: &Run,
 ) -> Result<LeftOpen> {
     let all = contours(mesh);
-    let (todo, long): (Vec<Contour>, Vec<Contour>) = all.into_iter().partition(|c| c.nodes.len() <= longest);
+    let (todo, long): (Vec<OpenContour>, Vec<OpenContour>) = all.into_iter().partition(|c| c.nodes.len() <= longest);
     for c in &long {
         report.add(defect, Action::Left, c.nodes.len(), &places(mesh, c));
     }
@@ -144,10 +146,11 @@ pub(super) fn close_holes(
         let mut trial = mesh.clone();
         let mut owner: Vec<u32> = Vec::new();
         for (i, c) in todo.iter().enumerate() {
-            let mut made: Option<Filling> = None;
+            let mut made: Option<HoleFilling> = None;
             while tried[i] < TRIES.len() && made.is_none() {
                 let (way, refine) = TRIES[tried[i]];
-                made = fill(&Around { mesh, edges: &drawn, size: &size, apex: &apex }, &c.nodes, way, refine)?;
+                made =
+                    fill(&HoleSurroundings { mesh, edges: &drawn, size: &size, apex: &apex }, &c.nodes, way, refine)?;
                 if made.is_none() {
                     tried[i] += 1;
                 }

@@ -4,13 +4,13 @@ use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use super::arrange::axis_of;
-use super::exact::Points;
+use super::exact::ExactPoints;
 use crate::error::{Error, Result};
 use crate::mesh::edit::{next, prev};
 use crate::mesh::{EditMesh, TriMesh};
 
 /// Whether `c`, which lies on the line `a b`, lies strictly between them.
-pub(super) fn between(points: &Points, a: u32, b: u32, c: u32, axis: usize) -> bool {
+pub(super) fn between(points: &ExactPoints, a: u32, b: u32, c: u32, axis: usize) -> bool {
     c != a
         && c != b
         && along(points, [a, b], [a, c], axis) == Ordering::Less
@@ -18,7 +18,7 @@ pub(super) fn between(points: &Points, a: u32, b: u32, c: u32, axis: usize) -> b
 }
 
 /// Which of two points of the line `a b` comes first on the way from `a` to `b`.
-fn along(points: &Points, [a, b]: [u32; 2], [p, q]: [u32; 2], axis: usize) -> Ordering {
+fn along(points: &ExactPoints, [a, b]: [u32; 2], [p, q]: [u32; 2], axis: usize) -> Ordering {
     // in the direction in which the line is longer its points are ordered by that coordinate
     for i in [(axis + 1) % 3, (axis + 2) % 3] {
         let way = points.compare(a, b, i);
@@ -31,7 +31,7 @@ fn along(points: &Points, [a, b]: [u32; 2], [p, q]: [u32; 2], axis: usize) -> Or
 }
 
 /// Sorts points of the line `a b` from `a` to `b`.
-pub(super) fn sort_along(points: &Points, a: u32, b: u32, axis: usize, on: &mut [u32]) {
+pub(super) fn sort_along(points: &ExactPoints, a: u32, b: u32, axis: usize, on: &mut [u32]) {
     on.sort_by(|p, q| along(points, [a, b], [*p, *q], axis));
 }
 
@@ -43,7 +43,7 @@ fn fault(why: &str) -> Error {
 /// edges. Where the segments leave a choice, Delaunay's rule in the plane seen along the axis decides, and the smallest
 /// number where that does not, so that the same region is triangulated alike whichever triangle it is part of.
 pub(super) fn triangulate(
-    points: &mut Points,
+    points: &mut ExactPoints,
     tri: [u32; 3],
     more: &[u32],
     segments: &[[u32; 2]],
@@ -109,19 +109,19 @@ pub(super) fn triangulate(
     Ok(out.map(|[a, b, c]| if turned { [a, c, b] } else { [a, b, c] }).collect())
 }
 
-fn apart(points: &Points, [a, b]: [u32; 2], [c, d]: [u32; 2]) -> bool {
+fn apart(points: &ExactPoints, [a, b]: [u32; 2], [c, d]: [u32; 2]) -> bool {
     let p = |v: u32| points.near[v as usize];
     let (lo, hi) = (p(a).min(p(b)), p(a).max(p(b)));
     let slack = 4.0 * f64::EPSILON * hi.abs().max(lo.abs()).max_element();
     !((lo - slack).cmple(p(c).max(p(d))).all() && p(c).min(p(d)).cmple(hi + slack).all())
 }
 
-fn inside_box(points: &Points, a: u32, b: u32, v: u32) -> bool {
+fn inside_box(points: &ExactPoints, a: u32, b: u32, v: u32) -> bool {
     !apart(points, [a, b], [v, v])
 }
 
 /// Puts a point where it belongs: into a triangle or onto an edge.
-fn insert(points: &Points, edit: &mut EditMesh, names: &[u32], v: u32, axis: usize) -> Result<()> {
+fn insert(points: &ExactPoints, edit: &mut EditMesh, names: &[u32], v: u32, axis: usize) -> Result<()> {
     for t in 0..edit.triangle_capacity() as u32 {
         let c = edit.corners(t).map(|i| names[i as usize]);
         let s: [Ordering; 3] = std::array::from_fn(|k| points.orient(c[k], c[(k + 1) % 3], v, axis));
@@ -141,7 +141,7 @@ fn insert(points: &Points, edit: &mut EditMesh, names: &[u32], v: u32, axis: usi
 
 /// Makes `u v` an edge by flipping those that cross it, and marks it: S. W. Sloan, "A fast algorithm for generating
 /// constrained Delaunay triangulations" (1993).
-fn recover(points: &Points, edit: &mut EditMesh, names: &[u32], [u, v]: [u32; 2], axis: usize) -> Result<()> {
+fn recover(points: &ExactPoints, edit: &mut EditMesh, names: &[u32], [u, v]: [u32; 2], axis: usize) -> Result<()> {
     let o = |a: u32, b: u32, c: u32| points.orient(names[a as usize], names[b as usize], names[c as usize], axis);
     let opposed = |s: Ordering, t: Ordering| s != Ordering::Equal && t == s.reverse();
     let crossing = |a: u32, b: u32| {
@@ -180,7 +180,7 @@ fn recover(points: &Points, edit: &mut EditMesh, names: &[u32], [u, v]: [u32; 2]
 }
 
 /// Flips unmarked edges until Delaunay's rule holds.
-fn delaunay(points: &Points, edit: &mut EditMesh, names: &[u32], axis: usize) {
+fn delaunay(points: &ExactPoints, edit: &mut EditMesh, names: &[u32], axis: usize) {
     let mut stack: Vec<u32> = edit.edges().collect();
     let mut steps = 64 * (edit.triangle_capacity() + 4) * (edit.triangle_capacity() + 4);
     while let Some(h) = stack.pop() {

@@ -144,7 +144,7 @@ fn ears_are_cut_and_edges_flipped_while_the_area_falls() {
     let inner = contours(&ring).into_iter().find(|c| c.nodes.iter().all(|v| *v < n)).unwrap();
     let edges = sides::Sides::of(&ring.triangles).edges().map(|e| e[0].key).collect();
     let (size, apex) = (vec![0.4; ring.nodes.len()], Default::default());
-    let around = fill::Around { mesh: &ring, edges: &edges, size: &size, apex: &apex };
+    let around = fill::HoleSurroundings { mesh: &ring, edges: &edges, size: &size, apex: &apex };
     let made = fill::fill(&around, &inner.nodes, fill::Way::Ears, false).unwrap().unwrap();
     assert_eq!((made.nodes.len(), made.triangles.len()), (0, n as usize - 2));
     let area = |t: [u32; 3]| {

@@ -16,14 +16,14 @@ pub(super) const UNNAMED: &str = "surface";
 
 /// A mesh that grows triangle by triangle, with faces found by name.
 #[derive(Default)]
-pub(super) struct Builder {
+pub(super) struct MeshBuilder {
     /// The mesh so far.
     pub(super) mesh: TriMesh,
     by_name: FxHashMap<String, u32>,
     by_place: FxHashMap<[u64; 3], u32>,
 }
 
-impl Builder {
+impl MeshBuilder {
     /// The number of the face of that name, which comes into being when it is first asked for.
     pub(super) fn face(&mut self, name: &str) -> u32 {
         if let Some(&face) = self.by_name.get(name) {

@@ -6,14 +6,14 @@ use crate::error::{Error, Result};
 
 use super::atomic::write_failed;
 use super::layout::Layout;
-use super::regions::Regions;
+use super::regions::RegionSets;
 use super::text::escape;
 
 /// The script for the mesh file of this name, which stands in the same folder.
 ///
 /// # Errors
 /// [`Error::Failed`] where nothing is closed; what is open beside closed shells is a warning of the caller.
-pub(super) fn write(out: &mut dyn Write, mesh_file: &str, layout: &Layout, regions: &Regions) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, mesh_file: &str, layout: &Layout, regions: &RegionSets) -> Result<()> {
     if layout.solids.is_empty() {
         let what = "the mesh has no closed shell, so there is no volume to fill; close it first (`rvachev heal`)";
         return Err(Error::Failed(what.into()));

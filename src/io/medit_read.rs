@@ -17,7 +17,7 @@ use super::numbered::{Element, Numbered};
 use super::text::{at, count, ended, point, quote, unescape};
 
 /// Words of a text without its comments, which begin with `#`, but for the names in those of our own files.
-struct Words<'a> {
+struct TextWords<'a> {
     rest: &'a [u8],
     line: usize,
     /// Names by reference.
@@ -26,7 +26,7 @@ struct Words<'a> {
     ours: bool,
 }
 
-impl<'a> Words<'a> {
+impl<'a> TextWords<'a> {
     fn next(&mut self) -> Option<&'a str> {
         loop {
             match self.rest {
@@ -80,7 +80,7 @@ impl<'a> Words<'a> {
 }
 
 /// What a keyword announces.
-enum Section {
+enum KeywordSection {
     /// A number that stands for itself.
     Setting,
     Vertices,
@@ -92,16 +92,16 @@ enum Section {
     Other(usize),
 }
 
-fn section(word: &str) -> Option<Section> {
+fn section(word: &str) -> Option<KeywordSection> {
     Some(match word {
-        "Dimension" => Section::Setting,
-        "Vertices" => Section::Vertices,
-        "Triangles" => Section::Faces(3),
-        "Quadrilaterals" => Section::Faces(4),
-        "Tetrahedra" => Section::Volumes(5),
-        "Pyramids" => Section::Volumes(6),
-        "Prisms" | "Wedges" | "Pentahedra" => Section::Volumes(7),
-        "Hexahedra" | "Hexaedra" => Section::Volumes(9),
+        "Dimension" => KeywordSection::Setting,
+        "Vertices" => KeywordSection::Vertices,
+        "Triangles" => KeywordSection::Faces(3),
+        "Quadrilaterals" => KeywordSection::Faces(4),
+        "Tetrahedra" => KeywordSection::Volumes(5),
+        "Pyramids" => KeywordSection::Volumes(6),
+        "Prisms" | "Wedges" | "Pentahedra" => KeywordSection::Volumes(7),
+        "Hexahedra" | "Hexaedra" => KeywordSection::Volumes(9),
         "Corners"
         | "Ridges"
         | "RequiredVertices"
@@ -111,16 +111,18 @@ fn section(word: &str) -> Option<Section> {
         | "RequiredTetrahedra"
         | "ParallelVertices"
         | "ParallelEdges"
-        | "ParallelTriangles" => Section::Other(1),
-        "NormalAtVertices" | "TangentAtVertices" => Section::Other(2),
-        "Edges" | "NormalAtTriangleVertices" | "NormalAtQuadrilateralVertices" | "TangentAtEdges" => Section::Other(3),
+        | "ParallelTriangles" => KeywordSection::Other(1),
+        "NormalAtVertices" | "TangentAtVertices" => KeywordSection::Other(2),
+        "Edges" | "NormalAtTriangleVertices" | "NormalAtQuadrilateralVertices" | "TangentAtEdges" => {
+            KeywordSection::Other(3)
+        }
         _ => return None,
     })
 }
 
 pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut words = Words { rest: bytes, line: 1, names: BTreeMap::new(), ours: false };
+    let mut words = TextWords { rest: bytes, line: 1, names: BTreeMap::new(), ours: false };
     let first = words.expect("`MeshVersionFormatted`")?;
     if first != "MeshVersionFormatted" {
         let what = format!("a Medit file begins with `MeshVersionFormatted`, not {}", quote(first));
@@ -137,20 +139,20 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         }
         let line = words.line;
         match section(word) {
-            Some(Section::Setting) => {
+            Some(KeywordSection::Setting) => {
                 axes = words.count("the dimension")?;
                 if !matches!(axes, 2 | 3) {
                     return Err(at(words.line, format!("the dimension is {axes}, and must be 2 or 3")));
                 }
             }
-            Some(Section::Vertices) => vertices(&mut words, &mut raw, axes, run)?,
-            Some(Section::Faces(corners)) => faces(&mut words, &mut raw, corners, run)?,
-            Some(Section::Volumes(numbers)) => {
+            Some(KeywordSection::Vertices) => vertices(&mut words, &mut raw, axes, run)?,
+            Some(KeywordSection::Faces(corners)) => faces(&mut words, &mut raw, corners, run)?,
+            Some(KeywordSection::Volumes(numbers)) => {
                 let n = pass(&mut words, word, numbers)?;
                 raw.partial |= n > 0;
                 raw.volumes |= n > 0;
             }
-            Some(Section::Other(numbers)) => _ = pass(&mut words, word, numbers)?,
+            Some(KeywordSection::Other(numbers)) => _ = pass(&mut words, word, numbers)?,
             // Normals and tangents have as many numbers as there are axes.
             None if matches!(word, "Normals" | "Tangents") => _ = pass(&mut words, word, axes)?,
             None => {
@@ -161,7 +163,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     }
 }
 
-fn vertices(words: &mut Words, raw: &mut Numbered, axes: usize, run: &Run) -> Result<()> {
+fn vertices(words: &mut TextWords, raw: &mut Numbered, axes: usize, run: &Run) -> Result<()> {
     // Coordinates and a reference have a digit and a blank each; the last blank may be the end of the file.
     let n = words.items(2 * axes + 1, "vertices")?;
     raw.nodes.reserve(n);
@@ -180,7 +182,7 @@ fn vertices(words: &mut Words, raw: &mut Numbered, axes: usize, run: &Run) -> Re
     Ok(())
 }
 
-fn faces(words: &mut Words, raw: &mut Numbered, corners: usize, run: &Run) -> Result<()> {
+fn faces(words: &mut TextWords, raw: &mut Numbered, corners: usize, run: &Run) -> Result<()> {
     let what = if corners == 3 { "triangle" } else { "quadrilateral" };
     let n = words.items(2 * corners + 1, &format!("{what}s"))?;
     raw.elements.reserve(n);
@@ -214,7 +216,7 @@ fn faces(words: &mut Words, raw: &mut Numbered, corners: usize, run: &Run) -> Re
 }
 
 /// Passes over a section; returns how many items it has.
-fn pass(words: &mut Words, what: &str, numbers: usize) -> Result<usize> {
+fn pass(words: &mut TextWords, what: &str, numbers: usize) -> Result<usize> {
     let n = words.items(2 * numbers - 1, what)?;
     for i in 0..n {
         for _ in 0..numbers {

@@ -323,7 +323,7 @@ fn mesh_of_script(path: &Path) -> PathBuf {
 fn write_script(path: &Path, mesh: &dyn MeshView, options: &WriteOptions, run: &Run) -> Result<Written> {
     build::check_mesh(mesh)?;
     let layout = layout::Layout::new(mesh, options)?;
-    let regions = regions::Regions::new(mesh, options.groups, &layout);
+    let regions = regions::RegionSets::new(mesh, options.groups, &layout);
     let beside = mesh_of_script(path);
     let name = beside.file_name().unwrap_or_default().to_string_lossy();
     let mut script = Vec::new();
@@ -383,7 +383,7 @@ fn encode_sets(
     run: &Run,
 ) -> Result<Written> {
     let layout = layout::Layout::new(mesh, options)?;
-    let regions = regions::Regions::new(mesh, options.groups, &layout);
+    let regions = regions::RegionSets::new(mesh, options.groups, &layout);
     let mut written = Written { warnings: regions.warnings.clone(), ..Written::default() };
     if format == Format::ThreeMf {
         threemf::write(out, mesh, &layout, options.unit.as_deref(), run)?;
@@ -440,7 +440,7 @@ fn encode_sets(
 pub fn names(mesh: &dyn MeshView, options: &WriteOptions) -> Result<Names> {
     build::check_mesh(mesh)?;
     let layout = layout::Layout::new(mesh, options)?;
-    let regions = regions::Regions::new(mesh, options.groups, &layout);
+    let regions = regions::RegionSets::new(mesh, options.groups, &layout);
     Ok(Names::new(mesh, options.groups, &layout, &regions))
 }
 

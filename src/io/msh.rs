@@ -21,7 +21,7 @@ use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
 use super::layout::{Layout, NodeOwner, SurfaceEntity};
 use super::line::Line;
-use super::regions::{NamedSet, Regions};
+use super::regions::{NamedSet, RegionSets};
 use super::text::escape;
 
 /// gmsh's number of the two-node line.
@@ -99,7 +99,7 @@ type Beside<'a> = (&'a [u32], Option<u32>);
 pub(super) struct Gmsh<'a> {
     pub(super) mesh: &'a dyn MeshView,
     pub(super) layout: &'a Layout,
-    pub(super) regions: &'a Regions,
+    pub(super) regions: &'a RegionSets,
 }
 
 impl Gmsh<'_> {

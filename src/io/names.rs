@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::layout::Layout;
-use super::regions::{Grouping, NO_PART, Regions};
+use super::regions::{Grouping, NO_PART, RegionSets};
 use crate::mesh::MeshView;
 
 /// A set of triangles with one name.
@@ -84,7 +84,7 @@ pub struct Renamed {
 }
 
 impl Names {
-    pub(super) fn new(mesh: &dyn MeshView, grouping: Grouping, layout: &Layout, regions: &Regions) -> Self {
+    pub(super) fn new(mesh: &dyn MeshView, grouping: Grouping, layout: &Layout, regions: &RegionSets) -> Self {
         let face = |f: &u32| mesh.face_names()[*f as usize].clone();
         let size = |faces: &[u32]| {
             let sizes = faces.iter().map(|f| layout.sizes[*f as usize]);

@@ -15,7 +15,7 @@ use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node};
+use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node};
 use super::line::Line;
 use super::text::{Lines, at, escape, point, quote, unescape};
 
@@ -24,7 +24,7 @@ struct Distilled {
     /// `v`, `o` and `f` lines only; objects are called by their face's number.
     text: String,
     nodes: usize,
-    builder: Builder,
+    builder: MeshBuilder,
 }
 
 pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
@@ -54,7 +54,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
 
 fn distill(bytes: &[u8], run: &Run) -> Result<Distilled> {
     let mut lines = Lines::new(bytes);
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let mut nodes = String::with_capacity(bytes.len());
     let mut polygons = String::with_capacity(bytes.len() / 2);
     let mut count = 0usize;

@@ -9,7 +9,7 @@ use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, reserve};
+use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node, reserve};
 use super::line::Line;
 use super::text::{Lines, at, count, point, quote};
 
@@ -51,7 +51,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     let face_count = count(&mut words, number, "the count of faces")?;
     check_node_count(node_count, Place::Line(number))?;
 
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let face = builder.face(UNNAMED);
     // The shortest node is `0 0 0` and a line end, the shortest triangle `3 0 0 0` and one.
     builder.mesh.nodes.reserve(reserve(node_count, 6, lines.rest().len()));

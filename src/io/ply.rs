@@ -15,7 +15,7 @@ use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, reserve};
+use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node, reserve};
 use super::line::Line;
 use super::text::{Lines, at, count, ended, escape, quote, unescape};
 
@@ -172,7 +172,7 @@ fn read_comment(line: &str, header: &mut Header) {
 }
 
 /// Hands out the numbers of the body one after the other, whatever their coding.
-struct Body<'a> {
+struct BodyNumbers<'a> {
     coding: Coding,
     bytes: &'a [u8],
     at: usize,
@@ -181,7 +181,7 @@ struct Body<'a> {
     runs: VecDeque<(i64, usize)>,
 }
 
-impl Body<'_> {
+impl BodyNumbers<'_> {
     /// The label the comments give to the next face.
     fn next_label(&mut self) -> Option<i64> {
         let (label, left) = self.runs.front_mut()?;
@@ -262,8 +262,8 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     let mut header = read_header(&mut lines)?;
     let at = bytes.len() - lines.rest().len();
     let runs = std::mem::take(&mut header.runs).into();
-    let mut body = Body { coding: header.coding, bytes, at, line: lines.number() + 1, runs };
-    let mut builder = Builder::default();
+    let mut body = BodyNumbers { coding: header.coding, bytes, at, line: lines.number() + 1, runs };
+    let mut builder = MeshBuilder::default();
     let mut labels = Vec::new();
     let mut polygons = 0;
     for element in &header.elements {
@@ -286,7 +286,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     Ok(builder.mesh)
 }
 
-fn skip(body: &mut Body, element: &Element, run: &Run) -> Result<()> {
+fn skip(body: &mut BodyNumbers, element: &Element, run: &Run) -> Result<()> {
     for i in 0..element.count {
         if i % CHECK_EVERY == 0 {
             run.check()?;
@@ -298,7 +298,7 @@ fn skip(body: &mut Body, element: &Element, run: &Run) -> Result<()> {
     Ok(())
 }
 
-fn skip_property(body: &mut Body, property: &Property) -> Result<()> {
+fn skip_property(body: &mut BodyNumbers, property: &Property) -> Result<()> {
     let n = property.list.map_or(Ok(1), |kind| body.length(kind))?;
     for _ in 0..n {
         body.number(property.kind)?;
@@ -306,7 +306,7 @@ fn skip_property(body: &mut Body, property: &Property) -> Result<()> {
     Ok(())
 }
 
-fn read_nodes(body: &mut Body, element: &Element, mesh: &mut TriMesh, run: &Run) -> Result<()> {
+fn read_nodes(body: &mut BodyNumbers, element: &Element, mesh: &mut TriMesh, run: &Run) -> Result<()> {
     check_node_count(element.count.saturating_add(mesh.nodes.len()), body.place())?;
     for axis in ["x", "y", "z"] {
         if !element.properties.iter().any(|p| p.name == axis && p.list.is_none()) {
@@ -337,9 +337,9 @@ fn read_nodes(body: &mut Body, element: &Element, mesh: &mut TriMesh, run: &Run)
 }
 
 fn read_faces(
-    body: &mut Body,
+    body: &mut BodyNumbers,
     element: &Element,
-    builder: &mut Builder,
+    builder: &mut MeshBuilder,
     labels: &mut Vec<i64>,
     run: &Run,
 ) -> Result<()> {

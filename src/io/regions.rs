@@ -72,7 +72,7 @@ pub(super) const NO_PART: u32 = u32::MAX;
 
 /// The sets of a file. NamedSet `k` has the number `k + 1`. Faces without triangles are in none.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Regions {
+pub(super) struct RegionSets {
     /// First the parts, which share no face, then sets that overlap them.
     pub(super) sets: Vec<NamedSet>,
     /// How many of the sets are parts.
@@ -87,7 +87,7 @@ pub(super) struct Regions {
     pub(super) warnings: Vec<String>,
 }
 
-impl Regions {
+impl RegionSets {
     pub(super) fn new(mesh: &dyn MeshView, grouping: Grouping, layout: &Layout) -> Self {
         let names = mesh.face_names();
         let mut out = Self { part_of_face: vec![NO_PART; names.len()], ..Self::default() };
@@ -184,7 +184,7 @@ impl Regions {
     }
 }
 
-impl Regions {
+impl RegionSets {
     /// The sets' names as the format allows them.
     pub(super) fn clean(&self, format: Format) -> Cleaned {
         let names = self.sets.iter().map(|set| &set.name[..]);

@@ -7,13 +7,13 @@ use crate::mesh::MeshView;
 use crate::run::Run;
 
 use super::build::{each_cell, fan};
-use super::regions::{NamedSet, Regions};
+use super::regions::{NamedSet, RegionSets};
 
 /// A mesh with its sets under the names a format allows. Triangles are numbered as in the mesh; cells of more corners are
 /// cut into fans.
 pub(super) struct Sets<'a> {
     pub(super) mesh: &'a dyn MeshView,
-    pub(super) regions: &'a Regions,
+    pub(super) regions: &'a RegionSets,
     names: Vec<String>,
     /// Ranges of cells of each face name.
     cells: Vec<Vec<std::ops::Range<usize>>>,
@@ -22,7 +22,7 @@ pub(super) struct Sets<'a> {
 }
 
 impl<'a> Sets<'a> {
-    pub(super) fn new(mesh: &'a dyn MeshView, regions: &'a Regions, names: Vec<String>) -> Result<Self> {
+    pub(super) fn new(mesh: &'a dyn MeshView, regions: &'a RegionSets, names: Vec<String>) -> Result<Self> {
         let mut first = Vec::with_capacity(mesh.cell_count() + 1);
         let mut next = 0;
         each_cell(mesh, 0..mesh.cell_count(), &Run::new(), |cell, _| {

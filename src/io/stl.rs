@@ -10,7 +10,7 @@ use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
-use super::build::{Builder, UNNAMED, check_node_count, each_cell, each_node, fan};
+use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node, fan};
 use super::line::Line;
 use super::text::{Lines, at, ended, escape, point, quote, unescape};
 
@@ -58,7 +58,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
 }
 
 fn read_binary(bytes: &[u8], claimed: usize, run: &Run) -> Result<TriMesh> {
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let face = builder.face(UNNAMED);
     builder.mesh.triangles.reserve(claimed);
     for (t, record) in bytes[START..].chunks_exact(RECORD).enumerate() {
@@ -94,7 +94,7 @@ fn after_keyword(line: &str) -> &str {
 /// The grammar is read line by line by the first word alone, since writers in use add words of their own behind it.
 fn read_ascii(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     let mut lines = Lines::new(bytes);
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let mut face = None;
     let mut facet: Option<Vec<u32>> = None;
     while let Some((number, line)) = lines.next_filled() {

@@ -33,7 +33,7 @@ const LABELS: [&str; 12] = [
 ];
 
 /// Cells of a piece by number, with where their corners end.
-struct Cells {
+struct PieceCells {
     corners: Vec<i64>,
     ends: Vec<i64>,
     /// VTK's types; none where all are polygons.
@@ -43,7 +43,7 @@ struct Cells {
 }
 
 /// Sets and numbers of the faces of the cells of a piece.
-struct Marks {
+struct CellMarks {
     /// Tags of sets, with 1 for each cell inside.
     sets: Vec<(i32, Vec<i64>)>,
     /// What faces are numbered by, and their numbers.
@@ -193,7 +193,7 @@ fn listed(arrays: &Arrays, section: Xml<'_>, count: usize) -> Result<[Vec<i64>; 
     Ok([corners, ends])
 }
 
-fn polygons(arrays: &Arrays, piece: Xml<'_>) -> Result<Cells> {
+fn polygons(arrays: &Arrays, piece: Xml<'_>) -> Result<PieceCells> {
     if told(piece, "NumberOfStrips")? > 0 {
         return Err(wrong(piece, "strips of triangles are not read")
             .with_help("VTK's vtkTriangleFilter makes triangles of them"));
@@ -204,13 +204,13 @@ fn polygons(arrays: &Arrays, piece: Xml<'_>) -> Result<Cells> {
         0 => [Vec::new(), Vec::new()],
         _ => listed(arrays, section(piece, "Polys")?, count)?,
     };
-    Ok(Cells { corners, ends, types: None, before })
+    Ok(PieceCells { corners, ends, types: None, before })
 }
 
-fn grid_cells(arrays: &Arrays, piece: Xml<'_>) -> Result<Cells> {
+fn grid_cells(arrays: &Arrays, piece: Xml<'_>) -> Result<PieceCells> {
     let count = told(piece, "NumberOfCells")?;
     if count == 0 {
-        return Ok(Cells { corners: Vec::new(), ends: Vec::new(), types: None, before: 0 });
+        return Ok(PieceCells { corners: Vec::new(), ends: Vec::new(), types: None, before: 0 });
     }
     let section = section(piece, "Cells")?;
     let [corners, ends] = listed(arrays, section, count)?;
@@ -219,7 +219,7 @@ fn grid_cells(arrays: &Arrays, piece: Xml<'_>) -> Result<Cells> {
     if types.len() != count {
         return Err(wrong(array, format!("{} numbers are not the types of {count} cells", types.len())));
     }
-    Ok(Cells { corners, ends, types: Some(types), before: 0 })
+    Ok(PieceCells { corners, ends, types: Some(types), before: 0 })
 }
 
 /// Names of numbered faces: arrays of the whole file with the number and the dimension 2.
@@ -234,8 +234,8 @@ fn names_of_faces(arrays: &Arrays, grid: Xml<'_>) -> Result<BTreeMap<i64, String
     Ok(names)
 }
 
-fn marks(arrays: &Arrays, piece: Xml<'_>, raw: &mut Numbered, cells: usize) -> Result<Marks> {
-    let mut marks = Marks { sets: Vec::new(), label: None };
+fn marks(arrays: &Arrays, piece: Xml<'_>, raw: &mut Numbered, cells: usize) -> Result<CellMarks> {
+    let mut marks = CellMarks { sets: Vec::new(), label: None };
     let mut rank = LABELS.len();
     for array in child(piece, "CellData").into_iter().flat_map(data_arrays) {
         let name = array.attribute("Name").unwrap_or_default();
@@ -264,7 +264,7 @@ fn marks(arrays: &Arrays, piece: Xml<'_>, raw: &mut Numbered, cells: usize) -> R
     Ok(marks)
 }
 
-impl Marks {
+impl CellMarks {
     /// The entity of a cell.
     fn entity(&self, raw: &mut Numbered, names: &BTreeMap<i64, String>, cell: usize) -> i32 {
         let mut tags = Vec::new();

@@ -7,13 +7,13 @@ use crate::mesh::MeshView;
 use crate::run::Run;
 
 use super::build::{each_cell, each_node};
-use super::regions::Regions;
+use super::regions::RegionSets;
 use super::vtu::{Arrays, attribute};
 
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &dyn MeshView,
-    regions: &Regions,
+    regions: &RegionSets,
     binary: bool,
     run: &Run,
 ) -> Result<()> {

@@ -46,7 +46,7 @@ pub struct Joined {
 
 /// Two nodes of different meshes that may be one, numbered over all meshes; the nearest come first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Pair {
+struct NodePair {
     distance: f64,
     nodes: [u32; 2],
 }
@@ -110,19 +110,19 @@ fn mesh_of(firsts: &[u32], node: u32) -> usize {
 }
 
 /// For the nodes of each mesh the nearest one of each other mesh within the distance, the nearest pairs first.
-fn pairs(meshes: &[TriMesh], firsts: &[u32], within: f64, run: &Run) -> Result<Vec<Pair>> {
+fn pairs(meshes: &[TriMesh], firsts: &[u32], within: f64, run: &Run) -> Result<Vec<NodePair>> {
     let boxes: Vec<Aabb> =
         meshes.iter().map(|m| Aabb::around(m.nodes.iter().flat_map(|p| [*p - within, *p + within]))).collect();
     let beside = Bvh::new(boxes.clone()).pairs(&|_, _| true);
     let trees: Vec<NodeTree> = meshes.iter().map(|m| NodeTree::new(&m.nodes)).collect::<Result<_>>()?;
-    let mut found: Vec<Pair> = Vec::new();
+    let mut found: Vec<NodePair> = Vec::new();
     for [a, b] in beside.into_iter().flat_map(|[a, b]| [[a, b], [b, a]]).map(|x| x.map(|m| m as usize)) {
         run.check()?;
         let nearest = |(p, v): (&DVec3, u32)| {
             let is_near = boxes[b].overlaps(&Aabb::around([*p]));
             let near = *trees[b].within(*p, if is_near { within } else { -1.0 }).first()?;
             let nodes = [firsts[a] + v, firsts[b] + near.node];
-            Some(Pair { distance: near.distance, nodes: [nodes[0].min(nodes[1]), nodes[0].max(nodes[1])] })
+            Some(NodePair { distance: near.distance, nodes: [nodes[0].min(nodes[1]), nodes[0].max(nodes[1])] })
         };
         let count = meshes[a].nodes.len() as u32;
         found.par_extend(meshes[a].nodes.par_iter().zip(0..count).filter_map(nearest));
@@ -133,10 +133,10 @@ fn pairs(meshes: &[TriMesh], firsts: &[u32], within: f64, run: &Run) -> Result<V
 }
 
 /// For each node the one it becomes.
-fn classes(pairs: &[Pair], nodes: &[DVec3], firsts: &[u32], within: f64) -> Vec<u32> {
+fn classes(pairs: &[NodePair], nodes: &[DVec3], firsts: &[u32], within: f64) -> Vec<u32> {
     let mut root: Vec<u32> = (0..nodes.len() as u32).collect();
     let mut members: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
-    for Pair { nodes: pair, .. } in pairs {
+    for NodePair { nodes: pair, .. } in pairs {
         let [a, b] = pair.map(|v| root[v as usize]);
         let of = |r: u32| members.get(&r).cloned().unwrap_or_else(|| vec![r]);
         let mut both = [of(a), of(b)].concat();

@@ -301,7 +301,7 @@ impl<P, C, S> Merged<P, C, S> {
         &self,
         face: usize,
         range: Range<usize>,
-        room: &mut Room,
+        room: &mut ReadingBuffers,
         take: &mut dyn FnMut(CellRun) -> Result<()>,
     ) -> Result<()> {
         let first = self.numbering.cells.start(face);
@@ -355,7 +355,7 @@ impl<P, C, S> Merged<P, C, S> {
 struct Block([u32; BLOCK_CORNERS]);
 
 /// What reading needs, kept from face to face.
-struct Room {
+struct ReadingBuffers {
     /// The face's border numbers, and room for [`USUAL`].
     bounds: Vec<u32>,
     block: Box<Block>,
@@ -363,7 +363,7 @@ struct Room {
     ends: Vec<u32>,
 }
 
-impl Room {
+impl ReadingBuffers {
     fn new() -> Self {
         Self {
             bounds: vec![0; USUAL],
@@ -485,7 +485,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Merged<P, C, S> {
         if range.is_empty() {
             return Ok(());
         }
-        let mut room = Room::new();
+        let mut room = ReadingBuffers::new();
         for f in cells.find(range.start)..cells.len() {
             let (start, end) = (cells.start(f), cells.start(f + 1).min(range.end));
             if start >= range.end {

@@ -42,7 +42,7 @@ struct Bottom {
 }
 
 /// Two triangles of the bottom that may be one quadrilateral.
-struct Pair {
+struct TrianglePair {
     /// How far it is from a rectangle, in degrees.
     off: f64,
     triangles: [u32; 2],
@@ -50,7 +50,7 @@ struct Pair {
     edges: [usize; 2],
 }
 
-impl Pair {
+impl TrianglePair {
     /// The hexahedron in a layer: around the bottom from the shared edge's first end over the second triangle's third corner to its
     /// second end and back over the first triangle's, then around the top.
     fn cell(&self, layer: &[[u32; 6]]) -> [u32; 8] {
@@ -181,11 +181,11 @@ impl Prisms {
     }
 
     /// The pairs to join, by their first triangles.
-    fn pairs(&self, bottom: &Bottom, off: f64) -> Vec<Pair> {
+    fn pairs(&self, bottom: &Bottom, off: f64) -> Vec<TrianglePair> {
         let Bottom { ends, walls } = bottom;
         let m = ends.len();
         let mut edges: FxHashMap<[u32; 2], [usize; 2]> = FxHashMap::default();
-        let mut found: Vec<Pair> = Vec::new();
+        let mut found: Vec<TrianglePair> = Vec::new();
         for t in 0..m {
             for k in 0..3 {
                 let [a, b] = [k, (k + 1) % 3].map(|k| self.cells[t][k]);
@@ -196,7 +196,7 @@ impl Prisms {
                 if ends[s] != ends[t] || walls.contains(&[s, j]) || walls.contains(&[t, k]) {
                     continue;
                 }
-                let mut pair = Pair { off: 0.0, triangles: [s as u32, t as u32], edges: [j, k] };
+                let mut pair = TrianglePair { off: 0.0, triangles: [s as u32, t as u32], edges: [j, k] };
                 let layers = self.cells.chunks_exact(m).map(|l| pair.cell(l).map(|v| self.nodes[v as usize]));
                 let cells: Vec<[DVec3; 8]> = layers.collect();
                 let ([p, q, r, s, ..], [.., t, u, v, w]) = (cells[0], cells[cells.len() - 1]);
@@ -216,7 +216,7 @@ impl Prisms {
 }
 
 /// The pair of each triangle, out of pairs the best of which come first.
-fn choose(pairs: &[Pair], triangles: usize) -> Vec<Option<usize>> {
+fn choose(pairs: &[TrianglePair], triangles: usize) -> Vec<Option<usize>> {
     let mut of = vec![None; triangles];
     let mut around: Vec<Vec<usize>> = vec![Vec::new(); triangles];
     for (k, pair) in pairs.iter().enumerate() {
@@ -236,7 +236,7 @@ fn choose(pairs: &[Pair], triangles: usize) -> Vec<Option<usize>> {
 
 /// Finds a partner for a triangle, and other partners for those who lose theirs by it: along a way of pairs that might be and pairs
 /// that are, in turns, to another triangle without a partner. The shortest way is taken.
-fn exchange(pairs: &[Pair], around: &[Vec<usize>], of: &mut [Option<usize>], start: usize) {
+fn exchange(pairs: &[TrianglePair], around: &[Vec<usize>], of: &mut [Option<usize>], start: usize) {
     let other = |k: usize, t: usize| {
         let [a, b] = pairs[k].triangles.map(|t| t as usize);
         if a == t { b } else { a }

@@ -47,7 +47,7 @@ pub struct MeshPath {
 /// pieces that do not hang together; cancellation.
 pub fn shortest_path(mesh: &TriMesh, from: DVec3, to: DVec3, run: &Run) -> Result<MeshPath> {
     mesh.validate()?;
-    let net = Net::new(mesh);
+    let net = PathNet::new(mesh);
     let (start, end) = (net.foot(from)?, net.foot(to)?);
     let Some(legs) = net.first_way(&start, &end, run)? else {
         let what = "no way over the mesh leads here: the points are on pieces that do not hang together";
@@ -69,7 +69,7 @@ struct OnMesh {
 }
 
 /// A part of the way through triangles, each of which has an edge in common with the next.
-struct Leg {
+struct PathLeg {
     start: DVec3,
     end: DVec3,
     strip: Vec<u32>,
@@ -94,7 +94,7 @@ struct Tight {
 
 const NONE: u32 = u32::MAX;
 
-struct Net<'a> {
+struct PathNet<'a> {
     mesh: &'a TriMesh,
     /// Edges by their nodes, and of each triangle.
     edges: Vec<[u32; 2]>,
@@ -104,7 +104,7 @@ struct Net<'a> {
     at_node: Vec<Vec<u32>>,
 }
 
-impl<'a> Net<'a> {
+impl<'a> PathNet<'a> {
     fn new(mesh: &'a TriMesh) -> Self {
         let mut known: FxHashMap<[u32; 2], u32> = FxHashMap::default();
         let (mut edges, mut at_edge) = (Vec::new(), Vec::new());
@@ -167,8 +167,8 @@ impl<'a> Net<'a> {
     }
 
     /// The shortest way along stops, as strips of triangles (E. W. Dijkstra, 1959); `None` where there is none.
-    fn first_way(&self, start: &OnMesh, end: &OnMesh, run: &Run) -> Result<Option<Vec<Leg>>> {
-        let whole = |strip| Leg { start: start.point, end: end.point, strip };
+    fn first_way(&self, start: &OnMesh, end: &OnMesh, run: &Run) -> Result<Option<Vec<PathLeg>>> {
+        let whole = |strip| PathLeg { start: start.point, end: end.point, strip };
         if start.triangle == end.triangle {
             return Ok(Some(vec![whole(vec![start.triangle])]));
         }
@@ -236,7 +236,7 @@ impl<'a> Net<'a> {
             } else {
                 // Two fans with one node in common: the way must lead through it.
                 legs[leg].end = self.node(s);
-                legs.push(Leg { start: self.node(s), ..whole(vec![t]) });
+                legs.push(PathLeg { start: self.node(s), ..whole(vec![t]) });
             }
         }
         Ok(Some(legs))
@@ -276,7 +276,7 @@ impl<'a> Net<'a> {
     }
 
     /// Points of a leg after its start, once nothing makes it shorter.
-    fn straightened(&self, leg: Leg, run: &Run) -> Result<Vec<DVec3>> {
+    fn straightened(&self, leg: PathLeg, run: &Run) -> Result<Vec<DVec3>> {
         let (mut leg, mut tight) = self.tightened(leg, run)?;
         // A tip can be passed on both sides without a bend: where there is one, both ways are tried.
         let mut tried: FxHashSet<u32> = FxHashSet::default();
@@ -285,7 +285,7 @@ impl<'a> Net<'a> {
             let Some(v) = nodes.into_iter().find(|v| !tried.contains(v) && self.is_tip(*v)) else { break };
             tried.insert(v);
             let Some(strip) = self.past_the_other_side(&leg, v).filter(|s| *s != leg.strip) else { continue };
-            let (l, t) = self.tightened(Leg { strip, ..leg }, run)?;
+            let (l, t) = self.tightened(PathLeg { strip, ..leg }, run)?;
             if t.length < tight.length * (1.0 - SHORTER) {
                 (leg, tight) = (l, t);
             }
@@ -305,7 +305,7 @@ impl<'a> Net<'a> {
     }
 
     /// A leg that no bend can be taken out of, and the string in it.
-    fn tightened(&self, mut leg: Leg, run: &Run) -> Result<(Leg, Tight)> {
+    fn tightened(&self, mut leg: PathLeg, run: &Run) -> Result<(PathLeg, Tight)> {
         leg.strip = without_rounds(&leg.strip);
         let mut tight = self.pulled(&leg);
         // Flips that did not help need not be tried again until another did.
@@ -314,7 +314,7 @@ impl<'a> Net<'a> {
             run.check()?;
             let Some(v) = tight.corners.iter().map(|c| c.2).find(|v| *v != NONE && !tried.contains(v)) else { break };
             let other = self.past_the_other_side(&leg, v).map(|strip| {
-                let leg = Leg { strip, ..leg };
+                let leg = PathLeg { strip, ..leg };
                 let tight = self.pulled(&leg);
                 (leg, tight)
             });
@@ -332,7 +332,7 @@ impl<'a> Net<'a> {
     }
 
     /// The strip led around a node the other way, where there are triangles on that side.
-    fn past_the_other_side(&self, leg: &Leg, v: u32) -> Option<Vec<u32>> {
+    fn past_the_other_side(&self, leg: &PathLeg, v: u32) -> Option<Vec<u32>> {
         let has = |t: &u32| self.mesh.triangles[*t as usize].contains(&v);
         let first = leg.strip.iter().position(has)?;
         let count = leg.strip[first..].iter().take_while(|t| has(t)).count();
@@ -344,7 +344,7 @@ impl<'a> Net<'a> {
     }
 
     /// Lays a strip out flat and pulls the string in it.
-    fn pulled(&self, leg: &Leg) -> Tight {
+    fn pulled(&self, leg: &PathLeg) -> Tight {
         let corners = self.mesh.triangles[leg.strip[0] as usize];
         let [a, b, c] = corners.map(|v| self.node(v));
         let (x, y) = (b - a).cross(c - a).normalize_or(DVec3::Z).any_orthonormal_pair();
@@ -382,7 +382,7 @@ impl<'a> Net<'a> {
     }
 
     /// Where the string crosses the edges of the strip, in space, and its end.
-    fn points(&self, leg: &Leg, tight: &Tight) -> Vec<DVec3> {
+    fn points(&self, leg: &PathLeg, tight: &Tight) -> Vec<DVec3> {
         let mut out = Vec::with_capacity(tight.portals.len() + 1);
         let (mut k, mut last) = (0, tight.corners[0].0);
         for (i, portal) in tight.portals.iter().enumerate() {

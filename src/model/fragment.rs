@@ -64,7 +64,7 @@ impl EdgeFragment {
 
 /// The border nodes of a face along one coedge, the last one left to the next coedge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stretch {
+pub(super) struct CoedgeNodes {
     pub(super) nodes: u32,
     pub(super) print: u64,
 }
@@ -106,31 +106,31 @@ pub struct FaceFragment {
     pub(super) ends: Vec<u32>,
     /// For whoever renumbers cells: see [`BLOCK`].
     pub(super) border_corners: Vec<u32>,
-    pub(super) stretches: Vec<Stretch>,
+    pub(super) stretches: Vec<CoedgeNodes>,
     /// Where the stretches of each loop end.
     pub(super) loops: Vec<u32>,
 }
 
 /// Numbers of nodes, in as few bits as hold them.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Numbers<'a> {
+pub(super) enum NodeNumbers<'a> {
     Wide(&'a [u32]),
     Short(&'a [u16]),
 }
 
-impl Numbers<'_> {
+impl NodeNumbers<'_> {
     fn to_vec(self) -> Vec<u32> {
         match self {
-            Numbers::Wide(list) => list.to_vec(),
-            Numbers::Short(list) => list.iter().map(|v| u32::from(*v)).collect(),
+            NodeNumbers::Wide(list) => list.to_vec(),
+            NodeNumbers::Short(list) => list.iter().map(|v| u32::from(*v)).collect(),
         }
     }
 }
 
-impl PartialEq for Numbers<'_> {
+impl PartialEq for NodeNumbers<'_> {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
-            (Numbers::Short(a), Numbers::Short(b)) => a == b,
+            (NodeNumbers::Short(a), NodeNumbers::Short(b)) => a == b,
             (a, b) => a.to_vec() == b.to_vec(),
         }
     }
@@ -142,10 +142,10 @@ pub struct FaceView<'a> {
     pub(super) border: &'a [DVec3],
     pub(super) inner: &'a [DVec3],
     pub(super) form: Form,
-    pub(super) corners: Numbers<'a>,
+    pub(super) corners: NodeNumbers<'a>,
     pub(super) ends: &'a [u32],
     pub(super) border_corners: &'a [u32],
-    pub(super) stretches: &'a [Stretch],
+    pub(super) stretches: &'a [CoedgeNodes],
     pub(super) loops: &'a [u32],
 }
 
@@ -193,15 +193,15 @@ impl<'a> FaceView<'a> {
     }
 }
 
-fn cells<'a>(form: Form, corners: Numbers<'a>, ends: &'a [u32]) -> Cells<'a> {
+fn cells<'a>(form: Form, corners: NodeNumbers<'a>, ends: &'a [u32]) -> Cells<'a> {
     match (form, corners) {
-        (Form::Triangles, Numbers::Wide(corners)) => Cells::Triangles(corners.as_chunks().0),
-        (Form::Quads, Numbers::Wide(corners)) => Cells::Quads(corners.as_chunks().0),
-        (Form::Triangles, Numbers::Short(corners)) => Cells::ShortTriangles(corners.as_chunks().0),
-        (Form::Quads, Numbers::Short(corners)) => Cells::ShortQuads(corners.as_chunks().0),
-        (Form::Polygons, Numbers::Wide(corners)) => Cells::Polygons { ends, corners },
+        (Form::Triangles, NodeNumbers::Wide(corners)) => Cells::Triangles(corners.as_chunks().0),
+        (Form::Quads, NodeNumbers::Wide(corners)) => Cells::Quads(corners.as_chunks().0),
+        (Form::Triangles, NodeNumbers::Short(corners)) => Cells::ShortTriangles(corners.as_chunks().0),
+        (Form::Quads, NodeNumbers::Short(corners)) => Cells::ShortQuads(corners.as_chunks().0),
+        (Form::Polygons, NodeNumbers::Wide(corners)) => Cells::Polygons { ends, corners },
         // never kept short
-        (Form::Polygons, Numbers::Short(_)) => Cells::Polygons { ends: &[], corners: &[] },
+        (Form::Polygons, NodeNumbers::Short(_)) => Cells::Polygons { ends: &[], corners: &[] },
         (Form::Grid(size), _) => Cells::Grid(size),
     }
 }
@@ -249,7 +249,7 @@ impl FaceFragment {
                 return Err(Error::input(place, "a coedge has no segment; even a pole has one"));
             }
             let list = if segments.is_empty() { &[1] } else { segments };
-            fragment.stretches.extend(list.iter().map(|n| Stretch { nodes: *n, print: 0 }));
+            fragment.stretches.extend(list.iter().map(|n| CoedgeNodes { nodes: *n, print: 0 }));
             fragment.loops.push(fragment.stretches.len() as u32);
             needed += list.iter().map(|n| u64::from(*n)).sum::<u64>();
         }
@@ -279,7 +279,7 @@ impl FaceFragment {
             border,
             inner,
             form: self.form,
-            corners: Numbers::Wide(&self.corners),
+            corners: NodeNumbers::Wide(&self.corners),
             ends: &self.ends,
             border_corners: &self.border_corners,
             stretches: &self.stretches,
@@ -360,7 +360,7 @@ impl FaceFragment {
     }
 }
 
-fn take_prints(nodes: &[DVec3], loops: &[u32], stretches: &mut [Stretch]) {
+fn take_prints(nodes: &[DVec3], loops: &[u32], stretches: &mut [CoedgeNodes]) {
     let at = |place: u32| &nodes[place as usize];
     let mut begin = 0;
     let mut first = 0;

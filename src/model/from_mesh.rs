@@ -52,7 +52,7 @@ pub fn from_mesh(mesh: &TriMesh, borders: &[[u32; 2]], corners: &[u32]) -> Resul
     if let Some(t) = mesh.triangles.iter().position(|[a, b, c]| a == b || b == c || c == a) {
         return Err(Error::input(Place::Item(format!("triangle {t}")), "it names a node twice"));
     }
-    let mut cutter = Cutter::new(mesh, borders);
+    let mut cutter = FragmentCutter::new(mesh, borders);
     cutter.find_sectors();
     cutter.find_vertices(corners);
     cutter.find_chains();
@@ -63,7 +63,7 @@ pub fn from_mesh(mesh: &TriMesh, borders: &[[u32; 2]], corners: &[u32]) -> Resul
 
 /// Sides are numbered `3 t + k`: side `k` of triangle `t` runs from its corner `k` to the next. The corner has that number
 /// too.
-struct Cutter<'a> {
+struct FragmentCutter<'a> {
     mesh: &'a TriMesh,
     /// For each side the side of the neighbor across it; [`NONE`] where there is a border.
     twin: Vec<u32>,
@@ -103,7 +103,7 @@ fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-impl<'a> Cutter<'a> {
+impl<'a> FragmentCutter<'a> {
     fn new(mesh: &'a TriMesh, borders: &[[u32; 2]]) -> Self {
         let mut marked: Vec<[u32; 2]> = borders.iter().map(|[a, b]| key(*a, *b)).collect();
         marked.sort_unstable();

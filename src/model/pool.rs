@@ -8,16 +8,16 @@ use glam::DVec3;
 use crate::error::{Error, Result};
 
 use super::cells::Cells;
-use super::fragment::{BLOCK, EdgeFragment, FaceFragment, FaceView, Form, Numbers, Stretch};
+use super::fragment::{BLOCK, CoedgeNodes, EdgeFragment, FaceFragment, FaceView, Form, NodeNumbers};
 
 /// A part of an array. Two numbers of 32 bits: there are as many of these as fragments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Span {
+struct ArraySpan {
     start: u32,
     len: u32,
 }
 
-impl Span {
+impl ArraySpan {
     #[inline]
     fn range(self) -> std::ops::Range<usize> {
         self.start as usize..self.start as usize + self.len as usize
@@ -27,22 +27,22 @@ impl Span {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct EdgeRow {
     ends: [DVec3; 2],
-    inner: Span,
+    inner: ArraySpan,
     prints: [u64; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FaceRow {
-    border: Span,
-    inner: Span,
+    border: ArraySpan,
+    inner: ArraySpan,
     form: Form,
     /// Whether its corners are among the short ones.
     short: bool,
-    corners: Span,
-    ends: Span,
-    border_corners: Span,
-    stretches: Span,
-    loops: Span,
+    corners: ArraySpan,
+    ends: ArraySpan,
+    border_corners: ArraySpan,
+    stretches: ArraySpan,
+    loops: ArraySpan,
 }
 
 /// One fragment for every vertex, edge and face of a [`Model`](super::Model), in the model's order.
@@ -60,9 +60,9 @@ pub struct Fragments {
     short_corners: Vec<u16>,
     ends: Vec<u32>,
     border_corners: Vec<u32>,
-    stretches: Vec<Stretch>,
+    stretches: Vec<CoedgeNodes>,
     loops: Vec<u32>,
-    vertices: Span,
+    vertices: ArraySpan,
     edges: Vec<EdgeRow>,
     faces: Vec<FaceRow>,
     /// Nodes and corners nobody uses any more.
@@ -70,7 +70,7 @@ pub struct Fragments {
 }
 
 /// Puts a list in the place of another, or at the end where it does not fit there.
-fn put<T: Copy>(array: &mut Vec<T>, old: Option<Span>, list: &[T]) -> Result<Span> {
+fn put<T: Copy>(array: &mut Vec<T>, old: Option<ArraySpan>, list: &[T]) -> Result<ArraySpan> {
     if let Some(span) = old.filter(|s| s.len as usize == list.len()) {
         array[span.range()].copy_from_slice(list);
         return Ok(span);
@@ -78,7 +78,7 @@ fn put<T: Copy>(array: &mut Vec<T>, old: Option<Span>, list: &[T]) -> Result<Spa
     let too_many = || Error::Failed("fragments have more nodes or corners than 32 bits can number".into());
     let end = u32::try_from(array.len() + list.len()).map_err(|_| too_many())?;
     array.extend_from_slice(list);
-    Ok(Span { start: end - list.len() as u32, len: list.len() as u32 })
+    Ok(ArraySpan { start: end - list.len() as u32, len: list.len() as u32 })
 }
 
 /// The corners of a face's cells that are on its border.
@@ -100,7 +100,7 @@ impl<'a> BorderCorners<'a> {
 impl Fragments {
     /// The nodes of a model's vertices, to which the fragments of edges and faces are added.
     pub fn new(vertices: Vec<DVec3>) -> Self {
-        Self { vertices: Span { start: 0, len: vertices.len() as u32 }, nodes: vertices, ..Self::default() }
+        Self { vertices: ArraySpan { start: 0, len: vertices.len() as u32 }, nodes: vertices, ..Self::default() }
     }
 
     /// Adds the next edge's chain.
@@ -193,9 +193,9 @@ impl Fragments {
             inner: &self.nodes[row.inner.range()],
             form: row.form,
             corners: if row.short {
-                Numbers::Short(&self.short_corners[row.corners.range()])
+                NodeNumbers::Short(&self.short_corners[row.corners.range()])
             } else {
-                Numbers::Wide(&self.corners[row.corners.range()])
+                NodeNumbers::Wide(&self.corners[row.corners.range()])
             },
             ends: &self.ends[row.ends.range()],
             border_corners: &self.border_corners[row.border_corners.range()],
@@ -245,7 +245,7 @@ impl Fragments {
         match self.put_face(Some(row), with) {
             Ok(new) => {
                 self.faces[face] = new;
-                let left = |a: Span, b: Span| if a == b { 0 } else { a.len as usize };
+                let left = |a: ArraySpan, b: ArraySpan| if a == b { 0 } else { a.len as usize };
                 let corners =
                     if row.short == new.short { left(row.corners, new.corners) } else { row.corners.len as usize };
                 self.leave(left(row.inner, new.inner) + corners);

@@ -140,7 +140,7 @@ fn split_is_fair(mesh: &EditMesh, h: u32, p: DVec3) -> bool {
 
 /// What a collapse must respect.
 #[derive(Debug, Clone, Copy)]
-struct Limits {
+struct CollapseLimits {
     /// No edge at the merged node longer than this.
     longest: f64,
     /// Cosine of the smallest angle that may be left, unless it was worse before.
@@ -156,7 +156,7 @@ fn middle_if_merged(mesh: &EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: 
 }
 
 /// Tries to merge the ends of `h` in the way their classes allow; the new node lies on the surface or crease.
-fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, limits: Limits) -> bool {
+fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, limits: CollapseLimits) -> bool {
     let o = mesh.opposite(h);
     let (a, b) = (mesh.origin(h), mesh.target(h));
     let kinds = [kind_by_edges(mesh, a), kind_by_edges(mesh, b)];
@@ -263,7 +263,7 @@ pub fn collapse_short(
         if !mesh.is_edge(h) || !short.holds(mesh, h) {
             continue;
         }
-        let limits = Limits { longest: LONG * short.wanted(mesh, h), angle };
+        let limits = CollapseLimits { longest: LONG * short.wanted(mesh, h), angle };
         if merge(mesh, oracle, h, reach, limits) {
             edits.collapses += 1;
         } else {
@@ -312,7 +312,7 @@ pub fn remove_degenerate(
         let ends = [mesh.origin(long), mesh.target(long)];
         // A cap's two short sides are nearly as long as its long one together.
         let cap = mesh.edge_length(short) > 0.35 * mesh.edge_length(long);
-        let limits = Limits { longest: 1.5 * reach, angle: bad };
+        let limits = CollapseLimits { longest: 1.5 * reach, angle: bad };
         if cap && flip_is_better(mesh, long) && mesh.flip(long) {
             edits.flips += 1;
         } else if merge(mesh, oracle, short, reach, limits) || merge(mesh, oracle, middle, reach, limits) {

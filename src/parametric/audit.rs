@@ -120,7 +120,7 @@ pub fn audit(brep: &Brep, tolerance: f64, run: &Run) -> Result<Audit> {
         let own: Vec<u32> = (0..brep.edges.len() as u32).filter(|e| !uses[*e as usize].is_empty()).collect();
         let size = Aabb::around(own.iter().flat_map(|e| looked(&brep.edges[*e as usize], 1).map(|x| x.1))).diagonal();
         let look =
-            Look { brep, body: b as u32, uses: &uses, tolerance, least: (TOLERANCES * tolerance).max(SMALL * size) };
+            Auditor { brep, body: b as u32, uses: &uses, tolerance, least: (TOLERANCES * tolerance).max(SMALL * size) };
         let mut told = BodyAudit { edges: own.len(), ..BodyAudit::default() };
         for &e in &own {
             look.at_edge(e, body.solid, &mut told, &mut out.flaws);
@@ -170,20 +170,20 @@ fn looked(e: &Edge, parts: usize) -> impl Iterator<Item = (f64, DVec3)> + '_ {
 
 /// A chord of an edge.
 #[derive(Debug, Clone, Copy)]
-struct Chord {
+struct EdgeChord {
     edge: u32,
     range: [f64; 2],
     ends: [DVec3; 2],
 }
 
-impl Chord {
+impl EdgeChord {
     fn bounds(&self) -> Aabb {
         Aabb::around(self.ends).grown(0.5 * self.ends[0].distance(self.ends[1]))
     }
 }
 
 /// One body under the lens.
-struct Look<'a> {
+struct Auditor<'a> {
     brep: &'a Brep,
     body: u32,
     /// The faces of each edge.
@@ -193,7 +193,7 @@ struct Look<'a> {
     least: f64,
 }
 
-impl Look<'_> {
+impl Auditor<'_> {
     fn edge(&self, e: u32) -> &Edge {
         &self.brep.edges[e as usize]
     }
@@ -319,14 +319,14 @@ impl Look<'_> {
 
     /// Pairs of edges of a face that cross, each by one edge of it and the place.
     fn crossings(&self, edges: &[u32], chart: &Chart) -> Vec<(u32, DVec3)> {
-        let mut chords: Vec<Chord> = Vec::new();
+        let mut chords: Vec<EdgeChord> = Vec::new();
         for &edge in edges {
             let Edge { curve, range, .. } = self.edge(edge);
             for w in curve.pieces(*range).windows(2) {
                 chords.extend(self.parts(edge, [w[0], w[1]]));
             }
         }
-        let tree = Bvh::new(chords.iter().map(Chord::bounds).collect());
+        let tree = Bvh::new(chords.iter().map(EdgeChord::bounds).collect());
         let mut out: Vec<(u32, u32, DVec3)> = Vec::new();
         for [i, j] in tree.pairs(&|i, j| chords[i as usize].edge != chords[j as usize].edge) {
             let (a, b) = (chords[i as usize], chords[j as usize]);
@@ -341,7 +341,7 @@ impl Look<'_> {
     }
 
     /// Chords of a part of an edge.
-    fn parts(&self, edge: u32, [a, b]: [f64; 2]) -> Vec<Chord> {
+    fn parts(&self, edge: u32, [a, b]: [f64; 2]) -> Vec<EdgeChord> {
         let curve = &self.edge(edge).curve;
         let t: Vec<f64> = (0..=CHORDS)
             .map(|k| match k {
@@ -350,7 +350,7 @@ impl Look<'_> {
                 k => a + (b - a) * (k as f64 + UNEVEN) / CHORDS as f64,
             })
             .collect();
-        t.windows(2).map(|w| Chord { edge, range: [w[0], w[1]], ends: [curve.at(w[0]), curve.at(w[1])] }).collect()
+        t.windows(2).map(|w| EdgeChord { edge, range: [w[0], w[1]], ends: [curve.at(w[0]), curve.at(w[1])] }).collect()
     }
 
     fn at_common_vertex(&self, a: u32, b: u32, p: DVec3) -> bool {
@@ -361,7 +361,7 @@ impl Look<'_> {
     }
 
     /// Where two chords cross as seen along the face's normal, and their halves of halves as well.
-    fn meet(&self, a: &Chord, b: &Chord, chart: &Chart, depth: usize) -> Option<DVec3> {
+    fn meet(&self, a: &EdgeChord, b: &EdgeChord, chart: &Chart, depth: usize) -> Option<DVec3> {
         let p = 0.25 * (a.ends[0] + a.ends[1] + b.ends[0] + b.ends[1]);
         let (x, y) = chart.normal_near(p)?.any_orthonormal_pair();
         let flat = |q: DVec3| DVec2::new((q - p).dot(x), (q - p).dot(y));

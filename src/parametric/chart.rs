@@ -41,11 +41,11 @@ pub(super) struct Chart {
     pub(super) poles: Vec<Pole>,
     /// Whether the curvature of a pole is that of a point a little inside.
     pub(super) inset: bool,
-    net: Option<Net>,
+    net: Option<SampleNet>,
 }
 
 #[derive(Debug, Clone)]
-struct Net {
+struct SampleNet {
     points: Vec<DVec3>,
     /// Unit normals Su x Sv, zero where there is none.
     normals: Vec<DVec3>,
@@ -126,7 +126,7 @@ impl Chart {
         DVec2::new(m[0], m[1])
     }
 
-    fn sampled(&self) -> Net {
+    fn sampled(&self) -> SampleNet {
         let mut values = [0, 1].map(|k| self.samples(k));
         // Long cells have boxes that hold much else: they are divided until they are about as wide as long.
         let length = [0, 1].map(|k| self.cell_length(&values, k));
@@ -157,11 +157,11 @@ impl Chart {
                 (s, super::surface::unit_normal(su, sv).unwrap_or(DVec3::ZERO))
             })
             .unzip();
-        let net = Net { points, normals, bvh: Bvh::new(Vec::new()), values, last: Last::default() };
+        let net = SampleNet { points, normals, bvh: Bvh::new(Vec::new()), values, last: Last::default() };
         let count = (net.values[0].len() - 1) * (net.values[1].len() - 1);
         let both = |cell: usize| [2 * cell, 2 * cell + 1].into_iter().flat_map(|t| net.triangle(t));
         let boxes = (0..count).map(|cell| Aabb::around(both(cell).map(|c| net.points[c]))).collect();
-        Net { bvh: Bvh::new(boxes), ..net }
+        SampleNet { bvh: Bvh::new(boxes), ..net }
     }
 
     /// Parameters along the middle line of the net of samples, with the unit normals there, zero where there is none; nothing
@@ -433,7 +433,7 @@ impl Chart {
     }
 }
 
-impl Net {
+impl SampleNet {
     fn triangle(&self, t: usize) -> [usize; 3] {
         let nv = self.values[1].len();
         let (i, j) = ((t / 2) / (nv - 1), (t / 2) % (nv - 1));

@@ -223,7 +223,7 @@ impl Marks {
 
 /// A body before remeshing.
 #[derive(Default)]
-pub(super) struct Body {
+pub(super) struct FirstBody {
     pub(super) part: TriMesh,
     /// Where on the model each node is,
     pub(super) places: Vec<Place>,
@@ -245,10 +245,10 @@ pub(super) fn patchwork(
     solid: &Parametric,
     marks: &Marks,
     mut mesh: EditMesh,
-    body: &Body,
+    body: &FirstBody,
     untouched: Untouched<'_>,
 ) -> Patchwork {
-    let Body { part: from, places, sizes } = body;
+    let FirstBody { part: from, places, sizes } = body;
     let sizes = as_spaced(from, sizes);
     let Untouched { faces: kept, triangles: stays } = untouched;
     let mut sets = vec![PieceSet::default(); from.nodes.len()];
@@ -406,7 +406,7 @@ mod tests {
 
         let marks = Marks::new(&solid, fans, Vec::new());
         let edit = EditMesh::new(&part).unwrap();
-        let body = Body { part, places, sizes };
+        let body = FirstBody { part, places, sizes };
         let work = patchwork(&solid, &marks, edit, &body, Untouched { faces: &[], triangles: &stays });
         let part = body.part;
         let sizing = Sizing { size, nodes_per_radius: None, chord: None, least: size / 4.0 };

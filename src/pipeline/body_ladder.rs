@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::bodies::{Body, Marks, Untouched, patchwork, split_fans};
+use super::bodies::{FirstBody, Marks, Untouched, patchwork, split_fans};
 use super::history::{Attempt, Tried};
 use super::ladder::{Attempts, Change, Ladder, Seen, climb};
 use crate::error::{Error, Result};
@@ -67,7 +67,7 @@ pub(super) struct Ways<'a> {
 
 /// A body on its way.
 pub(super) struct BodyTrial {
-    body: Body,
+    body: FirstBody,
     /// Faces that stay as they were first triangulated, ascending,
     kept: Vec<u32>,
     /// and triangles of others that do.
@@ -93,7 +93,7 @@ impl BodyTrial {
     pub(super) fn new(part: TriMesh, places: Vec<Place>, sizes: Vec<f64>, still: &[u32]) -> Self {
         Self {
             stays: vec![false; part.triangles.len()],
-            body: Body { part, places, sizes },
+            body: FirstBody { part, places, sizes },
             kept: still.to_vec(),
             tries: 0,
             best: None,
@@ -179,7 +179,7 @@ impl BodyTrial {
             return Ok(());
         }
         let solid = ways.solid;
-        let Body { part, places, sizes } = &self.body;
+        let FirstBody { part, places, sizes } = &self.body;
         let dropped = to_blame(solid, part, run)?;
         let left = |l: &u32| dropped.binary_search(&solid.face_of(*l)).is_err();
         if dropped.is_empty() || !part.labels.iter().any(left) {
@@ -211,7 +211,7 @@ impl BodyTrial {
 
     /// Is done, and needs no more memory than what came of it.
     fn settle(&mut self, out: Remeshed) {
-        (self.body, self.stays, self.best) = (Body::default(), Vec::new(), None);
+        (self.body, self.stays, self.best) = (FirstBody::default(), Vec::new(), None);
         (self.wants, self.done) = (None, Some(out));
     }
 }

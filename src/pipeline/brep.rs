@@ -12,7 +12,7 @@ use super::distance::{Distance, distances, from_edges};
 use super::first_faces::{FaceLadder, NARROWEST};
 use super::heal::{Action, Healed, heal_made, told as told_of};
 use super::history::Clock;
-use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, MeshAttempt, Seen, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use super::refine::Wishes;
@@ -82,7 +82,7 @@ pub(super) fn mesh_tolerant(
     options: &MeshOptions,
     attempts: &mut Attempts,
     run: &Run,
-) -> Result<Numbered> {
+) -> Result<MeshAttempt> {
     let StepModel { brep, notes, .. } = model;
     let solid = Arc::new(Parametric::new(brep, run)?.without(&options.without));
     let diagonal = solid.bounds().diagonal();
@@ -154,7 +154,7 @@ fn refused(report: &mut Report, trimmed: &Trimmed, options: &MeshOptions) {
 }
 
 /// A mesh of a boundary representation, with what is told of it.
-struct Round {
+struct MeshedBrep {
     mesh: TriMesh,
     /// How many triangles cross others, where that is known.
     crossing: Option<usize>,
@@ -176,9 +176,9 @@ struct DistanceLadder<'a> {
 }
 
 impl Ladder for DistanceLadder<'_> {
-    type Made = Round;
+    type Made = MeshedBrep;
 
-    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Round>> {
+    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<MeshedBrep>> {
         let Self { solid, options, limit, .. } = *self;
         let chord = CHORD * STRICTER.powi(self.round as i32) * limit;
         let first = self.faces.within(chord, &std::mem::take(&mut self.finer), attempts, run)?;
@@ -198,15 +198,15 @@ impl Ladder for DistanceLadder<'_> {
             let diagonal = solid.bounds().diagonal();
             report.distance = Some(Distance { to_surface, from_surface, diagonal, asked, beyond: beyond.len() });
         }
-        Ok(Some(Round { mesh, crossing, report, numbers, beyond }))
+        Ok(Some(MeshedBrep { mesh, crossing, report, numbers, beyond }))
     }
 
     /// A finer mesh that falls short of something else is no better.
-    fn is_better(&self, new: &Round, best: Option<&Round>) -> bool {
+    fn is_better(&self, new: &MeshedBrep, best: Option<&MeshedBrep>) -> bool {
         best.is_none_or(|b| new.report.shortfalls.len() <= b.report.shortfalls.len())
     }
 
-    fn next(&mut self, seen: &Seen<'_, Round>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &Seen<'_, MeshedBrep>) -> Option<(Change, &'static str)> {
         self.round += 1;
         if seen.last.beyond.is_empty() || self.options.tolerance_length().is_none() || self.round == ROUNDS {
             return None;
@@ -223,7 +223,7 @@ fn meshed(
     options: &MeshOptions,
     attempts: &mut Attempts,
     run: &Run,
-) -> Result<Numbered> {
+) -> Result<MeshAttempt> {
     let groups = groups(&solid.brep);
     let diagonal = solid.bounds().diagonal();
     let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()))?;
@@ -232,7 +232,7 @@ fn meshed(
     let faces = FaceLadder::new(solid, options, &wishes, report);
     let mut ladder = DistanceLadder { solid, options, faces, limit, finer: Vec::new(), round: 0 };
     let best = climb(&mut ladder, attempts, run)?.ok_or_else(|| Error::Failed("no mesh was made".into()))?;
-    let Round { mut mesh, crossing, mut report, numbers, .. } = best;
+    let MeshedBrep { mut mesh, crossing, mut report, numbers, .. } = best;
     if let Some(d) = report.distance.filter(|d| d.beyond > 0 && d.asked.is_some()) {
         report.shortfalls.push(Fault::Far { distance: d.to_surface, limit, triangles: Some(d.beyond) });
     }
@@ -252,7 +252,7 @@ fn meshed(
     warn(&solid.brep, &found, &mut report);
     report.judge(found, 0.0);
     let meshed = Meshed { mesh, seams: Vec::new(), corners: Vec::new(), outline: None, report, source };
-    Ok(Numbered { meshed, numbers })
+    Ok(MeshAttempt { meshed, numbers })
 }
 
 /// Heals a mesh that is not sound. Where the model itself is open, no hole is filled: a sheet is to stay one; but faces that

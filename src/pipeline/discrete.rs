@@ -8,13 +8,13 @@ use super::budget::{covering, measurable};
 use super::faults::{Touching, keep_shells};
 use super::heal::told;
 use super::history::Clock;
-use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, MeshAttempt, Seen, climb};
 use super::load::is_3mf;
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
-use super::soup_ladder::{End, SoupLadder, SoupTrial};
+use super::soup_ladder::{LadderEnd, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::source::MeshOrigin;
 use super::wish::{DEFAULT_SIZE, Wish};
@@ -200,7 +200,7 @@ struct NodeLadder<'a> {
 
 impl Ladder for NodeLadder<'_> {
     /// With the logarithm of how many times the nodes there are.
-    type Made = (Numbered, f64);
+    type Made = (MeshAttempt, f64);
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
         let asked = Asked { prepared: self.prepared, size: self.size, options: self.options, soup: self.soup };
@@ -231,13 +231,13 @@ struct Asked<'a> {
 }
 
 /// A mesh, and how many of its triangles are turned over or slim within a face.
-struct Counted {
-    made: Numbered,
+struct RatedMesh {
+    made: MeshAttempt,
     flaws: usize,
 }
 
 impl Asked<'_> {
-    fn mesh(&self, attempts: &mut Attempts, run: &Run) -> Result<Counted> {
+    fn mesh(&self, attempts: &mut Attempts, run: &Run) -> Result<RatedMesh> {
         let Self { prepared, size, options, soup } = *self;
         let mut report = Report::of("triangles", size, None);
         report.warnings.clone_from(&prepared.healed);
@@ -296,16 +296,16 @@ impl Asked<'_> {
         let best = climb(&mut ladder, attempts, run)?;
         let flaws = best.as_ref().map_or(usize::MAX, SoupTrial::flaws);
         let SoupLadder { kept, end, .. } = ladder;
-        if matches!(end, End::Strict | End::StrictIfBetter) {
+        if matches!(end, LadderEnd::Strict | LadderEnd::StrictIfBetter) {
             attempts.change(Change::ShorterEdges, "edges farther from the surface than else left triangles at fault");
             let options =
                 &MeshOptions { tolerance: Some(SizeRequest::Length(STRICT * wish.tolerance)), ..options.clone() };
             let strict = Asked { options, ..*self }.mesh(attempts, run)?;
-            if end == End::Strict || strict.flaws < flaws {
+            if end == LadderEnd::Strict || strict.flaws < flaws {
                 return Ok(strict);
             }
         }
-        let left = end == End::Left;
+        let left = end == LadderEnd::Left;
         if left {
             report.shortfalls.push(Fault::NotRemeshed);
         }
@@ -333,7 +333,7 @@ impl Asked<'_> {
         report.stage("check", mesh.triangles.len(), &mut timer, run);
         let source = MeshOrigin::Triangles(Arc::new(solid));
         let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
-        Ok(Counted { made: Numbered { meshed, numbers }, flaws })
+        Ok(RatedMesh { made: MeshAttempt { meshed, numbers }, flaws })
     }
 }
 

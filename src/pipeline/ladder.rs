@@ -195,12 +195,12 @@ impl Attempts {
 }
 
 /// A mesh with the numbers of the attempts it is made of.
-pub(super) struct Numbered {
+pub(super) struct MeshAttempt {
     pub(super) meshed: Meshed,
     pub(super) numbers: Vec<usize>,
 }
 
-impl Numbered {
+impl MeshAttempt {
     /// In how many ways it falls short.
     pub(super) fn lacks(&self) -> usize {
         self.meshed.report.shortfalls.len()

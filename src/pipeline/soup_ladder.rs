@@ -46,7 +46,7 @@ impl SoupTrial {
 
 /// Why a soup's ladder ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum End {
+pub(super) enum LadderEnd {
     /// With its best.
     Best,
     /// Edges may be farther from the surface than else, and that made it cross itself,
@@ -74,7 +74,7 @@ pub(super) struct SoupLadder<'a> {
     pub(super) size: f64,
     /// How far up it is.
     pub(super) level: usize,
-    pub(super) end: End,
+    pub(super) end: LadderEnd,
 }
 
 impl<'a> SoupLadder<'a> {
@@ -98,7 +98,7 @@ impl<'a> SoupLadder<'a> {
             near: true,
             size,
             level,
-            end: End::Best,
+            end: LadderEnd::Best,
         }
     }
 
@@ -160,7 +160,7 @@ impl Ladder for SoupLadder<'_> {
         }
         // Nearer to the surface there may be no need for more.
         if crosses && !self.near {
-            self.end = End::Strict;
+            self.end = LadderEnd::Strict;
             return None;
         }
         if crosses && seen.best.is_some() {
@@ -169,7 +169,7 @@ impl Ladder for SoupLadder<'_> {
         while self.level <= LAST {
             if !crosses && (self.level >= FOLDED || !last.is_poor()) {
                 if last.is_poor() && !self.near {
-                    self.end = End::StrictIfBetter;
+                    self.end = LadderEnd::StrictIfBetter;
                 }
                 return None;
             }
@@ -177,7 +177,7 @@ impl Ladder for SoupLadder<'_> {
                 return Some((change, if crosses { "triangles cross" } else { "triangles are folded or slim" }));
             }
         }
-        self.end = End::Left;
+        self.end = LadderEnd::Left;
         None
     }
 }

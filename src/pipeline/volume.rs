@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::brep::mesh_tolerant;
 use super::distance::distances;
-use super::ladder::{Attempts, Change, Ladder, Numbered, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, MeshAttempt, Seen, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
@@ -72,7 +72,7 @@ struct VolumeLadder<'a> {
 
 impl Ladder for VolumeLadder<'_> {
     /// With what is lost; nothing where it is not closed and has no volume.
-    type Made = (Numbered, Option<VolumeLoss>);
+    type Made = (MeshAttempt, Option<VolumeLoss>);
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
         let how = MeshOptions { tolerance: self.tolerance, volume: None, measure: true, ..self.options.clone() };
@@ -116,7 +116,7 @@ pub(super) fn mesh_within_volume(
     options: &MeshOptions,
     attempts: &mut Attempts,
     run: &Run,
-) -> Result<Numbered> {
+) -> Result<MeshAttempt> {
     if !(asked > 0.0 && asked < 1.0) {
         return Err(Error::Usage(format!("the share of the volume that may be lost is between 0 and 1, not {asked}")));
     }

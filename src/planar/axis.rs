@@ -25,7 +25,7 @@ const MOST: f64 = 2e6;
 
 /// A point of a sampled contour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sample {
+pub(super) struct ContourSample {
     pub(super) at: DVec2,
     pub(super) contour: u32,
     /// The contour's point it is, if it is one.
@@ -34,7 +34,7 @@ pub(super) struct Sample {
     along: f64,
 }
 
-impl HasPosition for Sample {
+impl HasPosition for ContourSample {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
@@ -53,7 +53,7 @@ pub struct Axis {
 
 /// Contours as rows of samples: their points, and where contours lie within `reach` of each other points between them, at most
 /// `spacing` apart. `None` beyond two million.
-pub(super) fn samples(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Option<Vec<Vec<Sample>>> {
+pub(super) fn samples(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Option<Vec<Vec<ContourSample>>> {
     let segment = |[c, i]: [usize; 2]| {
         let p = &contours[c];
         [p[i], p[(i + 1) % p.len()]]
@@ -61,7 +61,7 @@ pub(super) fn samples(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Opti
     let all: Vec<[usize; 2]> = (0..contours.len()).flat_map(|c| (0..contours[c].len()).map(move |i| [c, i])).collect();
     let around = |ends: [DVec2; 2]| Aabb::around(ends.map(|p| p.extend(0.0)));
     let bvh = Bvh::new(all.iter().map(|s| around(segment(*s))).collect());
-    let mut out: Vec<Vec<Sample>> = vec![Vec::new(); contours.len()];
+    let mut out: Vec<Vec<ContourSample>> = vec![Vec::new(); contours.len()];
     let (mut count, mut along) = (0.0, 0.0);
     for &[c, i] in &all {
         let n = contours[c].len();
@@ -97,7 +97,7 @@ pub(super) fn samples(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Opti
             for x in 0..steps as u32 {
                 let s = s + (t - s) * f64::from(x) / steps;
                 let point = (s == 0.0).then_some(i as u32);
-                out[c].push(Sample { at: a.lerp(b, s), contour: c as u32, point, along: along + s * length });
+                out[c].push(ContourSample { at: a.lerp(b, s), contour: c as u32, point, along: along + s * length });
             }
         }
         along += length;
@@ -114,15 +114,15 @@ pub fn medial_axis(contours: &[Vec<DVec2>], reach: f64, spacing: f64) -> Option<
     axis_of(&samples(contours, reach, spacing)?, spacing)
 }
 
-pub(super) fn axis_of(rows: &[Vec<Sample>], spacing: f64) -> Option<Axis> {
-    let all: Vec<Sample> = rows.iter().flatten().copied().collect();
+pub(super) fn axis_of(rows: &[Vec<ContourSample>], spacing: f64) -> Option<Axis> {
+    let all: Vec<ContourSample> = rows.iter().flatten().copied().collect();
     if all.iter().any(|s| !s.at.is_finite()) {
         return None;
     }
     let lengths: Vec<f64> =
         rows.iter().map(|r| r.last().zip(r.first()).map_or(0.0, |(l, f)| l.along + l.at.distance(f.at))).collect();
     // step 1: the Voronoi diagram is the dual of this
-    let mut tri = ConstrainedDelaunayTriangulation::<Sample>::bulk_load_cdt(all.clone(), Vec::new()).ok()?;
+    let mut tri = ConstrainedDelaunayTriangulation::<ContourSample>::bulk_load_cdt(all.clone(), Vec::new()).ok()?;
     if tri.num_vertices() != all.len() {
         return None;
     }

@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-use super::axis::{Axis, Sample, axis_of, samples};
+use super::axis::{Axis, ContourSample, axis_of, samples};
 use super::crossings::{Meeting, crossings};
 use crate::numeric::predicates::orient2d;
 use crate::spatial::{Aabb, Bvh};
@@ -90,7 +90,7 @@ pub fn trim(contours: &[Vec<DVec2>], width: f64) -> Result<Trimmed, Refusal> {
         return Ok(unchanged);
     }
     let feet = Feet::new(&axis);
-    let found: Vec<Vec<Option<Foot>>> =
+    let found: Vec<Vec<Option<AxisFoot>>> =
         rows.iter().map(|row| row.iter().map(|s| feet.of(s.at, 0.5 * width)).collect()).collect();
     // steps 5 and 6
     let (mut entries, mut exits) = (Vec::new(), Vec::new());
@@ -98,8 +98,8 @@ pub fn trim(contours: &[Vec<DVec2>], width: f64) -> Result<Trimmed, Refusal> {
         for i in 0..row.len() {
             let next = (i + 1) % row.len();
             match (&row[i], &row[next]) {
-                (None, Some(foot)) => entries.push(Special::new(c, i, foot, rows[c][next].at)),
-                (Some(foot), None) => exits.push(Special::new(c, next, foot, rows[c][i].at)),
+                (None, Some(foot)) => entries.push(SpecialPoint::new(c, i, foot, rows[c][next].at)),
+                (Some(foot), None) => exits.push(SpecialPoint::new(c, next, foot, rows[c][i].at)),
                 _ => {}
             }
         }
@@ -143,7 +143,7 @@ fn to_left(contours: &[Vec<DVec2>]) -> (Vec<bool>, Vec<Vec<DVec2>>) {
 
 /// The nearest place of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Foot {
+struct AxisFoot {
     line: u32,
     at: DVec2,
     along: DVec2,
@@ -171,36 +171,36 @@ impl<'a> Feet<'a> {
     }
 
     /// The foot of a point that is nearer than `limit`.
-    fn of(&self, p: DVec2, limit: f64) -> Option<Foot> {
+    fn of(&self, p: DVec2, limit: f64) -> Option<AxisFoot> {
         let (k, square) = self.bvh.nearest(p.extend(0.0), limit, |k| self.on(k, p).distance_squared(p))?;
         if square >= limit * limit {
             return None;
         }
         let (line, [a, b]) = self.segments[k as usize];
         let along = self.axis.places[b as usize].0 - self.axis.places[a as usize].0;
-        Some(Foot { line, at: self.on(k, p), along })
+        Some(AxisFoot { line, at: self.on(k, p), along })
     }
 }
 
 /// A special point: the last one before a narrow part, or the first one after it.
 #[derive(Debug, Clone, Copy)]
-struct Special {
+struct SpecialPoint {
     contour: usize,
     sample: usize,
-    foot: Foot,
+    foot: AxisFoot,
     /// Whether its neighbor in the narrow part lies to the left of the line.
     left: bool,
 }
 
-impl Special {
-    fn new(contour: usize, sample: usize, foot: &Foot, neighbor: DVec2) -> Self {
+impl SpecialPoint {
+    fn new(contour: usize, sample: usize, foot: &AxisFoot, neighbor: DVec2) -> Self {
         let left = foot.along.perp_dot(neighbor - foot.at) > 0.0;
         Self { contour, sample, foot: *foot, left }
     }
 }
 
 /// For each entry its exit: across the same line, the nearest by their feet on it, nearest pairs first.
-fn pair(entries: &[Special], exits: &[Special], rows: &[Vec<Sample>]) -> Result<Vec<usize>, Refusal> {
+fn pair(entries: &[SpecialPoint], exits: &[SpecialPoint], rows: &[Vec<ContourSample>]) -> Result<Vec<usize>, Refusal> {
     let mut offers: Vec<(f64, usize, usize)> = Vec::new();
     for (i, e) in entries.iter().enumerate() {
         for (j, x) in exits.iter().enumerate() {
@@ -216,7 +216,7 @@ fn pair(entries: &[Special], exits: &[Special], rows: &[Vec<Sample>]) -> Result<
             (of_entry[i], taken[j]) = (j, true);
         }
     }
-    let at = |s: &Special| rows[s.contour][s.sample].at;
+    let at = |s: &SpecialPoint| rows[s.contour][s.sample].at;
     if let Some(i) = of_entry.iter().position(|j| *j == usize::MAX) {
         return Err(Refusal::Unpaired { at: at(&entries[i]), entry: true });
     }
@@ -228,14 +228,14 @@ fn pair(entries: &[Special], exits: &[Special], rows: &[Vec<Sample>]) -> Result<
 
 /// Step 7: what lies between an exit and the next entry stays, and goes on behind the entry at its partner.
 fn assemble(
-    rows: &[Vec<Sample>],
-    found: &[Vec<Option<Foot>>],
-    entries: &[Special],
-    exits: &[Special],
+    rows: &[Vec<ContourSample>],
+    found: &[Vec<Option<AxisFoot>>],
+    entries: &[SpecialPoint],
+    exits: &[SpecialPoint],
     partner: &[usize],
 ) -> Trimmed {
     let mut out = Trimmed::default();
-    let spot = |s: &Special| {
+    let spot = |s: &SpecialPoint| {
         let row = &rows[s.contour];
         let back = (0..row.len()).take_while(|k| row[(s.sample + row.len() - k) % row.len()].point.is_none()).count();
         let on = (1..=row.len()).take_while(|k| row[(s.sample + k) % row.len()].point.is_none()).count() + 1;
@@ -248,9 +248,9 @@ fn assemble(
     for (i, e) in entries.iter().enumerate() {
         out.merges.push(Merge { entry: spot(e), exit: spot(&exits[partner[i]]), at: middle(i) });
     }
-    let entry_after = |x: &Special| {
+    let entry_after = |x: &SpecialPoint| {
         let n = rows[x.contour].len();
-        let steps = |e: &Special| (e.sample + n - x.sample) % n;
+        let steps = |e: &SpecialPoint| (e.sample + n - x.sample) % n;
         let own = entries.iter().enumerate().filter(|(_, e)| e.contour == x.contour);
         own.min_by_key(|(_, e)| steps(e)).map(|(i, e)| (i, steps(e)))
     };

@@ -59,7 +59,7 @@ pub fn render(mesh: &TriMesh, options: &RenderOptions, run: &Run) -> Result<Pict
     }
     let clipping = clip::Clipping::new(mesh, &options.clips, axes[2])?;
     run.install(|| {
-        let look = palette::Look::new(mesh, &options.color_by);
+        let look = palette::TriangleColors::new(mesh, &options.color_by);
         let ground = if options.transparent { None } else { Some(palette::BACKGROUND) };
         let mut picture = Picture::on(options.width, options.height, ground);
         let legend = if options.legend { look.legend(mesh, &clipping, [options.width, options.height]) } else { None };

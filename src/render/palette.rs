@@ -67,14 +67,14 @@ const PAD: usize = 8;
 const LINE: usize = TEXT_HEIGHT + PAD;
 
 /// The color of every triangle before shading.
-pub(super) struct Look<'a> {
+pub(super) struct TriangleColors<'a> {
     faces: Vec<Rgb>,
     by: &'a ColorBy,
     /// The mean edge length, or the largest finite distance.
     unit: f64,
 }
 
-impl<'a> Look<'a> {
+impl<'a> TriangleColors<'a> {
     pub(super) fn new(mesh: &TriMesh, by: &'a ColorBy) -> Self {
         let (faces, unit) = match by {
             ColorBy::Face => (face_colors(mesh), 1.0),

@@ -11,7 +11,7 @@ use crate::spatial::Aabb;
 use super::RenderOptions;
 use super::clip::Clipping;
 use super::edges::{self, Line};
-use super::palette::{ALARM, BACKGROUND, INK, INSIDE, Look, Rgb, mix};
+use super::palette::{ALARM, BACKGROUND, INK, INSIDE, Rgb, TriangleColors, mix};
 use super::picture::Picture;
 
 /// Pixel rows of a band: few enough that its samples stay in the cache, many enough that few triangles lie in two.
@@ -51,7 +51,7 @@ pub(super) struct Shot<'a> {
     /// Unit vectors to the right, upwards and towards the camera.
     pub(super) axes: [DVec3; 3],
     pub(super) clipping: &'a Clipping<'a>,
-    pub(super) look: &'a Look<'a>,
+    pub(super) look: &'a TriangleColors<'a>,
 }
 
 /// Red, green and blue times opacity, and opacity.
@@ -349,7 +349,7 @@ impl Camera {
     }
 }
 
-fn shade(mesh: &TriMesh, t: usize, look: &Look, light: DVec3, towards: DVec3) -> Rgb {
+fn shade(mesh: &TriMesh, t: usize, look: &TriangleColors, light: DVec3, towards: DVec3) -> Rgb {
     let n = mesh.normal(t);
     let (base, n) = if n.dot(towards) < 0.0 { (INSIDE, -n) } else { (look.color(mesh, t), n) };
     let bright = AMBIENT + (1.0 - AMBIENT) * n.dot(light).max(0.0) as f32;

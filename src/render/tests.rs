@@ -121,7 +121,7 @@ fn boundaries_are_red_and_backs_are_grey() {
 #[test]
 fn touching_faces_differ_and_equal_names_agree() {
     let mesh = box_mesh();
-    let look = palette::Look::new(&mesh, &ColorBy::Face);
+    let look = palette::TriangleColors::new(&mesh, &ColorBy::Face);
     let colors: Vec<_> = (0..12).step_by(2).map(|t| look.color(&mesh, t)).collect();
     for i in 0..6 {
         assert!((0..i).all(|j| colors[i] != colors[j]));
@@ -130,7 +130,7 @@ fn touching_faces_differ_and_equal_names_agree() {
     let mut turned = box_mesh();
     turned.faces.rotate_left(2);
     turned.labels.iter_mut().for_each(|l| *l = (*l + 4) % 6);
-    let look = palette::Look::new(&turned, &ColorBy::Face);
+    let look = palette::TriangleColors::new(&turned, &ColorBy::Face);
     assert!((0..6).all(|i| look.color(&turned, 2 * i) == colors[i]));
 }
 
@@ -138,7 +138,7 @@ fn touching_faces_differ_and_equal_names_agree() {
 fn quality_goes_from_red_to_blue() {
     let nodes = vec![DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.75f64.sqrt(), 0.0), DVec3::new(0.5, 0.01, 0.0)];
     let mesh = TriMesh::new(nodes, vec![[0, 1, 2], [0, 1, 3], [0, 1, 1]]);
-    let look = palette::Look::new(&mesh, &ColorBy::Angle);
+    let look = palette::TriangleColors::new(&mesh, &ColorBy::Angle);
     let clipping = clip::Clipping::new(&mesh, &[], DVec3::X).unwrap();
     assert_eq!(look.legend(&mesh, &clipping, [600, 400]).unwrap().lines.len(), 8);
     let [good, bad, worst] = [0, 1, 2].map(|t| look.color(&mesh, t));
@@ -171,7 +171,7 @@ fn sixty_long_names_stay_in_their_place() {
         let view = View { margin: 0.0, ..View::from_angles(0.0, 90.0) };
         let options = RenderOptions { width, height, view, sharp_angle: None, ..Default::default() };
         let p = render(&mesh, &options, &Run::new()).unwrap();
-        let look = palette::Look::new(&mesh, &ColorBy::Face);
+        let look = palette::TriangleColors::new(&mesh, &ColorBy::Face);
         let clipping = clip::Clipping::new(&mesh, &[], DVec3::Z).unwrap();
         let legend = look.legend(&mesh, &clipping, size).unwrap();
         let shown = legend.lines.len() - 1;
@@ -211,7 +211,7 @@ fn named_views_show_their_side_upright() {
         ("bottom", "0,-90", 4, [x, -y]),
     ];
     let mesh = box_mesh();
-    let look = palette::Look::new(&mesh, &ColorBy::Face);
+    let look = palette::TriangleColors::new(&mesh, &ColorBy::Face);
     for (name, angles, face, [right, up]) in views {
         let view: View = name.parse().unwrap();
         assert_eq!(angles.parse::<View>().unwrap(), view);
@@ -345,11 +345,11 @@ fn lengths_and_distances_have_scales_of_their_own() {
     // A small and a large triangle; the mean edge lies between.
     let at = |x: f64, s: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + s, 0.0, 0.0), DVec3::new(x, s, 0.0)];
     let mesh = TriMesh::new([at(0.0, 1.0), at(2.0, 9.0)].concat(), vec![[0, 1, 2], [3, 4, 5]]);
-    let look = palette::Look::new(&mesh, &ColorBy::Edge);
+    let look = palette::TriangleColors::new(&mesh, &ColorBy::Edge);
     let [small, large] = [0, 1].map(|t| look.color(&mesh, t));
     assert!(small[2] > 1.5 * small[0] && large[0] > 1.5 * large[2]);
     let by = ColorBy::Distance(vec![0.0, 0.0, 0.0, 0.0, 2.0, 1.0]);
-    let look = palette::Look::new(&mesh, &by);
+    let look = palette::TriangleColors::new(&mesh, &by);
     let [none, most] = [0, 1].map(|t| look.color(&mesh, t));
     assert!(none[2] > 1.5 * none[0] && most[0] > 1.5 * most[2]);
     let clipping = clip::Clipping::new(&mesh, &[], DVec3::X).unwrap();
@@ -357,7 +357,7 @@ fn lengths_and_distances_have_scales_of_their_own() {
     let texts: Vec<&str> = lines.iter().map(|l| l.1.as_str()).collect();
     assert_eq!(texts, ["distance", "2.00", "1.50", "1.00", "0.500", "0"]);
     let by = ColorBy::Distance(vec![f64::INFINITY, 0.0, 0.0, 0.0, 2e-7, 1e-7]);
-    let look = palette::Look::new(&mesh, &by);
+    let look = palette::TriangleColors::new(&mesh, &by);
     let lines = look.legend(&mesh, &clipping, [600, 400]).unwrap().lines;
     assert_eq!((lines[1].1.as_str(), lines[6].1.as_str()), ("2.00e-7", "unknown"));
     assert_eq!(lines[6].0, Some(look.color(&mesh, 0)));

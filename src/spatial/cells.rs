@@ -16,12 +16,12 @@ const MOST: f64 = 1e6;
 
 /// Triangles by place, for points that lie close to them.
 #[derive(Debug, Clone)]
-pub struct Cells {
+pub struct TriangleCells {
     origin: DVec3,
     cell: f64,
     /// Place in `runs` by cell, and the triangle to start from.
     of_cell: FxHashMap<u64, (u32, u32)>,
-    runs: Vec<Run>,
+    runs: Vec<CellTriangles>,
     items: Vec<u32>,
     /// Boxes of slices of triangles, ascending, and the triangle each is of.
     tree: Bvh,
@@ -30,7 +30,7 @@ pub struct Cells {
 
 /// What is known of a cell.
 #[derive(Debug, Clone, Copy, Default)]
-struct Run {
+struct CellTriangles {
     first: u32,
     count: u32,
 }
@@ -68,7 +68,7 @@ fn slices(t: &[DVec3; 3], length: f64, mut f: impl FnMut(Aabb)) {
     }
 }
 
-impl Cells {
+impl TriangleCells {
     /// Cells over triangles, which are numbered as given. `least` is how large cells must be: about the distance from the
     /// surface up to which points are asked for.
     pub fn new(triangles: &[[DVec3; 3]], least: f64) -> Self {
@@ -132,7 +132,7 @@ impl Cells {
                         let next = self.runs.len() as u32;
                         let run = self.of_cell.entry(key(c)).or_insert((next, NONE)).0;
                         if run == next {
-                            self.runs.push(Run::default());
+                            self.runs.push(CellTriangles::default());
                             centers.push((key(c), center));
                         }
                         // Slices of one triangle may cross the same cell.
@@ -198,7 +198,7 @@ impl Cells {
                 return true;
             }
             let Some(&(run, _)) = self.of_cell.get(&key(c)) else { return true };
-            let Run { first, count } = self.runs[run as usize];
+            let CellTriangles { first, count } = self.runs[run as usize];
             if count > CROWDED {
                 return false;
             }
@@ -250,7 +250,7 @@ mod tests {
                 .iter()
                 .map(|(c, d)| [0, 3, 6].map(|k| DVec3::from_array(*c) + DVec3::from_slice(&d[k..k + 3])))
                 .collect();
-            let cells = Cells::new(&triangles, 0.0);
+            let cells = TriangleCells::new(&triangles, 0.0);
             let mut places = vec![DVec3::from_array(q)];
             if !triangles.is_empty() {
                 let [a, b, c] = triangles[on.index(triangles.len())];

@@ -9,7 +9,7 @@ mod triangle;
 
 pub use aabb::{Aabb, LARGEST};
 pub use bvh::{Bvh, ViewCone};
-pub use cells::Cells;
+pub use cells::TriangleCells;
 pub use graded::Graded;
 pub use nodes::{NearNode, NodeTree};
 pub use triangle::{segment_foot, triangle_distance_squared, triangle_foot};

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{MeshView, TriMesh, face_colors};
 use crate::run::Run;
 
-use vertices::{Corners, Patch};
+use vertices::{Patch, VertexNumbers};
 
 /// The magic number, and the types of the two chunks.
 const MAGIC: &[u8; 4] = b"glTF";
@@ -43,7 +43,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, options: &WriteOpt
     check_nodes(&mesh)?;
     // Before anything is numbered by `u32`.
     check_length(THREE * mesh.triangles.len())?;
-    let corners = Corners::new(&mesh, &options.seams, run)?;
+    let corners = VertexNumbers::new(&mesh, &options.seams, run)?;
     let colors = face_colors(&mesh);
     let mut file = File::default();
     for patch in corners.patches(&mesh, run)? {

@@ -9,7 +9,7 @@ use crate::numeric::Sets;
 use crate::run::Run;
 
 /// Which corners of triangles are one vertex; corner `k` of triangle `t` has the number `3 t + k`.
-pub(super) struct Corners {
+pub(super) struct VertexNumbers {
     /// For each corner the smallest one that is the same vertex.
     first: Vec<u32>,
     /// Whether every edge is of two triangles that run along it in opposite directions.
@@ -35,7 +35,7 @@ fn next(corner: u32) -> u32 {
     if corner % 3 == 2 { corner - 2 } else { corner + 1 }
 }
 
-impl Corners {
+impl VertexNumbers {
     pub(super) fn new(mesh: &TriMesh, seams: &[[u32; 2]], run: &Run) -> Result<Self> {
         let node = |corner: u32| mesh.triangles[corner as usize / 3][corner as usize % 3];
         let label = |corner: u32| mesh.labels[corner as usize / 3];

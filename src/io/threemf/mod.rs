@@ -7,7 +7,7 @@ mod write;
 
 use glam::DVec3;
 
-use super::build::{Builder, UNNAMED, check_node_count};
+use super::build::{MeshBuilder, UNNAMED, check_node_count};
 use super::text::unescape;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
@@ -48,7 +48,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         let what = format!("object {} is a level set, not triangles", other.id);
         return Err(wrong(other.shape, what).with_help("mesh the file as a part: rvachev mesh a.3mf"));
     }
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     for one in &placed {
         run.check()?;
         let corners = corners_of(one.shape)?;

@@ -50,7 +50,7 @@ impl Placed<'_> {
 }
 
 /// The corners and triangles of one `mesh`.
-pub(crate) struct Corners<'a> {
+pub(crate) struct MeshResource<'a> {
     pub(crate) nodes: Vec<DVec3>,
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The element of each triangle.
@@ -198,7 +198,7 @@ impl<'a> Model<'a> {
 }
 
 /// The corners and triangles of a `mesh`, in the object's coordinates.
-pub(crate) fn corners_of(mesh: Xml<'_>) -> Result<Corners<'_>> {
+pub(crate) fn corners_of(mesh: Xml<'_>) -> Result<MeshResource<'_>> {
     if let Some(lattice) = child(mesh, "beamlattice") {
         return Err(wrong(lattice, "beam lattices are not read"));
     }
@@ -219,5 +219,5 @@ pub(crate) fn corners_of(mesh: Xml<'_>) -> Result<Corners<'_>> {
         triangles.push(corners);
         elements.push(t);
     }
-    Ok(Corners { nodes, triangles, elements })
+    Ok(MeshResource { nodes, triangles, elements })
 }

@@ -48,12 +48,12 @@ const DIRECTIONS: [[f64; 2]; AROUND] =
 
 /// A triangle at a node by the ends of its side across from there: each by its coordinates in the plane the node moves in, from
 /// where that is now, and its squared distance from there; and by the length of that side.
-struct Across {
+struct OppositeSide {
     ends: [[f64; 3]; 2],
     side: f64,
 }
 
-impl Across {
+impl OppositeSide {
     fn new(a: DVec3, b: DVec3, start: DVec3, [x, y]: [DVec3; 2]) -> Self {
         let end = |p: DVec3| [(p - start).dot(x), (p - start).dot(y), p.distance_squared(start)];
         Self { ends: [end(a), end(b)], side: a.distance(b) }
@@ -81,14 +81,14 @@ fn shape([uu, vv]: [f64; 2], w: f64) -> [f64; 2] {
     if product > 0.0 { [4.0 * (uu * vv - uv * uv) * over, cosine * sum * over] } else { [0.0, 1.0] }
 }
 
-/// [`Across::lack`] of a triangle by the same lengths.
+/// [`OppositeSide::lack`] of a triangle by the same lengths.
 fn lacks(squared: [f64; 2], side: f64, weight: f64) -> f64 {
     let [ratio, cosine] = shape(squared, side);
     let sharp = (cosine - SMALL).max(0.0);
     1.0 - ratio + weight * sharp * sharp
 }
 
-fn lack_around<const N: usize>(ring: &[Across], at: &[[f64; 2]; N], weight: f64) -> [f64; N] {
+fn lack_around<const N: usize>(ring: &[OppositeSide], at: &[[f64; 2]; N], weight: f64) -> [f64; N] {
     ring.iter().fold([0.0; N], |mut sums, t| {
         sums.iter_mut().zip(t.lack(at, weight)).for_each(|(sum, lack)| *sum += lack);
         sums
@@ -125,7 +125,7 @@ struct Search {
 
 /// Looks for the place around a node where the least is missing; on a curve along the first coordinate only. `length` is that of
 /// the shortest edge there, `first` the first step as a share of it.
-fn search(ring: &[Across], length: f64, on_curve: bool, effort: &Effort, first: f64) -> Search {
+fn search(ring: &[OppositeSide], length: f64, on_curve: bool, effort: &Effort, first: f64) -> Search {
     let width = if on_curve { 0.0 } else { 1.0 };
     let [before] = lack_around(ring, &[[0.0; 2]], effort.weight);
     let (mut place, mut least, mut step) = ([0.0; 2], before, first * length);
@@ -203,7 +203,7 @@ impl Remesher<'_> {
     }
 
     /// Moves a node to where less is missing around it, if there is such a place; `ring` is room to work in.
-    fn raise_around(&mut self, v: u32, effort: &Effort, first: f64, ring: &mut Vec<Across>) -> bool {
+    fn raise_around(&mut self, v: u32, effort: &Effort, first: f64, ring: &mut Vec<OppositeSide>) -> bool {
         let rank = self.rank[v as usize];
         // What borders were spaced for here stays; those spaced before had no look at what lies beside.
         if rank == Rank::Corner || (rank == Rank::Curve && !self.work.spaced) || !self.sees(v) {
@@ -220,7 +220,9 @@ impl Remesher<'_> {
             [x, y]
         };
         ring.clear();
-        ring.extend(m.outgoing(v).map(|h| Across::new(self.point(m.target(h)), self.point(m.apex(h)), start, plane)));
+        ring.extend(
+            m.outgoing(v).map(|h| OppositeSide::new(self.point(m.target(h)), self.point(m.apex(h)), start, plane)),
+        );
         let length = m.outgoing(v).map(|h| start.distance(self.point(m.target(h)))).fold(f64::INFINITY, f64::min);
         let Search { before, place: [along, across], least } = search(ring, length, rank == Rank::Curve, effort, first);
         let enough = (1.0 - GAIN) * before;
@@ -254,9 +256,9 @@ impl Remesher<'_> {
 mod tests {
     use super::*;
 
-    fn ring(corners: &[DVec3]) -> Vec<Across> {
+    fn ring(corners: &[DVec3]) -> Vec<OppositeSide> {
         let n = corners.len();
-        (0..n).map(|i| Across::new(corners[i], corners[(i + 1) % n], DVec3::ZERO, [DVec3::X, DVec3::Y])).collect()
+        (0..n).map(|i| OppositeSide::new(corners[i], corners[(i + 1) % n], DVec3::ZERO, [DVec3::X, DVec3::Y])).collect()
     }
 
     #[test]

@@ -19,7 +19,7 @@ const BESIDE: f64 = 0.5;
 const PASSES: usize = 3;
 
 /// A border from corner to corner, or round and back to where it began.
-pub(super) struct Chain {
+pub(super) struct BorderChain {
     pub(super) nodes: Vec<u32>,
     pub(super) closed: bool,
 }
@@ -69,7 +69,7 @@ impl Remesher<'_> {
         back && self.remove_along(w[1])
     }
 
-    pub(super) fn chains(&self) -> Vec<Chain> {
+    pub(super) fn chains(&self) -> Vec<BorderChain> {
         let m = &self.work.mesh;
         let mut seen = vec![false; 3 * m.triangle_capacity()];
         let mut chains = Vec::new();
@@ -88,7 +88,7 @@ impl Remesher<'_> {
         chains
     }
 
-    fn follow(&self, first: u32, seen: &mut [bool]) -> Chain {
+    fn follow(&self, first: u32, seen: &mut [bool]) -> BorderChain {
         let m = &self.work.mesh;
         let start = m.origin(first);
         let mut nodes = vec![start];
@@ -108,11 +108,11 @@ impl Remesher<'_> {
             h = onward;
         }
         let closed = nodes.len() > 3 && nodes.last() == Some(&start) && self.rank[start as usize] == Rank::Curve;
-        Chain { nodes, closed }
+        BorderChain { nodes, closed }
     }
 
     /// Puts the nodes of a border at places counted in steps.
-    fn space(&mut self, chain: &mut Chain, places: &[f64], zones: &[Zone]) -> usize {
+    fn space(&mut self, chain: &mut BorderChain, places: &[f64], zones: &[Zone]) -> usize {
         let segments = chain.nodes.len() - 1;
         if self.work.mesh.edge_between(chain.nodes[0], chain.nodes[1]).is_none_or(|h| self.work.beside_kept(h)) {
             return 0;
@@ -168,7 +168,7 @@ impl Remesher<'_> {
 
     /// Has a closed border begin at the node nearest to one of the places, which becomes that node's; the others are counted from
     /// there then. Returns where the node shall be.
-    fn turn_to(&self, chain: &mut Chain, places: &mut Vec<f64>) -> Option<DVec3> {
+    fn turn_to(&self, chain: &mut BorderChain, places: &mut Vec<f64>) -> Option<DVec3> {
         let track = self.track(chain, &[]);
         let (total, last) = (track.total(), chain.nodes.len() - 1);
         let off = |s: f64, p: f64| {

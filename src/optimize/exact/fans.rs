@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_3;
 
 use glam::DVec3;
 
-use super::patchwork::{Facet, PieceSet};
+use super::patchwork::{PieceSet, TriangleShape};
 use super::remesh::{LONG, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, next, prev};
@@ -54,7 +54,7 @@ impl Fan {
 
 /// Whether a triangle has a good shape and faces some way.
 fn fits(corners: [DVec3; 3], up: DVec3) -> bool {
-    let facet = Facet::new(corners);
+    let facet = TriangleShape::new(corners);
     facet.plain() > FIT && facet.area.dot(up) > ALIKE * facet.area.length()
 }
 
@@ -63,7 +63,7 @@ impl Remesher<'_> {
     pub(super) fn share_below(&self, limit: f64) -> f64 {
         let m = &self.work.mesh;
         let seen = || m.triangles().filter(|t| m.corners(*t).into_iter().all(|v| self.sees(v)));
-        let below = seen().filter(|t| !Facet::new(m.corner_points(*t)).is_above(limit)).count();
+        let below = seen().filter(|t| !TriangleShape::new(m.corner_points(*t)).is_above(limit)).count();
         below as f64 / seen().count().max(1) as f64
     }
 

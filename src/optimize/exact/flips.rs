@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::MEND;
 use super::fans::Fan;
 use super::field::COARSE;
-use super::patchwork::Facet;
+use super::patchwork::TriangleShape;
 use super::remesh::{FAIR, GOOD, LONG, Remesher, SHARE, SHORT, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Reader};
@@ -106,7 +106,7 @@ impl Remesher<'_> {
         }
         let (a, b, c, d) = (m.origin(h), m.target(h), m.apex(h), m.apex(o));
         let [p, q, r, s] = [a, b, c, d].map(|v| self.point(v));
-        let [left, right] = [Facet::new([p, q, r]), Facet::new([q, p, s])];
+        let [left, right] = [TriangleShape::new([p, q, r]), TriangleShape::new([q, p, s])];
         // Whichever way the triangles face, if only they face the same way: what promises no gain here is not worth a normal.
         let smooth = left.area.dot(right.area) > 0.0;
         let fans = fans.map(|f| [a, b, c, d].map(|v| f[v as usize]));
@@ -123,7 +123,7 @@ impl Remesher<'_> {
         {
             return false;
         }
-        let (above, below) = (Facet::new([p, s, r]), Facet::new([s, q, r]));
+        let (above, below) = (TriangleShape::new([p, s, r]), TriangleShape::new([s, q, r]));
         let now = left.plain().min(right.plain());
         let then = above.plain().min(below.plain());
         if then < SLIVER.min(now) {

@@ -20,7 +20,7 @@ const INTO: f64 = 0.3;
 const EASE: f64 = 1.5;
 
 /// What a gap asks for at a node on a border.
-pub(super) struct Gap {
+pub(super) struct BorderGap {
     pub(super) node: u32,
     /// The patch it is a gap of.
     pub(super) patch: u32,
@@ -53,7 +53,7 @@ impl Remesher<'_> {
 
     /// The edge lengths that make a row of good triangles across the gap to the border across from a node on a border, where that
     /// is less than the size and more than `narrowest`.
-    pub(super) fn across_gaps(&self) -> Result<Vec<Gap>> {
+    pub(super) fn across_gaps(&self) -> Result<Vec<BorderGap>> {
         let Sizing { size, least, .. } = self.options.sizing;
         let rims = self.rims();
         // Only borders of the same patch lie across from each other: a tree for each.
@@ -83,11 +83,11 @@ impl Remesher<'_> {
             let Some((k, squared)) = across else { return Vec::new() };
             let (foot, width) = (foot_on(k), squared.sqrt());
             let (across, length) = (there(k), fitting(width, least.min(size)));
-            let mut gaps = vec![Gap { node: v, patch: rim.label, length }];
+            let mut gaps = vec![BorderGap { node: v, patch: rim.label, length }];
             // A corner may come near between the nodes of what lies across from it.
             if self.rank[v as usize] == Rank::Corner {
                 let beside = |i: usize| length + self.options.grading * across.points[i].distance(foot);
-                gaps.extend((0..2).map(|i| Gap { node: across.ends[i], patch: rim.label, length: beside(i) }));
+                gaps.extend((0..2).map(|i| BorderGap { node: across.ends[i], patch: rim.label, length: beside(i) }));
             }
             gaps
         };

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::mesh::edit::NONE;
 
 /// Points in cubic cells. Sizes may differ by place: each power of two above `least` has cells of its own.
-pub(super) struct Grid {
+pub(super) struct PointGrid {
     least: f64,
     reach: f64,
     levels: Vec<FxHashMap<IVec3, u32>>,
@@ -17,7 +17,7 @@ pub(super) struct Grid {
 /// Levels beyond this are one: their points are few.
 const LEVELS: usize = 24;
 
-impl Grid {
+impl PointGrid {
     /// For points of sizes from `least`, looked for as far away as `reach` of their sizes.
     pub(super) fn new(least: f64, reach: f64) -> Self {
         Self { least, reach, levels: Vec::new(), items: Vec::new() }

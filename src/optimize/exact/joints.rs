@@ -33,7 +33,7 @@ const WIDE: usize = 4;
 const CLEAR: f64 = 0.6;
 
 /// Where two pieces take turns.
-struct Joint {
+struct PieceJoint {
     at: DVec3,
     pieces: PieceSet,
     /// Of both pieces there.
@@ -115,7 +115,7 @@ impl Pieced<'_> {
     /// Whether a joint lies in this mesh. Where the mesh ends nearby another one goes on that may find the same joint, and only one may draw
     /// triangles to it: the one that has it in a triangle, as seen along the normal. The ends are the same in both, and so is the side of
     /// them it is on. What neither has is found when both are one mesh; what is a node at an end already is there.
-    fn holds(&self, joint: &Joint) -> bool {
+    fn holds(&self, joint: &PieceJoint) -> bool {
         let (m, reach) = (&self.mesh, (REACH * self.cell).powi(2));
         let is_near = |v: u32| m.point(v).distance_squared(joint.at) < reach;
         let ends: Vec<DVec3> = m.nodes().filter(|v| is_near(*v) && m.is_boundary(*v)).map(|v| m.point(v)).collect();
@@ -140,7 +140,7 @@ impl Pieced<'_> {
     }
 
     /// Draws what lies around a joint into its node, the nearest first, until four arms of the border come out of that.
-    fn pinch_at(&mut self, joint: &Joint) {
+    fn pinch_at(&mut self, joint: &PieceJoint) {
         let away = |m: &EditMesh, v: u32| m.point(v).distance_squared(joint.at);
         let near: Vec<u32> =
             self.mesh.nodes().filter(|v| self.sets[*v as usize] == joint.pieces && !self.stays(*v)).collect();
@@ -165,7 +165,7 @@ impl Pieced<'_> {
 }
 
 /// Finds the joint of two pieces that touch from a place near it.
-fn touching(surface: &dyn Pieces, [i, j]: [u32; 2], start: DVec3, cell: f64) -> Option<Joint> {
+fn touching(surface: &dyn Pieces, [i, j]: [u32; 2], start: DVec3, cell: f64) -> Option<PieceJoint> {
     let onto = |p: DVec3| surface.meet(&[i], p, REACH * cell);
     let normals = |p: DVec3| Some([surface.direction(i, p)?, surface.direction(j, p)?]);
     let p = common_normal(start, [cell, REACH], onto, normals)?;
@@ -194,5 +194,5 @@ fn touching(surface: &dyn Pieces, [i, j]: [u32; 2], start: DVec3, cell: f64) -> 
     let first = (1..around.len()).find(|&k| around[k] != around[k - 1])?;
     around.rotate_left(first);
     let sectors = around.chunk_by(|a, b| a == b).count();
-    (sectors == WIDE).then(|| Joint { at: p, pieces: PieceSet::of(&[i, j]), normal })
+    (sectors == WIDE).then(|| PieceJoint { at: p, pieces: PieceSet::of(&[i, j]), normal })
 }

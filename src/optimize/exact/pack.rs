@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 
 use glam::DVec3;
 
-use super::grid::Grid;
+use super::grid::PointGrid;
 use super::patchwork::{NodeAt, PieceSet};
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
@@ -50,7 +50,7 @@ pub(super) struct Seed {
 
 /// What is known while a patch is packed.
 pub(super) struct Packing {
-    pub(super) grid: Grid,
+    pub(super) grid: PointGrid,
     placed: Vec<bool>,
     normals: Vec<DVec3>,
     queue: Vec<u32>,
@@ -70,7 +70,7 @@ impl Remesher<'_> {
         let label = m.outgoing(first).next().map_or(0, |h| m.label(h / 3));
         let least = nodes.iter().map(|&v| self.want[v as usize]).fold(f64::INFINITY, f64::min);
         let mut packing = Packing {
-            grid: Grid::new(least, FAR + CLOSE),
+            grid: PointGrid::new(least, FAR + CLOSE),
             placed: vec![false; m.node_capacity()],
             normals: vec![DVec3::ZERO; m.node_capacity()],
             queue: Vec::with_capacity(nodes.len()),

@@ -188,14 +188,14 @@ pub(super) struct NodeAt {
 
 /// A triangle by what its shape is made of.
 #[derive(Clone, Copy)]
-pub(super) struct Facet {
+pub(super) struct TriangleShape {
     /// Twice the area vector.
     pub(super) area: DVec3,
     /// The sum of the squared sides.
     squares: f64,
 }
 
-impl Facet {
+impl TriangleShape {
     pub(super) fn new([a, b, c]: [DVec3; 3]) -> Self {
         let (u, v, w) = (b - a, c - a, c - b);
         Self { area: u.cross(v), squares: u.length_squared() + v.length_squared() + w.length_squared() }
@@ -229,9 +229,9 @@ impl Facet {
     }
 }
 
-/// [`Facet::plain`] of a triangle.
+/// [`TriangleShape::plain`] of a triangle.
 pub(super) fn plain_shape(corners: [DVec3; 3]) -> f64 {
-    Facet::new(corners).plain()
+    TriangleShape::new(corners).plain()
 }
 
 impl Patchwork {
@@ -263,7 +263,7 @@ impl Patchwork {
     /// The shape of a triangle seen along `normal`; [by angles](Self::by_angles), where borders were spaced for bends
     /// beforehand and triangles are about as near to the surface as they shall be, as its own angles make it.
     pub(super) fn judged(&self, t: [DVec3; 3], normal: DVec3) -> f64 {
-        let facet = Facet::new(t);
+        let facet = TriangleShape::new(t);
         if self.by_angles { facet.facing(normal) } else { facet.seen(normal) }
     }
 

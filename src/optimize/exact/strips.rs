@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::curves::Chain;
+use super::curves::BorderChain;
 use super::remesh::Remesher;
 use crate::geometry::{ALIKE, FIRST, Pair, Strips};
 use crate::mesh::edit::NONE;
@@ -144,7 +144,7 @@ fn arc(points: &[DVec3], i: usize) -> f64 {
 
 impl Remesher<'_> {
     /// A border with the steps along it.
-    pub(super) fn track(&self, chain: &Chain, zones: &[Zone]) -> Track {
+    pub(super) fn track(&self, chain: &BorderChain, zones: &[Zone]) -> Track {
         let places: Vec<DVec3> = chain.nodes.iter().map(|&v| self.point(v)).collect();
         let mut track = Track { points: vec![places[0]], steps: vec![0.0], nodes: vec![0], closed: chain.closed };
         let (mut length, mut sum) = (0.0, 0.0);
@@ -176,9 +176,9 @@ impl Remesher<'_> {
     }
 
     /// Which borders go together.
-    pub(super) fn strips(&self, chains: &[Chain], tracks: &[Track]) -> Strips {
+    pub(super) fn strips(&self, chains: &[BorderChain], tracks: &[Track]) -> Strips {
         let m = &self.work.mesh;
-        let patches = |c: &Chain| {
+        let patches = |c: &BorderChain| {
             let h = m.edge_between(c.nodes[0], c.nodes[1]).unwrap_or(NONE);
             if h == NONE {
                 return [NONE; 2];

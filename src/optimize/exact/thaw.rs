@@ -39,7 +39,7 @@ struct Changed {
 }
 
 /// Where all triangles are, to see which ones a step would cross.
-struct Guard {
+struct CrossingGuard {
     tree: Bvh,
     of: Vec<u32>,
     /// Triangles that changed since the tree was made.
@@ -47,7 +47,7 @@ struct Guard {
     is_moved: Vec<bool>,
 }
 
-impl Guard {
+impl CrossingGuard {
     fn new(m: &EditMesh) -> Self {
         let of: Vec<u32> = m.triangles().collect();
         let tree = Bvh::new(of.iter().map(|t| Aabb::around(m.corner_points(*t))).collect());
@@ -117,7 +117,7 @@ impl Remesher<'_> {
         nodes.dedup();
         nodes.iter().for_each(|v| self.mark_around(*v));
         let rounding = ROUNDING * Aabb::around(self.work.mesh.nodes().map(|v| self.point(v))).diagonal();
-        let mut guard = Guard::new(&self.work.mesh);
+        let mut guard = CrossingGuard::new(&self.work.mesh);
         for _ in 0..PASSES {
             self.run.check()?;
             let mut steps = 0;
@@ -136,7 +136,7 @@ impl Remesher<'_> {
             if steps == 0 {
                 break;
             }
-            guard = Guard::new(&self.work.mesh);
+            guard = CrossingGuard::new(&self.work.mesh);
         }
         let told = |(v, _, distance): (u32, DVec3, f64)| Off { at: self.point(v), distance };
         Ok(self.off(&nodes, rounding).into_iter().map(told).collect())
@@ -161,7 +161,7 @@ impl Remesher<'_> {
     }
 
     /// Puts a node back on its surfaces; whether that could be.
-    fn returns(&mut self, v: u32, q: DVec3, guard: &mut Guard, zone: &mut [bool]) -> bool {
+    fn returns(&mut self, v: u32, q: DVec3, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let step = Step::Move(v, q);
         let fine = |o: &Outcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
         let outcome = if self.work.mesh.is_pinned(v) { None } else { self.outcome(step).filter(fine) };
@@ -170,7 +170,7 @@ impl Remesher<'_> {
 
     /// Draws a node that cannot go back into one of its neighbors; whether that could be. Where two surfaces run into each other it is
     /// their many small triangles that would cross, and with fewer nodes nothing does.
-    fn gives_way(&mut self, v: u32, guard: &mut Guard, zone: &mut [bool]) -> bool {
+    fn gives_way(&mut self, v: u32, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let m = &self.work.mesh;
         if !m.is_node(v) || m.is_pinned(v) {
             return false;
@@ -183,7 +183,7 @@ impl Remesher<'_> {
     }
 
     /// Takes the step of the best shape of those after which nothing crosses; whether there is one.
-    fn take_best(&mut self, mut all: Vec<(Step, Outcome)>, guard: &mut Guard, zone: &mut [bool]) -> bool {
+    fn take_best(&mut self, mut all: Vec<(Step, Outcome)>, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         all.sort_by(|a, b| b.1.worst[1].total_cmp(&a.1.worst[1]));
         let fits = |x: &&(Step, Outcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
         let Some(k) = all.iter().position(|x| fits(&x)) else { return false };
@@ -199,7 +199,7 @@ impl Remesher<'_> {
     }
 
     /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
-    fn put_right(&mut self, t: u32, guard: &mut Guard, zone: &mut [bool]) -> bool {
+    fn put_right(&mut self, t: u32, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let steps: Vec<Step> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
         let gains = |o: &Outcome| o.worst[1] > o.worst[0] + GAIN;
         let all = steps.into_iter().filter_map(|s| Some((s, self.outcome(s).filter(gains)?))).collect();
@@ -272,7 +272,7 @@ impl Remesher<'_> {
         Some(Outcome { new, gone, worst: [now, then] })
     }
 
-    fn take(&mut self, step: Step, outcome: &Outcome, guard: &mut Guard, zone: &mut [bool]) -> bool {
+    fn take(&mut self, step: Step, outcome: &Outcome, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let taken = match step {
             Step::Flip(h) => self.work.mesh.flip(h),
             Step::Move(v, p) => {

@@ -4,8 +4,8 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::curves::Chain;
-use super::gaps::{Gap, ROW};
+use super::curves::BorderChain;
+use super::gaps::{BorderGap, ROW};
 use super::remesh::{Rank, Remesher};
 use super::strips::Zone;
 use crate::error::Result;
@@ -77,7 +77,7 @@ impl Line {
 impl Remesher<'_> {
     /// Bounds what nodes want by the gaps between borders, but for tips: the triangle there may be as large as it would be
     /// without the gap it lies in.
-    pub(super) fn bound_by(&mut self, gaps: &[Gap]) {
+    pub(super) fn bound_by(&mut self, gaps: &[BorderGap]) {
         for gap in gaps {
             for tip in self.tips.iter_mut().filter(|t| t.node == gap.node && t.patch != gap.patch) {
                 tip.reach = tip.reach.min(gap.length);
@@ -140,7 +140,7 @@ impl Remesher<'_> {
     }
 
     /// For each border the parts of it beside tips, in the order along it.
-    pub(super) fn zones(&self, chains: &[Chain]) -> Vec<Vec<Zone>> {
+    pub(super) fn zones(&self, chains: &[BorderChain]) -> Vec<Vec<Zone>> {
         let mut zones = vec![Vec::new(); chains.len()];
         if self.tips.is_empty() {
             return zones;

@@ -70,8 +70,8 @@ pub fn extrude_edges(wires: &[Wire], how: &Extrusion) -> Result<Brep> {
         let from = a.border(w);
         let name = if i == 0 { "side".to_string() } else { format!("hole{i}.side") };
         let strip = match how.hole_scale.filter(|_| i > 0) {
-            Some(scale) => Strip { shift, scale, center: w.bounds().center() },
-            None => Strip { shift, scale: how.scale, center },
+            Some(scale) => ExtrudedStrip { shift, scale, center: w.bounds().center() },
+            None => ExtrudedStrip { shift, scale: how.scale, center },
         };
         let (end, to) = strip.add(&mut a, w, &from, &name)?;
         first.push(from);
@@ -86,13 +86,13 @@ pub fn extrude_edges(wires: &[Wire], how: &Extrusion) -> Result<Brep> {
 }
 
 /// Faces from a chain to its image by a shift and a scale.
-pub(super) struct Strip {
+pub(super) struct ExtrudedStrip {
     pub(super) shift: DVec3,
     pub(super) scale: f64,
     pub(super) center: DVec3,
 }
 
-impl Strip {
+impl ExtrudedStrip {
     /// Adds the faces and gives the chain at the far end.
     pub(super) fn add(&self, a: &mut Assembly, wire: &Wire, from: &Border, name: &str) -> Result<(Wire, Border)> {
         let s = self.scale;

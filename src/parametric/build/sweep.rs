@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DVec3, DVec4};
 
 use super::assembly::{Assembly, Border, Side, region};
-use super::extrude::Strip;
+use super::extrude::ExtrudedStrip;
 use super::loft::rails;
 use super::revolve::{Axis, Turn};
 use super::wire::{Piece, Wire, refuse};
@@ -78,7 +78,7 @@ fn full_circle(p: &Piece) -> bool {
 fn step(a: &mut Assembly, wire: &Wire, from: &Border, p: &Piece, name: &str) -> Result<(Wire, Border)> {
     match &p.curve {
         Curve::Line { .. } => {
-            Strip { shift: p.at(1.0) - p.at(0.0), scale: 1.0, center: DVec3::ZERO }.add(a, wire, from, name)
+            ExtrudedStrip { shift: p.at(1.0) - p.at(0.0), scale: 1.0, center: DVec3::ZERO }.add(a, wire, from, name)
         }
         Curve::Ellipse { frame, a: r, b } if r == b => {
             let direction = if p.forward { frame.z() } else { -frame.z() };

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 
 use super::loops::{Contour, Corner, POLE_COPIES};
-use super::rings::Ring;
+use super::rings::TipRing;
 use crate::numeric::predicates::orient2d;
 use crate::parametric::chart::Chart;
 
@@ -44,7 +44,7 @@ pub(super) struct Cutter<'a> {
     /// How many nodes there are already.
     pub(super) first: u32,
     /// Cuts have no nodes between these and their tips.
-    pub(super) rings: &'a [Ring],
+    pub(super) rings: &'a [TipRing],
     pub(super) made: Vec<DVec3>,
     /// Gives the node of a pole, which may be a vertex.
     pub(super) pole_node: &'a dyn Fn(DVec3) -> Option<u32>,

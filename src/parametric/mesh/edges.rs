@@ -32,7 +32,7 @@ const MOST_STEPS: f64 = 64.0;
 
 /// An edge divided.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Chain {
+pub(super) struct DividedEdge {
     /// Parameters of the nodes, ascending, both ends of the edge included.
     pub(super) t: Vec<f64>,
     /// The nodes; the first and the last are those of the vertices.
@@ -48,7 +48,7 @@ pub(super) struct Borders {
     /// and the lengths wanted there.
     pub(super) wants: Vec<f64>,
     /// Each edge.
-    pub(super) chains: Vec<Chain>,
+    pub(super) chains: Vec<DividedEdge>,
 }
 
 /// What the parts of edges keep to besides the lengths wanted, edge by edge.

@@ -11,7 +11,7 @@ use spade::{ConstrainedDelaunayTriangulation, FloatTriangulation, Point2, Positi
 use super::domain::Domain;
 use super::flips;
 use super::metric::{distortion, mean_metric};
-use super::rings::Ring;
+use super::rings::TipRing;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
 use crate::planar::{Meeting, crossings};
@@ -71,7 +71,7 @@ struct Filler<'a> {
     /// Size of the face in space.
     size: f64,
     /// Rings around tips of the face.
-    fanned: Vec<Ring>,
+    fanned: Vec<TipRing>,
 }
 
 /// A domain to be filled.
@@ -81,7 +81,7 @@ pub(super) struct DomainFilling<'a> {
     pub(super) domain: &'a Domain,
     /// Lines between them get nodes before the rest.
     pub(super) sheets: Option<&'a Sheets>,
-    pub(super) rings: &'a [Ring],
+    pub(super) rings: &'a [TipRing],
     /// All nodes so far, the domain's own included,
     pub(super) points: &'a dyn Fn(u32) -> DVec3,
     /// and their number.

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::edges::Chain;
+use super::edges::DividedEdge;
 use crate::parametric::brep::{Brep, Coedge, Edge};
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Pole;
@@ -44,7 +44,7 @@ struct Step<'a> {
 
 pub(super) struct Unroller<'a> {
     pub(super) brep: &'a Brep,
-    pub(super) chains: &'a [Chain],
+    pub(super) chains: &'a [DividedEdge],
     pub(super) points: &'a [DVec3],
     pub(super) chart: &'a Chart,
     /// Nodes nearer to a pole than this are on it.

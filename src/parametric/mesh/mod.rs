@@ -34,13 +34,13 @@ use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
-use edges::{Borders, Chain, Division, Divisions, Sampled, divide, leads, least_parts, samples_of};
+use edges::{Borders, DividedEdge, Division, Divisions, Sampled, divide, leads, least_parts, samples_of};
 use fill::{DomainFilling, Filled, Unfilled, fill};
 use inner::inner_bends;
 pub use looked::Looked;
 use loops::{Contour, Unroller};
 pub use remedy::Remedy;
-use rings::{Ring, Ringed};
+use rings::{Ringed, TipRing};
 use sheets::Sheets;
 use sizes::{Field, Survey};
 use vertices::join_vertices;
@@ -82,7 +82,7 @@ struct Plan<'a> {
     sizes: &'a MeshSizes<'a>,
     field: &'a Field<'a>,
     /// The rings of every face.
-    rings: &'a [Vec<Ring>],
+    rings: &'a [Vec<TipRing>],
     borders: &'a Borders,
     count: AtomicUsize,
 }
@@ -443,7 +443,7 @@ impl Parametric {
             for (v, own) in e.ends.iter().zip([s.own[0], s.own[s.own.len() - 1]]) {
                 wants[*v as usize] = wants[*v as usize].min(field.at(points[*v as usize], own));
             }
-            chains.push(Chain { t, nodes });
+            chains.push(DividedEdge { t, nodes });
         }
         Borders { points, places, wants, chains }
     }

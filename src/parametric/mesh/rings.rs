@@ -31,7 +31,7 @@ const HALVINGS: usize = 50;
 
 /// Where the last nodes before a tip are.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ring {
+pub(super) struct TipRing {
     pub(super) pole: Pole,
     /// The parameter on the ring that is constant there.
     pub(super) at: f64,
@@ -41,11 +41,11 @@ pub(super) struct Ring {
 
 /// The rings of every face, and what leads to corners along each edge, as far as the rings at least.
 pub(super) struct Ringed {
-    pub(super) rings: Vec<Vec<Ring>>,
+    pub(super) rings: Vec<Vec<TipRing>>,
     pub(super) leads: Vec<[Lead; 2]>,
 }
 
-impl Ring {
+impl TipRing {
     /// Whether parameters are between the ring and its tip.
     pub(super) fn holds(&self, uv: DVec2) -> bool {
         (uv[self.pole.axis] - self.pole.value) / (self.at - self.pole.value) < 1.0
@@ -68,7 +68,7 @@ impl Parametric {
     }
 
     /// The rings around the acute tips of every face.
-    fn rings(&self, sampled: &[Sampled], field: &Field<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Vec<Vec<Ring>> {
+    fn rings(&self, sampled: &[Sampled], field: &Field<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Vec<Vec<TipRing>> {
         let of = |f: usize| {
             let chart = &self.charts[f];
             let around: Vec<DVec2> = match chart.poles[..] {
@@ -90,7 +90,7 @@ impl Parametric {
     }
 
     /// One edge reaches from a tip to its ring.
-    fn reach_rings(&self, rings: &[Vec<Ring>], sampled: &[Sampled], leads: &mut [[Lead; 2]]) {
+    fn reach_rings(&self, rings: &[Vec<TipRing>], sampled: &[Sampled], leads: &mut [[Lead; 2]]) {
         for (f, ring) in rings.iter().enumerate().flat_map(|(f, list)| list.iter().map(move |r| (f, r))) {
             let (chart, near) = (&self.charts[f], AT_POLE * self.boxes[f].diagonal());
             for c in self.brep.faces[f].loops.iter().flatten() {
@@ -121,7 +121,7 @@ impl Parametric {
     }
 }
 
-fn ring(chart: &Chart, pole: Pole, around: &[DVec2], wanted: &dyn Fn(DVec2, DVec3) -> f64) -> Option<Ring> {
+fn ring(chart: &Chart, pole: Pole, around: &[DVec2], wanted: &dyn Fn(DVec2, DVec3) -> f64) -> Option<TipRing> {
     let (axis, other) = (pole.axis, 1 - pole.axis);
     let offsets = around.iter().map(|uv| uv[axis] - pole.value);
     let [a, b] = chart.bounds[axis];
@@ -159,7 +159,7 @@ fn ring(chart: &Chart, pole: Pole, around: &[DVec2], wanted: &dyn Fn(DVec2, DVec
                 };
                 let straight = (0..AROUND).step_by(4).all(|k| bend(k) <= STRAIGHT * h);
                 let acute = share > NEAREST && turn > ACUTE * angle && straight;
-                return acute.then(|| Ring { pole, at: pole.value + s, density: parts / (range[1] - range[0]) });
+                return acute.then(|| TipRing { pole, at: pole.value + s, density: parts / (range[1] - range[0]) });
             }
         }
         share *= FURTHER;

@@ -18,7 +18,7 @@ use crate::error::{Error, Place, Result};
 use crate::io::step::{Record, StepFile, Value};
 use crate::numeric::Sets;
 use crate::run::Run;
-use topology::{BODIES, Builder, Units};
+use topology::{BODIES, BodyBuilder, Units};
 use values::{Args, Lookup, Read, note};
 
 /// Assemblies deeper than this are refused.
@@ -52,7 +52,7 @@ impl From<Brep> for StepModel {
 /// *Errors*: [`Error::Input`] when there is no face; cancellation.
 pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
     let look = Lookup { file };
-    let mut b = Builder { look, brep: Brep::default(), notes: Vec::new(), colors: colors(look) };
+    let mut b = BodyBuilder { look, brep: Brep::default(), notes: Vec::new(), colors: colors(look) };
     for (line, what) in &file.unreadable {
         b.notes.push(Note { id: 0, line: *line, message: what.clone(), lost: false });
     }
@@ -81,7 +81,7 @@ pub fn interpret(file: &StepFile, run: &Run) -> Result<StepModel> {
         }
     }
     let tolerance = tree.tolerance();
-    let Builder { mut brep, notes, .. } = b;
+    let BodyBuilder { mut brep, notes, .. } = b;
     if brep.faces.is_empty() {
         let why = notes.iter().take(3).map(|n| format!("; {n}")).collect::<String>();
         return Err(Error::input(Place::Unknown, format!("the file has no face that is understood{why}")));
@@ -161,7 +161,7 @@ fn refs(record: &Record) -> impl Iterator<Item = u64> + '_ {
 
 /// What is carried along while bodies are placed.
 struct Placing<'p, 'a> {
-    b: &'p mut Builder<'a>,
+    b: &'p mut BodyBuilder<'a>,
     /// Bodies that have been placed, and where.
     placed: &'p mut FxHashMap<u64, Vec<Similarity>>,
     /// Whether a body may stand in several places.

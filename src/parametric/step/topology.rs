@@ -32,7 +32,7 @@ pub(super) struct Units {
 }
 
 /// Builds bodies one after another.
-pub(super) struct Builder<'a> {
+pub(super) struct BodyBuilder<'a> {
     pub(super) look: Lookup<'a>,
     pub(super) brep: Brep,
     pub(super) notes: Vec<Note>,
@@ -50,7 +50,7 @@ struct Placed {
     point: f64,
 }
 
-impl Builder<'_> {
+impl BodyBuilder<'_> {
     /// Adds the body of record `id`, moved by `place` (the units are in it).
     pub(super) fn body(&mut self, id: u64, place: Similarity, units: Units, color: Option<[f64; 3]>, name: &str) {
         let shells = match self.shells(id) {

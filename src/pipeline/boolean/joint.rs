@@ -18,7 +18,7 @@ const NEARLY: f64 = 1e-11;
 pub(super) const TANGENT: f64 = 1e-4;
 
 /// Pieces of several operands, numbered one operand after the other: first what is a face of each, then the lines within faces.
-pub(super) struct Joint<'a> {
+pub(super) struct OperandPieces<'a> {
     pub(super) operands: Vec<&'a dyn Pieces>,
     /// The operand of each piece, and its number there.
     pub(super) home: Vec<(u32, u32)>,
@@ -26,7 +26,7 @@ pub(super) struct Joint<'a> {
     pub(super) scale: f64,
 }
 
-impl<'a> Joint<'a> {
+impl<'a> OperandPieces<'a> {
     /// Its own plane, which goes on beyond the borders of a face, as triangles do not.
     fn flat(&self, piece: u32, p: DVec3) -> Option<DVec3> {
         let (n, d) = self.plane(piece)?;
@@ -126,7 +126,7 @@ fn least_step(planes: &[(DVec3, f64)]) -> Option<DVec3> {
     Some(*m * ((a - c * b) / det) + *n * ((b - c * a) / det))
 }
 
-impl SurfaceOracle for Joint<'_> {
+impl SurfaceOracle for OperandPieces<'_> {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
         let feet = self.operands.iter().filter_map(|o| o.project(p, reach));
         feet.min_by(|a, b| a.point.distance_squared(p).total_cmp(&b.point.distance_squared(p)))
@@ -137,7 +137,7 @@ impl SurfaceOracle for Joint<'_> {
     }
 }
 
-impl Pieces for Joint<'_> {
+impl Pieces for OperandPieces<'_> {
     fn piece_at(&self, _p: DVec3) -> Option<u32> {
         None
     }

@@ -34,13 +34,13 @@ use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
-use joint::Joint;
+use joint::OperandPieces;
 use operand::{Asked, Made, Wanted, at, extent, load, make_foreign, make_functions, named_groups, with_size};
 use remeshing::Remeshing;
 use signed::BoundaryDistance;
 use tree::Operand;
 pub(super) use tree::{files_of, holds_foreign, is_foreign_alone};
-use work::{Numbers, Work, align, coinciding, misfit, prepare};
+use work::{Numbers, PreparedWork, align, coinciding, misfit, prepare};
 
 /// An endless solid of R-functions is kept in a box that is larger than where it matters by this share of the diagonal on every side, and
 /// by a little more for every operand, so that no two boxes coincide. Each percent more is several percent more triangles that are made
@@ -175,9 +175,9 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     check_groups(part, numbers.names.iter().map(String::as_str))?;
     report.stage("join", joined.mesh.triangles.len(), &mut clock, run);
     let asked: Vec<Asked<'_>> = made.iter().map(|m| m.surface.asked()).collect();
-    let joint = Joint { operands: asked.iter().map(Asked::pieces).collect(), home: numbers.home(), scale };
+    let joint = OperandPieces { operands: asked.iter().map(Asked::pieces).collect(), home: numbers.home(), scale };
     let work = prepare(&joined, &numbers, &joint, REACH * size, run)?;
-    let Work { patchwork, tangent, astray } = work;
+    let PreparedWork { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
     let mut ladder = Remeshing::new(&names, &joint, &exact, size, patchwork);

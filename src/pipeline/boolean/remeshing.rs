@@ -2,7 +2,7 @@
 
 use super::super::history::{Attempt, Tried};
 use super::super::ladder::{Attempts, Change, Ladder, Seen};
-use super::joint::Joint;
+use super::joint::OperandPieces;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, Patchwork, remesh_patches, remesh_patchwork};
@@ -19,7 +19,7 @@ const AROUND: f64 = 1.0;
 /// What is remeshed, and how.
 pub(super) struct Remeshing<'a> {
     names: &'a TriMesh,
-    joint: &'a Joint<'a>,
+    joint: &'a OperandPieces<'a>,
     exact: &'a ExactOptions,
     size: f64,
     work: Patchwork,
@@ -31,7 +31,7 @@ pub(super) struct Remeshing<'a> {
 impl<'a> Remeshing<'a> {
     pub(super) fn new(
         names: &'a TriMesh,
-        joint: &'a Joint<'a>,
+        joint: &'a OperandPieces<'a>,
         exact: &'a ExactOptions,
         size: f64,
         work: Patchwork,

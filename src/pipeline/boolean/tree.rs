@@ -16,12 +16,12 @@ const DEEPEST: usize = 200;
 
 /// How operands are joined.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Tree {
+pub(super) enum OperandTree {
     /// The operand of this number.
     Operand(usize),
-    And(Vec<Tree>),
-    Or(Vec<Tree>),
-    Not(Box<Tree>),
+    And(Vec<OperandTree>),
+    Or(Vec<OperandTree>),
+    Not(Box<OperandTree>),
 }
 
 /// What is joined.
@@ -40,42 +40,42 @@ pub(super) struct Placed {
     pub(super) size: Option<f64>,
 }
 
-impl Tree {
+impl OperandTree {
     /// Whether a point is inside, given the operands that it is in.
     pub(super) fn holds(&self, state: &[bool]) -> bool {
         match self {
-            Tree::Operand(k) => state.get(*k).copied().unwrap_or(false),
-            Tree::And(all) => all.iter().all(|t| t.holds(state)),
-            Tree::Or(all) => all.iter().any(|t| t.holds(state)),
-            Tree::Not(t) => !t.holds(state),
+            OperandTree::Operand(k) => state.get(*k).copied().unwrap_or(false),
+            OperandTree::And(all) => all.iter().all(|t| t.holds(state)),
+            OperandTree::Or(all) => all.iter().any(|t| t.holds(state)),
+            OperandTree::Not(t) => !t.holds(state),
         }
     }
 
     /// The solid that is joined so of solids in the place of the operands.
     pub(super) fn of(&self, operands: &[Solid]) -> Solid {
-        let all = |list: &[Tree]| list.iter().map(|t| t.of(operands)).collect::<Vec<_>>();
+        let all = |list: &[OperandTree]| list.iter().map(|t| t.of(operands)).collect::<Vec<_>>();
         match self {
-            Tree::Operand(k) => operands.get(*k).cloned().unwrap_or_else(|| Solid::union([])),
-            Tree::And(list) => Solid::intersection(all(list)),
-            Tree::Or(list) => Solid::union(all(list)),
-            Tree::Not(t) => !t.of(operands),
+            OperandTree::Operand(k) => operands.get(*k).cloned().unwrap_or_else(|| Solid::union([])),
+            OperandTree::And(list) => Solid::intersection(all(list)),
+            OperandTree::Or(list) => Solid::union(all(list)),
+            OperandTree::Not(t) => !t.of(operands),
         }
     }
 
     /// A box around what is inside, or around what is outside, given boxes around the operands.
     fn extent(&self, bounds: &[Aabb], inside: bool) -> Aabb {
-        let common = |all: &[Tree]| all.iter().fold(Aabb::ALL, |b, t| b.intersection(&t.extent(bounds, inside)));
-        let together = |all: &[Tree]| {
+        let common = |all: &[OperandTree]| all.iter().fold(Aabb::ALL, |b, t| b.intersection(&t.extent(bounds, inside)));
+        let together = |all: &[OperandTree]| {
             let boxes = all.iter().map(|t| t.extent(bounds, inside)).filter(|b| !b.is_empty());
             boxes.fold(Aabb::EMPTY, |b, x| b.union(&x))
         };
         match self {
-            Tree::Operand(k) if inside => bounds.get(*k).copied().unwrap_or(Aabb::ALL),
-            Tree::Operand(_) => Aabb::ALL,
-            Tree::Not(t) => t.extent(bounds, !inside),
-            Tree::And(all) if inside => common(all),
-            Tree::Or(all) if !inside => common(all),
-            Tree::And(all) | Tree::Or(all) => together(all),
+            OperandTree::Operand(k) if inside => bounds.get(*k).copied().unwrap_or(Aabb::ALL),
+            OperandTree::Operand(_) => Aabb::ALL,
+            OperandTree::Not(t) => t.extent(bounds, !inside),
+            OperandTree::And(all) if inside => common(all),
+            OperandTree::Or(all) if !inside => common(all),
+            OperandTree::And(all) | OperandTree::Or(all) => together(all),
         }
     }
 
@@ -83,11 +83,11 @@ impl Tree {
     /// where what it is intersected with is, and where what it is united with is not.
     pub(super) fn matters(&self, operand: usize, bounds: &[Aabb]) -> Aabb {
         match self {
-            Tree::Operand(k) if *k == operand => Aabb::ALL,
-            Tree::Operand(_) => Aabb::EMPTY,
-            Tree::Not(t) => t.matters(operand, bounds),
-            Tree::And(all) | Tree::Or(all) => {
-                let inside = matches!(self, Tree::And(_));
+            OperandTree::Operand(k) if *k == operand => Aabb::ALL,
+            OperandTree::Operand(_) => Aabb::EMPTY,
+            OperandTree::Not(t) => t.matters(operand, bounds),
+            OperandTree::And(all) | OperandTree::Or(all) => {
+                let inside = matches!(self, OperandTree::And(_));
                 let found = all.iter().map(|t| t.matters(operand, bounds)).enumerate().find(|x| !x.1.is_empty());
                 let Some((holder, own)) = found else { return Aabb::EMPTY };
                 let others = all.iter().enumerate().filter(|x| x.0 != holder);
@@ -200,7 +200,7 @@ struct Reader {
 /// The tree of a solid above its operands.
 ///
 /// Errors: a solid given by its boundary in a blend, at its place in the part file; a tree that is too deep.
-pub(super) fn read(solid: &Solid) -> Result<(Tree, Vec<Operand>)> {
+pub(super) fn read(solid: &Solid) -> Result<(OperandTree, Vec<Operand>)> {
     let mut reader = Reader { holders: holders(solid), operands: Vec::new() };
     let tree = reader.read(solid, Above { placement: Placement::IDENTITY, name: None, size: None }, 0)?;
     Ok((tree, reader.operands))
@@ -211,12 +211,12 @@ impl Reader {
         self.holders.contains(&std::ptr::from_ref(s.node()))
     }
 
-    fn operand(&mut self, o: Operand) -> Tree {
+    fn operand(&mut self, o: Operand) -> OperandTree {
         self.operands.push(o);
-        Tree::Operand(self.operands.len() - 1)
+        OperandTree::Operand(self.operands.len() - 1)
     }
 
-    fn read(&mut self, solid: &Solid, mut above: Above, depth: usize) -> Result<Tree> {
+    fn read(&mut self, solid: &Solid, mut above: Above, depth: usize) -> Result<OperandTree> {
         if depth > DEEPEST {
             let what = format!("set operations on boundaries are nested more than {DEEPEST} deep");
             return Err(Error::input(Place::Unknown, what));
@@ -239,7 +239,7 @@ impl Reader {
                     above.size = Some(*h);
                     solid = s;
                 }
-                SolidNode::Not(s) => return Ok(Tree::Not(Box::new(self.read(s, above, depth + 1)?))),
+                SolidNode::Not(s) => return Ok(OperandTree::Not(Box::new(self.read(s, above, depth + 1)?))),
                 SolidNode::Primitive(Primitive::Foreign(f)) => {
                     let Above { placement, name, size } = above;
                     return Ok(self.operand(Operand::Foreign(Placed { solid: f.clone(), placement, name, size })));
@@ -252,7 +252,7 @@ impl Reader {
     }
 
     /// A chain of one operation: all its R-functions are one operand.
-    fn chain(&mut self, solid: &Solid, above: &Above, depth: usize) -> Result<Tree> {
+    fn chain(&mut self, solid: &Solid, above: &Above, depth: usize) -> Result<OperandTree> {
         let and = matches!(solid.node(), SolidNode::And(_));
         let (mut functions, mut parts) = (Vec::new(), Vec::new());
         let mut stack = vec![solid];
@@ -268,7 +268,7 @@ impl Reader {
             let one = if and { Solid::intersection(functions) } else { Solid::union(functions) };
             parts.push(self.operand(Operand::Functions(above.put_on(one))));
         }
-        Ok(if and { Tree::And(parts) } else { Tree::Or(parts) })
+        Ok(if and { OperandTree::And(parts) } else { OperandTree::Or(parts) })
     }
 }
 
@@ -291,7 +291,7 @@ mod tests {
     use super::*;
     use crate::implicit::part::parse;
 
-    fn tree(text: &str) -> Result<(Tree, Vec<Operand>)> {
+    fn tree(text: &str) -> Result<(OperandTree, Vec<Operand>)> {
         read(&parse(text, &[]).unwrap().solid.unwrap())
     }
 
@@ -302,7 +302,7 @@ mod tests {
                 .unwrap();
         assert_eq!(o.len(), 4);
         assert!(matches!(&o[3], Operand::Functions(_)));
-        let Tree::And(parts) = &t else { panic!("{t:?}") };
+        let OperandTree::And(parts) = &t else { panic!("{t:?}") };
         assert_eq!(parts.len(), 3);
         // In the mesh, outside of the others: all functions hold at once.
         assert!(t.holds(&[true, false, false, true]) && !t.holds(&[true, true, false, true]));
@@ -313,17 +313,21 @@ mod tests {
     fn an_operand_matters_where_what_it_is_joined_with_lets_it() {
         let at = |x: f64| Aabb::new(DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 1.0, 1.0));
         let bounds = [at(0.0), at(10.0), Aabb::ALL];
-        let [a, b, endless] = [0, 1, 2].map(Tree::Operand);
-        let either = || Tree::Or(vec![a.clone(), b.clone()]);
-        let without = Tree::Not(Box::new(endless.clone()));
-        assert_eq!(Tree::And(vec![a.clone(), endless.clone()]).matters(2, &bounds), at(0.0));
-        assert_eq!(Tree::And(vec![either(), without.clone()]).matters(2, &bounds), at(0.0).union(&at(10.0)));
-        assert_eq!(Tree::Or(vec![Tree::And(vec![a.clone(), without]), b.clone()]).matters(2, &bounds), at(0.0));
-        assert_eq!(Tree::Or(vec![a.clone(), endless.clone()]).matters(2, &bounds), Aabb::ALL);
+        let [a, b, endless] = [0, 1, 2].map(OperandTree::Operand);
+        let either = || OperandTree::Or(vec![a.clone(), b.clone()]);
+        let without = OperandTree::Not(Box::new(endless.clone()));
+        assert_eq!(OperandTree::And(vec![a.clone(), endless.clone()]).matters(2, &bounds), at(0.0));
+        assert_eq!(OperandTree::And(vec![either(), without.clone()]).matters(2, &bounds), at(0.0).union(&at(10.0)));
+        assert_eq!(
+            OperandTree::Or(vec![OperandTree::And(vec![a.clone(), without]), b.clone()]).matters(2, &bounds),
+            at(0.0)
+        );
+        assert_eq!(OperandTree::Or(vec![a.clone(), endless.clone()]).matters(2, &bounds), Aabb::ALL);
         // Outside of a union is in none of them.
-        let none = Tree::Not(Box::new(Tree::Or(vec![Tree::Not(Box::new(b.clone())), endless.clone()])));
+        let none =
+            OperandTree::Not(Box::new(OperandTree::Or(vec![OperandTree::Not(Box::new(b.clone())), endless.clone()])));
         assert_eq!(none.matters(2, &bounds), at(10.0));
-        assert!(Tree::And(vec![a, b, endless]).matters(2, &bounds).is_empty());
+        assert!(OperandTree::And(vec![a, b, endless]).matters(2, &bounds).is_empty());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::joint::{Joint, TANGENT};
+use super::joint::{OperandPieces, TANGENT};
 use super::operand::Made;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
@@ -199,7 +199,7 @@ impl<'a> Numbers<'a> {
 }
 
 /// What is handed to the remesher.
-pub(super) struct Work {
+pub(super) struct PreparedWork {
     pub(super) patchwork: Patchwork,
     /// Nodes where surfaces of two operands are tangent.
     pub(super) tangent: Vec<DVec3>,
@@ -208,7 +208,7 @@ pub(super) struct Work {
 }
 
 /// The first piece that stands for each: planes of several operands may be one.
-fn aliases(joint: &Joint<'_>) -> Vec<u32> {
+fn aliases(joint: &OperandPieces<'_>) -> Vec<u32> {
     let mut planes: Vec<(u32, DVec3, f64)> = Vec::new();
     let mut out = Vec::with_capacity(joint.home.len());
     for k in 0..joint.home.len() as u32 {
@@ -237,10 +237,10 @@ fn aliases(joint: &Joint<'_>) -> Vec<u32> {
 pub(super) fn prepare(
     joined: &Joined,
     numbers: &Numbers<'_>,
-    joint: &Joint<'_>,
+    joint: &OperandPieces<'_>,
     reach: f64,
     run: &Run,
-) -> Result<Work> {
+) -> Result<PreparedWork> {
     let alias = aliases(joint);
     let count = joined.mesh.nodes.len();
     let of: Vec<(u32, u32)> = joined
@@ -318,11 +318,11 @@ pub(super) fn prepare(
     }
     let sets = around.iter().map(|l| PieceSet::of(l)).collect();
     let patchwork = Patchwork { sizes, raw: true, ..Patchwork::new(edit, sets, patches.into()) };
-    Ok(Work { patchwork, tangent, astray })
+    Ok(PreparedWork { patchwork, tangent, astray })
 }
 
 /// The patch of each triangle, and the patches: parts that hang together on one piece of one face face the way most of them does.
-fn patches(mesh: &TriMesh, of: &[(u32, u32)], joint: &Joint<'_>) -> (Vec<u32>, Vec<Patch>) {
+fn patches(mesh: &TriMesh, of: &[(u32, u32)], joint: &OperandPieces<'_>) -> (Vec<u32>, Vec<Patch>) {
     let mut sets = Sets::new(of.len());
     for (_, [t, u]) in mesh.inner_edges() {
         if of[t as usize] == of[u as usize] {

@@ -7,7 +7,7 @@ use crate::spatial::Aabb;
 
 /// A grid of cells and how many bricks it is cut into along each axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Blocks {
+pub(super) struct BrickLayout {
     /// The corner of the first cell.
     pub(super) origin: DVec3,
     /// The side of a cell.
@@ -18,7 +18,7 @@ pub(super) struct Blocks {
     pub(super) bricks: [u32; 3],
 }
 
-impl Blocks {
+impl BrickLayout {
     /// How many bricks a round has along each axis: shifted ones are one more where there is a wall at all.
     pub(super) fn along(&self, round: usize) -> [u32; 3] {
         self.bricks.map(|n| if round == 0 || n == 1 { n } else { n + 1 })

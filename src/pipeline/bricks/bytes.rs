@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::file::NodeId;
 
 /// Bytes in order.
-pub(super) struct Writer(pub(super) Vec<u8>);
+pub(super) struct ByteWriter(pub(super) Vec<u8>);
 
-impl Writer {
+impl ByteWriter {
     pub(super) fn u32(&mut self, x: u32) {
         self.0.extend(x.to_le_bytes());
     }

@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use sha2::{Digest, Sha256};
 
 use super::super::history::{Proof, UnprovedPlace};
-use super::bytes::{Reader, Writer};
+use super::bytes::{ByteWriter, Reader};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place};
 use crate::implicit::{EndKey, Unproved};
@@ -42,7 +42,7 @@ pub(super) fn is_raw(id: &NodeId) -> bool {
 
 /// Some of the surface, as one brick of one round left it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Piece {
+pub(super) struct BrickPiece {
     /// Nodes of the triangles that stay.
     pub(super) nodes: Vec<DVec3>,
     /// The triangles that stay.
@@ -93,7 +93,7 @@ impl Which {
 }
 
 /// Where a section of a piece's file is, and the SHA-256 of its bytes.
-struct Section {
+struct FileSection {
     /// The brick it is for; [`NONE`] for what stays.
     to: u32,
     offset: u64,
@@ -127,7 +127,7 @@ fn index_length(head: &[u8]) -> Result<usize, Bad> {
 }
 
 /// The sections of a file that begins with these bytes, of a plan by its digest. Each begins where the one before ends.
-fn index(head: &[u8], plan: &[u8; 32], which: Which) -> Result<Vec<Section>, Bad> {
+fn index(head: &[u8], plan: &[u8; 32], which: Which) -> Result<Vec<FileSection>, Bad> {
     let head = head.get(..index_length(head)?).ok_or(DAMAGED)?;
     let (body, digest) = head.split_last_chunk::<32>().ok_or(CUT)?;
     if Sha256::digest(body)[..] != digest[..] {
@@ -144,10 +144,10 @@ fn index(head: &[u8], plan: &[u8; 32], which: Which) -> Result<Vec<Section>, Bad
     if (header.2, header.3) != (Some(which.round as u32), Some(which.brick)) {
         return Err("it is another brick's");
     }
-    let mut sections: Vec<Section> = Vec::new();
+    let mut sections: Vec<FileSection> = Vec::new();
     let mut end = head.len() as u64;
     while !r.0.is_empty() {
-        let mut section = || Some(Section { to: r.u32()?, offset: r.u64()?, length: r.u64()?, digest: r.take()? });
+        let mut section = || Some(FileSection { to: r.u32()?, offset: r.u64()?, length: r.u64()?, digest: r.take()? });
         let section = section().filter(|s| s.offset == end).ok_or(UNFIT)?;
         end = end.checked_add(section.length).ok_or(UNFIT)?;
         sections.push(section);
@@ -162,7 +162,7 @@ struct Opened<'a> {
     which: Which,
     /// Bytes of the file: nothing is asked for beyond its end, whatever it claims.
     size: u64,
-    sections: Vec<Section>,
+    sections: Vec<FileSection>,
 }
 
 impl<'a> Opened<'a> {
@@ -204,7 +204,7 @@ impl<'a> Opened<'a> {
     }
 }
 
-impl Section {
+impl FileSection {
     /// The bytes of a section where they are as they were written.
     fn checked<'b>(&self, bytes: &'b [u8]) -> Result<&'b [u8], Bad> {
         if Sha256::digest(bytes)[..] == self.digest[..] { Ok(bytes) } else { Err(DAMAGED) }
@@ -218,13 +218,13 @@ impl Section {
     }
 }
 
-impl Piece {
+impl BrickPiece {
     /// The bytes of its file: an index with the digest of each section, the section of what stays, and one for each brick that
     /// something is handed on to.
     fn bytes(&self, plan: &[u8; 32], which: Which) -> Vec<u8> {
         let sections: Vec<(u32, Vec<u8>)> =
             std::iter::once((NONE, self.body())).chain(self.handed.iter().map(|h| (h.to, h.body()))).collect();
-        let mut w = Writer(MAGIC.to_vec());
+        let mut w = ByteWriter(MAGIC.to_vec());
         w.0.extend(plan);
         w.u32(which.round as u32);
         w.u32(which.brick);
@@ -244,7 +244,7 @@ impl Piece {
     }
 
     fn body(&self) -> Vec<u8> {
-        let mut w = Writer(Vec::new());
+        let mut w = ByteWriter(Vec::new());
         w.points(&self.nodes);
         w.triangles(&self.triangles);
         self.faces.iter().for_each(|x| w.u32(*x));
@@ -283,7 +283,7 @@ impl Piece {
 
     fn parse_body(body: &[u8]) -> Option<Self> {
         let mut r = Reader(body);
-        let mut p = Piece { nodes: r.points()?, ..Piece::default() };
+        let mut p = BrickPiece { nodes: r.points()?, ..BrickPiece::default() };
         p.triangles = r.triangles(p.nodes.len())?;
         p.faces = r.numbers(p.triangles.len())?;
         for _ in 0..r.count(36)? {
@@ -301,7 +301,7 @@ impl Piece {
 
 impl Handed {
     fn body(&self) -> Vec<u8> {
-        let mut w = Writer(Vec::new());
+        let mut w = ByteWriter(Vec::new());
         w.points(&self.nodes);
         self.on.iter().flatten().for_each(|l| w.u32(*l));
         self.ids.iter().flatten().for_each(|x| w.u64(*x));
@@ -330,33 +330,33 @@ impl Handed {
 pub(super) struct Store<'a> {
     /// The digest of the plan. Taking it costs as much as the plan is long, so it is not for every piece.
     plan: [u8; 32],
-    pieces: Pieces<'a>,
+    pieces: PieceStore<'a>,
 }
 
 /// Where pieces are.
-enum Pieces<'a> {
+enum PieceStore<'a> {
     /// In files of the plan's folder.
     Folder(&'a Path),
     /// In memory.
-    Memory(Mutex<FxHashMap<Which, Arc<Piece>>>),
+    Memory(Mutex<FxHashMap<Which, Arc<BrickPiece>>>),
 }
 
 impl<'a> Store<'a> {
     /// Pieces in files of the plan's folder.
     pub(super) fn folder(plan: &BrickPlan, folder: &'a Path) -> Self {
-        Self { plan: plan.digest(), pieces: Pieces::Folder(folder) }
+        Self { plan: plan.digest(), pieces: PieceStore::Folder(folder) }
     }
 
     /// Pieces in memory, none yet.
     pub(super) fn memory(plan: &BrickPlan) -> Self {
-        Self { plan: plan.digest(), pieces: Pieces::Memory(Mutex::default()) }
+        Self { plan: plan.digest(), pieces: PieceStore::Memory(Mutex::default()) }
     }
 
     /// The folder of the pieces, unless they are in memory.
     pub(super) fn place(&self) -> Option<&'a Path> {
         match self.pieces {
-            Pieces::Folder(folder) => Some(folder),
-            Pieces::Memory(_) => None,
+            PieceStore::Folder(folder) => Some(folder),
+            PieceStore::Memory(_) => None,
         }
     }
 
@@ -366,20 +366,20 @@ impl<'a> Store<'a> {
     }
 
     /// The file of a piece that the store would hold.
-    pub(super) fn bytes(&self, piece: &Piece, which: Which) -> Vec<u8> {
+    pub(super) fn bytes(&self, piece: &BrickPiece, which: Which) -> Vec<u8> {
         piece.bytes(&self.plan, which)
     }
 
     /// A piece of the plan by the bytes of its file.
-    pub(super) fn parse(&self, bytes: &[u8], which: Which) -> Result<Piece, Bad> {
-        Piece::parse(bytes, &self.plan, which)
+    pub(super) fn parse(&self, bytes: &[u8], which: Which) -> Result<BrickPiece, Bad> {
+        BrickPiece::parse(bytes, &self.plan, which)
     }
 
     /// Keeps a piece: all of it or nothing.
-    pub(super) fn save(&self, piece: Piece, which: Which) -> Result<()> {
+    pub(super) fn save(&self, piece: BrickPiece, which: Which) -> Result<()> {
         let folder = match &self.pieces {
-            Pieces::Folder(folder) => folder,
-            Pieces::Memory(pieces) => {
+            PieceStore::Folder(folder) => folder,
+            PieceStore::Memory(pieces) => {
                 pieces.lock().unwrap_or_else(PoisonError::into_inner).insert(which, Arc::new(piece));
                 return Ok(());
             }
@@ -396,18 +396,20 @@ impl<'a> Store<'a> {
     /// Errors: a file that cannot be read, is longer or shorter than its index says, has a damaged index, or is of another plan or brick.
     pub(super) fn has(&self, which: Which) -> Result<bool> {
         match &self.pieces {
-            Pieces::Folder(folder) => Opened::new(&which.path(folder), &self.plan, which).map(|o| o.is_some()),
-            Pieces::Memory(pieces) => Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which)),
+            PieceStore::Folder(folder) => Opened::new(&which.path(folder), &self.plan, which).map(|o| o.is_some()),
+            PieceStore::Memory(pieces) => {
+                Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&which))
+            }
         }
     }
 
     /// A piece of a plan; none if it was not made.
     ///
     /// Errors: a file that cannot be read, is damaged, or is of another plan or brick.
-    pub(super) fn load(&self, which: Which) -> Result<Option<Arc<Piece>>> {
+    pub(super) fn load(&self, which: Which) -> Result<Option<Arc<BrickPiece>>> {
         let folder = match &self.pieces {
-            Pieces::Folder(folder) => folder,
-            Pieces::Memory(pieces) => {
+            PieceStore::Folder(folder) => folder,
+            PieceStore::Memory(pieces) => {
                 return Ok(pieces.lock().unwrap_or_else(PoisonError::into_inner).get(&which).cloned());
             }
         };

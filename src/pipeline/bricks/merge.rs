@@ -12,7 +12,7 @@ use super::super::mesh::Meshed;
 use super::super::report::Report;
 use super::super::source::MeshOrigin;
 use super::ROUNDS;
-use super::file::{NONE, NodeId, Piece, Store, Which};
+use super::file::{BrickPiece, NONE, NodeId, Store, Which};
 use super::history::History;
 use super::plan::BrickPlan;
 use super::portions::{Firsts, PiecewiseMesh, Span, portion};
@@ -69,7 +69,7 @@ pub(super) fn merged<'a>(
     let part = plan.part()?;
     let ready = plan.ready(&part)?;
     let faces: Vec<String> = ready.model.faces().iter().map(|f| f.name.clone()).collect();
-    let mut numbering = Numbering { used: vec![false; faces.len()], ..Numbering::default() };
+    let mut numbering = MergedNumbers { used: vec![false; faces.len()], ..MergedNumbers::default() };
     let all: Vec<Which> =
         (0..ROUNDS).flat_map(|round| (0..plan.rounds()[round]).map(move |brick| Which { round, brick })).collect();
     for (k, which) in all.iter().enumerate() {
@@ -79,7 +79,7 @@ pub(super) fn merged<'a>(
             numbering.add(&piece, *which)?;
         }
     }
-    let Numbering { numbers, places, spans, joining, proof, used } = numbering;
+    let MergedNumbers { numbers, places, spans, joining, proof, used } = numbering;
     let joined = joining.finish(SHARP_MESH);
     if let Some(edge) = joined.whole.open.first() {
         let at = edge.ends[0];
@@ -119,7 +119,7 @@ pub(super) fn merged<'a>(
 
 /// Nodes and triangles on their way to numbers in one mesh.
 #[derive(Default)]
-struct Numbering {
+struct MergedNumbers {
     numbers: FxHashMap<NodeId, u32>,
     places: FxHashMap<u32, DVec3>,
     spans: Vec<Span>,
@@ -129,8 +129,8 @@ struct Numbering {
     used: Vec<bool>,
 }
 
-impl Numbering {
-    fn add(&mut self, piece: &Piece, which: Which) -> Result<()> {
+impl MergedNumbers {
+    fn add(&mut self, piece: &BrickPiece, which: Which) -> Result<()> {
         self.proof.add(&piece.proof, which.brick);
         let (node, cell) =
             self.spans.last().map_or((0, 0), |s| (s.first.node as usize + s.nodes, s.first.cell as usize + s.cells));

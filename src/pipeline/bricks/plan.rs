@@ -12,7 +12,7 @@ use super::super::load::{parse_part, part_text};
 use super::super::mesh::Ready;
 use super::super::method::Method;
 use super::super::options::MeshOptions;
-use super::blocks::Blocks;
+use super::blocks::BrickLayout;
 use crate::error::{Error, Place, Result};
 use crate::implicit::part::{Part, SizeRequest};
 use crate::implicit::{cells_along, origin, undecided_in};
@@ -97,7 +97,7 @@ impl BrickPlan {
         let bounds = ready.model.bounds();
         let cells = cells_along(&bounds, cell);
         let bricks = std::array::from_fn(|k| bricks[k].clamp(1, (cells[k] / NARROWEST).max(1)));
-        let blocks = Blocks { origin: origin(&bounds, cell), cell, cells, bricks };
+        let blocks = BrickLayout { origin: origin(&bounds, cell), cell, cells, bricks };
         let regions = undecided_in(&ready.model, cell, options.memory, run)?;
         let mut costs = vec![0; blocks.count(0) as usize];
         regions.into_iter().for_each(|p| costs[blocks.holding(0, p) as usize] += 1);
@@ -178,9 +178,9 @@ impl BrickPlan {
         Self::parse(&text).map_err(|e| e.in_file(&path))
     }
 
-    pub(super) fn blocks(&self) -> Blocks {
+    pub(super) fn blocks(&self) -> BrickLayout {
         let Self { cell, cells, bricks, .. } = *self;
-        Blocks { origin: DVec3::from_array(self.origin), cell, cells, bricks }
+        BrickLayout { origin: DVec3::from_array(self.origin), cell, cells, bricks }
     }
 
     pub(super) fn cell(&self) -> f64 {

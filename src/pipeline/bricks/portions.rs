@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::file::{NONE, NodeId, Piece, Store, Which};
+use super::file::{BrickPiece, NONE, NodeId, Store, Which};
 use crate::error::{Error, Place, Result};
 use crate::mesh::portion::Portion;
 use crate::mesh::{CellRun, Group, MeshView, TriMesh};
@@ -39,7 +39,7 @@ pub(super) struct Firsts {
 /// The triangles of a piece that stay. `number` gives the number of a node with a name, a new node's if it has none
 /// yet; where it knows no such name there is no portion.
 pub(super) fn portion(
-    piece: &Piece,
+    piece: &BrickPiece,
     first: Firsts,
     number: &mut dyn FnMut(NodeId, u32) -> Option<u32>,
 ) -> Option<Portion> {

@@ -13,7 +13,7 @@ use super::super::cells::{CELLS, COARSER};
 use super::super::history::Proof;
 use super::super::leaf::exact_options;
 use super::super::mesh::{Meshed, Ready};
-use super::file::{Handed, NONE, NodeId, Piece, Store, Which, is_raw, made_in};
+use super::file::{BrickPiece, Handed, NONE, NodeId, Store, Which, is_raw, made_in};
 use super::history::History;
 use super::merge::{MergedBricks, all_there, collected, merged};
 use super::plan::BrickPlan;
@@ -217,10 +217,10 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    fn piece(&self, which: Which) -> Result<Piece> {
+    fn piece(&self, which: Which) -> Result<BrickPiece> {
         let given = if which.round == 0 { self.arranged(which.brick)? } else { self.gathered(which)? };
         if given.mesh.triangles.is_empty() {
-            return Ok(Piece { proof: given.proof, ..Piece::default() });
+            return Ok(BrickPiece { proof: given.proof, ..BrickPiece::default() });
         }
         self.remeshed(which, given)
     }
@@ -279,7 +279,7 @@ impl Maker<'_> {
         Ok(given)
     }
 
-    fn remeshed(&self, which: Which, given: Given) -> Result<Piece> {
+    fn remeshed(&self, which: Which, given: Given) -> Result<BrickPiece> {
         let Self { plan, ready, run, .. } = self;
         let blocks = plan.blocks();
         let bounds = blocks.bounds(which.round, which.brick);
@@ -316,7 +316,7 @@ impl Maker<'_> {
         let handed = within_edges(&mesh, &from);
         let from = Uncut { mesh, on, leaves: pieces, known: known.into_iter().collect(), which };
         let next = |p: DVec3| blocks.holding(which.round + 1, p);
-        Ok(Piece { proof: given.proof, ..from.parted(&handed, &next) })
+        Ok(BrickPiece { proof: given.proof, ..from.parted(&handed, &next) })
     }
 }
 
@@ -339,7 +339,7 @@ impl Uncut {
     }
 
     /// Parts the triangles that stay from those handed on, each to the brick of the next round that holds its middle.
-    fn parted(&self, handed: &[bool], next: &dyn Fn(DVec3) -> u32) -> Piece {
+    fn parted(&self, handed: &[bool], next: &dyn Fn(DVec3) -> u32) -> BrickPiece {
         let Self { mesh, .. } = self;
         let mut shared = vec![false; mesh.nodes.len()];
         let mut sections: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -353,7 +353,7 @@ impl Uncut {
         let named = |(k, v): (usize, &u32)| {
             (shared[*v as usize] || self.known.contains_key(v)).then(|| (k as u32, self.name(*v)))
         };
-        Piece {
+        BrickPiece {
             known: nodes.iter().enumerate().filter_map(named).collect(),
             nodes: nodes.iter().map(|v| mesh.nodes[*v as usize]).collect(),
             triangles,

@@ -11,7 +11,7 @@ mod surgery;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::edges::Chain;
+use super::edges::DividedEdge;
 use crate::error::Result;
 use crate::parametric::brep::{Brep, Edge, Face};
 use crate::parametric::chart::Chart;
@@ -35,7 +35,7 @@ const MOST: usize = 64;
 
 /// A narrow region that was cut off.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cut {
+pub struct RegionCut {
     /// The face's name and what made it.
     pub face: String,
     /// See [`Edge::source`].
@@ -54,7 +54,7 @@ pub struct Trimmed {
     /// The model.
     pub brep: Brep,
     /// What was cut off.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<RegionCut>,
     /// Faces with narrow regions that stay, and why.
     pub refused: Vec<(String, String)>,
 }
@@ -81,7 +81,7 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
     if !(width > 0.0 && width.is_finite()) {
         return Ok(out);
     }
-    let mut lines = Lines::new(&out.brep, width);
+    let mut lines = EdgeLines::new(&out.brep, width);
     let bordered: Vec<bool> = out.brep.faces.iter().map(|f| !f.loops.is_empty()).collect();
     let narrow: Vec<bool> = run.install(|| {
         (0..out.brep.faces.len()).into_par_iter().map(|f| lines.may_be_narrow(&out.brep, f as u32, width)).collect()
@@ -107,9 +107,9 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
                 Ok(Some((region, brep))) => {
                     let (at, wide) = region.place();
                     let whole = brep.faces[f as usize].loops.is_empty();
-                    out.cuts.push(Cut { face: name, source, at, width: wide, whole });
+                    out.cuts.push(RegionCut { face: name, source, at, width: wide, whole });
                     out.brep = brep;
-                    lines = Lines::new(&out.brep, width);
+                    lines = EdgeLines::new(&out.brep, width);
                 }
                 Err(why) => {
                     out.refused.push((name, why));
@@ -144,14 +144,14 @@ fn is_wall(brep: &Brep, face: u32, region: &Region) -> bool {
 }
 
 /// Edges as lines of points: those of the vertices first, then those of every edge.
-struct Lines {
-    chains: Vec<Chain>,
+struct EdgeLines {
+    chains: Vec<DividedEdge>,
     points: Vec<DVec3>,
     /// The number of the first point of every edge that is not a vertex.
     first: Vec<u32>,
 }
 
-impl Lines {
+impl EdgeLines {
     fn new(brep: &Brep, width: f64) -> Self {
         let mut out = Self { chains: Vec::new(), points: brep.vertices.clone(), first: Vec::new() };
         for e in &brep.edges {
@@ -161,7 +161,7 @@ impl Lines {
             let inner = first..out.points.len() as u32;
             let nodes = [e.ends[0]].into_iter().chain(inner).chain([e.ends[1]]).collect();
             out.first.push(first);
-            out.chains.push(Chain { t, nodes });
+            out.chains.push(DividedEdge { t, nodes });
         }
         out
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{LONG, Lines};
+use super::{EdgeLines, LONG};
 use crate::parametric::brep::Brep;
 use crate::parametric::chart::Chart;
 use crate::parametric::mesh::AT_POLE;
@@ -109,7 +109,7 @@ impl Region {
 /// The domain of a face, as polygons whose corners are points of edges.
 struct Polygons<'a> {
     brep: &'a Brep,
-    lines: &'a Lines,
+    lines: &'a EdgeLines,
     polygons: Vec<Vec<Corner>>,
     /// Edges the face has on both sides: the domain is cut along them.
     seams: Vec<u32>,
@@ -119,7 +119,7 @@ struct Polygons<'a> {
 pub(super) fn find(
     brep: &Brep,
     face: u32,
-    lines: &Lines,
+    lines: &EdgeLines,
     width: f64,
     goes: &dyn Fn(&Region) -> bool,
 ) -> Result<Option<Region>, String> {
