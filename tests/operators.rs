@@ -4,7 +4,9 @@ use approx::assert_relative_eq;
 use glam::{DMat3, DQuat};
 use rvachev::implicit::{ExtractOptions, Implicit, ImplicitOracle, Placement, RSystem, Solid, extract, features};
 use rvachev::mesh::{EditMesh, TriMesh};
-use rvachev::optimize::{Kind, Operator, Options, Report, Sequence, classify_by_curvature, improve, improve_with};
+use rvachev::optimize::{
+    Kind, Operator, Options, Sequence, SequenceReport, classify_by_curvature, improve, improve_with,
+};
 use rvachev::optimize::{cut_sequence, operators_sequence, paper_sequence};
 use rvachev::pipeline::{MeshOptions, Method, Sample, SizeRequest, compare};
 use rvachev::quality::{Against, Check, Expectation, FeatureRecovery, check, recovery};
@@ -29,7 +31,7 @@ fn turned(solid: Solid) -> Solid {
     solid.placed(Placement { rotation, scale: 1.0, shift: DVec3::ZERO })
 }
 
-fn run_part(solid: &Solid, size: f64, change: impl FnOnce(&mut Options)) -> (Report, Check, FeatureRecovery) {
+fn run_part(solid: &Solid, size: f64, change: impl FnOnce(&mut Options)) -> (SequenceReport, Check, FeatureRecovery) {
     let run = Run::new();
     let model = Implicit::new(solid, RSystem::default(), None).unwrap();
     let extracted = extract(&model, &ExtractOptions::new(size), &run).unwrap();

@@ -37,14 +37,14 @@ pub(super) struct Sources {
 
 /// What is known of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Seen {
+struct WatchedStates {
     named: Stamps,
     read: Stamps,
 }
 
 impl Sources {
-    fn look(&self) -> Seen {
-        Seen { named: look(&self.named), read: look(&self.read) }
+    fn look(&self) -> WatchedStates {
+        WatchedStates { named: look(&self.named), read: look(&self.read) }
     }
 
     /// Asks the part again which files it reads. One with a mistake in it is taken to read those it did.
@@ -59,10 +59,10 @@ impl Sources {
     }
 }
 
-impl Seen {
+impl WatchedStates {
     /// Whether a mesh may be made of what is there: the part may be about to name others, but those it read are waited for while
     /// they are replaced.
-    fn is_whole(&self, before: &Seen) -> bool {
+    fn is_whole(&self, before: &WatchedStates) -> bool {
         let here = |now: &Stamps, was: &Stamps| now.iter().zip(was).all(|(n, w)| n.is_some() || w.is_none());
         self.named.iter().all(Option::is_some) && (self.named != before.named || here(&self.read, &before.read))
     }
@@ -115,7 +115,12 @@ pub(super) fn follow(
 }
 
 /// Makes the mesh, or stops when the files change: what would come of it is out of date.
-fn unless_changed(files: &Sources, seen: &Seen, base: &Run, make: impl FnOnce(&Run) -> Result<bool>) -> Result<bool> {
+fn unless_changed(
+    files: &Sources,
+    seen: &WatchedStates,
+    base: &Run,
+    make: impl FnOnce(&Run) -> Result<bool>,
+) -> Result<bool> {
     let (token, ended) = (CancelToken::new(), AtomicBool::new(false));
     let run = base.clone().with_cancel(token.clone());
     thread::scope(|s| {
@@ -135,7 +140,7 @@ fn unless_changed(files: &Sources, seen: &Seen, base: &Run, make: impl FnOnce(&R
 }
 
 /// Returns when the files are others than those seen, there, and no longer being written.
-fn wait_for_change(files: &Sources, seen: &Seen, run: &Run) -> Result<()> {
+fn wait_for_change(files: &Sources, seen: &WatchedStates, run: &Run) -> Result<()> {
     let mut before = files.look();
     loop {
         thread::sleep(LOOK);

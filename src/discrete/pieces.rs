@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
-use super::sheet::{FaceTriangle, Line, Sheet};
+use super::sheet::{FaceSheet, FaceTriangle, Line};
 use super::simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
 use super::sizes::{curvatures, divide_features, is_smooth};
 use crate::error::Result;
@@ -72,7 +72,7 @@ pub struct Discrete {
     names: Vec<String>,
     groups: Vec<Group>,
     bounds: Aabb,
-    pub(super) sheets: Vec<Sheet>,
+    pub(super) sheets: Vec<FaceSheet>,
     lines: Vec<Line>,
     /// The line where two faces meet, by their numbers, the smaller first.
     between: FxHashMap<[u32; 2], u32>,
@@ -154,7 +154,7 @@ impl Discrete {
             smooth,
             bends,
             sheets: run.install(|| {
-                sheets(&mesh, &normals, &curvatures, count, |f| Sheet::new(f, precision, options.scale, smooth))
+                sheets(&mesh, &normals, &curvatures, count, |f| FaceSheet::new(f, precision, options.scale, smooth))
             }),
             everything: OnceLock::new(),
             order: mesh.triangles().collect(),
@@ -332,8 +332,8 @@ fn sheets(
     normals: &[DVec3],
     bends: &[f64],
     count: usize,
-    sheet: impl Fn(Vec<FaceTriangle>) -> Sheet + Sync + Send,
-) -> Vec<Sheet> {
+    sheet: impl Fn(Vec<FaceTriangle>) -> FaceSheet + Sync + Send,
+) -> Vec<FaceSheet> {
     let mut parts: Vec<Vec<FaceTriangle>> = vec![Vec::new(); count];
     let mut number = vec![NONE; mesh.triangle_capacity()];
     let mut counts = vec![0; count];

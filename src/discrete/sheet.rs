@@ -48,7 +48,7 @@ impl FaceTriangle {
 }
 
 /// The triangles of a face.
-pub(super) struct Sheet {
+pub(super) struct FaceSheet {
     facets: Vec<FaceTriangle>,
     cells: TriangleCells,
     /// Unit normal and offset, where the face is a plane to the precision of its nodes.
@@ -57,7 +57,7 @@ pub(super) struct Sheet {
     smooth: bool,
 }
 
-impl Sheet {
+impl FaceSheet {
     /// `scale` is the edge length of meshes whose points are asked for.
     pub(super) fn new(facets: Vec<FaceTriangle>, precision: f64, scale: f64, smooth: bool) -> Self {
         let plane = plane(&facets, precision);

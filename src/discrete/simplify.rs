@@ -40,7 +40,7 @@ pub struct Removed {
 
 /// A face while faces are merged.
 #[derive(Clone, Default)]
-struct Region {
+struct MergedFaces {
     area: f64,
     perimeter: f64,
     /// Length of its border between torn nodes.
@@ -185,7 +185,7 @@ fn middle(mesh: &EditMesh, chain: &Chain) -> DVec3 {
 /// Merges small faces, smallest first, each with the neighbor it differs least from.
 fn merge_faces(mesh: &mut EditMesh, limits: &Limits, torn: Option<&Torn>, removed: &mut Vec<Removed>) {
     let (face, count) = flood(mesh);
-    let mut regions = vec![Region::default(); count];
+    let mut regions = vec![MergedFaces::default(); count];
     // Borders as (face, neighbor, half-edge seen from the face).
     let mut borders: Vec<(u32, u32, u32)> = Vec::new();
     for t in mesh.triangles() {
@@ -207,7 +207,7 @@ fn merge_faces(mesh: &mut EditMesh, limits: &Limits, torn: Option<&Torn>, remove
         }
     }
     borders.sort_unstable();
-    let small = |r: &Region| {
+    let small = |r: &MergedFaces| {
         let limits = torn.filter(|_| 2.0 * r.torn > r.perimeter).map_or(limits, |t| &t.limits);
         r.area < limits.area || (r.perimeter > 0.0 && 2.0 * r.area / r.perimeter < limits.width)
     };

@@ -19,7 +19,7 @@ const LARGEST: usize = 20_000;
 
 /// How to triangulate a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum FillingWay {
     /// Ear cutting, as \[BOR20\].
     Ears,
     /// The triangulation with the smallest worst bend, then area: P. Liepa, "Filling holes in meshes" (2003).
@@ -53,21 +53,23 @@ pub(super) struct HoleFilling {
 pub(super) fn fill(
     around: &HoleSurroundings<'_>,
     contour: &[u32],
-    way: Way,
+    way: FillingWay,
     refine: bool,
 ) -> Result<Option<HoleFilling>> {
     let ring: Vec<u32> = contour.iter().rev().copied().collect();
     let triangles = match way {
         _ if ring.len() < 3 => None,
-        Way::Fan => {
+        FillingWay::Fan => {
             let n = around.mesh.nodes.len() as u32;
             let middle = ring.iter().map(|v| around.mesh.nodes[*v as usize]).sum::<DVec3>() / ring.len() as f64;
             let triangles = (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()], n]).collect();
             return finish(around, &ring, vec![middle], triangles, refine).map(Some);
         }
-        Way::Ears => ears(around, &ring),
-        Way::Bend | Way::Area if ring.len() <= LONGEST_OPTIMAL => optimal(around, &ring, way == Way::Bend),
-        Way::Bend | Way::Area => None,
+        FillingWay::Ears => ears(around, &ring),
+        FillingWay::Bend | FillingWay::Area if ring.len() <= LONGEST_OPTIMAL => {
+            optimal(around, &ring, way == FillingWay::Bend)
+        }
+        FillingWay::Bend | FillingWay::Area => None,
     };
     triangles.map(|t| finish(around, &ring, Vec::new(), t, refine)).transpose()
 }

@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::clean::areas;
 use super::contours::{OpenContour, contours, spanned};
-use super::fill::{HoleFilling, HoleSurroundings, Way, fill};
+use super::fill::{FillingWay, HoleFilling, HoleSurroundings, fill};
 use super::report::{Action, Defect, HealReport};
 use super::sides::{Sides, directed, key, pieces};
 use crate::error::Result;
@@ -13,14 +13,14 @@ use crate::mesh::{TriMesh, intersecting_groups};
 use crate::run::Run;
 
 /// What is tried on a contour, in this order; the second says whether the filling is refined.
-const TRIES: [(Way, bool); 7] = [
-    (Way::Ears, true),
-    (Way::Bend, true),
-    (Way::Area, true),
-    (Way::Bend, false),
-    (Way::Area, false),
-    (Way::Ears, false),
-    (Way::Fan, true),
+const TRIES: [(FillingWay, bool); 7] = [
+    (FillingWay::Ears, true),
+    (FillingWay::Bend, true),
+    (FillingWay::Area, true),
+    (FillingWay::Bend, false),
+    (FillingWay::Area, false),
+    (FillingWay::Ears, false),
+    (FillingWay::Fan, true),
 ];
 
 /// The face new triangles are put on.
@@ -88,7 +88,7 @@ pub(super) fn force_holes(mesh: &mut TriMesh, share: f64) -> Result<Vec<DVec3>> 
         if span[p] > share * area[p] {
             continue;
         }
-        for way in [Way::Area, Way::Ears, Way::Fan] {
+        for way in [FillingWay::Area, FillingWay::Ears, FillingWay::Fan] {
             let Some(f) =
                 fill(&HoleSurroundings { mesh, edges: &edges, size: &size, apex: &apex }, &c.nodes, way, false)?
             else {
@@ -188,7 +188,7 @@ pub(super) fn close_holes(
         let action = match TRIES.get(*tried) {
             None => Action::Left,
             Some(_) if c.continued => Action::FilledByContinuation,
-            Some((Way::Ears, _)) => Action::Filled,
+            Some((FillingWay::Ears, _)) => Action::Filled,
             Some(_) => Action::FilledOtherwise,
         };
         left.refused += usize::from(action == Action::Left);

@@ -145,7 +145,7 @@ fn ears_are_cut_and_edges_flipped_while_the_area_falls() {
     let edges = sides::Sides::of(&ring.triangles).edges().map(|e| e[0].key).collect();
     let (size, apex) = (vec![0.4; ring.nodes.len()], Default::default());
     let around = fill::HoleSurroundings { mesh: &ring, edges: &edges, size: &size, apex: &apex };
-    let made = fill::fill(&around, &inner.nodes, fill::Way::Ears, false).unwrap().unwrap();
+    let made = fill::fill(&around, &inner.nodes, fill::FillingWay::Ears, false).unwrap().unwrap();
     assert_eq!((made.nodes.len(), made.triangles.len()), (0, n as usize - 2));
     let area = |t: [u32; 3]| {
         let [a, b, c] = t.map(|v| ring.nodes[v as usize]);
@@ -163,7 +163,7 @@ fn ears_are_cut_and_edges_flipped_while_the_area_falls() {
             assert!(after >= before * (1.0 - 1e-9), "{s:?} {t:?}");
         }
     }
-    let least = fill::fill(&around, &inner.nodes, fill::Way::Area, false).unwrap().unwrap();
+    let least = fill::fill(&around, &inner.nodes, fill::FillingWay::Area, false).unwrap().unwrap();
     let least: f64 = least.triangles.iter().map(|t| area(*t)).sum();
     let fan: f64 = (1..n - 1).map(|i| area([0, i, i + 1])).sum();
     assert!(total < 1.05 * least && total < fan, "{total} {least} {fan}");

@@ -7,14 +7,14 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::each_node;
-use super::sets::Sets;
+use super::sets::NamedSets;
 
 /// A small field has eight characters.
 const LARGEST: usize = 99_999_999;
 /// Characters of a large field.
 const WIDE: usize = 16;
 
-pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<()> {
     let (nodes, triangles) = (sets.mesh.node_count(), sets.triangle_count());
     if nodes > LARGEST || triangles > LARGEST {
         return Err(Error::Failed(format!("Nastran numbers nodes and elements up to {LARGEST}, this mesh has more")));

@@ -10,7 +10,7 @@ use super::atomic::write_failed;
 use super::build::each_node;
 use super::line::Line;
 use super::outline::BorderSet;
-use super::sets::Sets;
+use super::sets::NamedSets;
 
 /// Numbers to a line of a set: Abaqus takes no more.
 const PER_LINE: usize = 16;
@@ -19,7 +19,7 @@ pub(super) const NUMBER: usize = 20;
 /// Letters of a name that both codes keep.
 pub(super) const LONGEST_NAME: usize = 80;
 
-pub(super) fn write(out: &mut dyn Write, sets: &Sets, borders: Option<&[BorderSet]>, run: &Run) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, borders: Option<&[BorderSet]>, run: &Run) -> Result<()> {
     let mut line = Line::default();
     writeln!(out, "*HEADING\nrvachev: triangles of a surface\n*NODE, NSET=ALL_NODES").map_err(write_failed)?;
     let mut number = 0;

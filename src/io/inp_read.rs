@@ -87,7 +87,7 @@ fn kind(name: &str) -> Kind {
     }
 }
 
-struct Reader<'a> {
+struct LineReader<'a> {
     lines: Lines<'a>,
     raw: Numbered,
     sets: Vec<Listed>,
@@ -97,7 +97,7 @@ struct Reader<'a> {
 }
 
 pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
-    let mut r = Reader {
+    let mut r = LineReader {
         lines: Lines::new(bytes),
         raw: Numbered::default(),
         sets: Vec::new(),
@@ -132,7 +132,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     r.finish(run)
 }
 
-impl Reader<'_> {
+impl LineReader<'_> {
     /// The keyword of a line, which goes on behind a comma at its end.
     fn keyword(&mut self, number: usize, text: &str) -> Keyword {
         let mut whole = text.to_owned();

@@ -12,7 +12,7 @@ use crate::run::Run;
 use super::atomic::write_failed;
 use super::build::each_node;
 use super::regions::{NamedSet, SetKind};
-use super::sets::Sets;
+use super::sets::NamedSets;
 
 /// Bytes of a group's name: MED_LNAME_SIZE of the format.
 const LONGEST_NAME: usize = 80;
@@ -30,7 +30,7 @@ const STEP: &str = "-0000000000000000001-0000000000000000001";
 const ALL: &str = "MED_NO_PROFILE_INTERNAL";
 
 /// Writes the triangles of the parts one after the other; names that were cut come back beside what stands in the file.
-pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<Vec<[String; 2]>> {
+pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<Vec<[String; 2]>> {
     let (nodes, triangles) = (sets.mesh.node_count(), sets.triangle_count());
     let (Ok(node_count), Ok(triangle_count)) = (i32::try_from(nodes), i32::try_from(triangles)) else {
         return Err(Error::Failed(format!("MED numbers nodes and elements up to {}, this mesh has more", i32::MAX)));
@@ -65,7 +65,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<Vec<[
 }
 
 /// Names of the groups that hold a part: MED lets them overlap.
-fn groups_of(sets: &Sets, part: &NamedSet) -> Vec<String> {
+fn groups_of(sets: &NamedSets, part: &NamedSet) -> Vec<String> {
     let mesh: &dyn MeshView = sets.mesh;
     let mut names = match part.kind {
         SetKind::Overlap => part.groups.iter().map(|g| mesh.groups()[*g as usize].name.clone()).collect(),

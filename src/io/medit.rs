@@ -8,10 +8,10 @@ use crate::run::Run;
 use super::atomic::write_failed;
 use super::build::each_node;
 use super::line::Line;
-use super::sets::Sets;
+use super::sets::NamedSets;
 use super::sharp::SharpEdges;
 
-pub(super) fn write(out: &mut dyn Write, sets: &Sets, sharp: &SharpEdges, run: &Run) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, sharp: &SharpEdges, run: &Run) -> Result<()> {
     let mut line = Line::default();
     writeln!(out, "MeshVersionFormatted 2\n# References of triangles:").map_err(write_failed)?;
     for (k, (name, _)) in sets.parts().enumerate() {

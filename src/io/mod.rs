@@ -415,7 +415,7 @@ fn encode_sets(
     }
     let cleaned = regions.clean(format);
     written.renamed = cleaned.changed;
-    let sets = sets::Sets::new(mesh, &regions, cleaned.names)?;
+    let sets = sets::NamedSets::new(mesh, &regions, cleaned.names)?;
     let rims = options.outline.as_ref().map(|o| o.clean_sets(options.groups));
     match format {
         Format::Inp => inp::write(out, &sets, rims.as_deref(), run),

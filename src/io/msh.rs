@@ -32,13 +32,13 @@ pub(super) const TRIANGLE: i32 = 2;
 pub(super) const QUADRILATERAL: i32 = 3;
 
 /// A row of numbers, as text on one line or as the bytes of its parts.
-pub(super) struct Row<'a> {
+pub(super) struct ElementRow<'a> {
     pub(super) out: &'a mut dyn Write,
     pub(super) binary: bool,
     pub(super) line: Line,
 }
 
-impl Row<'_> {
+impl ElementRow<'_> {
     pub(super) fn int(&mut self, x: i32) {
         if self.binary { self.line.bytes(x.to_le_bytes()) } else { _ = self.line.whole(x) }
     }
@@ -129,7 +129,7 @@ impl Gmsh<'_> {
     }
 
     /// Names for the section of physical names, curves before surfaces.
-    fn names(&self, row: &mut Row, sets: &[NamedSet]) -> Result<()> {
+    fn names(&self, row: &mut ElementRow, sets: &[NamedSet]) -> Result<()> {
         let curves = self.curve_names();
         row.text(&format!("$PhysicalNames\n{}", curves.len() + sets.len()))?;
         let mut curves: Vec<_> = curves.into_values().collect();
@@ -145,7 +145,7 @@ impl Gmsh<'_> {
 
     /// All that [`TriMesh`](crate::mesh::TriMesh) knows of faces and groups: names, groups as lists of faces, and for each
     /// surface its face.
-    fn comments(&self, row: &mut Row) -> Result<()> {
+    fn comments(&self, row: &mut ElementRow) -> Result<()> {
         row.text("$Comments\nrvachev 1")?;
         for name in self.mesh.face_names() {
             row.text(&format!("face {}", escape(name)))?;
@@ -174,7 +174,7 @@ impl Gmsh<'_> {
     pub(super) fn write(&self, out: &mut dyn Write, binary: bool, run: &Run) -> Result<()> {
         self.check()?;
         let blocks = blocks(self.mesh, &self.layout.surfaces)?;
-        let mut row = Row { out, binary, line: Line::default() };
+        let mut row = ElementRow { out, binary, line: Line::default() };
         row.head()?;
         self.comments(&mut row)?;
         self.names(&mut row, &self.regions.sets)?;
@@ -183,7 +183,7 @@ impl Gmsh<'_> {
         self.elements(&mut row, &blocks, run)
     }
 
-    fn entities(&self, row: &mut Row) -> Result<()> {
+    fn entities(&self, row: &mut ElementRow) -> Result<()> {
         let Layout { points, curves, surfaces, .. } = self.layout;
         row.text("$Entities")?;
         [points.len(), curves.len(), surfaces.len(), 0].iter().for_each(|n| row.size(*n));
@@ -213,7 +213,7 @@ impl Gmsh<'_> {
         row.close("Entities")
     }
 
-    fn nodes(&self, row: &mut Row, run: &Run) -> Result<()> {
+    fn nodes(&self, row: &mut ElementRow, run: &Run) -> Result<()> {
         let mut blocks: BTreeMap<(i32, i32), Vec<u32>> = BTreeMap::new();
         for (v, owner) in self.layout.owners.iter().enumerate() {
             let key = match owner {
@@ -244,7 +244,7 @@ impl Gmsh<'_> {
         row.close("Nodes")
     }
 
-    fn elements(&self, row: &mut Row, blocks: &[Block], run: &Run) -> Result<()> {
+    fn elements(&self, row: &mut ElementRow, blocks: &[Block], run: &Run) -> Result<()> {
         let Layout { curves, .. } = self.layout;
         let lines: usize = curves.iter().map(|c| c.nodes.len() - 1).sum();
         let cells = self.mesh.cell_count();
@@ -281,7 +281,7 @@ impl Gmsh<'_> {
     pub(super) fn write_old(&self, out: &mut dyn Write, run: &Run) -> Result<()> {
         self.check()?;
         let blocks = blocks(self.mesh, &self.layout.surfaces)?;
-        let mut row = Row { out, binary: false, line: Line::default() };
+        let mut row = ElementRow { out, binary: false, line: Line::default() };
         row.text("$MeshFormat\n2.2 0 8\n$EndMeshFormat")?;
         self.comments(&mut row)?;
         self.names(&mut row, &self.regions.sets[..self.regions.parts])?;

@@ -14,7 +14,7 @@ use crate::spatial::Aabb;
 use super::atomic::{write_atomic, write_failed};
 use super::inp::{LONGEST_NAME, NUMBER, list};
 use super::line::Line;
-use super::msh::{QUADRILATERAL, Row, TRIANGLE};
+use super::msh::{ElementRow, QUADRILATERAL, TRIANGLE};
 use super::regions::clean;
 use super::text::escape;
 use super::vtu::{Arrays, VTK_QUAD, VTK_TRIANGLE};
@@ -45,7 +45,7 @@ const VOLUME: &str = "volume";
 /// there are not, or have a node that is not finite; [`Error::Io`]; [`Error::Cancelled`].
 pub fn write_prisms(path: &Path, prisms: &Prisms, options: &WriteOptions, run: &Run) -> Result<Written> {
     let cells = prisms.cells.iter().map(<[u32; 6]>::as_slice).collect();
-    write_cells(path, Whole::new(&prisms.nodes, cells, &prisms.outer, &prisms.names)?, options, run)
+    write_cells(path, PrismCells::new(&prisms.nodes, cells, &prisms.outer, &prisms.names)?, options, run)
 }
 
 /// Writes hexahedra, and the prisms beside them, as [`write_prisms`] does: cells of type 12 in VTU, elements of type 5 in MSH, C3D8 in INP.
@@ -55,10 +55,10 @@ pub fn write_prisms(path: &Path, prisms: &Prisms, options: &WriteOptions, run: &
 pub fn write_hexahedra(path: &Path, mesh: &Hexahedra, options: &WriteOptions, run: &Run) -> Result<Written> {
     let hexahedra = mesh.hexahedra.iter().map(<[u32; 8]>::as_slice);
     let cells = hexahedra.chain(mesh.prisms.iter().map(<[u32; 6]>::as_slice)).collect();
-    write_cells(path, Whole::new(&mesh.nodes, cells, &mesh.outer, &mesh.names)?, options, run)
+    write_cells(path, PrismCells::new(&mesh.nodes, cells, &mesh.outer, &mesh.names)?, options, run)
 }
 
-fn write_cells(path: &Path, whole: Whole, options: &WriteOptions, run: &Run) -> Result<Written> {
+fn write_cells(path: &Path, whole: PrismCells, options: &WriteOptions, run: &Run) -> Result<Written> {
     let format = Format::from_path(path)?;
     if !matches!(format, Format::Vtu | Format::Msh | Format::Inp) {
         return Err(Error::Usage(format!("{}: prisms are written as vtu, msh or inp", path.display())));
@@ -90,23 +90,23 @@ fn each<T>(list: impl IntoIterator<Item = T>, run: &Run, mut one: impl FnMut(T) 
 }
 
 /// The outer sides of one name.
-struct Part<'a> {
+struct NamedSides<'a> {
     label: usize,
     sides: Vec<&'a OuterSide>,
 }
 
 /// Cells with their boundary by name.
-struct Whole<'a> {
+struct PrismCells<'a> {
     nodes: &'a [DVec3],
     /// Corners of hexahedra, then of prisms.
     cells: Vec<&'a [u32]>,
     outer: &'a [OuterSide],
     names: &'a [String],
     /// Names that have a side.
-    parts: Vec<Part<'a>>,
+    parts: Vec<NamedSides<'a>>,
 }
 
-impl<'a> Whole<'a> {
+impl<'a> PrismCells<'a> {
     /// Refuses cells that cannot be walked through.
     fn new(nodes: &'a [DVec3], cells: Vec<&'a [u32]>, outer: &'a [OuterSide], names: &'a [String]) -> Result<Self> {
         let bad = |item: String, what: &str| Err(Error::input(Place::Item(item), what));
@@ -126,7 +126,8 @@ impl<'a> Whole<'a> {
         if let Some(k) = outer.iter().position(lost) {
             return bad(format!("outer side {k}"), "it names a cell, a side or a name that is not there");
         }
-        let mut parts: Vec<Part> = (0..names.len()).map(|label| Part { label, sides: Vec::new() }).collect();
+        let mut parts: Vec<NamedSides> =
+            (0..names.len()).map(|label| NamedSides { label, sides: Vec::new() }).collect();
         outer.iter().for_each(|o| parts[o.label as usize].sides.push(o));
         parts.retain(|p| !p.sides.is_empty());
         Ok(Self { nodes, cells, outer, names, parts })
@@ -192,7 +193,7 @@ impl<'a> Whole<'a> {
     }
 
     /// Names for MSH: surfaces by their labels plus one, and the volume.
-    fn physical_names(&self, row: &mut Row) -> Result<()> {
+    fn physical_names(&self, row: &mut ElementRow) -> Result<()> {
         row.text(&format!("$PhysicalNames\n{}", self.parts.len() + 1))?;
         for part in &self.parts {
             row.text(&format!("2 {} \"{}\"", part.label + 1, escape(&self.names[part.label])))?;
@@ -201,7 +202,7 @@ impl<'a> Whole<'a> {
     }
 
     fn msh(&self, out: &mut dyn Write, binary: bool, run: &Run) -> Result<()> {
-        let mut row = Row { out, binary, line: Line::default() };
+        let mut row = ElementRow { out, binary, line: Line::default() };
         row.head()?;
         self.physical_names(&mut row)?;
         self.entities(&mut row)?;
@@ -210,7 +211,7 @@ impl<'a> Whole<'a> {
     }
 
     /// A surface for each name, and the volume between them.
-    fn entities(&self, row: &mut Row) -> Result<()> {
+    fn entities(&self, row: &mut ElementRow) -> Result<()> {
         let tags = self.parts.iter().map(|p| p.label as i32 + 1);
         row.text("$Entities")?;
         [0, 0, self.parts.len(), 1].iter().for_each(|n| row.size(*n));
@@ -233,7 +234,7 @@ impl<'a> Whole<'a> {
     }
 
     /// Nodes stand with the first surface they lie on, those of none with the volume.
-    fn nodes(&self, row: &mut Row, run: &Run) -> Result<()> {
+    fn nodes(&self, row: &mut ElementRow, run: &Run) -> Result<()> {
         const INSIDE: u32 = u32::MAX;
         let Self { nodes, outer, .. } = self;
         let mut owners = vec![INSIDE; nodes.len()];
@@ -272,7 +273,7 @@ impl<'a> Whole<'a> {
         blocks.filter(|b| !b.sides.is_empty()).collect()
     }
 
-    fn elements(&self, row: &mut Row, run: &Run) -> Result<()> {
+    fn elements(&self, row: &mut ElementRow, run: &Run) -> Result<()> {
         let Self { cells, outer, .. } = self;
         let (blocks, all) = (self.blocks(), cells.len() + outer.len());
         let solids: Vec<_> = self.kinds().into_iter().zip([HEXAHEDRON, PRISM]).filter(|s| !s.0.is_empty()).collect();
@@ -280,7 +281,7 @@ impl<'a> Whole<'a> {
         [blocks.len() + solids.len(), all, 1, all].iter().for_each(|n| row.size(*n));
         row.end()?;
         let mut number = 0;
-        let mut element = |row: &mut Row, corners: &mut dyn Iterator<Item = u32>| {
+        let mut element = |row: &mut ElementRow, corners: &mut dyn Iterator<Item = u32>| {
             number += 1;
             row.size(number);
             corners.for_each(|v| row.size(v as usize + 1));
@@ -304,7 +305,7 @@ impl<'a> Whole<'a> {
     /// Version 2.2, as text.
     fn old_msh(&self, out: &mut dyn Write, run: &Run) -> Result<()> {
         let Self { nodes, cells, outer, .. } = self;
-        let mut row = Row { out, binary: false, line: Line::default() };
+        let mut row = ElementRow { out, binary: false, line: Line::default() };
         row.text("$MeshFormat\n2.2 0 8\n$EndMeshFormat")?;
         self.physical_names(&mut row)?;
         row.text(&format!("$Nodes\n{}", nodes.len()))?;

@@ -11,7 +11,7 @@ use super::regions::{NamedSet, RegionSets};
 
 /// A mesh with its sets under the names a format allows. Triangles are numbered as in the mesh; cells of more corners are
 /// cut into fans.
-pub(super) struct Sets<'a> {
+pub(super) struct NamedSets<'a> {
     pub(super) mesh: &'a dyn MeshView,
     pub(super) regions: &'a RegionSets,
     names: Vec<String>,
@@ -21,7 +21,7 @@ pub(super) struct Sets<'a> {
     first: Option<Vec<u32>>,
 }
 
-impl<'a> Sets<'a> {
+impl<'a> NamedSets<'a> {
     pub(super) fn new(mesh: &'a dyn MeshView, regions: &'a RegionSets, names: Vec<String>) -> Result<Self> {
         let mut first = Vec::with_capacity(mesh.cell_count() + 1);
         let mut next = 0;

@@ -9,14 +9,14 @@ use super::atomic::write_failed;
 use super::build::each_node;
 use super::line::Line;
 use super::outline::BorderSet;
-use super::sets::Sets;
+use super::sets::NamedSets;
 
 /// VTK's number of the triangle, which SU2 uses.
 const TRIANGLE: u8 = 5;
 /// VTK's number of the line.
 const LINE: u8 = 3;
 
-pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<()> {
+pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<()> {
     let mut line = Line::default();
     writeln!(out, "NDIME= 3\nNELEM= 0\nNPOIN= {}", sets.mesh.node_count()).map_err(write_failed)?;
     let mut number = 0;
@@ -34,7 +34,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &Sets, run: &Run) -> Result<()> {
 }
 
 /// A plane figure: a mesh of two dimensions.
-pub(super) fn write_flat(out: &mut dyn Write, sets: &Sets, borders: &[BorderSet], run: &Run) -> Result<()> {
+pub(super) fn write_flat(out: &mut dyn Write, sets: &NamedSets, borders: &[BorderSet], run: &Run) -> Result<()> {
     let mut line = Line::default();
     writeln!(out, "NDIME= 2\nNELEM= {}", sets.triangle_count()).map_err(write_failed)?;
     for (_, set) in sets.parts() {

@@ -17,7 +17,7 @@ use super::text::{Lines, at, count, ended, point, quote};
 /// hexahedron, prism, pyramid.
 const KINDS: [(usize, usize); 7] = [(3, 2), (5, 3), (9, 4), (10, 4), (12, 8), (13, 6), (14, 5)];
 
-struct Reader<'a> {
+struct ZoneReader<'a> {
     lines: Lines<'a>,
     axes: usize,
     raw: Numbered,
@@ -35,7 +35,7 @@ fn next<'a>(lines: &mut Lines<'a>) -> Option<(usize, Cow<'a, str>)> {
 }
 
 pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
-    let mut r = Reader { lines: Lines::new(bytes), axes: 0, raw: Numbered::default() };
+    let mut r = ZoneReader { lines: Lines::new(bytes), axes: 0, raw: Numbered::default() };
     let (mut promised, mut came) = (None, 0);
     let mut tag: Option<String> = None;
     while let Some((number, line)) = next(&mut r.lines) {
@@ -90,7 +90,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
     r.raw.finish()
 }
 
-impl Reader<'_> {
+impl ZoneReader<'_> {
     fn points(&mut self, n: usize, run: &Run) -> Result<()> {
         // A digit and a blank for each coordinate, the last of which may be the end of the file.
         self.raw.nodes.reserve(reserve(n, 2 * self.axes - 1, self.lines.rest().len()));

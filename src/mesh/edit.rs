@@ -20,8 +20,8 @@ mod opposites;
 mod part;
 mod store;
 
-pub use changes::Reader;
-pub use part::{Part, Regions};
+pub use changes::ChangeReader;
+pub use part::{PartMesh, Regions};
 
 use glam::DVec3;
 

@@ -64,7 +64,7 @@ impl PlacedEdge {
 
 /// What is known of the whole of some portions: what [`Defects`](super::Defects) and [`Topology`](super::Topology) tell of a mesh.
 #[derive(Debug, Default)]
-pub(crate) struct Whole {
+pub(crate) struct PortionsWhole {
     pub(crate) open: Vec<PlacedEdge>,
     pub(crate) nonmanifold: Vec<PlacedEdge>,
     pub(crate) misoriented: Vec<PlacedEdge>,
@@ -77,7 +77,7 @@ pub(crate) struct Whole {
     excess: i64,
 }
 
-impl Whole {
+impl PortionsWhole {
     pub(crate) fn is_manifold(&self) -> bool {
         self.nonmanifold.is_empty() && self.pinched.is_empty()
     }
@@ -113,7 +113,7 @@ impl Whole {
 /// Portions on their way to a whole. It keeps the triangles at shared nodes and nothing else.
 #[derive(Default)]
 pub(crate) struct Joining {
-    whole: Whole,
+    whole: PortionsWhole,
     /// All triangles that have a shared node.
     rim: Portion,
     /// For each node of the rim, by its number in the larger mesh, its number there.
@@ -182,19 +182,19 @@ impl Joining {
 
 /// A whole and its sharp edges between shared nodes.
 pub(crate) struct Joined {
-    pub(crate) whole: Whole,
+    pub(crate) whole: PortionsWhole,
     pub(crate) sharp: FxHashSet<[u32; 2]>,
 }
 
 /// Triangles of two portions that intersect one of the other portion, by their places there.
 #[derive(Debug, Default)]
-pub(crate) struct Meeting {
+pub(crate) struct PortionMeeting {
     pub(crate) one: Vec<u32>,
     pub(crate) other: Vec<u32>,
 }
 
 /// Where two portions [intersect](super::self_intersections), exactly.
-pub(crate) fn intersections_between(one: &Portion, other: &Portion, run: &Run) -> Result<Meeting> {
+pub(crate) fn intersections_between(one: &Portion, other: &Portion, run: &Run) -> Result<PortionMeeting> {
     let both = one.mesh.bounds().intersection(&other.mesh.bounds());
     let mut mesh = TriMesh::default();
     let mut number: FxHashMap<u32, u32> = FxHashMap::default();
@@ -215,10 +215,10 @@ pub(crate) fn intersections_between(one: &Portion, other: &Portion, run: &Run) -
         }
     }
     if first == 0 {
-        return Ok(Meeting::default());
+        return Ok(PortionMeeting::default());
     }
     let asked: Vec<u32> = (first as u32..from.len() as u32).collect();
-    let mut meeting = Meeting::default();
+    let mut meeting = PortionMeeting::default();
     for [t, u] in intersections_among(&mesh, &asked, run)? {
         if (t as usize) < first {
             meeting.one.push(from[t as usize]);

@@ -20,11 +20,11 @@ pub struct CellRun<'a> {
     /// Index of the name of their face.
     pub label: u32,
     corners: &'a [u32],
-    ends: Ends<'a>,
+    ends: RowEnds<'a>,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Ends<'a> {
+enum RowEnds<'a> {
     Every(usize),
     At(&'a [u32]),
 }
@@ -32,19 +32,19 @@ enum Ends<'a> {
 impl<'a> CellRun<'a> {
     /// Cells of `size` corners each; `corners` are their nodes, one cell after the other.
     pub fn even(first: usize, label: u32, corners: &'a [u32], size: usize) -> Self {
-        Self { first, label, corners, ends: Ends::Every(size) }
+        Self { first, label, corners, ends: RowEnds::Every(size) }
     }
 
     /// Cells whose corners end at these places of `corners`; the first begins at 0.
     pub fn mixed(first: usize, label: u32, corners: &'a [u32], ends: &'a [u32]) -> Self {
-        Self { first, label, corners, ends: Ends::At(ends) }
+        Self { first, label, corners, ends: RowEnds::At(ends) }
     }
 
     /// How many cells there are.
     pub fn len(&self) -> usize {
         match self.ends {
-            Ends::Every(size) => self.corners.len() / size,
-            Ends::At(ends) => ends.len(),
+            RowEnds::Every(size) => self.corners.len() / size,
+            RowEnds::At(ends) => ends.len(),
         }
     }
 
@@ -61,7 +61,7 @@ impl<'a> CellRun<'a> {
     /// The cells as triangles, where all of them are.
     pub fn triangles(&self) -> Option<&'a [[u32; 3]]> {
         match self.ends {
-            Ends::Every(3) => Some(self.corners.as_chunks().0),
+            RowEnds::Every(3) => Some(self.corners.as_chunks().0),
             _ => None,
         }
     }
@@ -69,8 +69,8 @@ impl<'a> CellRun<'a> {
     /// The corners of cell `first + k`.
     pub fn cell(&self, k: usize) -> &'a [u32] {
         match self.ends {
-            Ends::Every(size) => &self.corners[k * size..(k + 1) * size],
-            Ends::At(ends) => {
+            RowEnds::Every(size) => &self.corners[k * size..(k + 1) * size],
+            RowEnds::At(ends) => {
                 let begin = if k == 0 { 0 } else { ends[k - 1] as usize };
                 &self.corners[begin..ends[k] as usize]
             }

@@ -85,7 +85,7 @@ struct FragmentCutter<'a> {
 }
 
 /// A loop as border sides, first at a vertex, or a single vertex.
-enum Border {
+enum BorderLoop {
     Sides(Vec<u32>),
     /// The vertex, and a corner at it.
     Vertex(u32, u32),
@@ -290,8 +290,8 @@ impl<'a> FragmentCutter<'a> {
     }
 
     /// The loops of each face. A closed chain that is not alone in its loop gets a second vertex, so none is.
-    fn find_loops(&mut self) -> Vec<Vec<Border>> {
-        let mut loops: Vec<Vec<Border>> = self.faces.iter().map(|_| Vec::new()).collect();
+    fn find_loops(&mut self) -> Vec<Vec<BorderLoop>> {
+        let mut loops: Vec<Vec<BorderLoop>> = self.faces.iter().map(|_| Vec::new()).collect();
         let mut done = vec![false; self.twin.len()];
         let mut apart = vec![false; self.chains.len()];
         for corner in 0..self.twin.len() as u32 {
@@ -305,7 +305,7 @@ impl<'a> FragmentCutter<'a> {
                 while !std::mem::replace(&mut done[c as usize], true) {
                     c = self.twin[before(c) as usize];
                 }
-                loops[face as usize].push(Border::Vertex(vertex, corner));
+                loops[face as usize].push(BorderLoop::Vertex(vertex, corner));
                 continue;
             }
             if self.twin[corner as usize] != NONE {
@@ -325,7 +325,7 @@ impl<'a> FragmentCutter<'a> {
                     apart[chain(*s)] |= list[0] == list[list.len() - 1];
                 }
             }
-            loops[face as usize].push(Border::Sides(sides));
+            loops[face as usize].push(BorderLoop::Sides(sides));
         }
         for c in (0..apart.len()).filter(|c| apart[*c]) {
             self.split(c);
@@ -351,7 +351,7 @@ impl<'a> FragmentCutter<'a> {
         self.chains.push(rest);
     }
 
-    fn assemble(self, loops: Vec<Vec<Border>>) -> Result<Cut> {
+    fn assemble(self, loops: Vec<Vec<BorderLoop>>) -> Result<Cut> {
         let mesh = self.mesh;
         let point = |v: u32| mesh.nodes[v as usize];
         let mut model = Model { names: mesh.faces.clone(), groups: mesh.groups.clone(), ..Model::default() };
@@ -371,13 +371,13 @@ impl<'a> FragmentCutter<'a> {
             let mut segments: Vec<Vec<u32>> = Vec::new();
             for border in borders {
                 let corners = match border {
-                    Border::Sides(sides) => {
+                    BorderLoop::Sides(sides) => {
                         let (coedges, counts) = self.coedges(&sides);
                         face.loops.push(Loop::Edges(coedges));
                         segments.push(counts);
                         sides
                     }
-                    Border::Vertex(v, corner) => {
+                    BorderLoop::Vertex(v, corner) => {
                         face.loops.push(Loop::Vertex(v));
                         segments.push(Vec::new());
                         vec![corner]

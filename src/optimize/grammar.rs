@@ -28,11 +28,11 @@ pub const DEEPEST: usize = 32;
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Sequence {
-    steps: Vec<Step>,
+    steps: Vec<SequenceStep>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Step {
+struct SequenceStep {
     what: What,
     count: usize,
 }
@@ -40,10 +40,10 @@ struct Step {
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum What {
     One(Operator),
-    Group(Vec<Step>),
+    Group(Vec<SequenceStep>),
 }
 
-impl Step {
+impl SequenceStep {
     /// How many operators it stands for.
     fn len(&self) -> usize {
         let once = match &self.what {
@@ -63,7 +63,7 @@ impl Step {
     }
 }
 
-fn total(steps: &[Step]) -> usize {
+fn total(steps: &[SequenceStep]) -> usize {
     steps.iter().fold(0, |sum, s| sum.saturating_add(s.len()))
 }
 
@@ -79,11 +79,11 @@ impl Sequence {
 impl FromIterator<Operator> for Sequence {
     /// One after the other; an operator that comes several times in a row is written with its count.
     fn from_iter<T: IntoIterator<Item = Operator>>(operators: T) -> Self {
-        let mut steps: Vec<Step> = Vec::new();
+        let mut steps: Vec<SequenceStep> = Vec::new();
         for operator in operators {
             match steps.last_mut() {
-                Some(Step { what: What::One(last), count }) if *last == operator => *count += 1,
-                _ => steps.push(Step { what: What::One(operator), count: 1 }),
+                Some(SequenceStep { what: What::One(last), count }) if *last == operator => *count += 1,
+                _ => steps.push(SequenceStep { what: What::One(operator), count: 1 }),
             }
         }
         Self { steps }
@@ -96,8 +96,8 @@ impl fmt::Display for Sequence {
     }
 }
 
-fn write_steps(f: &mut fmt::Formatter<'_>, steps: &[Step]) -> fmt::Result {
-    for (i, Step { what, count }) in steps.iter().enumerate() {
+fn write_steps(f: &mut fmt::Formatter<'_>, steps: &[SequenceStep]) -> fmt::Result {
+    for (i, SequenceStep { what, count }) in steps.iter().enumerate() {
         if i > 0 {
             f.write_str(" ")?;
         }
@@ -122,7 +122,7 @@ impl FromStr for Sequence {
     /// Errors: [`Error::Input`] at the line and column of the first mistake, with the nearest operator's name as help where a
     /// name is not known; a sequence without an operator, or with more than [`MOST_OPERATORS`].
     fn from_str(text: &str) -> Result<Self> {
-        let mut reader = Reader { text, at: 0 };
+        let mut reader = SequenceReader { text, at: 0 };
         let steps = reader.steps(0)?;
         if steps.is_empty() {
             return Err(reader.error(0..0, "a sequence has at least one operator").with_help(names()));
@@ -137,12 +137,12 @@ fn names() -> String {
 }
 
 /// What a text has left to read.
-struct Reader<'a> {
+struct SequenceReader<'a> {
     text: &'a str,
     at: usize,
 }
 
-impl Reader<'_> {
+impl SequenceReader<'_> {
     fn error(&self, range: std::ops::Range<usize>, message: impl Into<String>) -> Error {
         let before = self.text.get(..range.start).unwrap_or(self.text);
         let line = 1 + before.matches('\n').count();
@@ -179,7 +179,7 @@ impl Reader<'_> {
     }
 
     /// Steps up to the end, or up to the parenthesis that closes a group.
-    fn steps(&mut self, depth: usize) -> Result<Vec<Step>> {
+    fn steps(&mut self, depth: usize) -> Result<Vec<SequenceStep>> {
         let mut steps = Vec::new();
         while let Some(c) = self.peek() {
             let from = self.at;
@@ -191,7 +191,7 @@ impl Reader<'_> {
                 _ => What::One(self.operator()?),
             };
             let count = self.count()?;
-            steps.push(Step { what, count });
+            steps.push(SequenceStep { what, count });
             if total(&steps) > MOST_OPERATORS {
                 let what = format!("a sequence has at most {MOST_OPERATORS} operators, repeats written out");
                 return Err(self.error(from..self.at, what));

@@ -18,7 +18,7 @@ use super::operator::Operator;
 use super::sequences::cut_sequence;
 use super::size::Sizing;
 use super::smooth::{ALONG, CreaseStep, smooth_all, smooth_edges, smooth_regular};
-use super::surface::{Deviation, forget, normal_deviation, project, survey};
+use super::surface::{NormalDeviation, forget, normal_deviation, project, survey};
 use crate::error::{Error, Result};
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
@@ -111,7 +111,7 @@ pub enum Outcome {
     /// It classified: how many nodes are regular, on creases, corners.
     Classes([usize; 3]),
     /// It measured.
-    Deviation(Deviation),
+    Deviation(NormalDeviation),
 }
 
 impl fmt::Display for Outcome {
@@ -132,13 +132,13 @@ impl fmt::Display for Outcome {
 
 /// What a sequence did.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Report {
+pub struct SequenceReport {
     /// Each operator with what it did, in order.
     pub stages: Vec<(Operator, Outcome)>,
     /// Normal deviation before.
-    pub before: Deviation,
+    pub before: NormalDeviation,
     /// Normal deviation after.
-    pub after: Deviation,
+    pub after: NormalDeviation,
     /// Edges marked sharp in the end.
     pub sharp_edges: usize,
     /// Triangles of the result that intersect another one.
@@ -150,7 +150,7 @@ pub struct Report {
 }
 
 /// Improves a mesh by the operators of `options.sequence`. See [`improve_with`].
-pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, options: &Options, run: &Run) -> Result<Report> {
+pub fn improve(mesh: &mut TriMesh, oracle: &dyn SurfaceOracle, options: &Options, run: &Run) -> Result<SequenceReport> {
     improve_with(mesh, oracle, options, run, &mut |_, _| {})
 }
 
@@ -174,10 +174,10 @@ pub fn improve_with(
     options: &Options,
     run: &Run,
     observer: &mut dyn FnMut(&str, &TriMesh),
-) -> Result<Report> {
+) -> Result<SequenceReport> {
     options.check()?;
     let mut frozen: Vec<(DVec3, f64)> = Vec::new();
-    let mut best: Option<((usize, usize), TriMesh, Report)> = None;
+    let mut best: Option<((usize, usize), TriMesh, SequenceReport)> = None;
     for attempt in 0..=options.retries {
         let mut unseen = |_: &str, _: &TriMesh| {};
         let watch: &mut dyn FnMut(&str, &TriMesh) = if attempt == 0 { &mut *observer } else { &mut unseen };
@@ -250,13 +250,13 @@ impl<'a> Worker<'a> {
         mesh: &TriMesh,
         frozen: &[(DVec3, f64)],
         observer: &mut dyn FnMut(&str, &TriMesh),
-    ) -> Result<(TriMesh, Report)> {
+    ) -> Result<(TriMesh, SequenceReport)> {
         let Self { oracle, options, run, .. } = self;
         let pinned = ask_all(oracle, run, mesh.nodes.len(), |v| {
             let p = mesh.nodes[v as usize];
             frozen.iter().any(|(c, r)| p.distance_squared(*c) <= r * r).then_some(v)
         })?;
-        let mut report = Report::default();
+        let mut report = SequenceReport::default();
         for v in pinned.into_iter().flatten() {
             self.mesh.set_pinned(v, true);
             report.frozen += 1;

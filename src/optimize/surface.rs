@@ -10,7 +10,7 @@ use crate::run::Run;
 
 /// How far the triangles' normals are from the surface's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Deviation {
+pub struct NormalDeviation {
     /// ε_n, \[LIS14\] (5): area-weighted mean of 1 − (n·m)², m at the projected centroid.
     pub normal: f64,
     /// Triangles with n·m ≤ 0, which the square in (4) would hide.
@@ -31,8 +31,8 @@ pub(super) fn centroid_feet(
     })
 }
 
-fn deviation(mesh: &EditMesh, feet: &[Option<Foot>]) -> Deviation {
-    let mut out = Deviation::default();
+fn deviation(mesh: &EditMesh, feet: &[Option<Foot>]) -> NormalDeviation {
+    let mut out = NormalDeviation::default();
     let (mut sum, mut area) = (0.0, 0.0);
     for t in mesh.triangles() {
         let Some(foot) = &feet[t as usize] else {
@@ -53,14 +53,14 @@ fn deviation(mesh: &EditMesh, feet: &[Option<Foot>]) -> Deviation {
 
 /// The normal deviation ε_n of \[LIS14\] (4, 5), with ∇F taken at the *projected* centroid, and the count of inverted
 /// triangles. Looks for feet at most `reach` away. Changes nothing.
-pub fn normal_deviation(mesh: &EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Deviation> {
+pub fn normal_deviation(mesh: &EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<NormalDeviation> {
     Ok(deviation(mesh, &centroid_feet(mesh, oracle, reach, run)?))
 }
 
 /// Asks the oracle what lies under every triangle and records face label and normal there: labels come out right, and
 /// the guard of later moves knows which way a triangle should face. Triangles without foot keep their label and lose
 /// their normal.
-pub fn survey(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Deviation> {
+pub fn survey(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<NormalDeviation> {
     let feet = centroid_feet(mesh, oracle, reach, run)?;
     let out = deviation(mesh, &feet);
     for (t, foot) in feet.iter().enumerate() {

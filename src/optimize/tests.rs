@@ -6,7 +6,7 @@ use approx::assert_abs_diff_eq;
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
-use super::testing::{Part, march, measure};
+use super::testing::{TestPart, march, measure};
 use super::*;
 use crate::error::Error;
 use crate::geometry::SurfaceOracle;
@@ -14,11 +14,11 @@ use crate::mesh::curvature::dihedral;
 use crate::mesh::{EditMesh, TriMesh};
 use crate::run::{CancelToken, Run};
 
-fn extracted(part: &Part, n: usize) -> (EditMesh, f64) {
+fn extracted(part: &TestPart, n: usize) -> (EditMesh, f64) {
     (EditMesh::new(&march(part, n)).unwrap(), 2.0 * part.half / n as f64)
 }
 
-fn on_surface(mesh: &EditMesh, part: &Part) -> f64 {
+fn on_surface(mesh: &EditMesh, part: &TestPart) -> f64 {
     mesh.nodes().map(|v| part.value(mesh.point(v)).abs()).fold(0.0, f64::max)
 }
 
@@ -29,7 +29,7 @@ fn smallest_angle(mesh: &EditMesh) -> f64 {
 
 #[test]
 fn n_lowers_the_normal_deviation_and_stays_on_the_surface() {
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let (mut m, h) = extracted(&part, 14);
     let run = Run::new();
     smooth_all(&mut m, &part, h, &run).unwrap();
@@ -43,8 +43,8 @@ fn n_lowers_the_normal_deviation_and_stays_on_the_surface() {
 
 #[test]
 fn n1_finds_creases_and_turns_no_triangle_over() {
-    for turn in [DMat3::IDENTITY, Part::generic_turn()] {
-        let part = Part::cube_with_holes(turn);
+    for turn in [DMat3::IDENTITY, TestPart::generic_turn()] {
+        let part = TestPart::cube_with_holes(turn);
         let (mut m, h) = extracted(&part, 40);
         let run = Run::new();
         let normals: Vec<DVec3> = m.triangles().map(|t| m.area_vector(t)).collect();
@@ -62,7 +62,7 @@ fn n1_finds_creases_and_turns_no_triangle_over() {
 
 #[test]
 fn the_dual_node_lies_on_the_triangles_normal_and_the_surface() {
-    let part = Part::cube_with_holes(DMat3::IDENTITY);
+    let part = TestPart::cube_with_holes(DMat3::IDENTITY);
     let (m, h) = extracted(&part, 20);
     let dual = dual_nodes(&m, &part, h, &Run::new()).unwrap();
     let mut found = 0;
@@ -78,7 +78,7 @@ fn the_dual_node_lies_on_the_triangles_normal_and_the_surface() {
 
 #[test]
 fn smoothing_keeps_nodes_on_the_surface_and_improves_angles() {
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let (mut m, h) = extracted(&part, 14);
     let field = vec![h; m.node_capacity()];
     collapse_short(&mut m, &part, ShortEdges { field: &field, share: 0.3 }, h, &Run::new()).unwrap();
@@ -95,7 +95,7 @@ fn smoothing_keeps_nodes_on_the_surface_and_improves_angles() {
 
 #[test]
 fn cutting_makes_every_crease_a_chain_of_edges_between_corners() {
-    let part = Part::cube_with_holes(DMat3::IDENTITY);
+    let part = TestPart::cube_with_holes(DMat3::IDENTITY);
     let (mut m, h) = extracted(&part, 32);
     let run = Run::new();
     let report = cut_creases(&mut m, &part, h, 20.0, &run).unwrap();
@@ -120,7 +120,7 @@ fn cutting_makes_every_crease_a_chain_of_edges_between_corners() {
 
 #[test]
 fn smoothing_along_creases_evens_them_out_and_leaves_corners_alone() {
-    let part = Part::plain_cube(Part::generic_turn());
+    let part = TestPart::plain_cube(TestPart::generic_turn());
     let (mut m, h) = extracted(&part, 24);
     let run = Run::new();
     for _ in 0..2 {
@@ -154,7 +154,7 @@ fn smoothing_along_creases_evens_them_out_and_leaves_corners_alone() {
 #[test]
 fn curvature_classes_find_a_cubes_corners_and_nothing_on_a_sphere() {
     let run = Run::new();
-    let part = Part::plain_cube(DMat3::IDENTITY);
+    let part = TestPart::plain_cube(DMat3::IDENTITY);
     let (mut m, h) = extracted(&part, 20);
     for _ in 0..2 {
         snap_to_planes(&mut m, &part, h, 0.0, &run).unwrap();
@@ -170,7 +170,7 @@ fn curvature_classes_find_a_cubes_corners_and_nothing_on_a_sphere() {
         }
     }
 
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let (mut m, h) = extracted(&part, 20);
     for _ in 0..3 {
         smooth_all(&mut m, &part, h, &run).unwrap();
@@ -181,7 +181,7 @@ fn curvature_classes_find_a_cubes_corners_and_nothing_on_a_sphere() {
 
 #[test]
 fn densification_reaches_the_count_and_the_chord_asked_for() {
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let run = Run::new();
     let sizings = [
         Sizing { size: 1.0, nodes_per_radius: Some(10.0), chord: None, least: 0.01 },
@@ -208,7 +208,7 @@ fn densification_reaches_the_count_and_the_chord_asked_for() {
 
 #[test]
 fn degenerate_triangles_go_and_flips_raise_the_worst_angle() {
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let (mut m, h) = extracted(&part, 16);
     let run = Run::new();
     survey(&mut m, &part, h, &run).unwrap();
@@ -229,7 +229,7 @@ fn degenerate_triangles_go_and_flips_raise_the_worst_angle() {
 #[test]
 fn a_flip_for_normals_lays_the_diagonal_along_the_ridge() {
     // Two triangles over the edge y = z = 1 of the cube, their diagonal across it.
-    let part = Part::plain_cube(DMat3::IDENTITY);
+    let part = TestPart::plain_cube(DMat3::IDENTITY);
     let p = [(0.0, 1.0, 1.0), (0.1, 0.9, 1.0), (0.2, 1.0, 1.0), (0.1, 1.0, 0.9)].map(|(x, y, z)| DVec3::new(x, y, z));
     let mut m = EditMesh::new(&TriMesh::new(
         p.to_vec(),
@@ -245,11 +245,11 @@ fn a_flip_for_normals_lays_the_diagonal_along_the_ridge() {
 #[test]
 fn the_default_sequence_serves_every_test_part() {
     let parts = [
-        (Part::sphere(1.0), 12, 2),
-        (Part::plain_cube(Part::generic_turn()), 24, 2),
-        (Part::cube_corner_sphere(), 33, 2),
-        (Part::cube_with_holes(DMat3::IDENTITY), 33, -4),
-        (Part::cube_with_holes(Part::generic_turn()), 40, -4),
+        (TestPart::sphere(1.0), 12, 2),
+        (TestPart::plain_cube(TestPart::generic_turn()), 24, 2),
+        (TestPart::cube_corner_sphere(), 33, 2),
+        (TestPart::cube_with_holes(DMat3::IDENTITY), 33, -4),
+        (TestPart::cube_with_holes(TestPart::generic_turn()), 40, -4),
     ];
     for (part, n, euler) in parts {
         let mut mesh = march(&part, n);
@@ -279,7 +279,7 @@ fn the_default_sequence_serves_every_test_part() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let part = Part::cube_with_holes(Part::generic_turn());
+    let part = TestPart::cube_with_holes(TestPart::generic_turn());
     let made = [1, 3, 8].map(|threads| {
         let mut mesh = march(&part, 24);
         let run = Run::new().with_threads(threads).unwrap();
@@ -291,7 +291,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 
 #[test]
 fn an_open_mesh_keeps_its_boundary() {
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let mut mesh = march(&part, 16);
     mesh.triangles =
         (0..mesh.triangles.len()).filter(|&t| mesh.centroid(t).z > 0.0).map(|t| mesh.triangles[t]).collect();
@@ -312,7 +312,7 @@ fn an_open_mesh_keeps_its_boundary() {
 
 #[test]
 fn senseless_requests_and_cancelled_runs_leave_the_mesh_alone() {
-    let part = Part::sphere(1.0);
+    let part = TestPart::sphere(1.0);
     let original = march(&part, 8);
     let mut mesh = original.clone();
     let run = Run::new();
@@ -337,7 +337,7 @@ fn senseless_requests_and_cancelled_runs_leave_the_mesh_alone() {
     let mut broken = TriMesh::new(mesh.nodes.clone(), vec![[0, 1, 2], [0, 1, 3]]);
     assert!(matches!(improve(&mut broken, &part, &Options::new(0.3), &run), Err(Error::Input { .. })));
     let mut empty = TriMesh::default();
-    assert_eq!(improve(&mut empty, &part, &Options::new(0.3), &run).unwrap().after, Deviation::default());
+    assert_eq!(improve(&mut empty, &part, &Options::new(0.3), &run).unwrap().after, NormalDeviation::default());
 }
 
 #[test]
@@ -359,7 +359,7 @@ proptest! {
         axis in prop::array::uniform3(-1.0f64..1.0),
         n in 9usize..16,
     ) {
-        let part = Part::random_cube(DVec3::from_array(at), r, DVec3::from_array(axis).normalize_or(DVec3::X));
+        let part = TestPart::random_cube(DVec3::from_array(at), r, DVec3::from_array(axis).normalize_or(DVec3::X));
         let mut mesh = march(&part, n);
         // The test's own marching cubes does not resolve every ambiguity.
         prop_assume!(!mesh.triangles.is_empty() && EditMesh::new(&mesh).is_ok());

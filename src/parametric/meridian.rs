@@ -17,13 +17,13 @@ const ON_AXIS: f64 = 1e-7;
 const NOTHING: f64 = 1e-6;
 
 /// The profile's range between two meetings with the axis, and what is there.
-pub(super) struct Part {
+pub(super) struct MeridianPart {
     pub(super) range: [f64; 2],
     pub(super) poles: Vec<Pole>,
 }
 
 /// The part of a profile on which the points of a face lie, if the profile meets its axis between its ends.
-pub(super) fn part(curve: &Curve, frame: &Frame, range: [f64; 2], points: &[DVec3]) -> Option<Part> {
+pub(super) fn part(curve: &Curve, frame: &Frame, range: [f64; 2], points: &[DVec3]) -> Option<MeridianPart> {
     let pieces = curve.pieces(range);
     let inner = pieces.windows(2).flat_map(|w| (0..SAMPLES).map(|k| w[0] + (w[1] - w[0]) * k as f64 / SAMPLES as f64));
     let t: Vec<f64> = inner.chain([range[1]]).collect();
@@ -75,7 +75,7 @@ pub(super) fn part(curve: &Curve, frame: &Frame, range: [f64; 2], points: &[DVec
     let range = ranges.into_iter().map(|r| (misses(&r), r)).min_by(|a, b| a.0.total_cmp(&b.0))?.1;
     let on_axis = |t: f64| frame.point(DVec3::new(0.0, 0.0, local(t).z));
     let poles = range.into_iter().filter(|t| meets(*t)).map(|t| Pole { axis: 1, value: t, point: on_axis(t) });
-    Some(Part { range, poles: poles.collect() })
+    Some(MeridianPart { range, poles: poles.collect() })
 }
 
 /// The point of a segment nearest to `p`.

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::bodies::{FirstBody, Marks, Untouched, patchwork, split_fans};
 use super::history::{Attempt, Tried};
-use super::ladder::{Attempts, Change, Ladder, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use crate::error::{Error, Result};
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
@@ -272,7 +272,7 @@ impl Ladder for BodyLadder<'_> {
         true
     }
 
-    fn next(&mut self, _: &Seen<'_, ()>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, _: &LadderState<'_, ()>) -> Option<(Change, &'static str)> {
         let is_wanted = |c: &Change| self.bodies.iter().any(|b| b.wants == Some(*c));
         self.change = CHANGES.into_iter().find(is_wanted)?;
         let out = self.change == Change::OtherWay;

@@ -12,7 +12,7 @@ use super::distance::{Distance, distances, from_edges};
 use super::first_faces::{FaceLadder, NARROWEST};
 use super::heal::{Action, Healed, heal_made, told as told_of};
 use super::history::Clock;
-use super::ladder::{Attempts, Change, Ladder, MeshAttempt, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, LadderState, MeshAttempt, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use super::refine::Wishes;
@@ -206,7 +206,7 @@ impl Ladder for DistanceLadder<'_> {
         best.is_none_or(|b| new.report.shortfalls.len() <= b.report.shortfalls.len())
     }
 
-    fn next(&mut self, seen: &Seen<'_, MeshedBrep>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, MeshedBrep>) -> Option<(Change, &'static str)> {
         self.round += 1;
         if seen.last.beyond.is_empty() || self.options.tolerance_length().is_none() || self.round == ROUNDS {
             return None;
@@ -269,7 +269,7 @@ fn heal(solid: &Parametric, mesh: &TriMesh, found: &Check, run: &Run) -> Result<
     }
     // Walls around nothing are not what the model's faces bound.
     let bounds = |h: &Healed| h.report.repairs.iter().all(|r| r.action != Action::Thickened);
-    Ok(heal_made(mesh, None, Some(&brep_oracle::Trimmed::new(solid, run)?), run)?.filter(bounds))
+    Ok(heal_made(mesh, None, Some(&brep_oracle::FaceFinder::new(solid, run)?), run)?.filter(bounds))
 }
 
 /// How many edges of a model have a face on one side only.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::brep_oracle::Trimmed;
+use super::brep_oracle::FaceFinder;
 use super::built::build;
 use super::report::{Info, info};
 use crate::error::Result;
@@ -271,7 +271,7 @@ impl fmt::Display for BrepInfo {
 /// Measures a mesh against a boundary representation in the same unit. Errors: cancellation.
 pub fn against_step(mesh: &TriMesh, model: StepModel, run: &Run) -> Result<Check> {
     let solid = Parametric::new(model.brep, run)?;
-    let oracle = Trimmed::new(&solid, run)?;
+    let oracle = FaceFinder::new(&solid, run)?;
     measured(mesh, Expectation::default(), Some(Against { points: oracle.points(), ..Against::new(&oracle) }), run)
 }
 
@@ -279,5 +279,5 @@ pub fn against_step(mesh: &TriMesh, model: StepModel, run: &Run) -> Result<Check
 /// [`node_distances`](quality::node_distances) tells it. Errors: cancellation.
 pub fn distances_to_step(mesh: &TriMesh, model: StepModel, run: &Run) -> Result<Vec<f64>> {
     let solid = Parametric::new(model.brep, run)?;
-    quality::node_distances(mesh, &Trimmed::new(&solid, run)?, run)
+    quality::node_distances(mesh, &FaceFinder::new(&solid, run)?, run)
 }

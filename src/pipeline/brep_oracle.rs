@@ -15,7 +15,7 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 const FINE: f64 = 0.02;
 
 /// A model with a mesh to find faces by.
-pub(super) struct Trimmed<'a> {
+pub(super) struct FaceFinder<'a> {
     solid: &'a Parametric,
     mesh: TriMesh,
     bvh: Bvh,
@@ -30,7 +30,7 @@ pub(super) fn fine_mesh(solid: &Parametric, run: &Run) -> Result<TriMesh> {
     Ok(mesh)
 }
 
-impl<'a> Trimmed<'a> {
+impl<'a> FaceFinder<'a> {
     pub(super) fn new(solid: &'a Parametric, run: &Run) -> Result<Self> {
         let mesh = fine_mesh(solid, run)?;
         let corners = |t: &[u32; 3]| t.map(|v| mesh.nodes[v as usize]);
@@ -48,7 +48,7 @@ impl<'a> Trimmed<'a> {
     }
 }
 
-impl SurfaceOracle for Trimmed<'_> {
+impl SurfaceOracle for FaceFinder<'_> {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
         let (t, d) = self.bvh.nearest(p, f64::INFINITY, |t| triangle_distance_squared(p, self.corners(t)))?;
         let face = self.mesh.labels[t as usize];

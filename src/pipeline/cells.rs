@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::history::{Attempt, Proof, Tried};
-use super::ladder::{Attempts, Change, Ladder, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use super::leaf::exact_options;
 use super::mesh::{Ready, nothing_found};
 use super::missed::{far, far_from_own, unproved_around};
@@ -548,8 +548,8 @@ impl Ladder for CellLadder<'_, '_> {
         ends || (new.can_be_healed() && new.badness() < best.badness())
     }
 
-    fn next(&mut self, seen: &Seen<'_, Trial>) -> Option<(Change, &'static str)> {
-        let Seen { last, best, .. } = seen;
+    fn next(&mut self, seen: &LadderState<'_, Trial>) -> Option<(Change, &'static str)> {
+        let LadderState { last, best, .. } = seen;
         self.faults = [last.exact.report.self_intersections, last.exact.report.inverted];
         self.sound = best.filter(|b| b.faults() == 0).map(|b| (b.scout.extracted.mesh.triangles.len(), b.scout.cell));
         // Where smaller cells around them made no difference, cells are not what is missing.

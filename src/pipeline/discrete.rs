@@ -8,7 +8,7 @@ use super::budget::{covering, measurable};
 use super::faults::{Touching, keep_shells};
 use super::heal::told;
 use super::history::Clock;
-use super::ladder::{Attempts, Change, Ladder, MeshAttempt, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, LadderState, MeshAttempt, climb};
 use super::load::is_3mf;
 use super::mesh::Meshed;
 use super::options::MeshOptions;
@@ -171,7 +171,7 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     let prepared = prepare(input, soup.close, run)?;
     let mut attempts = Attempts::new(options.timed);
     let Some(nodes) = soup.nodes else {
-        let asked = Asked { prepared: &prepared, size: length(options.size, &prepared.mesh), options, soup };
+        let asked = SoupGoal { prepared: &prepared, size: length(options.size, &prepared.mesh), options, soup };
         return Ok(asked.mesh(&mut attempts, run)?.made.told(attempts));
     };
     if nodes < 4 {
@@ -203,7 +203,7 @@ impl Ladder for NodeLadder<'_> {
     type Made = (MeshAttempt, f64);
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
-        let asked = Asked { prepared: self.prepared, size: self.size, options: self.options, soup: self.soup };
+        let asked = SoupGoal { prepared: self.prepared, size: self.size, options: self.options, soup: self.soup };
         let made = asked.mesh(attempts, run)?.made;
         let off = (made.meshed.mesh.nodes.len() as f64 / self.nodes as f64).ln();
         Ok(Some((made, off)))
@@ -213,7 +213,7 @@ impl Ladder for NodeLadder<'_> {
         best.is_none_or(|b| new.1.abs() < b.1.abs())
     }
 
-    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, Self::Made>) -> Option<(Change, &'static str)> {
         let off = seen.last.1;
         self.trials += 1;
         self.size *= (0.5 * off).exp().clamp(0.4, 2.5);
@@ -223,7 +223,7 @@ impl Ladder for NodeLadder<'_> {
 }
 
 /// What a soup's mesh is made for.
-struct Asked<'a> {
+struct SoupGoal<'a> {
     prepared: &'a Prepared,
     size: f64,
     options: &'a MeshOptions,
@@ -236,7 +236,7 @@ struct RatedMesh {
     flaws: usize,
 }
 
-impl Asked<'_> {
+impl SoupGoal<'_> {
     fn mesh(&self, attempts: &mut Attempts, run: &Run) -> Result<RatedMesh> {
         let Self { prepared, size, options, soup } = *self;
         let mut report = Report::of("triangles", size, None);
@@ -300,7 +300,7 @@ impl Asked<'_> {
             attempts.change(Change::ShorterEdges, "edges farther from the surface than else left triangles at fault");
             let options =
                 &MeshOptions { tolerance: Some(SizeRequest::Length(STRICT * wish.tolerance)), ..options.clone() };
-            let strict = Asked { options, ..*self }.mesh(attempts, run)?;
+            let strict = SoupGoal { options, ..*self }.mesh(attempts, run)?;
             if end == LadderEnd::Strict || strict.flaws < flaws {
                 return Ok(strict);
             }

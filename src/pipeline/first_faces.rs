@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::bodies::EQUILATERAL;
 use super::history::{Attempt, Tried};
-use super::ladder::{Attempts, Change, Ladder, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
@@ -144,7 +144,7 @@ impl Ladder for FaceLadder<'_> {
         best.is_none_or(|b| new.hits.len() as f64 <= LEFT * b.hits.len() as f64)
     }
 
-    fn next(&mut self, seen: &Seen<'_, First>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, First>) -> Option<(Change, &'static str)> {
         if !seen.improved {
             self.crossed.truncate(self.known);
             return None;

@@ -69,11 +69,11 @@ pub(super) trait Ladder {
     fn is_better(&self, new: &Self::Made, best: Option<&Self::Made>) -> bool;
 
     /// Prepares the next attempt, with the reason for it; `None` where the best is good enough, or nothing would help.
-    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)>;
+    fn next(&mut self, seen: &LadderState<'_, Self::Made>) -> Option<(Change, &'static str)>;
 }
 
 /// What there is after an attempt.
-pub(super) struct Seen<'a, M> {
+pub(super) struct LadderState<'a, M> {
     /// The last attempt's mesh.
     pub(super) last: &'a M,
     /// The best one's, which may be the same.
@@ -91,9 +91,9 @@ pub(super) fn climb<L: Ladder>(ladder: &mut L, attempts: &mut Attempts, run: &Ru
         let improved = ladder.is_better(&made, best.as_ref());
         let next = if improved {
             best = Some(made);
-            best.as_ref().and_then(|b| ladder.next(&Seen { last: b, best: Some(b), improved }))
+            best.as_ref().and_then(|b| ladder.next(&LadderState { last: b, best: Some(b), improved }))
         } else {
-            ladder.next(&Seen { last: &made, best: best.as_ref(), improved })
+            ladder.next(&LadderState { last: &made, best: best.as_ref(), improved })
         };
         let Some((change, because)) = next else { break };
         if !attempts.may_go_on() {
@@ -235,7 +235,7 @@ mod tests {
             best.is_none_or(|b| new[0] < b[0])
         }
 
-        fn next(&mut self, seen: &Seen<'_, [usize; 2]>) -> Option<(Change, &'static str)> {
+        fn next(&mut self, seen: &LadderState<'_, [usize; 2]>) -> Option<(Change, &'static str)> {
             (seen.best?[0] > 0).then_some((Change::SmallerCells, "at fault"))
         }
     }

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::cells::{CellLadder, LOOSE, MOST_TRIANGLES, Start};
-use super::ladder::{Attempts, Change, Ladder, Seen};
+use super::ladder::{Attempts, Change, Ladder, LadderState};
 use super::leaf::finer;
-use super::mesh::{Found, Meshed, Ready, apart, mesh_by_cells};
+use super::mesh::{FoundMesh, Meshed, Ready, apart, mesh_by_cells};
 use super::options::MeshOptions;
 use crate::error::{Error, Result};
 use crate::implicit::part::{Part, SizeRequest};
@@ -80,7 +80,7 @@ impl<'a> LengthLadder<'a> {
     }
 
     /// Smaller cells, where the best mesh is far from the surface and each step has halved that.
-    fn smaller_cells(&mut self, best: &Found, improved: bool) -> Option<(Change, &'static str)> {
+    fn smaller_cells(&mut self, best: &FoundMesh, improved: bool) -> Option<(Change, &'static str)> {
         let near = (APART * self.ready.size).max(LOOSE * self.options.tolerance_length().unwrap_or(0.0));
         if !improved || apart(&best.meshed) <= near {
             return None;
@@ -90,7 +90,7 @@ impl<'a> LengthLadder<'a> {
     }
 
     /// Shorter edges at the places where walls are thin.
-    fn shorter_here(&mut self, best: &Found, times: usize) -> Option<(Change, &'static str)> {
+    fn shorter_here(&mut self, best: &FoundMesh, times: usize) -> Option<(Change, &'static str)> {
         let places = best.crowded.as_ref().filter(|p| !p.is_empty() && times <= HALVINGS)?;
         self.ready.finer.extend(places);
         (self.aim, self.start) = (Aim::Here(times), best.start.clone());
@@ -98,7 +98,7 @@ impl<'a> LengthLadder<'a> {
     }
 
     /// Shorter edges everywhere.
-    fn shorter(&mut self, best: &Found, which: usize) -> Option<(Change, &'static str)> {
+    fn shorter(&mut self, best: &FoundMesh, which: usize) -> Option<(Change, &'static str)> {
         let times = *FINER.get(which)?;
         if best.meshed.mesh.triangles.len() as f64 * times * times > MOST_TRIANGLES {
             return None;
@@ -110,7 +110,7 @@ impl<'a> LengthLadder<'a> {
     }
 
     /// Edges for a smaller distance, where the best mesh is farther from the surface than was asked for.
-    fn nearer(&mut self, best: &Found, limit: f64, times: usize) -> Option<(Change, &'static str)> {
+    fn nearer(&mut self, best: &FoundMesh, limit: f64, times: usize) -> Option<(Change, &'static str)> {
         let far = apart(&best.meshed);
         if far <= limit || times > TIMES {
             return None;
@@ -123,9 +123,9 @@ impl<'a> LengthLadder<'a> {
 }
 
 impl Ladder for LengthLadder<'_> {
-    type Made = Found;
+    type Made = FoundMesh;
 
-    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Found>> {
+    fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<FoundMesh>> {
         let cells = CellLadder::new(&self.ready, &self.asked, self.start.clone());
         let mut found = match mesh_by_cells(self.part, cells, attempts, run) {
             Ok(found) => found,
@@ -147,7 +147,7 @@ impl Ladder for LengthLadder<'_> {
         Ok(Some(found))
     }
 
-    fn is_better(&self, new: &Found, best: Option<&Found>) -> bool {
+    fn is_better(&self, new: &FoundMesh, best: Option<&FoundMesh>) -> bool {
         let Some(best) = best else { return true };
         let (now, then) = (wanting(&best.meshed), wanting(&new.meshed));
         let (far, near) = (apart(&best.meshed), apart(&new.meshed));
@@ -161,7 +161,7 @@ impl Ladder for LengthLadder<'_> {
         }
     }
 
-    fn next(&mut self, seen: &Seen<'_, Found>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, FoundMesh>) -> Option<(Change, &'static str)> {
         let best = seen.best.filter(|_| self.options.method.is_exact())?;
         if matches!(self.aim, Aim::First | Aim::Cells) {
             self.aim = Aim::Cells;

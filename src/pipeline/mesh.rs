@@ -301,7 +301,7 @@ pub(super) fn apart(made: &Meshed) -> f64 {
 }
 
 /// A mesh with what tells how another one may be better.
-pub(super) struct Found {
+pub(super) struct FoundMesh {
     pub(super) meshed: Meshed,
     /// Whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high: with the
     /// places of those that face away, and half the length of their edges.
@@ -315,7 +315,7 @@ pub(super) struct Found {
     extracted: Extracted,
 }
 
-impl Found {
+impl FoundMesh {
     /// The mesh with its features measured, if that was asked for: of meshes that are dropped nobody needs to know.
     fn with_features(self, ready: &Ready, options: &MeshOptions, run: &Run) -> Result<Meshed> {
         let Self { mut meshed, extracted, .. } = self;
@@ -344,7 +344,7 @@ pub(super) fn mesh_by_cells(
     cells: CellLadder<'_, '_>,
     attempts: &mut Attempts,
     run: &Run,
-) -> Result<Found> {
+) -> Result<FoundMesh> {
     let (ready, options) = (cells.ready, cells.options);
     let before = attempts.len();
     let mut clock = Clock::new(options.timed);
@@ -477,7 +477,7 @@ pub(super) fn mesh_by_cells(
     };
     let source = MeshOrigin::Functions(ready.model.clone());
     let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
-    Ok(Found { meshed, crowded, cell, start, number, extracted })
+    Ok(FoundMesh { meshed, crowded, cell, start, number, extracted })
 }
 
 /// Whether so few triangles face away, and so near to the surface, that another mesh is not worth its time.

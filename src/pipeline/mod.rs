@@ -89,5 +89,5 @@ pub use sampled::{EvalSummary, GridOptions, GridSpacing, boundary_part, eval_poi
 pub use samples::{Sample, SampleComparison, SampleRow, compare_samples};
 pub use sheet::Sheet;
 pub use shown::{shown, shown_healed};
-pub use soup_info::{EdgeInfo, FaceInfo, SoupInfo, soup_info};
+pub use soup_info::{EdgeInfo, SoupFace, SoupInfo, soup_info};
 pub use volume::VolumeLoss;

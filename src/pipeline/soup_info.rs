@@ -37,14 +37,14 @@ pub struct SoupInfo {
     /// The edges themselves, in the order in which loops count them.
     pub graph: Vec<EdgeInfo>,
     /// Geometric faces.
-    pub faces: Vec<FaceInfo>,
+    pub faces: Vec<SoupFace>,
     /// Names of groups.
     pub groups: Vec<String>,
 }
 
 /// One face found in a soup.
 #[derive(Debug, Clone, Serialize)]
-pub struct FaceInfo {
+pub struct SoupFace {
     /// Its name.
     pub name: String,
     /// Its area.
@@ -91,11 +91,11 @@ pub fn soup_info(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
     let named = solid.named();
     let Cut { model, fragments, .. } = solid.model()?;
-    let mut faces: Vec<FaceInfo> = named
+    let mut faces: Vec<SoupFace> = named
         .faces
         .iter()
         .enumerate()
-        .map(|(f, name)| FaceInfo {
+        .map(|(f, name)| SoupFace {
             name: name.clone(),
             area: 0.0,
             triangles: 0,

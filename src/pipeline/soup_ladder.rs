@@ -2,7 +2,7 @@
 
 use super::faults::{Places, Touching, keep_shells};
 use super::history::{Attempt, Tried};
-use super::ladder::{Attempts, Change, Ladder, Seen};
+use super::ladder::{Attempts, Change, Ladder, LadderState};
 use super::soup_patches::patchwork;
 use crate::discrete::Discrete;
 use crate::error::Result;
@@ -152,7 +152,7 @@ impl Ladder for SoupLadder<'_> {
         new.bad.is_empty() && best.is_none_or(|b| new.flaws() < b.flaws())
     }
 
-    fn next(&mut self, seen: &Seen<'_, SoupTrial>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, SoupTrial>) -> Option<(Change, &'static str)> {
         let last = seen.last;
         let crosses = !last.bad.is_empty();
         if FEW * last.bad.len() > last.made.mesh.triangles.len() {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::brep::mesh_tolerant;
 use super::distance::distances;
-use super::ladder::{Attempts, Change, Ladder, MeshAttempt, Seen, climb};
+use super::ladder::{Attempts, Change, Ladder, LadderState, MeshAttempt, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
@@ -93,7 +93,7 @@ impl Ladder for VolumeLadder<'_> {
         best.and_then(share).is_none_or(|b| share(new).is_none_or(|s| s < b))
     }
 
-    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, Self::Made>) -> Option<(Change, &'static str)> {
         self.rounds += 1;
         // What keeps it open is among its shortfalls already.
         let lost = seen.last.1?;

@@ -8,7 +8,7 @@ use crate::spatial::{Aabb, Bvh};
 /// Two segments that have more in common than the point in which one follows the other. Segment `i` of a contour runs from
 /// point `i` to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Meeting {
+pub struct SegmentMeeting {
     /// Contour and segment of the first.
     pub first: [u32; 2],
     /// Contour and segment of the second, which comes later.
@@ -28,7 +28,7 @@ struct ContourSegment {
 
 /// All pairs of segments that meet, ascending. Exact: no tolerance is involved. Segments without length count as points;
 /// contours that touch in a node are found like those that cross.
-pub fn crossings(contours: &[Vec<DVec2>]) -> Vec<Meeting> {
+pub fn crossings(contours: &[Vec<DVec2>]) -> Vec<SegmentMeeting> {
     let segments: Vec<ContourSegment> = contours
         .iter()
         .enumerate()
@@ -50,8 +50,8 @@ pub fn crossings(contours: &[Vec<DVec2>]) -> Vec<Meeting> {
     pairs.into_iter().filter_map(|[i, j]| meet(i, j)).collect()
 }
 
-fn meeting(a: ContourSegment, b: ContourSegment, follows: bool) -> Option<Meeting> {
-    let found = |crosses| Some(Meeting { first: a.number, second: b.number, crosses });
+fn meeting(a: ContourSegment, b: ContourSegment, follows: bool) -> Option<SegmentMeeting> {
+    let found = |crosses| Some(SegmentMeeting { first: a.number, second: b.number, crosses });
     let ([p, q], [r, s]) = (a.ends, b.ends);
     let turns = [orient2d(p, q, r), orient2d(p, q, s), orient2d(r, s, p), orient2d(r, s, q)];
     let apart = |x: f64, y: f64| (x > 0.0 && y < 0.0) || (x < 0.0 && y > 0.0);

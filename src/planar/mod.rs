@@ -10,5 +10,5 @@ mod tests;
 mod trim;
 
 pub use axis::{Axis, medial_axis};
-pub use crossings::{Meeting, crossings};
+pub use crossings::{SegmentMeeting, crossings};
 pub use trim::{Merge, Refusal, Spot, Trimmed, trim};

@@ -29,7 +29,7 @@ fn contours_that_only_follow_do_not_meet() {
     assert!(m.iter().all(|m| m.crosses && m.first == [0, 1]));
     // a corner on a side, and a common stretch
     assert!(meeting(points(&[[1.0, 0.5], [2.0, 0.0], [2.0, 1.0]])).iter().all(|m| !m.crosses && m.first == [0, 1]));
-    assert!(meeting(rectangle([1.0, 0.2], [2.0, 0.8])).contains(&Meeting {
+    assert!(meeting(rectangle([1.0, 0.2], [2.0, 0.8])).contains(&SegmentMeeting {
         first: [0, 1],
         second: [1, 3],
         crosses: false
@@ -39,7 +39,7 @@ fn contours_that_only_follow_do_not_meet() {
     assert!(!crossings(&[spike]).is_empty());
     // a figure of eight
     let eight = points(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]);
-    assert_eq!(crossings(&[eight]), [Meeting { first: [0, 0], second: [0, 2], crosses: true }]);
+    assert_eq!(crossings(&[eight]), [SegmentMeeting { first: [0, 0], second: [0, 2], crosses: true }]);
 }
 
 proptest! {

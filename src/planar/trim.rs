@@ -6,7 +6,7 @@
 use glam::DVec2;
 
 use super::axis::{Axis, ContourSample, axis_of, samples};
-use super::crossings::{Meeting, crossings};
+use super::crossings::{SegmentMeeting, crossings};
 use crate::numeric::predicates::orient2d;
 use crate::spatial::{Aabb, Bvh};
 
@@ -55,7 +55,7 @@ pub struct Trimmed {
 #[allow(missing_docs)]
 pub enum Refusal {
     /// Contours meet: they bound no region, or one that is pinched.
-    Meets(Meeting),
+    Meets(SegmentMeeting),
     /// The place where a contour comes into (or leaves) a narrow part has no partner across the axis.
     Unpaired { at: DVec2, entry: bool },
     /// A width that is not positive, a contour of fewer than three points, coordinates that are not finite, or more than two

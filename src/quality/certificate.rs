@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::check::Check;
 use super::fault::{Fault, first};
-use super::metrics::Shape;
+use super::metrics::TriangleMeasures;
 use crate::mesh::{Defects, TriMesh};
 
 /// Angles below this, degrees, need an excuse.
@@ -65,7 +65,7 @@ impl Angles {
     pub(super) fn add(
         &mut self,
         mesh: &TriMesh,
-        shapes: &[Shape],
+        shapes: &[TriangleMeasures],
         number: u32,
         sharp: impl FnOnce() -> FxHashSet<[u32; 2]>,
     ) {
@@ -106,7 +106,7 @@ impl Spots {
 
 /// What may be wrong with a mesh.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct MeshFaults {
     pub(super) open: Spots,
     pub(super) nonmanifold: Spots,
     pub(super) misoriented: Spots,
@@ -114,7 +114,7 @@ pub(super) struct Found {
     pub(super) crossing: Spots,
 }
 
-impl Found {
+impl MeshFaults {
     pub(super) fn of(mesh: &TriMesh, defects: &Defects) -> Self {
         let middle = |e: &[u32; 2]| 0.5 * (mesh.nodes[e[0] as usize] + mesh.nodes[e[1] as usize]);
         let spots = |edges: &[[u32; 2]]| Spots::new(edges.len(), edges.iter().map(middle));
@@ -130,7 +130,7 @@ impl Found {
 }
 
 impl Certificate {
-    pub(super) fn of(check: &Check, found: Found, expected: Expectation) -> Self {
+    pub(super) fn of(check: &Check, found: MeshFaults, expected: Expectation) -> Self {
         let mut faults = Vec::new();
         if !check.closed && !expected.open {
             faults.push(Fault::Open { edges: found.open.count, places: found.open.places });

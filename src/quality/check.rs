@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::certificate::{Angles, Certificate, Expectation, Found, Spots};
+use super::certificate::{Angles, Certificate, Expectation, MeshFaults, Spots};
 use super::deviation::{Deviation, deviation};
 use super::features::{FeatureRecovery, SHARP_MESH, recovery};
 use super::metrics::{Quality, shapes, summed_up};
@@ -148,7 +148,7 @@ pub fn check_tested(
     let mut angles = Angles::default();
     let sharp = || mesh.sharp_edges(SHARP_MESH).into_iter().map(|[a, b]| [a.min(b), a.max(b)]).collect();
     angles.add(mesh, &shapes, 0, sharp);
-    let found = Found { crossing: crossings, ..Found::of(mesh, &defects) };
+    let found = MeshFaults { crossing: crossings, ..MeshFaults::of(mesh, &defects) };
     check.certificate = Certificate::of(&check, found, expected).with(angles);
     Ok(check)
 }

@@ -205,12 +205,12 @@ impl Serialize for Fault {
             }
         }
         #[derive(Serialize)]
-        struct Told<'a> {
+        struct FaultText<'a> {
             #[serde(flatten)]
             kind: Kind<'a>,
             message: String,
         }
-        Told { kind: Kind(self), message: self.to_string() }.serialize(serializer)
+        FaultText { kind: Kind(self), message: self.to_string() }.serialize(serializer)
     }
 }
 

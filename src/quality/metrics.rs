@@ -8,7 +8,7 @@ use crate::mesh::TriMesh;
 
 /// Shape of one triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shape {
+pub struct TriangleMeasures {
     /// Smallest angle, degrees.
     pub min_angle: f64,
     /// Largest angle, degrees.
@@ -18,7 +18,7 @@ pub struct Shape {
 }
 
 /// Shape of the triangle `a b c`.
-pub fn shape([a, b, c]: [DVec3; 3]) -> Shape {
+pub fn shape([a, b, c]: [DVec3; 3]) -> TriangleMeasures {
     let (u, v, w) = (c - b, a - c, b - a);
     let double = v.cross(w).length();
     let angle = |cosine: f64| double.atan2(cosine).to_degrees();
@@ -28,7 +28,7 @@ pub fn shape([a, b, c]: [DVec3; 3]) -> Shape {
     let s = 0.5 * (x + y + z);
     // 2 (area / s) / (x y z / 4 area)
     let ratio = 8.0 * area * area / (s * x * y * z);
-    Shape {
+    TriangleMeasures {
         min_angle: angles.iter().copied().fold(f64::INFINITY, f64::min),
         max_angle: angles.iter().copied().fold(0.0, f64::max),
         radius_ratio: if ratio.is_finite() { ratio } else { 0.0 },
@@ -55,11 +55,11 @@ pub fn quality(mesh: &TriMesh) -> Quality {
     summed_up(&shapes(mesh))
 }
 
-pub(super) fn shapes(mesh: &TriMesh) -> Vec<Shape> {
+pub(super) fn shapes(mesh: &TriMesh) -> Vec<TriangleMeasures> {
     (0..mesh.triangles.len()).into_par_iter().with_min_len(1024).map(|t| shape(mesh.corners(t))).collect()
 }
 
-pub(super) fn summed_up(shapes: &[Shape]) -> Quality {
+pub(super) fn summed_up(shapes: &[TriangleMeasures]) -> Quality {
     let n = shapes.len();
     if n == 0 {
         return Quality::default();

@@ -17,5 +17,5 @@ pub use check::{Against, Check, GroupSummary, check, check_tested};
 pub use deviation::{Deviation, deviation, facing_away, node_distances};
 pub use fault::Fault;
 pub use features::{FeatureRecovery, SHARP_MESH, SHARP_TRUE, recovery};
-pub use metrics::{Quality, Shape, quality, shape};
+pub use metrics::{Quality, TriangleMeasures, quality, shape};
 pub(crate) use portions::Sums;

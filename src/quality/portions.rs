@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::certificate::{Angles, Certificate, Expectation, Found, Spots};
+use super::certificate::{Angles, Certificate, Expectation, MeshFaults, Spots};
 use super::check::{Check, GroupSummary, add_groups};
 use super::features::SHARP_MESH;
 use super::metrics::{Quality, shapes};
@@ -147,7 +147,7 @@ impl Sums {
         let spots = |edges: &[PlacedEdge]| Spots::new(edges.len(), edges.iter().map(PlacedEdge::middle));
         let pinched = whole.pinched.iter().map(|v| v.1);
         let places = whole.nonmanifold.iter().map(PlacedEdge::middle).chain(pinched);
-        let found = Found {
+        let found = MeshFaults {
             open: spots(&whole.open),
             nonmanifold: Spots::new(whole.nonmanifold.len() + whole.pinched.len(), places),
             misoriented: spots(&whole.misoriented),

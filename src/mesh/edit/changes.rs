@@ -4,7 +4,7 @@ use super::EditMesh;
 
 /// Who keeps track of changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reader {
+pub enum ChangeReader {
     /// Flips for better shapes.
     Shapes = 1,
     /// Flips for even numbers of triangles around the nodes, too.
@@ -22,12 +22,12 @@ impl EditMesh {
     }
 
     /// Whether the node moved, or its triangles are others, since the reader [has seen](Self::set_seen) it.
-    pub fn is_changed(&self, v: u32, reader: Reader) -> bool {
+    pub fn is_changed(&self, v: u32, reader: ChangeReader) -> bool {
         self.changed[v as usize] & reader as u8 != 0
     }
 
     /// The reader has seen the node as it is.
-    pub fn set_seen(&mut self, v: u32, reader: Reader) {
+    pub fn set_seen(&mut self, v: u32, reader: ChangeReader) {
         self.changed[v as usize] &= !(reader as u8);
     }
 

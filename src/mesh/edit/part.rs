@@ -6,7 +6,7 @@ use super::{EditMesh, NONE, next, prev};
 
 /// Some triangles of a mesh on their own: edges to other regions and sharp edges have become a boundary.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct PartMesh {
     /// The triangles, with the labels they had.
     pub mesh: EditMesh,
     /// The node of the whole mesh each node is. A node that the part touches with several fans is there once for each.
@@ -55,7 +55,7 @@ impl Regions {
 
 impl EditMesh {
     /// The triangles of one region on their own; `regions` must be of this mesh as it is.
-    pub fn part(&self, region: u32, regions: &Regions) -> Part {
+    pub fn part(&self, region: u32, regions: &Regions) -> PartMesh {
         let triangles = regions.triangles(region);
         let n = triangles.len();
         let mut mesh = EditMesh {
@@ -104,7 +104,7 @@ impl EditMesh {
                 }
             }
         }
-        Part { mesh, nodes }
+        PartMesh { mesh, nodes }
     }
 
     /// The outgoing half-edge that begins the fan of `h`: on a boundary the one without opposite.

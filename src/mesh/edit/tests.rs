@@ -168,7 +168,7 @@ proptest! {
 }
 
 /// Nodes a reader has not seen.
-fn unseen(m: &EditMesh, reader: Reader) -> Vec<u32> {
+fn unseen(m: &EditMesh, reader: ChangeReader) -> Vec<u32> {
     (0..m.node_capacity() as u32).filter(|&v| m.is_changed(v, reader)).collect()
 }
 
@@ -176,28 +176,28 @@ fn unseen(m: &EditMesh, reader: Reader) -> Vec<u32> {
 fn changes_are_noted_where_they_are_and_for_each_reader() {
     let mut m = EditMesh::new(&sheet(4)).unwrap();
     let see = |m: &mut EditMesh, r| (0..m.node_capacity() as u32).for_each(|v| m.set_seen(v, r));
-    assert_eq!(unseen(&m, Reader::Shapes).len(), 25);
-    see(&mut m, Reader::Shapes);
-    assert!(unseen(&m, Reader::Shapes).is_empty() && unseen(&m, Reader::Places).len() == 25);
-    see(&mut m, Reader::Places);
+    assert_eq!(unseen(&m, ChangeReader::Shapes).len(), 25);
+    see(&mut m, ChangeReader::Shapes);
+    assert!(unseen(&m, ChangeReader::Shapes).is_empty() && unseen(&m, ChangeReader::Places).len() == 25);
+    see(&mut m, ChangeReader::Places);
     // The diagonal of the square between 6, 11, 12 and 7.
     let h = m.edge_between(6, 12).unwrap();
     assert!(m.flip(h));
-    assert_eq!(unseen(&m, Reader::Shapes), [6, 7, 11, 12]);
-    see(&mut m, Reader::Shapes);
-    assert_eq!(unseen(&m, Reader::Places), [6, 7, 11, 12]);
+    assert_eq!(unseen(&m, ChangeReader::Shapes), [6, 7, 11, 12]);
+    see(&mut m, ChangeReader::Shapes);
+    assert_eq!(unseen(&m, ChangeReader::Places), [6, 7, 11, 12]);
     m.set_point(18, DVec3::new(3.1, 3.0, 0.0));
-    assert_eq!(unseen(&m, Reader::Shapes), [18]);
-    see(&mut m, Reader::Shapes);
+    assert_eq!(unseen(&m, ChangeReader::Shapes), [18]);
+    see(&mut m, ChangeReader::Shapes);
     let new = m.split_edge(m.edge_between(17, 18).unwrap(), DVec3::new(3.0, 2.5, 0.0));
     let mut around: Vec<u32> = m.neighbors(new).chain([new]).collect();
     around.sort_unstable();
-    assert_eq!(unseen(&m, Reader::Shapes), around);
-    see(&mut m, Reader::Shapes);
+    assert_eq!(unseen(&m, ChangeReader::Shapes), around);
+    see(&mut m, ChangeReader::Shapes);
     let h = m.edge_between(new, 18).unwrap();
     let h = if m.origin(h) == new { h } else { m.opposite(h) };
     assert!(m.collapse(h, m.point(18)));
     // All around the node that is gone, and the one in its place.
-    assert!(around.iter().filter(|v| **v != new).all(|&v| m.is_changed(v, Reader::Shapes)));
-    assert!(!m.is_changed(0, Reader::Shapes));
+    assert!(around.iter().filter(|v| **v != new).all(|&v| m.is_changed(v, ChangeReader::Shapes)));
+    assert!(!m.is_changed(0, ChangeReader::Shapes));
 }

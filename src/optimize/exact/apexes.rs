@@ -31,7 +31,7 @@ pub(super) fn put_apexes(
     cell: f64,
 ) {
     for (piece, apex) in surface.apexes() {
-        let tip = Tip { piece, apex, surface, cell };
+        let tip = PieceApex { piece, apex, surface, cell };
         let own = |v: &u32| {
             let free = !mesh.is_pinned(*v) && !mesh.is_boundary(*v);
             free && sets[*v as usize] == PieceSet::one(piece) && tip.is_free(mesh, of_triangle, *v)
@@ -54,14 +54,14 @@ pub(super) fn put_apexes(
 }
 
 /// An apex, and the piece it is on.
-struct Tip<'a> {
+struct PieceApex<'a> {
     piece: u32,
     apex: DVec3,
     surface: &'a dyn Pieces,
     cell: f64,
 }
 
-impl Tip<'_> {
+impl PieceApex<'_> {
     fn is_own(&self, of_triangle: &[u32], h: u32) -> bool {
         h != NONE && of_triangle[(h / 3) as usize] == self.piece
     }

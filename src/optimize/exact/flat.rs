@@ -21,7 +21,7 @@ fn is_thin([a, b, c]: [DVec3; 3]) -> bool {
 }
 
 /// What is known of the triangles.
-pub(super) struct Triangles<'a> {
+pub(super) struct TriangleFacts<'a> {
     pub(super) piece: &'a mut [u32],
     /// The face of each, or nothing.
     pub(super) face: &'a mut [u32],
@@ -63,7 +63,7 @@ fn draw_in(mesh: &mut EditMesh, sets: &[PieceSet], surface: &dyn Pieces, cell: f
 pub(super) fn give_strips_away(
     mesh: &mut EditMesh,
     sets: &mut [PieceSet],
-    of: &mut Triangles<'_>,
+    of: &mut TriangleFacts<'_>,
     surface: &dyn Pieces,
     cell: f64,
 ) {

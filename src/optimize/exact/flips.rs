@@ -9,7 +9,7 @@ use super::field::COARSE;
 use super::patchwork::TriangleShape;
 use super::remesh::{FAIR, GOOD, LONG, Remesher, SHARE, SHORT, SLIVER};
 use crate::error::Result;
-use crate::mesh::edit::{NONE, Reader};
+use crate::mesh::edit::{ChangeReader, NONE};
 
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
@@ -38,7 +38,7 @@ impl Remesher<'_> {
 
     fn flip_edges(&mut self, mut fans: Option<Vec<Fan>>) -> Result<usize> {
         let mut count = 0;
-        let reader = if fans.is_some() { Reader::Valences } else { Reader::Shapes };
+        let reader = if fans.is_some() { ChangeReader::Valences } else { ChangeReader::Shapes };
         // Only edges of triangles that changed are looked at again.
         let mut list = self.unseen(reader);
         self.set_seen(reader);

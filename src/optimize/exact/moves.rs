@@ -7,7 +7,7 @@ use super::SLIM;
 use super::patchwork::{PieceSet, plain_shape};
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
 use crate::error::Result;
-use crate::mesh::edit::{NONE, Reader};
+use crate::mesh::edit::{ChangeReader, NONE};
 
 /// Nodes that would move by less than this share of their size stay.
 const STILL: f64 = 0.01;
@@ -80,12 +80,12 @@ impl Remesher<'_> {
         let mut due = vec![false; m.node_capacity()];
         for t in m.triangles() {
             let corners = m.corners(t);
-            if corners.iter().any(|&v| m.is_changed(v, Reader::Places)) {
+            if corners.iter().any(|&v| m.is_changed(v, ChangeReader::Places)) {
                 corners.into_iter().for_each(|v| due[v as usize] = true);
             }
         }
         if self.focus.is_none() {
-            (0..due.len() as u32).for_each(|v| m.set_seen(v, Reader::Places));
+            (0..due.len() as u32).for_each(|v| m.set_seen(v, ChangeReader::Places));
         }
         due
     }
@@ -264,7 +264,7 @@ impl Remesher<'_> {
         if self.work.raw && self.work.by_angles && among.len() == self.work.mesh.triangle_count() {
             self.shapes.resize(self.work.mesh.triangle_capacity(), 0.0);
             list.iter().for_each(|(shape, t)| self.shapes[*t as usize] = *shape);
-            (0..self.work.mesh.node_capacity() as u32).for_each(|v| self.work.mesh.set_seen(v, Reader::Facing));
+            (0..self.work.mesh.node_capacity() as u32).for_each(|v| self.work.mesh.set_seen(v, ChangeReader::Facing));
         }
         list.retain(|x| x.0 < limit);
         list.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));

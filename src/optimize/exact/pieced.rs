@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::apexes::put_apexes;
 use super::concurrent::straighten_borders;
-use super::flat::{Triangles, give_strips_away};
+use super::flat::{TriangleFacts, give_strips_away};
 use super::joints::Pieced;
 use super::patchwork::{Patch, Patchwork, PieceSet};
 use super::pointed::fan_tips;
@@ -40,7 +40,7 @@ pub fn patch_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) -> Re
     let held = nodes_in(&edit, stays);
     hold(&mut edit, &held, true);
     Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.join_corners();
-    let mut of = Triangles { piece: &mut of_triangle, face: &mut faces };
+    let mut of = TriangleFacts { piece: &mut of_triangle, face: &mut faces };
     give_strips_away(&mut edit, &mut sets, &mut of, surface, cell);
     Pieced { mesh: &mut edit, sets: &mut sets, of_triangle: &of_triangle, cell }.pinch(surface);
     // An apex that stays has its node all the same.

@@ -44,7 +44,7 @@ pub(super) fn fan_tips(
     }
     let tips: Vec<Fan> = apexes
         .iter()
-        .filter_map(|(piece, apex)| Tip { mesh, on, faces, surface, piece: *piece, apex: *apex }.find(cell))
+        .filter_map(|(piece, apex)| ApexFan { mesh, on, faces, surface, piece: *piece, apex: *apex }.find(cell))
         .collect();
     if tips.is_empty() {
         return None;
@@ -103,7 +103,7 @@ struct Fan {
 }
 
 /// An apex, and the mesh it is in.
-struct Tip<'a> {
+struct ApexFan<'a> {
     mesh: &'a TriMesh,
     on: &'a [Vec<u32>],
     faces: &'a [u32],
@@ -112,7 +112,7 @@ struct Tip<'a> {
     apex: DVec3,
 }
 
-impl Tip<'_> {
+impl ApexFan<'_> {
     /// The smallest ring that will do.
     fn find(&self, cell: f64) -> Option<Fan> {
         let away = |v: u32| self.mesh.nodes[v as usize].distance(self.apex);

@@ -8,10 +8,10 @@ use glam::DVec3;
 
 use super::ExactOptions;
 use super::patchwork::{Patchwork, PieceSet};
-use super::tips::Tip;
+use super::tips::BorderTip;
 use crate::error::Result;
 use crate::geometry::Pieces;
-use crate::mesh::edit::{NONE, Reader};
+use crate::mesh::edit::{ChangeReader, NONE};
 use crate::run::Run;
 
 /// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
@@ -51,7 +51,7 @@ pub(super) struct Remesher<'a> {
     pub(super) want: Vec<f64>,
     pub(super) rank: Vec<Rank>,
     /// Where two borders meet in a narrow angle, as far as that counts for sizes.
-    pub(super) tips: Vec<Tip>,
+    pub(super) tips: Vec<BorderTip>,
     /// Whether the nodes next to them are where they shall stay.
     pub(super) tips_spaced: bool,
     /// Whether this is a part of a mesh, whose boundary stays.
@@ -164,7 +164,7 @@ impl<'a> Remesher<'a> {
     pub(super) fn shape(&self, t: u32) -> f64 {
         let m = &self.work.mesh;
         match self.shapes.get(t as usize) {
-            Some(known) if !m.corners(t).into_iter().any(|v| m.is_changed(v, Reader::Facing)) => *known,
+            Some(known) if !m.corners(t).into_iter().any(|v| m.is_changed(v, ChangeReader::Facing)) => *known,
             _ => self.work.shape(self.surface, t),
         }
     }
@@ -439,7 +439,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// The triangles to be looked at, but for those around which nothing changed since a reader saw all.
-    pub(super) fn unseen(&self, reader: Reader) -> Vec<u32> {
+    pub(super) fn unseen(&self, reader: ChangeReader) -> Vec<u32> {
         let m = &self.work.mesh;
         let unseen = |t: &u32| {
             let corners = m.corners(*t);
@@ -449,7 +449,7 @@ impl<'a> Remesher<'a> {
     }
 
     /// Notes that a reader has seen all triangles that are to be looked at.
-    pub(super) fn set_seen(&mut self, reader: Reader) {
+    pub(super) fn set_seen(&mut self, reader: ChangeReader) {
         for v in 0..self.work.mesh.node_capacity() as u32 {
             // Of a node that is not looked at, some triangles may not have been.
             if self.sees(v) {

@@ -87,7 +87,7 @@ impl CrossingGuard {
 
 /// A step that may put a triangle right.
 #[derive(Clone, Copy)]
-enum Step {
+enum MendingStep {
     /// The origin of a side goes to its target, which goes to a place.
     Collapse(u32, DVec3),
     Flip(u32),
@@ -162,7 +162,7 @@ impl Remesher<'_> {
 
     /// Puts a node back on its surfaces; whether that could be.
     fn returns(&mut self, v: u32, q: DVec3, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
-        let step = Step::Move(v, q);
+        let step = MendingStep::Move(v, q);
         let fine = |o: &Outcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
         let outcome = if self.work.mesh.is_pinned(v) { None } else { self.outcome(step).filter(fine) };
         outcome.is_some_and(|o| self.take(step, &o, guard, zone))
@@ -175,7 +175,7 @@ impl Remesher<'_> {
         if !m.is_node(v) || m.is_pinned(v) {
             return false;
         }
-        let into = |h: u32| Step::Collapse(h, self.point(m.target(h)));
+        let into = |h: u32| MendingStep::Collapse(h, self.point(m.target(h)));
         let fair = |o: &Outcome| o.worst[1] > 0.0 && o.worst[1] >= o.worst[0].min(FAIR);
         let ways = m.outgoing(v).filter(|h| self.may_collapse(*h)).map(into);
         let all = ways.filter_map(|s| Some((s, self.outcome(s).filter(fair)?))).collect();
@@ -183,9 +183,14 @@ impl Remesher<'_> {
     }
 
     /// Takes the step of the best shape of those after which nothing crosses; whether there is one.
-    fn take_best(&mut self, mut all: Vec<(Step, Outcome)>, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
+    fn take_best(
+        &mut self,
+        mut all: Vec<(MendingStep, Outcome)>,
+        guard: &mut CrossingGuard,
+        zone: &mut [bool],
+    ) -> bool {
         all.sort_by(|a, b| b.1.worst[1].total_cmp(&a.1.worst[1]));
-        let fits = |x: &&(Step, Outcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
+        let fits = |x: &&(MendingStep, Outcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
         let Some(k) = all.iter().position(|x| fits(&x)) else { return false };
         let (step, outcome) = &all[k];
         self.take(*step, outcome, guard, zone)
@@ -200,19 +205,19 @@ impl Remesher<'_> {
 
     /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
     fn put_right(&mut self, t: u32, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
-        let steps: Vec<Step> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
+        let steps: Vec<MendingStep> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
         let gains = |o: &Outcome| o.worst[1] > o.worst[0] + GAIN;
         let all = steps.into_iter().filter_map(|s| Some((s, self.outcome(s).filter(gains)?))).collect();
         self.take_best(all, guard, zone)
     }
 
     /// Steps at a side of a triangle and its origin.
-    fn steps(&self, h: u32) -> Vec<Step> {
+    fn steps(&self, h: u32) -> Vec<MendingStep> {
         let m = &self.work.mesh;
         let a = m.origin(h);
         let sides = [h, m.opposite(h)].into_iter().filter(|s| *s != NONE && self.may_collapse(*s));
-        let mut out = vec![Step::Flip(h)];
-        out.extend(sides.map(|s| Step::Collapse(s, self.point(m.target(s)))));
+        let mut out = vec![MendingStep::Flip(h)];
+        out.extend(sides.map(|s| MendingStep::Collapse(s, self.point(m.target(s)))));
         let near: Vec<DVec3> = match self.rank[a as usize] {
             Rank::Face => m.neighbors(a).map(|v| self.point(v)).collect(),
             Rank::Curve => m.sharp_neighbors(a).map(|v| self.point(v)).collect(),
@@ -221,12 +226,12 @@ impl Remesher<'_> {
         let (p, middle) = (self.point(a), near.iter().sum::<DVec3>() / near.len() as f64);
         let set = self.work.sets[a as usize];
         let place = |share: f64| self.work.settle(self.surface, &set, p.lerp(middle, share), self.want[a as usize]);
-        out.extend(SHARES.into_iter().filter_map(place).map(|q| Step::Move(a, q)));
+        out.extend(SHARES.into_iter().filter_map(place).map(|q| MendingStep::Move(a, q)));
         out
     }
 
     /// What a step would do, where the mesh allows it.
-    fn outcome(&self, step: Step) -> Option<Outcome> {
+    fn outcome(&self, step: MendingStep) -> Option<Outcome> {
         let m = &self.work.mesh;
         let shape = |t: u32, at: [DVec3; 3]| self.work.shape_at(self.surface, m.label(t), at);
         let (mut new, mut then) = (Vec::new(), f64::INFINITY);
@@ -235,7 +240,7 @@ impl Remesher<'_> {
             new.push(Changed { nodes, at });
         };
         let gone: Vec<u32> = match step {
-            Step::Flip(h) => {
+            MendingStep::Flip(h) => {
                 let o = m.opposite(h);
                 if o == NONE || m.is_sharp(h) || !m.can_flip(h) {
                     return None;
@@ -247,14 +252,14 @@ impl Remesher<'_> {
                 add(o / 3, [d, b, c], [s, q, r]);
                 vec![h / 3, o / 3]
             }
-            Step::Move(v, p) => {
+            MendingStep::Move(v, p) => {
                 for e in m.outgoing(v) {
                     let (x, y) = (m.target(e), m.apex(e));
                     add(e / 3, [v, x, y], [p, self.point(x), self.point(y)]);
                 }
                 m.outgoing(v).map(|e| e / 3).collect()
             }
-            Step::Collapse(h, p) => {
+            MendingStep::Collapse(h, p) => {
                 if !m.can_collapse(h) {
                     return None;
                 }
@@ -272,14 +277,14 @@ impl Remesher<'_> {
         Some(Outcome { new, gone, worst: [now, then] })
     }
 
-    fn take(&mut self, step: Step, outcome: &Outcome, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
+    fn take(&mut self, step: MendingStep, outcome: &Outcome, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let taken = match step {
-            Step::Flip(h) => self.work.mesh.flip(h),
-            Step::Move(v, p) => {
+            MendingStep::Flip(h) => self.work.mesh.flip(h),
+            MendingStep::Move(v, p) => {
                 self.work.mesh.set_point(v, p);
                 true
             }
-            Step::Collapse(h, p) => {
+            MendingStep::Collapse(h, p) => {
                 let to = self.work.mesh.target(h);
                 let collapsed = self.work.mesh.collapse(h, p);
                 if collapsed {

@@ -23,7 +23,7 @@ const LONGEST: f64 = 8.0;
 
 /// Where two borders of a patch meet in a narrow angle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Tip {
+pub(super) struct BorderTip {
     node: u32,
     patch: u32,
     /// How long edges there would be without regard to the gap between the borders.
@@ -31,13 +31,13 @@ pub(super) struct Tip {
 }
 
 /// A line, and how long it is up to each of its points.
-struct Line {
+struct TipLine {
     points: Vec<DVec3>,
     lengths: Vec<f64>,
     wants: Vec<f64>,
 }
 
-impl Line {
+impl TipLine {
     fn total(&self) -> f64 {
         self.lengths[self.lengths.len() - 1]
     }
@@ -84,7 +84,7 @@ impl Remesher<'_> {
             }
         }
         let m = &self.work.mesh;
-        let at = |t: &Tip| m.point(t.node);
+        let at = |t: &BorderTip| m.point(t.node);
         let tree = Bvh::new(self.tips.iter().map(|t| Aabb::new(at(t), at(t)).grown(t.reach)).collect());
         for gap in gaps {
             let p = m.point(gap.node);
@@ -100,11 +100,11 @@ impl Remesher<'_> {
         }
     }
 
-    pub(super) fn find_tips(&self) -> Vec<Tip> {
+    pub(super) fn find_tips(&self) -> Vec<BorderTip> {
         let corners = self.work.mesh.nodes().filter(|&v| self.rank[v as usize] == Rank::Corner);
         let at = |node: u32| {
             let reach = self.want[node as usize];
-            self.narrow_at(node).into_iter().map(move |(patch, _)| Tip { node, patch, reach })
+            self.narrow_at(node).into_iter().map(move |(patch, _)| BorderTip { node, patch, reach })
         };
         corners.flat_map(at).collect()
     }
@@ -129,14 +129,14 @@ impl Remesher<'_> {
         found
     }
 
-    fn line(&self, nodes: impl Iterator<Item = u32>) -> Line {
+    fn line(&self, nodes: impl Iterator<Item = u32>) -> TipLine {
         let nodes: Vec<u32> = nodes.collect();
         let points: Vec<DVec3> = nodes.iter().map(|&v| self.point(v)).collect();
         let mut lengths = vec![0.0; points.len()];
         for i in 1..points.len() {
             lengths[i] = lengths[i - 1] + points[i].distance(points[i - 1]);
         }
-        Line { points, lengths, wants: nodes.iter().map(|&v| self.want[v as usize]).collect() }
+        TipLine { points, lengths, wants: nodes.iter().map(|&v| self.want[v as usize]).collect() }
     }
 
     /// For each border the parts of it beside tips, in the order along it.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::Part;
+use super::TestPart;
 use crate::mesh::TriMesh;
 
 /// Corner offsets of the faces of a cell, counter-clockwise seen from outside.
@@ -17,7 +17,7 @@ const FACES: [[[usize; 3]; 4]; 6] = [
 ];
 
 /// Extracts the part's boundary with `n` cells per side.
-pub fn march(part: &Part, n: usize) -> TriMesh {
+pub fn march(part: &TestPart, n: usize) -> TriMesh {
     let h = 2.0 * part.half / n as f64;
     let at = |v: [usize; 3]| DVec3::splat(-part.half) + h * DVec3::from_array(v.map(|k| k as f64));
     let id = |v: [usize; 3]| (v[0] * (n + 1) + v[1]) * (n + 1) + v[2];

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Part;
+use super::TestPart;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, TriMesh, edit::NONE};
 use crate::spatial::segment_foot;
@@ -26,7 +26,7 @@ pub struct Measure {
 }
 
 /// Measures `mesh` against `part`: features within 5 % of `h`, as truth those sharper than 40 degrees.
-pub fn measure(mesh: &TriMesh, part: &Part, h: f64) -> Measure {
+pub fn measure(mesh: &TriMesh, part: &TestPart, h: f64) -> Measure {
     let edit = EditMesh::new(mesh).expect("an oriented manifold");
     let near = 0.05 * h;
     let sharp: Vec<(DVec3, DVec3)> = edit

@@ -6,4 +6,4 @@ mod parts;
 
 pub use march::march;
 pub use measure::measure;
-pub use parts::Part;
+pub use parts::TestPart;

@@ -7,60 +7,60 @@ use crate::numeric::svd::Qef;
 
 /// A primitive with exact distance, negative outside.
 #[derive(Debug, Clone, Copy)]
-pub enum Leaf {
+pub enum TestLeaf {
     Half { normal: DVec3, at: f64 },
     Cylinder { axis: DVec3, at: DVec3, r: f64 },
     Sphere { at: DVec3, r: f64 },
 }
 
-impl Leaf {
+impl TestLeaf {
     fn distance(&self, p: DVec3) -> f64 {
         match *self {
-            Leaf::Half { normal, at } => at - normal.dot(p),
-            Leaf::Cylinder { axis, at, r } => r - (p - at).reject_from_normalized(axis).length(),
-            Leaf::Sphere { at, r } => r - p.distance(at),
+            TestLeaf::Half { normal, at } => at - normal.dot(p),
+            TestLeaf::Cylinder { axis, at, r } => r - (p - at).reject_from_normalized(axis).length(),
+            TestLeaf::Sphere { at, r } => r - p.distance(at),
         }
     }
 
     /// Unit gradient of the distance.
     fn gradient(&self, p: DVec3) -> DVec3 {
         match *self {
-            Leaf::Half { normal, .. } => -normal,
-            Leaf::Cylinder { axis, at, .. } => {
+            TestLeaf::Half { normal, .. } => -normal,
+            TestLeaf::Cylinder { axis, at, .. } => {
                 -(p - at).reject_from_normalized(axis).normalize_or(axis.any_orthonormal_vector())
             }
-            Leaf::Sphere { at, .. } => -(p - at).normalize_or(DVec3::Z),
+            TestLeaf::Sphere { at, .. } => -(p - at).normalize_or(DVec3::Z),
         }
     }
 
     fn curvatures(&self) -> [f64; 2] {
         match *self {
-            Leaf::Half { .. } => [0.0, 0.0],
-            Leaf::Cylinder { r, .. } => [1.0 / r, 0.0],
-            Leaf::Sphere { r, .. } => [1.0 / r, 1.0 / r],
+            TestLeaf::Half { .. } => [0.0, 0.0],
+            TestLeaf::Cylinder { r, .. } => [1.0 / r, 0.0],
+            TestLeaf::Sphere { r, .. } => [1.0 / r, 1.0 / r],
         }
     }
 }
 
 /// An intersection of leaves, some of them complemented: all the test parts are of this kind.
 #[derive(Debug, Clone)]
-pub struct Part {
-    leaves: Vec<(Leaf, f64)>,
+pub struct TestPart {
+    leaves: Vec<(TestLeaf, f64)>,
     pub half: f64,
 }
 
 /// How far from zero a distance may be for a point to count as on the boundary: rounding of a few units.
 const ON: f64 = 1e-9;
 
-impl Part {
+impl TestPart {
     pub fn sphere(r: f64) -> Self {
-        Self { leaves: vec![(Leaf::Sphere { at: DVec3::ZERO, r }, 1.0)], half: 1.3 * r }
+        Self { leaves: vec![(TestLeaf::Sphere { at: DVec3::ZERO, r }, 1.0)], half: 1.3 * r }
     }
 
-    fn cube(turn: DMat3) -> Vec<(Leaf, f64)> {
+    fn cube(turn: DMat3) -> Vec<(TestLeaf, f64)> {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         let halves = axes.iter().flat_map(|&n| [n, -n]);
-        halves.map(|n| (Leaf::Half { normal: turn * n, at: 1.0 }, 1.0)).collect()
+        halves.map(|n| (TestLeaf::Half { normal: turn * n, at: 1.0 }, 1.0)).collect()
     }
 
     pub fn plain_cube(turn: DMat3) -> Self {
@@ -71,7 +71,7 @@ impl Part {
     pub fn cube_with_holes(turn: DMat3) -> Self {
         let mut leaves = Self::cube(turn);
         for axis in [DVec3::X, DVec3::Z] {
-            leaves.push((Leaf::Cylinder { axis: turn * axis, at: DVec3::ZERO, r: 0.4 }, -1.0));
+            leaves.push((TestLeaf::Cylinder { axis: turn * axis, at: DVec3::ZERO, r: 0.4 }, -1.0));
         }
         Self { leaves, half: if turn == DMat3::IDENTITY { 1.237 } else { 1.81 } }
     }
@@ -79,15 +79,15 @@ impl Part {
     /// Cube with a ball taken from a corner.
     pub fn cube_corner_sphere() -> Self {
         let mut leaves = Self::cube(DMat3::IDENTITY);
-        leaves.push((Leaf::Sphere { at: DVec3::ONE, r: 0.8 }, -1.0));
+        leaves.push((TestLeaf::Sphere { at: DVec3::ONE, r: 0.8 }, -1.0));
         Self { leaves, half: 1.237 }
     }
 
     /// Cube with a ball and an infinite cylinder taken away.
     pub fn random_cube(at: DVec3, r: f64, axis: DVec3) -> Self {
         let mut leaves = Self::cube(DMat3::IDENTITY);
-        leaves.push((Leaf::Sphere { at, r }, -1.0));
-        leaves.push((Leaf::Cylinder { axis, at: -at, r: 0.5 * r }, -1.0));
+        leaves.push((TestLeaf::Sphere { at, r }, -1.0));
+        leaves.push((TestLeaf::Cylinder { axis, at: -at, r: 0.5 * r }, -1.0));
         Self { leaves, half: 1.237 }
     }
 
@@ -187,7 +187,7 @@ impl Part {
     }
 }
 
-impl SurfaceOracle for Part {
+impl SurfaceOracle for TestPart {
     fn project(&self, p: DVec3, reach: f64) -> Option<Foot> {
         let near: Vec<usize> =
             (0..self.leaves.len()).filter(|&k| self.leaves[k].0.distance(p).abs() <= reach).collect();

@@ -17,12 +17,12 @@ pub(super) type Along = Option<Coedge>;
 
 /// A chain put into a body: the edge of each piece, and the vertices between them.
 #[derive(Debug, Clone)]
-pub(super) struct Border {
+pub(super) struct BodyChain {
     pub(super) edges: Vec<Along>,
     pub(super) vertices: Vec<u32>,
 }
 
-impl Border {
+impl BodyChain {
     /// The vertex at the start of a piece, or at the end of the last.
     pub(super) fn vertex(&self, i: usize) -> u32 {
         self.vertices[i % self.vertices.len()]
@@ -70,16 +70,16 @@ impl Assembly {
     }
 
     /// A chain with vertices and edges of its own.
-    pub(super) fn border(&mut self, wire: &Wire) -> Border {
+    pub(super) fn border(&mut self, wire: &Wire) -> BodyChain {
         let vertices: Vec<u32> = wire.corners().into_iter().map(|p| self.vertex(p)).collect();
-        Border { edges: self.edges(wire, &vertices), vertices }
+        BodyChain { edges: self.edges(wire, &vertices), vertices }
     }
 
     /// Faces between two chains: `rails[i]` leads from vertex `i` of the first to that of the second.
     pub(super) fn strip(
         &mut self,
         wire: &Wire,
-        [from, to]: [&Border; 2],
+        [from, to]: [&BodyChain; 2],
         rails: &[Along],
         sides: Vec<Side>,
         name: &str,
@@ -102,7 +102,7 @@ impl Assembly {
 
     /// A flat face inside chains: the first is its outer border, counter-clockwise around `normal`, which points out where
     /// `forward`, and in where not. Errors: the chains are not flat.
-    pub(super) fn cap(&mut self, wires: &[Wire], borders: &[Border], forward: bool, name: &str) -> Result<()> {
+    pub(super) fn cap(&mut self, wires: &[Wire], borders: &[BodyChain], forward: bool, name: &str) -> Result<()> {
         let area = wires[0].area_vector();
         let bounds = wires[0].bounds();
         let size = bounds.diagonal();

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::assembly::{Along, Assembly, Border, Side, region, side_by_foot};
+use super::assembly::{Along, Assembly, BodyChain, Side, region, side_by_foot};
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
 use crate::parametric::brep::Brep;
@@ -94,7 +94,7 @@ pub(super) struct ExtrudedStrip {
 
 impl ExtrudedStrip {
     /// Adds the faces and gives the chain at the far end.
-    pub(super) fn add(&self, a: &mut Assembly, wire: &Wire, from: &Border, name: &str) -> Result<(Wire, Border)> {
+    pub(super) fn add(&self, a: &mut Assembly, wire: &Wire, from: &BodyChain, name: &str) -> Result<(Wire, BodyChain)> {
         let s = self.scale;
         let by =
             Similarity { scale: s, translation: self.center + self.shift - s * self.center, ..Similarity::IDENTITY };

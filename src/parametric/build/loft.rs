@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::assembly::{Along, Assembly, Border, Side, side_by_foot};
+use super::assembly::{Along, Assembly, BodyChain, Side, side_by_foot};
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
 use crate::parametric::brep::Brep;
@@ -74,7 +74,7 @@ pub fn loft(sections: &[Section], how: &Loft) -> Result<Brep> {
     let count = sections.iter().filter_map(Section::wire).map(|w| w.pieces().len()).next().unwrap_or(0);
     let border = |a: &mut Assembly, s: &Section| match s {
         Section::Wire(w) => a.border(w),
-        Section::Point(p) => Border { edges: vec![None; count], vertices: vec![a.vertex(*p)] },
+        Section::Point(p) => BodyChain { edges: vec![None; count], vertices: vec![a.vertex(*p)] },
     };
     let n = sections.len();
     let first = border(&mut a, &sections[0]);
@@ -160,7 +160,7 @@ fn curves(sections: &[Section], i: usize) -> Result<Vec<NurbsCurve>> {
     Ok(out)
 }
 
-fn smooth(a: &mut Assembly, sections: &[Section], [from, to]: [&Border; 2], how: &Loft) -> Result<()> {
+fn smooth(a: &mut Assembly, sections: &[Section], [from, to]: [&BodyChain; 2], how: &Loft) -> Result<()> {
     let count = from.edges.len();
     let all: Result<Vec<Vec<NurbsCurve>>> = (0..count).map(|i| curves(sections, i)).collect();
     let all = all?;
@@ -215,7 +215,7 @@ fn round(next: &NurbsCurve, tip: DVec3, center: DVec3, step: f64) -> Vec<DVec4> 
 }
 
 /// The edges between neighboring faces: the rims of their surfaces.
-pub(super) fn rails(a: &mut Assembly, surfaces: &[NurbsSurface], [from, to]: [&Border; 2]) -> Result<Vec<Along>> {
+pub(super) fn rails(a: &mut Assembly, surfaces: &[NurbsSurface], [from, to]: [&BodyChain; 2]) -> Result<Vec<Along>> {
     let count = surfaces.len();
     let corners = from.vertices.len().max(to.vertices.len());
     let closed = corners <= count;
@@ -242,7 +242,7 @@ pub(super) fn rails(a: &mut Assembly, surfaces: &[NurbsSurface], [from, to]: [&B
     Ok(out)
 }
 
-fn straight(a: &mut Assembly, pair: &[Section], [from, to]: [&Border; 2], name: &str) -> Result<()> {
+fn straight(a: &mut Assembly, pair: &[Section], [from, to]: [&BodyChain; 2], name: &str) -> Result<()> {
     let corners = from.vertices.len().max(to.vertices.len());
     let rails: Vec<Along> = (0..corners)
         .map(|i| {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::assembly::{Along, Assembly, Border, Side, side_by_foot};
+use super::assembly::{Along, Assembly, BodyChain, Side, side_by_foot};
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
 use crate::parametric::brep::Brep;
@@ -138,10 +138,10 @@ impl Turn {
         &self,
         a: &mut Assembly,
         wire: &Wire,
-        from: &Border,
+        from: &BodyChain,
         touch: f64,
         name: &str,
-    ) -> Result<(Wire, Border)> {
+    ) -> Result<(Wire, BodyChain)> {
         let full = self.angle >= TAU;
         let end = if full { wire.clone() } else { wire.moved(&self.axis.turn(self.angle)) };
         let corners = wire.corners();
@@ -150,7 +150,7 @@ impl Turn {
             .map(|i| if full || resting[i] { from.vertices[i] } else { a.vertex(end.corners()[i]) })
             .collect();
         let still: Vec<bool> = wire.pieces().iter().map(|p| on_axis(p, &self.axis, touch)).collect();
-        let mut to = Border { edges: from.edges.clone(), vertices };
+        let mut to = BodyChain { edges: from.edges.clone(), vertices };
         if !full {
             for (i, p) in end.pieces().iter().enumerate().filter(|x| !still[x.0]) {
                 let (x, y) = (to.vertex(i), to.vertex(i + 1));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::assembly::{Assembly, Border, region};
+use super::assembly::{Assembly, BodyChain, region};
 use super::wire::{Wire, refuse};
 use crate::error::Result;
 use crate::parametric::brep::{Body, Brep, Coedge, Edge};
@@ -21,7 +21,7 @@ pub fn flat_face(wires: &[Wire]) -> Result<Brep> {
     let Some(first) = wires.first() else { return refuse("nothing to make a face of") };
     let wires = region(wires, first.area_vector().normalize_or_zero())?;
     let mut a = Assembly::default();
-    let borders: Vec<Border> = wires.iter().map(|w| a.border(w)).collect();
+    let borders: Vec<BodyChain> = wires.iter().map(|w| a.border(w)).collect();
     a.cap(&wires, &borders, true, "face")?;
     Ok(a.body("sheet", false))
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec3, DVec4};
 
-use super::assembly::{Assembly, Border, Side, region};
+use super::assembly::{Assembly, BodyChain, Side, region};
 use super::extrude::ExtrudedStrip;
 use super::loft::rails;
 use super::revolve::{Axis, Turn};
@@ -75,7 +75,7 @@ fn full_circle(p: &Piece) -> bool {
 }
 
 /// The faces along one edge of the path.
-fn step(a: &mut Assembly, wire: &Wire, from: &Border, p: &Piece, name: &str) -> Result<(Wire, Border)> {
+fn step(a: &mut Assembly, wire: &Wire, from: &BodyChain, p: &Piece, name: &str) -> Result<(Wire, BodyChain)> {
     match &p.curve {
         Curve::Line { .. } => {
             ExtrudedStrip { shift: p.at(1.0) - p.at(0.0), scale: 1.0, center: DVec3::ZERO }.add(a, wire, from, name)
@@ -104,7 +104,7 @@ struct Station {
     spin: DVec3,
 }
 
-fn carried(a: &mut Assembly, wire: &Wire, from: &Border, p: &Piece, name: &str) -> Result<(Wire, Border)> {
+fn carried(a: &mut Assembly, wire: &Wire, from: &BodyChain, p: &Piece, name: &str) -> Result<(Wire, BodyChain)> {
     let size = wire.bounds().diagonal();
     let curves: Result<Vec<NurbsCurve>> = wire.pieces().iter().map(Piece::to_nurbs).collect();
     let curves = curves?;

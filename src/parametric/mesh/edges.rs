@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::sizes::{EASE, Field};
+use super::sizes::{EASE, SizeField};
 use super::{MeshSizes, Place};
 use crate::geometry::{Like, Strips};
 use crate::parametric::brep::{Brep, Edge};
@@ -273,7 +273,7 @@ pub(super) struct Division {
 
 /// How many parts an edge gets, and where: parameters of its nodes. One edge reaches over each of the [`leads`] at its ends. Edges with neither are as an edge across from them is, and
 /// tell how many parts they have.
-pub(super) fn divide(edge: &Edge, s: &Sampled, field: &Field<'_>, division: Division) -> (Vec<f64>, Option<usize>) {
+pub(super) fn divide(edge: &Edge, s: &Sampled, field: &SizeField<'_>, division: Division) -> (Vec<f64>, Option<usize>) {
     let Division { factor, least, leads, like } = division;
     // The field may fall and rise between two samples: as many places in between as edges may lie there.
     let (mut places, mut sum, mut along) = (vec![s.t[0]], vec![0.0], vec![0.0]);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use super::edges::{Divisions, Lead, Sampled, least_parts, sample};
-use super::sizes::Field;
+use super::sizes::SizeField;
 use super::{MeshSizes, Parametric, Plan};
 use crate::error::Result;
 use crate::geometry::Strips;
@@ -71,7 +71,7 @@ impl Parametric {
         };
         let sampled: Vec<Sampled> = run.install(|| (0..count).into_par_iter().map(of).collect());
         factor.fill(1);
-        let field = Field::everywhere(sizes);
+        let field = SizeField::everywhere(sizes);
         let (least, leads) = (least_parts(&self.brep), vec![[Lead::default(); 2]; count]);
         let (strips, rings) = (Strips::new(count, Vec::new()), vec![Vec::new(); self.brep.faces.len()]);
         let mut out = Aabb::EMPTY;

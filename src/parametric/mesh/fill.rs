@@ -14,7 +14,7 @@ use super::metric::{distortion, mean_metric};
 use super::rings::TipRing;
 use super::sheets::Sheets;
 use crate::parametric::chart::Chart;
-use crate::planar::{Meeting, crossings};
+use crate::planar::{SegmentMeeting, crossings};
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// Cells wider than this many wanted lengths are halved.
@@ -343,7 +343,7 @@ impl Filler<'_> {
             let row = &handles[c as usize];
             [row[i as usize], row[(i as usize + 1) % row.len()]]
         };
-        let meets = |m: &Meeting| m.crosses || !ends(m.first).iter().any(|v| ends(m.second).contains(v));
+        let meets = |m: &SegmentMeeting| m.crosses || !ends(m.first).iter().any(|v| ends(m.second).contains(v));
         let edge = |[c, i]: [u32; 2]| domain.polygons[c as usize][i as usize].edge;
         let bad = crossings(&flat).into_iter().filter(meets).flat_map(|m| [edge(m.first), edge(m.second)]);
         bad.filter(|e| *e != u32::MAX).collect()

@@ -42,7 +42,7 @@ use loops::{Contour, Unroller};
 pub use remedy::Remedy;
 use rings::{Ringed, TipRing};
 use sheets::Sheets;
-use sizes::{Field, Survey};
+use sizes::{SizeField, Survey};
 use vertices::join_vertices;
 
 /// Edges whose contours cross are divided twice as finely, at most this often (\[BOR20\]).
@@ -80,7 +80,7 @@ pub struct MeshSizes<'a> {
 /// The sizes, as a field, the edges they gave, and how many nodes faces have got so far.
 struct Plan<'a> {
     sizes: &'a MeshSizes<'a>,
-    field: &'a Field<'a>,
+    field: &'a SizeField<'a>,
     /// The rings of every face.
     rings: &'a [Vec<TipRing>],
     borders: &'a Borders,
@@ -414,7 +414,7 @@ impl Parametric {
     }
 
     /// Nodes of vertices and edges, where they lie, and the lengths wanted there.
-    fn borders(&self, sampled: &[Sampled], field: &Field<'_>, divisions: Divisions<'_>) -> Borders {
+    fn borders(&self, sampled: &[Sampled], field: &SizeField<'_>, divisions: Divisions<'_>) -> Borders {
         let Divisions { factor, least, leads, strips } = divisions;
         let mut points = self.brep.vertices.clone();
         let mut places: Vec<Place> = (0..points.len() as u32).map(Place::Vertex).collect();

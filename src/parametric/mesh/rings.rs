@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::edges::{Lead, Sampled};
-use super::sizes::Field;
+use super::sizes::SizeField;
 use super::{AT_POLE, MeshSizes, Parametric};
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Pole;
@@ -58,7 +58,7 @@ impl Parametric {
         &self,
         sampled: &[Sampled],
         mut leads: Vec<[Lead; 2]>,
-        field: &Field<'_>,
+        field: &SizeField<'_>,
         sizes: &MeshSizes<'_>,
         run: &Run,
     ) -> Ringed {
@@ -68,7 +68,7 @@ impl Parametric {
     }
 
     /// The rings around the acute tips of every face.
-    fn rings(&self, sampled: &[Sampled], field: &Field<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Vec<Vec<TipRing>> {
+    fn rings(&self, sampled: &[Sampled], field: &SizeField<'_>, sizes: &MeshSizes<'_>, run: &Run) -> Vec<Vec<TipRing>> {
         let of = |f: usize| {
             let chart = &self.charts[f];
             let around: Vec<DVec2> = match chart.poles[..] {

@@ -42,13 +42,13 @@ const AROUND: f64 = 3.0;
 const INTO: f64 = 0.3;
 
 /// The field of wanted lengths.
-pub(super) struct Field<'a> {
+pub(super) struct SizeField<'a> {
     graded: Graded,
     slope: f64,
     place: &'a (dyn Fn(DVec3) -> f64 + Sync),
 }
 
-impl<'a> Field<'a> {
+impl<'a> SizeField<'a> {
     /// The lengths wanted by place alone.
     pub(super) fn everywhere(sizes: &MeshSizes<'a>) -> Self {
         Self { graded: Graded::new(Vec::new(), sizes.grading), slope: sizes.grading, place: sizes.place_size }
@@ -166,7 +166,7 @@ pub(super) fn field<'a>(
     narrow: &mut NarrowPlaces,
     sizes: &MeshSizes<'a>,
     run: &Run,
-) -> Result<(Field<'a>, Strips)> {
+) -> Result<(SizeField<'a>, Strips)> {
     let Survey { brep, faces_of, sampled, leads, .. } = survey;
     let mut sources: Vec<(DVec3, f64)> = Vec::new();
     for s in sampled {
@@ -224,7 +224,7 @@ pub(super) fn field<'a>(
     };
     sources.extend(narrow.faces.iter().flat_map(|f| &f.0).map(fit).filter(|x| x.1 < sizes.size));
     let graded = Graded::new(sources, sizes.grading);
-    Ok((Field { graded, slope: sizes.grading, place: sizes.place_size }, strips))
+    Ok((SizeField { graded, slope: sizes.grading, place: sizes.place_size }, strips))
 }
 
 /// The edge length that fits a place of some width between borders of some radius of curvature, `across` times as long as it is

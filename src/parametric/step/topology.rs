@@ -40,7 +40,7 @@ pub(super) struct BodyBuilder<'a> {
 }
 
 /// What is shared within one placed body.
-struct Placed {
+struct SharedParts {
     place: Similarity,
     units: Units,
     vertices: FxHashMap<u64, u32>,
@@ -59,7 +59,7 @@ impl BodyBuilder<'_> {
         };
         let color = self.colors.get(&id).copied().or(color);
         let mut placed =
-            Placed { place, units, vertices: FxHashMap::default(), edges: FxHashMap::default(), point: 0.0 };
+            SharedParts { place, units, vertices: FxHashMap::default(), edges: FxHashMap::default(), point: 0.0 };
         let mut faces = Vec::new();
         let mut solid = false;
         for (shell, flipped) in shells {
@@ -159,7 +159,7 @@ impl BodyBuilder<'_> {
         around.diagonal()
     }
 
-    fn face(&mut self, id: u64, flipped: bool, placed: &mut Placed, color: Option<[f64; 3]>) -> Read<Face> {
+    fn face(&mut self, id: u64, flipped: bool, placed: &mut SharedParts, color: Option<[f64; 3]>) -> Read<Face> {
         let record = self.look.record(id)?;
         if let Some(values) = record.part("ORIENTED_FACE") {
             let a = Args { record, values };
@@ -186,7 +186,7 @@ impl BodyBuilder<'_> {
         Ok(Face { surface, outward, loops, name, source: id, color })
     }
 
-    fn edge_loop(&mut self, id: u64, placed: &mut Placed) -> Read<Vec<Coedge>> {
+    fn edge_loop(&mut self, id: u64, placed: &mut SharedParts) -> Read<Vec<Coedge>> {
         let a = self.look.args(id, &["EDGE_LOOP", "VERTEX_LOOP", "POLY_LOOP"])?;
         if a.record.part("VERTEX_LOOP").is_some() {
             return Ok(Vec::new());
@@ -255,7 +255,7 @@ impl BodyBuilder<'_> {
     }
 
     /// A loop of straight edges between points; edges are shared by their points.
-    fn poly_loop(&mut self, points: &[u64], placed: &mut Placed) -> Read<Vec<Coedge>> {
+    fn poly_loop(&mut self, points: &[u64], placed: &mut SharedParts) -> Read<Vec<Coedge>> {
         let mut out = Vec::new();
         for (i, &p) in points.iter().enumerate() {
             let q = points[(i + 1) % points.len()];
@@ -280,7 +280,7 @@ impl BodyBuilder<'_> {
         Ok(out)
     }
 
-    fn point_vertex(&mut self, point: u64, placed: &mut Placed) -> Read<u32> {
+    fn point_vertex(&mut self, point: u64, placed: &mut SharedParts) -> Read<u32> {
         if let Some(v) = placed.vertices.get(&point) {
             return Ok(*v);
         }
@@ -291,7 +291,7 @@ impl BodyBuilder<'_> {
         Ok(v)
     }
 
-    fn vertex(&mut self, id: u64, placed: &mut Placed) -> Read<u32> {
+    fn vertex(&mut self, id: u64, placed: &mut SharedParts) -> Read<u32> {
         if let Some(v) = placed.vertices.get(&id) {
             return Ok(*v);
         }
@@ -302,7 +302,7 @@ impl BodyBuilder<'_> {
     }
 
     /// The edge of a record, and whether its curve runs from the record's first vertex to the second.
-    fn edge(&mut self, id: u64, placed: &mut Placed) -> Read<Option<(u32, bool)>> {
+    fn edge(&mut self, id: u64, placed: &mut SharedParts) -> Read<Option<(u32, bool)>> {
         if let Some(e) = placed.edges.get(&id) {
             return Ok(*e);
         }

@@ -35,7 +35,9 @@ use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
 use joint::OperandPieces;
-use operand::{Asked, Made, Wanted, at, extent, load, make_foreign, make_functions, named_groups, with_size};
+use operand::{
+    KnownPieces, OperandGoal, PreparedOperand, at, extent, load, make_foreign, make_functions, named_groups, with_size,
+};
 use remeshing::Remeshing;
 use signed::BoundaryDistance;
 use tree::Operand;
@@ -111,8 +113,8 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     let options = &options.resolved(bounds.diagonal());
     let own = with_size(options, size);
     let for_operands = run.for_a_part();
-    let wanted = Wanted { part, options: &own, size, run: &for_operands };
-    let mut boundaries: Vec<Option<Made>> = Vec::with_capacity(operands.len());
+    let wanted = OperandGoal { part, options: &own, size, run: &for_operands };
+    let mut boundaries: Vec<Option<PreparedOperand>> = Vec::with_capacity(operands.len());
     for (o, read) in operands.iter().zip(loaded) {
         boundaries.push(match (o, read) {
             (Operand::Foreign(placed), Some(read)) => Some(make_foreign(placed, read, &wanted, &mut report)?),
@@ -131,7 +133,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         .collect();
     let around = known.iter().filter(|b| b.is_finite()).fold(bounds, |a, b| a.union(b));
     let mut attempts = Attempts::new(options.timed);
-    let mut made: Vec<Made> = Vec::with_capacity(operands.len());
+    let mut made: Vec<PreparedOperand> = Vec::with_capacity(operands.len());
     for (k, (o, boundary)) in operands.iter().zip(boundaries).enumerate() {
         made.push(match (o, boundary) {
             (_, Some(boundary)) => boundary,
@@ -174,8 +176,9 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
     }
     check_groups(part, numbers.names.iter().map(String::as_str))?;
     report.stage("join", joined.mesh.triangles.len(), &mut clock, run);
-    let asked: Vec<Asked<'_>> = made.iter().map(|m| m.surface.asked()).collect();
-    let joint = OperandPieces { operands: asked.iter().map(Asked::pieces).collect(), home: numbers.home(), scale };
+    let asked: Vec<KnownPieces<'_>> = made.iter().map(|m| m.surface.asked()).collect();
+    let joint =
+        OperandPieces { operands: asked.iter().map(KnownPieces::pieces).collect(), home: numbers.home(), scale };
     let work = prepare(&joined, &numbers, &joint, REACH * size, run)?;
     let PreparedWork { patchwork, tangent, astray } = work;
     let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
@@ -251,7 +254,7 @@ fn exact_options(numbers: &Numbers<'_>, diagonal: f64, size: f64, options: &Mesh
 }
 
 /// Gives the mesh the groups of the part, and those of its operands that have names of their own.
-fn name_groups(part: &Part, mesh: &mut TriMesh, made: &[Made], report: &mut Report) {
+fn name_groups(part: &Part, mesh: &mut TriMesh, made: &[PreparedOperand], report: &mut Report) {
     mesh.groups.clear();
     finish_names(part, mesh, report);
     for (name, faces) in made.iter().flat_map(|m| named_groups(&m.mesh)) {

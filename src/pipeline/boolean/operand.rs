@@ -18,7 +18,7 @@ use super::super::refine::Wishes;
 use super::super::report::Report;
 use super::super::soup_sizes::{feature_sizes, relaxed, sizing};
 use super::super::wish::Wish;
-use super::tree::Placed;
+use super::tree::BoundarySolid;
 use crate::discrete::Discrete;
 use crate::error::{Error, Place, Result};
 use crate::geometry::Pieces;
@@ -50,15 +50,15 @@ impl Loaded {
 }
 
 /// What answers for an operand's surface.
-pub(super) enum Surface {
+pub(super) enum OperandSurface {
     Triangles(Box<Discrete>),
     Faces(Box<Parametric>),
     Functions(Box<(Ready, Extracted)>),
 }
 
 /// An operand ready to be joined with others.
-pub(super) struct Made {
-    pub(super) surface: Surface,
+pub(super) struct PreparedOperand {
+    pub(super) surface: OperandSurface,
     /// Closed, without self-intersections; labels are indices of `mesh.faces`.
     pub(super) mesh: TriMesh,
     /// The piece of each triangle.
@@ -76,33 +76,33 @@ pub(super) struct Made {
 }
 
 /// What is asked for the surface of an operand.
-pub(super) enum Asked<'a> {
+pub(super) enum KnownPieces<'a> {
     Known(&'a dyn Pieces),
     Leaves(ImplicitOracle<'a>),
 }
 
-impl Asked<'_> {
+impl KnownPieces<'_> {
     pub(super) fn pieces(&self) -> &dyn Pieces {
         match self {
-            Asked::Known(pieces) => *pieces,
-            Asked::Leaves(oracle) => oracle,
+            KnownPieces::Known(pieces) => *pieces,
+            KnownPieces::Leaves(oracle) => oracle,
         }
     }
 }
 
-impl Surface {
-    pub(super) fn asked(&self) -> Asked<'_> {
+impl OperandSurface {
+    pub(super) fn asked(&self) -> KnownPieces<'_> {
         match self {
-            Surface::Triangles(solid) => Asked::Known(&**solid),
-            Surface::Faces(solid) => Asked::Known(&**solid),
-            Surface::Functions(made) => Asked::Leaves(ImplicitOracle::new(&made.0.model, &made.1)),
+            OperandSurface::Triangles(solid) => KnownPieces::Known(&**solid),
+            OperandSurface::Faces(solid) => KnownPieces::Known(&**solid),
+            OperandSurface::Functions(made) => KnownPieces::Leaves(ImplicitOracle::new(&made.0.model, &made.1)),
         }
     }
 }
 
 /// What every operand is made for.
 #[derive(Clone, Copy)]
-pub(super) struct Wanted<'a> {
+pub(super) struct OperandGoal<'a> {
     pub(super) part: &'a Part,
     /// Its size is that of `size`.
     pub(super) options: &'a MeshOptions,
@@ -112,7 +112,7 @@ pub(super) struct Wanted<'a> {
 }
 
 /// Gives an error of a file or of geometry the place in the part file, with what it was about.
-pub(super) fn at(placed: &Placed, e: Error) -> Error {
+pub(super) fn at(placed: &BoundarySolid, e: Error) -> Error {
     match e {
         Error::Cancelled => Error::Cancelled,
         // Something inside a recipe, which knows its own place.
@@ -129,7 +129,7 @@ pub(super) fn at(placed: &Placed, e: Error) -> Error {
 
 /// What faces of a solid are called by, where the part file says nothing: its file without folder and ending. With an empty name they
 /// keep their own.
-fn name_of(placed: &Placed) -> Option<String> {
+fn name_of(placed: &BoundarySolid) -> Option<String> {
     if let Some(name) = &placed.name {
         return (!name.is_empty()).then(|| name.to_string());
     }
@@ -143,7 +143,7 @@ fn name_of(placed: &Placed) -> Option<String> {
 /// Reads a solid given by its boundary and puts it in its place. `folder` is the part file's.
 ///
 /// Errors: what cannot be read or is no closed surface, at its place in the part file.
-pub(super) fn load(placed: &Placed, folder: &Path, run: &Run) -> Result<Loaded> {
+pub(super) fn load(placed: &BoundarySolid, folder: &Path, run: &Run) -> Result<Loaded> {
     let read = || -> Result<Loaded> {
         let brep = match &placed.solid.source {
             Boundary::Mesh(path) => {
@@ -182,7 +182,7 @@ pub(super) fn load(placed: &Placed, folder: &Path, run: &Run) -> Result<Loaded> 
     read().map_err(|e| at(placed, e))
 }
 
-fn load_triangles(placed: &Placed, mesh: &TriMesh, run: &Run) -> Result<TriMesh> {
+fn load_triangles(placed: &BoundarySolid, mesh: &TriMesh, run: &Run) -> Result<TriMesh> {
     let mut mesh = mesh.clone();
     mesh.validate()?;
     mesh.drop_unused_nodes();
@@ -222,7 +222,12 @@ fn place(mesh: &mut TriMesh, by: &Placement) {
 /// Makes an operand of a solid given by its boundary.
 ///
 /// Errors: what cannot be meshed, at its place in the part file.
-pub(super) fn make_foreign(placed: &Placed, loaded: Loaded, wanted: &Wanted<'_>, report: &mut Report) -> Result<Made> {
+pub(super) fn make_foreign(
+    placed: &BoundarySolid,
+    loaded: Loaded,
+    wanted: &OperandGoal<'_>,
+    report: &mut Report,
+) -> Result<PreparedOperand> {
     let mut made = match loaded {
         Loaded::Triangles(mesh) => of_triangles(&mesh, wanted, report),
         Loaded::Faces(solid) => of_faces(solid, wanted, report),
@@ -238,8 +243,8 @@ pub(super) fn make_foreign(placed: &Placed, loaded: Loaded, wanted: &Wanted<'_>,
     Ok(made)
 }
 
-fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Result<Made> {
-    let Wanted { options, size, run, .. } = *wanted;
+fn of_triangles(mesh: &TriMesh, wanted: &OperandGoal<'_>, report: &mut Report) -> Result<PreparedOperand> {
+    let OperandGoal { options, size, run, .. } = *wanted;
     let soup = SoupOptions::default();
     covering(mesh.area(), size, run)?;
     let solid = Discrete::new(mesh, &discrete_options(&soup, size), run)?;
@@ -254,8 +259,8 @@ fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Res
     }
     let pinned = m.nodes().map(|v| m.is_pinned(v)).collect();
     let (pieces, count, faces) = (named.labels.clone(), solid.face_count() as u32, named.faces.len());
-    Ok(Made {
-        surface: Surface::Triangles(Box::new(solid)),
+    Ok(PreparedOperand {
+        surface: OperandSurface::Triangles(Box::new(solid)),
         mesh: named,
         pieces,
         count,
@@ -266,8 +271,8 @@ fn of_triangles(mesh: &TriMesh, wanted: &Wanted<'_>, report: &mut Report) -> Res
     })
 }
 
-fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) -> Result<Made> {
-    let Wanted { options, size, run, .. } = *wanted;
+fn of_faces(solid: Box<Parametric>, wanted: &OperandGoal<'_>, report: &mut Report) -> Result<PreparedOperand> {
+    let OperandGoal { options, size, run, .. } = *wanted;
     // First triangles are what a set operation starts from, and not remeshed.
     let alone = Report { size, ..report.clone() };
     let wishes = Wishes::default();
@@ -291,7 +296,7 @@ fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) ->
         Lies::Face(_) => is_tip(*p),
     });
     let (pinned, faces) = (pinned.collect(), mesh.faces.len());
-    Ok(Made {
+    Ok(PreparedOperand {
         mesh,
         pieces: made.pieces,
         count: solid.piece_count(),
@@ -299,7 +304,7 @@ fn of_faces(solid: Box<Parametric>, wanted: &Wanted<'_>, report: &mut Report) ->
         pinned,
         face_sizes: vec![None; faces],
         walled: None,
-        surface: Surface::Faces(solid),
+        surface: OperandSurface::Faces(solid),
     })
 }
 
@@ -314,11 +319,11 @@ pub(super) fn extent(solid: &Solid, part: &Part) -> Aabb {
 pub(super) fn make_functions(
     solid: &Solid,
     domain: Option<Aabb>,
-    wanted: &Wanted<'_>,
+    wanted: &OperandGoal<'_>,
     attempts: &mut Attempts,
     report: &mut Report,
-) -> Result<Made> {
-    let Wanted { part, options, run, .. } = *wanted;
+) -> Result<PreparedOperand> {
+    let OperandGoal { part, options, run, .. } = *wanted;
     let alone = Part { solid: Some(solid.clone()), domain, built: Vec::new(), groups: Vec::new(), ..part.clone() };
     let ready = Ready::new(&alone, options.size)?;
     let mut own = Attempts::new(options.timed);
@@ -337,7 +342,7 @@ pub(super) fn make_functions(
     let face_sizes: Vec<Option<f64>> = ready.model.faces().iter().map(|f| f.size).collect();
     let (mesh, mut pieces) = (best.exact.mesh, best.exact.pieces);
     let count = ready.model.leaf_count() as u32;
-    let surface = Surface::Functions(Box::new((ready, best.scout.extracted)));
+    let surface = OperandSurface::Functions(Box::new((ready, best.scout.extracted)));
     let (mut sizes, mut pinned) = (vec![f64::INFINITY; mesh.nodes.len()], vec![false; mesh.nodes.len()]);
     let asked = surface.asked();
     let oracle = asked.pieces();
@@ -356,7 +361,7 @@ pub(super) fn make_functions(
         pinned.iter_mut().zip(&mesh.nodes).for_each(|(pin, p)| *pin |= p.distance(apex) <= near);
     }
     drop(asked);
-    Ok(Made { surface, mesh, pieces, count, sizes, pinned, face_sizes, walled: domain })
+    Ok(PreparedOperand { surface, mesh, pieces, count, sizes, pinned, face_sizes, walled: domain })
 }
 
 /// A size as a length.

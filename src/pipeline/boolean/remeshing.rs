@@ -1,7 +1,7 @@
 //! Remeshing what was joined, with shorter edges around triangles at fault.
 
 use super::super::history::{Attempt, Tried};
-use super::super::ladder::{Attempts, Change, Ladder, Seen};
+use super::super::ladder::{Attempts, Change, Ladder, LadderState};
 use super::joint::OperandPieces;
 use crate::error::Result;
 use crate::mesh::TriMesh;
@@ -66,7 +66,7 @@ impl Ladder for Remeshing<'_> {
         best.is_none_or(|b| faults(&new.0) < faults(&b.0))
     }
 
-    fn next(&mut self, seen: &Seen<'_, Self::Made>) -> Option<(Change, &'static str)> {
+    fn next(&mut self, seen: &LadderState<'_, Self::Made>) -> Option<(Change, &'static str)> {
         const WHY: &str = "triangles are at fault";
         let last = &seen.last.0;
         if faults(last) == 0 {

@@ -28,12 +28,12 @@ pub(super) enum OperandTree {
 #[derive(Debug, Clone)]
 pub(super) enum Operand {
     Functions(Solid),
-    Foreign(Placed),
+    Foreign(BoundarySolid),
 }
 
 /// A solid given by its boundary, with what the tree above says of it.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
+pub(super) struct BoundarySolid {
     pub(super) solid: Arc<Foreign>,
     pub(super) placement: Placement,
     pub(super) name: Option<Arc<str>>,
@@ -192,7 +192,7 @@ impl Above {
     }
 }
 
-struct Reader {
+struct TreeReader {
     holders: Holders,
     operands: Vec<Operand>,
 }
@@ -201,12 +201,12 @@ struct Reader {
 ///
 /// Errors: a solid given by its boundary in a blend, at its place in the part file; a tree that is too deep.
 pub(super) fn read(solid: &Solid) -> Result<(OperandTree, Vec<Operand>)> {
-    let mut reader = Reader { holders: holders(solid), operands: Vec::new() };
+    let mut reader = TreeReader { holders: holders(solid), operands: Vec::new() };
     let tree = reader.read(solid, Above { placement: Placement::IDENTITY, name: None, size: None }, 0)?;
     Ok((tree, reader.operands))
 }
 
-impl Reader {
+impl TreeReader {
     fn holds(&self, s: &Solid) -> bool {
         self.holders.contains(&std::ptr::from_ref(s.node()))
     }
@@ -242,7 +242,12 @@ impl Reader {
                 SolidNode::Not(s) => return Ok(OperandTree::Not(Box::new(self.read(s, above, depth + 1)?))),
                 SolidNode::Primitive(Primitive::Foreign(f)) => {
                     let Above { placement, name, size } = above;
-                    return Ok(self.operand(Operand::Foreign(Placed { solid: f.clone(), placement, name, size })));
+                    return Ok(self.operand(Operand::Foreign(BoundarySolid {
+                        solid: f.clone(),
+                        placement,
+                        name,
+                        size,
+                    })));
                 }
                 SolidNode::And(_) | SolidNode::Or(_) => return self.chain(solid, &above, depth),
                 SolidNode::Blend(..) => return Err(refuse_blend(solid)),

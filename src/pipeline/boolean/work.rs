@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::joint::{OperandPieces, TANGENT};
-use super::operand::Made;
+use super::operand::PreparedOperand;
 use crate::error::{Error, Result};
 use crate::geometry::Pieces;
 use crate::heal::Joined;
@@ -22,7 +22,7 @@ const FLUSH: f64 = 1e-11;
 const SQUARE: f64 = 1e-12;
 
 /// Gives faces of several operands that lie in one plane square to an axis the very same coordinate, so that they coincide exactly.
-pub(super) fn align(made: &mut [Made], scale: f64) {
+pub(super) fn align(made: &mut [PreparedOperand], scale: f64) {
     // Axis, coordinate, operand.
     let mut found: Vec<(usize, f64, usize)> = Vec::new();
     let mut nodes: Vec<Vec<(usize, u32)>> = Vec::new();
@@ -71,7 +71,7 @@ const CHANCE: usize = 3;
 const FACING: f64 = 0.86;
 
 /// A place where curved or slanting surfaces of two operands coincide. Their triangles would cut each other all over by chance alone.
-pub(super) fn coinciding(made: &[Made], scale: f64, run: &Run) -> Result<Option<DVec3>> {
+pub(super) fn coinciding(made: &[PreparedOperand], scale: f64, run: &Run) -> Result<Option<DVec3>> {
     let near = SAME * scale;
     for a in made {
         for b in made.iter().filter(|b| !std::ptr::eq(*b, a)) {
@@ -120,7 +120,7 @@ pub(super) fn coinciding(made: &[Made], scale: f64, run: &Run) -> Result<Option<
 
 /// All operands with their numbers in the joint.
 pub(super) struct Numbers<'a> {
-    pub(super) made: &'a [Made],
+    pub(super) made: &'a [PreparedOperand],
     /// The first triangle, node, piece and face of each operand.
     triangles: Vec<u32>,
     nodes: Vec<u32>,
@@ -134,10 +134,10 @@ pub(super) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    pub(super) fn new(made: &'a [Made]) -> Self {
-        let starts = |count: &dyn Fn(&Made) -> usize| {
+    pub(super) fn new(made: &'a [PreparedOperand]) -> Self {
+        let starts = |count: &dyn Fn(&PreparedOperand) -> usize| {
             let mut sum = 0;
-            let start = |m: &Made| {
+            let start = |m: &PreparedOperand| {
                 let now = sum;
                 sum += count(m);
                 now as u32

@@ -34,9 +34,9 @@ impl ByteWriter {
 }
 
 /// Bytes to be read; nothing is read beyond their end.
-pub(super) struct Reader<'a>(pub(super) &'a [u8]);
+pub(super) struct ByteReader<'a>(pub(super) &'a [u8]);
 
-impl Reader<'_> {
+impl ByteReader<'_> {
     pub(super) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (first, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;

@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use sha2::{Digest, Sha256};
 
 use super::super::history::{Proof, UnprovedPlace};
-use super::bytes::{ByteWriter, Reader};
+use super::bytes::{ByteReader, ByteWriter};
 use super::plan::BrickPlan;
 use crate::error::{Error, Place};
 use crate::implicit::{EndKey, Unproved};
@@ -133,7 +133,7 @@ fn index(head: &[u8], plan: &[u8; 32], which: Which) -> Result<Vec<FileSection>,
     if Sha256::digest(body)[..] != digest[..] {
         return Err(DAMAGED);
     }
-    let mut r = Reader(body);
+    let mut r = ByteReader(body);
     let header = (r.take::<8>(), r.take::<32>(), r.u32(), r.u32(), r.u64());
     if header.0 != Some(MAGIC) {
         return Err("it is no piece of a mesh");
@@ -282,7 +282,7 @@ impl BrickPiece {
     }
 
     fn parse_body(body: &[u8]) -> Option<Self> {
-        let mut r = Reader(body);
+        let mut r = ByteReader(body);
         let mut p = BrickPiece { nodes: r.points()?, ..BrickPiece::default() };
         p.triangles = r.triangles(p.nodes.len())?;
         p.faces = r.numbers(p.triangles.len())?;
@@ -311,7 +311,7 @@ impl Handed {
     }
 
     fn parse(body: &[u8], to: u32) -> Option<Self> {
-        let mut r = Reader(body);
+        let mut r = ByteReader(body);
         let mut h = Handed { to, nodes: r.points()?, ..Handed::default() };
         for _ in 0..h.nodes.len() {
             h.on.push([r.u32()?, r.u32()?, r.u32()?, r.u32()?]);

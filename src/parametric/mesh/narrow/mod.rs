@@ -17,7 +17,7 @@ use crate::parametric::brep::{Brep, Edge, Face};
 use crate::parametric::chart::Chart;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, segment_foot};
-use regions::Region;
+use regions::NarrowRegion;
 
 /// Narrow regions are this many times as long as narrow, at least: corners of more than 7 degrees are none.
 const LONG: f64 = 8.0;
@@ -95,7 +95,7 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
                 break;
             }
             let (name, source) = (face.name.clone(), face.source);
-            let goes = |region: &Region| match walls {
+            let goes = |region: &NarrowRegion| match walls {
                 Walls::Keep => !is_wall(&out.brep, f, region),
                 Walls::Necks => region.open == [true; 2] || !is_wall(&out.brep, f, region),
                 Walls::Cut => true,
@@ -126,7 +126,7 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
 }
 
 /// Whether the faces beyond both sides of a region face away from each other, or towards each other.
-fn is_wall(brep: &Brep, face: u32, region: &Region) -> bool {
+fn is_wall(brep: &Brep, face: u32, region: &NarrowRegion) -> bool {
     let normal = |side: usize, pair: [usize; 2]| {
         let (side, i) = (&region.sides[side], pair[side]);
         let edge = side.legs[i.min(side.legs.len() - 1)].edge;

@@ -37,7 +37,7 @@ pub(super) struct Side {
 
 /// A narrow region: its two sides, both from the same end of it, and which points of them lie across from each other.
 #[derive(Debug, Clone)]
-pub(super) struct Region {
+pub(super) struct NarrowRegion {
     pub(super) sides: [Side; 2],
     /// Indices of points, ascending on both sides.
     pub(super) pairs: Vec<[usize; 2]>,
@@ -88,7 +88,7 @@ impl Side {
     }
 }
 
-impl Region {
+impl NarrowRegion {
     /// A place in the middle, and how wide it is there.
     pub(super) fn place(&self) -> (DVec3, f64) {
         let [a, b] = self.across(self.pairs.len() / 2);
@@ -121,8 +121,8 @@ pub(super) fn find(
     face: u32,
     lines: &EdgeLines,
     width: f64,
-    goes: &dyn Fn(&Region) -> bool,
-) -> Result<Option<Region>, String> {
+    goes: &dyn Fn(&NarrowRegion) -> bool,
+) -> Result<Option<NarrowRegion>, String> {
     let f = &brep.faces[face as usize];
     let of = |e: u32| lines.chains[e as usize].nodes.iter().map(|v| lines.points[*v as usize]);
     let around = Aabb::around(f.loops.iter().flatten().flat_map(|c| of(c.edge)));
@@ -365,7 +365,7 @@ fn folded(side: Side) -> [Side; 2] {
 }
 
 /// Pairs what lies across, if the region is long and narrow. It goes on into the rest of the face where it is `open`.
-fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Region>, String> {
+fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<NarrowRegion>, String> {
     let [a, b] = &sides;
     if a.points.len() < 2 || b.points.len() < 2 || a.length().min(b.length()) < LONG * width {
         return Ok(None);
@@ -382,7 +382,7 @@ fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Region
         at = if to == at { next } else { to };
         pairs.push(at);
     }
-    let mut region = Region { sides, pairs, joints: Vec::new(), open };
+    let mut region = NarrowRegion { sides, pairs, joints: Vec::new(), open };
     for k in 0..region.pairs.len() {
         let [p, q] = region.across(k);
         if p.distance(q) > WIDER * width {
@@ -394,7 +394,7 @@ fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<Region
 }
 
 /// Both ends, and every vertex with what lies across from it: a vertex nearer than `width` where there is one.
-fn joints(region: &Region, width: f64) -> Result<Vec<[usize; 2]>, String> {
+fn joints(region: &NarrowRegion, width: f64) -> Result<Vec<[usize; 2]>, String> {
     let [a, b] = &region.sides;
     let ways = [ways(&a.points), ways(&b.points)];
     let vertices = |k: usize| {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::regions::{Leg, Region, Side};
+use super::regions::{Leg, NarrowRegion, Side};
 use crate::numeric::Sets;
 use crate::parametric::brep::{Brep, Coedge, Edge};
 use crate::parametric::curve::Curve;
@@ -28,7 +28,7 @@ struct Piece {
 }
 
 /// A model without a region of one of its faces; an error says why it cannot be closed.
-pub(super) fn close(brep: &Brep, face: u32, region: &Region, width: f64) -> Result<Brep, String> {
+pub(super) fn close(brep: &Brep, face: u32, region: &NarrowRegion, width: f64) -> Result<Brep, String> {
     let mut out = brep.clone();
     let known = out.vertices.len() as u32;
     let mut cuts: FxHashMap<u32, Vec<(f64, u32)>> = FxHashMap::default();
@@ -188,7 +188,7 @@ fn piece(
 
 /// The curve midway between the sides from one joint to the next, and its range.
 fn middle(
-    region: &Region,
+    region: &NarrowRegion,
     from: [usize; 2],
     to: [usize; 2],
     forward: bool,
