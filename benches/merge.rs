@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use rvachev::merge::{Merged, Replacement};
 use rvachev::mesh::view::par_ranges;
 use rvachev::mesh::{CellRun, MeshView, TriMesh};
-use rvachev::model::{Boundary, Cells, FaceFragment, Fragments, Model, from_mesh};
+use rvachev::model::{BorderNodes, Cells, FaceFragment, Fragments, Model, from_mesh};
 use rvachev::{DVec3, Run};
 
 #[path = "../tests/common/counting.rs"]
@@ -448,7 +448,7 @@ fn editing(mut view: Merged) {
     let face = view.fragments().face(100);
     let Cells::ShortTriangles([cells @ .., _]) = face.cells() else { return };
     let segments: Vec<u32> = face.stretches().collect();
-    let border = Boundary::First(face.border().len() as u32);
+    let border = BorderNodes::First(face.border().len() as u32);
     let other = FaceFragment::new(face.nodes().copied().collect(), Cells::ShortTriangles(cells), &border, &[segments]);
     let face = face.to_fragment();
     let (_, moved) = cost(20, || view.move_inner(100, |p| p.z += 1e-3));

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use rvachev::Error;
 use rvachev::io::Grouping;
 use rvachev::pipeline::{
-    Coloring, GridOptions, GridSpacing, HealOptions, MeshOptions, Method, PictureOptions, Sheet, SizeRequest,
+    Coloring, GridOptions, GridSpacing, HealOptions, MeshOptions, Method, PictureOptions, PictureSheet, SizeRequest,
     SoupOptions,
 };
 
@@ -166,8 +166,8 @@ impl Asked {
     }
 
     /// The picture of a comparison, if one is wanted.
-    pub fn sheet(&self) -> Result<Option<Sheet>, Failure> {
-        Ok(self.png.as_ref().map(|path| Sheet::new(path, self.color)).transpose()?)
+    pub fn sheet(&self) -> Result<Option<PictureSheet>, Failure> {
+        Ok(self.png.as_ref().map(|path| PictureSheet::new(path, self.color)).transpose()?)
     }
 
     fn set(&mut self, name: &str, v: &str) -> Result<(), Failure> {

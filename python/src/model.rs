@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rvachev::mesh::TriMesh;
 use rvachev::parametric::step::StepModel;
-use rvachev::pipeline::{self, PictureOptions, Sheet};
+use rvachev::pipeline::{self, PictureOptions, PictureSheet};
 use rvachev::{Error, Run};
 use serde::Serialize;
 
@@ -88,7 +88,7 @@ pub fn compare<'py>(
 struct Wished {
     options: Options,
     /// Its picture.
-    sheet: Option<Sheet>,
+    sheet: Option<PictureSheet>,
 }
 
 /// Options of a comparison; those of its picture are taken out of the dict.
@@ -113,7 +113,7 @@ fn wished(options: Option<&Bound<'_, PyDict>>, size: Option<&Bound<'_, PyAny>>) 
         };
         sheet = match (png, color) {
             (Some(path), color) => {
-                Some(Sheet::new(&path.extract::<PathBuf>()?, color).map_err(|e| raise(all.py(), &e))?)
+                Some(PictureSheet::new(&path.extract::<PathBuf>()?, color).map_err(|e| raise(all.py(), &e))?)
             }
             (None, None) => None,
             (None, Some(_)) => {

@@ -30,13 +30,13 @@ pub enum Command {
     /// Measure every stage of every method on one part, or all methods on three samples
     Compare(Compare),
     /// Measure a mesh, however it was made, or tell what is wrong with a STEP model
-    Check(Check),
+    Check(CheckArguments),
     /// Repair a mesh: close holes, join borders, part what intersects
     Heal(Heal),
     /// Join mesh files to one mesh where their nodes match
-    Join(super::join::Join),
+    Join(super::join::JoinArguments),
     /// Tell what is in a part
-    Info(Info),
+    Info(InfoArguments),
     /// Walk over a mesh from one point to another by the shortest way
     Path(Way),
     /// Evaluate a part's function at points: value, gradient, inside or not, the face that decides
@@ -48,11 +48,11 @@ pub enum Command {
     /// Draw a mesh
     Render(Render),
     /// Plan a mesh made brick by brick, by several processes or machines
-    Plan(super::bricks::Plan),
+    Plan(super::bricks::PlanArguments),
     /// Make bricks of a plan
     Brick(super::bricks::Brick),
     /// Merge the bricks of a plan to one mesh
-    Merge(super::bricks::Merge),
+    Merge(super::bricks::MergeArguments),
     /// Print the options in the form a shell completes them from
     Completions(super::manual::Completions),
     /// Write man pages
@@ -61,7 +61,7 @@ pub enum Command {
 
 /// What all commands that work have in common.
 #[derive(Debug, Args)]
-pub struct Common {
+pub struct CommonArguments {
     /// Threads to use (0: as many as there are); results never depend on it
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = threads)]
     pub threads: usize,
@@ -83,7 +83,7 @@ pub struct PartFile {
 
 /// How to mesh.
 #[derive(Debug, Args)]
-pub struct How {
+pub struct MeshingArguments {
     /// Cell size: a length, or a share of the diagonal such as 2%
     #[arg(long, value_name = "H", value_parser = size)]
     pub size: Option<SizeRequest>,
@@ -166,7 +166,7 @@ pub struct Mesh {
     #[arg(long, conflicts_with_all = ["output", "watch", "bricks", "png", "html", "report", "remesh"])]
     pub dry_run: bool,
     #[command(flatten)]
-    pub how: How,
+    pub how: MeshingArguments,
     #[command(flatten)]
     pub anew: super::remesh::Anew,
     #[command(flatten)]
@@ -202,7 +202,7 @@ pub struct Mesh {
     #[arg(long)]
     pub watch: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
     /// Which options were written, not there by default.
     #[arg(skip)]
     pub given: WrittenOptions,
@@ -224,7 +224,7 @@ pub struct ViewPage {
     #[arg(long, value_name = "N", requires = "serve", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
     #[command(flatten)]
-    pub how: How,
+    pub how: MeshingArguments,
     #[command(flatten)]
     pub triangles: Triangles,
     /// How edges are made, as for `mesh` [default: leaf, with --sequence operators]
@@ -233,7 +233,7 @@ pub struct ViewPage {
     #[command(flatten)]
     pub operators: Operators,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
     /// Which options were written, not there by default.
     #[arg(skip)]
     pub given: WrittenOptions,
@@ -304,7 +304,7 @@ pub struct Eval {
     #[arg(short, long, value_name = "CSV")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 /// A regular grid over a part's box.
@@ -334,7 +334,7 @@ pub struct GridFile {
     #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = positive)]
     pub memory: f64,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
@@ -354,7 +354,7 @@ pub struct Compare {
     #[arg(long, conflicts_with = "png")]
     pub rsystems: bool,
     #[command(flatten)]
-    pub how: How,
+    pub how: MeshingArguments,
     #[command(flatten)]
     pub operators: Operators,
     #[command(flatten)]
@@ -369,11 +369,11 @@ pub struct Compare {
     #[arg(long, value_enum, value_name = "BY", default_value = "angle", requires = "png")]
     pub color: StageColor,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
-pub struct Check {
+pub struct CheckArguments {
     /// Mesh file, or a STEP model: told where it is open, apart, crossing or too small
     pub mesh: PathBuf,
     /// Part file or STEP file the mesh should be of
@@ -386,7 +386,7 @@ pub struct Check {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
@@ -408,11 +408,11 @@ pub struct Heal {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
-pub struct Info {
+pub struct InfoArguments {
     #[command(flatten)]
     pub part: PartFile,
     #[command(flatten)]
@@ -421,7 +421,7 @@ pub struct Info {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 /// Two points of a mesh.
@@ -442,7 +442,7 @@ pub struct Way {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
@@ -453,7 +453,7 @@ pub struct Convert {
     #[arg(short, long, value_name = "STEP")]
     pub output: PathBuf,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
@@ -495,7 +495,7 @@ pub struct Render {
     #[arg(long)]
     pub transparent: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 /// What the colors of a picture tell.

@@ -7,12 +7,12 @@ use rvachev::io::{self, Format, WriteOptions};
 use rvachev::pipeline::{self, BrickPlan, MergedBricks, Method, PlanSource, ROUNDS, Share};
 use rvachev::{Error, Result};
 
-use super::arguments::{Common, Files, How, Mesh, PartFile};
+use super::arguments::{CommonArguments, Files, Mesh, MeshingArguments, PartFile};
 use super::commands::{Told, ended, options, refused, shown, write_meshes, write_report, written_as};
 use super::console::{note, run, say, unwatched, watched, writable};
 
 #[derive(Debug, Args)]
-pub struct Plan {
+pub struct PlanArguments {
     #[command(flatten)]
     pub part: PartFile,
     /// How many bricks along x, y and z, as 4x4x2; fewer where they would be narrower than 24 edges
@@ -22,9 +22,9 @@ pub struct Plan {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
     #[command(flatten)]
-    pub how: How,
+    pub how: MeshingArguments,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
@@ -39,11 +39,11 @@ pub struct Brick {
     #[arg(long, value_name = "ROUND", value_parser = clap::value_parser!(u32).range(1..=ROUNDS as i64))]
     pub round: Option<u32>,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 #[derive(Debug, Args)]
-pub struct Merge {
+pub struct MergeArguments {
     /// Folder of the plan and its pieces
     #[arg(value_name = "FOLDER")]
     pub folder: PathBuf,
@@ -59,7 +59,7 @@ pub struct Merge {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 /// Three numbers with an x between them.
@@ -79,7 +79,7 @@ fn share(s: &str) -> std::result::Result<Share, String> {
     if share.number >= 1 && share.number <= share.of { Ok(share) } else { Err(format!("there is no share {s}")) }
 }
 
-pub fn plan(a: &Plan) -> Result<bool> {
+pub fn plan(a: &PlanArguments) -> Result<bool> {
     let run = run(&a.common, "plan")?;
     let plan = plan_of(&a.part, &a.how, a.bricks, &run)?;
     plan.save(&a.output)?;
@@ -107,7 +107,7 @@ pub fn plan(a: &Plan) -> Result<bool> {
     Ok(true)
 }
 
-fn plan_of(part: &PartFile, how: &How, bricks: [u32; 3], run: &rvachev::Run) -> Result<BrickPlan> {
+fn plan_of(part: &PartFile, how: &MeshingArguments, bricks: [u32; 3], run: &rvachev::Run) -> Result<BrickPlan> {
     if pipeline::is_step(&part.part) || pipeline::is_mesh(&part.part) {
         let what = format!("bricks are for solids of R-functions, {} is none", part.part.display());
         return Err(Error::Usage(what));
@@ -132,7 +132,7 @@ pub fn brick(a: &Brick) -> Result<bool> {
     Ok(true)
 }
 
-pub fn merge(a: &Merge) -> Result<bool> {
+pub fn merge(a: &MergeArguments) -> Result<bool> {
     io::check_all_writable(&a.output, &written_as(&a.files))?;
     a.report.iter().try_for_each(|p| writable(p))?;
     let run = run(&a.common, "merge")?;
@@ -183,7 +183,7 @@ struct Outputs<'a> {
     force: bool,
 }
 
-fn finish(merged: &MergedBricks<'_>, to: &Outputs<'_>, common: &Common, run: rvachev::Run) -> Result<bool> {
+fn finish(merged: &MergedBricks<'_>, to: &Outputs<'_>, common: &CommonArguments, run: rvachev::Run) -> Result<bool> {
     let MergedBricks { mesh, made } = merged;
     if let Some(path) = to.report {
         write_report(path, made, &shown(made, to.of, &Told::default()))?;

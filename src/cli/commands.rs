@@ -13,12 +13,13 @@ use rvachev::{Error, Place, Result, Run};
 use serde::Serialize;
 
 use super::arguments::{
-    Check, Coloring, Convert, DrawnEdges, Files, Heal, How, Info, Mesh, Operators, Render, Triangles,
+    CheckArguments, Coloring, Convert, DrawnEdges, Files, Heal, InfoArguments, Mesh, MeshingArguments, Operators,
+    Render, Triangles,
 };
 use super::console::{distinct, note, picture, run, say, unwatched, watched, writable};
 use super::sample::function_part;
 
-pub(super) fn options(how: &How, method: Method, measure: bool) -> MeshOptions {
+pub(super) fn options(how: &MeshingArguments, method: Method, measure: bool) -> MeshOptions {
     MeshOptions {
         size: how.size,
         method,
@@ -301,7 +302,7 @@ pub(super) fn ended(made: &Meshed, told: &Told, quiet: bool) -> bool {
     made.report.shortfalls.is_empty() && told.shortfalls.is_empty()
 }
 
-pub fn check(a: &Check) -> Result<bool> {
+pub fn check(a: &CheckArguments) -> Result<bool> {
     if pipeline::is_step(&a.mesh) {
         return check_model(a);
     }
@@ -332,7 +333,7 @@ pub fn check(a: &Check) -> Result<bool> {
 }
 
 /// What is wrong with a CAD model.
-fn check_model(a: &Check) -> Result<bool> {
+fn check_model(a: &CheckArguments) -> Result<bool> {
     if a.against.is_some() || !a.define.is_empty() {
         return Err(Error::Usage("--against and -D are for meshes; a STEP model is checked by itself".into()));
     }
@@ -368,7 +369,7 @@ pub fn heal(a: &Heal) -> Result<bool> {
     Ok(healed.report.shortfalls.is_empty() && told.shortfalls.is_empty())
 }
 
-pub fn info(a: &Info) -> Result<bool> {
+pub fn info(a: &InfoArguments) -> Result<bool> {
     let path = &a.part.part;
     let run = run(&a.common, "info")?;
     let show = |text: String, json: Result<String>| -> Result<()> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rvachev::pipeline::{self, Coloring, MeshOptions, Method, Sheet};
+use rvachev::pipeline::{self, Coloring, MeshOptions, Method, PictureSheet};
 use rvachev::{Error, Result, Run};
 
 use super::arguments::{Compare, StageColor};
@@ -59,10 +59,10 @@ fn of_samples(a: &Compare, how: &MeshOptions, run: &Run) -> Result<String> {
 }
 
 /// The picture that is asked for.
-fn sheet(a: &Compare) -> Result<Option<Sheet>> {
+fn sheet(a: &Compare) -> Result<Option<PictureSheet>> {
     let color = match a.color {
         StageColor::Angle => Coloring::Angle,
         StageColor::Class => Coloring::Class,
     };
-    a.png.as_ref().map(|path| Sheet::new(path, Some(color))).transpose()
+    a.png.as_ref().map(|path| PictureSheet::new(path, Some(color))).transpose()
 }

@@ -9,11 +9,11 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnost
 use rvachev::run::CancelToken;
 use rvachev::{Error, Place, Result, Run};
 
-use super::arguments::Common;
+use super::arguments::CommonArguments;
 use super::progress::Teller;
 
 /// A run that Ctrl-C cancels and nobody watches. Once a process.
-pub fn unwatched(common: &Common) -> Result<Run> {
+pub fn unwatched(common: &CommonArguments) -> Result<Run> {
     let token = CancelToken::new();
     let handler = token.clone();
     // a second Ctrl-C while the first is being answered is nothing new
@@ -22,12 +22,12 @@ pub fn unwatched(common: &Common) -> Result<Run> {
 }
 
 /// The run of a command: Ctrl-C cancels it, and progress is shown unless nobody wants to see it.
-pub fn run(common: &Common, command: &'static str) -> Result<Run> {
+pub fn run(common: &CommonArguments, command: &'static str) -> Result<Run> {
     Ok(watched(unwatched(common)?, common, command, false))
 }
 
 /// The same run with progress shown until it is dropped; with notes, these are told too, as they come.
-pub fn watched(run: Run, common: &Common, command: &'static str, notes: bool) -> Run {
+pub fn watched(run: Run, common: &CommonArguments, command: &'static str, notes: bool) -> Run {
     if common.quiet && !notes {
         return run;
     }

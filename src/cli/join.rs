@@ -6,13 +6,13 @@ use clap::Args;
 use rvachev::pipeline::{self, JoinReport, SizeRequest};
 use rvachev::{Result, io};
 
-use super::arguments::{Common, Files, width};
+use super::arguments::{CommonArguments, Files, width};
 use super::commands::{to_json, write_meshes, written_as};
 use super::console::{note, run, say};
 
 /// Meshes to join.
 #[derive(Debug, Args)]
-pub struct Join {
+pub struct JoinArguments {
     /// Mesh files, two or more; where nodes match, those of the first one stay where they are
     #[arg(required = true, num_args = 2.., value_name = "MESH")]
     pub meshes: Vec<PathBuf>,
@@ -28,7 +28,7 @@ pub struct Join {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub common: Common,
+    pub common: CommonArguments,
 }
 
 fn told(r: &JoinReport) -> String {
@@ -54,7 +54,7 @@ fn warnings(r: &JoinReport) -> Vec<String> {
     .collect()
 }
 
-pub fn join(a: &Join) -> Result<bool> {
+pub fn join(a: &JoinArguments) -> Result<bool> {
     let how = written_as(&a.files);
     io::check_all_writable(&a.output, &how)?;
     let run = run(&a.common, "join")?;

@@ -25,4 +25,4 @@ pub use features::{Chain, bridge_gaps, chains, drop_islands, drop_noise, flood, 
 pub use needles::mend_needles;
 pub use pieces::{Discrete, DiscreteOptions};
 pub use simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
-pub use walls::Walls;
+pub use walls::WallSizes;

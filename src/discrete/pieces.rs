@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::features::{bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 use super::needles::mend_needles;
-use super::sheet::{FaceSheet, FaceTriangle, Line};
+use super::sheet::{FaceSheet, FaceTriangle, SegmentLine};
 use super::simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
 use super::sizes::{curvatures, divide_features, is_smooth};
 use crate::error::Result;
@@ -73,7 +73,7 @@ pub struct Discrete {
     groups: Vec<Group>,
     bounds: Aabb,
     pub(super) sheets: Vec<FaceSheet>,
-    lines: Vec<Line>,
+    lines: Vec<SegmentLine>,
     /// The line where two faces meet, by their numbers, the smaller first.
     between: FxHashMap<[u32; 2], u32>,
     /// Creases and open borders: the line of each, and the pieces of nodes on them.
@@ -186,7 +186,7 @@ impl Discrete {
             } else {
                 let piece = (self.sheets.len() + self.creases.len()) as u32;
                 self.creases.push(self.lines.len() as u32);
-                self.lines.push(Line::new(segments.collect()));
+                self.lines.push(SegmentLine::new(segments.collect()));
                 for v in chain.nodes {
                     let list = self.crease_at.entry(v).or_default();
                     if !list.contains(&piece) {
@@ -199,7 +199,7 @@ impl Discrete {
         common.sort_by_key(|s| s.0);
         for group in common.chunk_by(|a, b| a.0 == b.0) {
             self.between.insert(group[0].0, self.lines.len() as u32);
-            self.lines.push(Line::new(group.iter().map(|s| s.1).collect()));
+            self.lines.push(SegmentLine::new(group.iter().map(|s| s.1).collect()));
         }
     }
 
@@ -260,7 +260,7 @@ impl Discrete {
         from_mesh(&self.named(), &borders, &corners)
     }
 
-    fn line(&self, pieces: [u32; 2]) -> Option<&Line> {
+    fn line(&self, pieces: [u32; 2]) -> Option<&SegmentLine> {
         let [a, b] = [pieces[0].min(pieces[1]), pieces[0].max(pieces[1])];
         let k = match (b as usize).checked_sub(self.sheets.len()) {
             Some(crease) => *self.creases.get(crease)?,

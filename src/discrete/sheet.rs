@@ -203,12 +203,12 @@ fn plane(facets: &[FaceTriangle], precision: f64) -> Option<(DVec3, f64)> {
 }
 
 /// The segments of a line.
-pub(super) struct Line {
+pub(super) struct SegmentLine {
     segments: Vec<[DVec3; 2]>,
     tree: Bvh,
 }
 
-impl Line {
+impl SegmentLine {
     pub(super) fn new(segments: Vec<[DVec3; 2]>) -> Self {
         let tree = Bvh::new(segments.iter().map(|s| Aabb::around(*s)).collect());
         Self { segments, tree }

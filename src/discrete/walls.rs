@@ -33,7 +33,7 @@ const LOOKS: f64 = 8.0;
 
 /// What walls and gaps ask for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Walls {
+pub struct WallSizes {
     /// For each node the edge length that keeps chords on both sides apart; infinite where there is no such wish.
     pub sizes: Vec<f64>,
     /// Triangles of sheets too near to each other to be told apart.
@@ -67,7 +67,7 @@ impl Discrete {
     ///
     /// # Errors
     /// Cancellation.
-    pub fn walls(&self, wanted: impl Fn(f64) -> f64 + Sync, least: f64, run: &Run) -> Result<Walls> {
+    pub fn walls(&self, wanted: impl Fn(f64) -> f64 + Sync, least: f64, run: &Run) -> Result<WallSizes> {
         let m = &self.mesh;
         let lengths: Vec<f64> = self.bends.iter().map(|k| wanted(*k)).collect();
         let tiny = TINY * wanted(0.0);
@@ -81,7 +81,7 @@ impl Discrete {
         let found: Vec<Option<Opposite>> =
             run.install(|| (0..m.node_capacity() as u32).into_par_iter().map(one).collect::<Result<_>>())?;
         let mut out =
-            Walls { sizes: vec![f64::INFINITY; m.node_capacity()], tight: vec![false; m.triangle_capacity()] };
+            WallSizes { sizes: vec![f64::INFINITY; m.node_capacity()], tight: vec![false; m.triangle_capacity()] };
         for (v, o) in found.into_iter().enumerate() {
             let Some(Opposite { triangle, size }) = o else { continue };
             let Some(size) = size else {

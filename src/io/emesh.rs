@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::mesh::MeshView;
 
 use super::atomic::write_failed;
-use super::line::Line;
+use super::line::WrittenLine;
 use super::sharp::SharpEdges;
 
 pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, sharp: &SharpEdges) -> Result<()> {
@@ -18,7 +18,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, sharp: &SharpEdges
     nodes.dedup();
     let number: FxHashMap<u32, usize> = nodes.iter().enumerate().map(|(i, v)| (*v, i)).collect();
     let head = "FoamFile\n{\n    version 2.0;\n    format ascii;\n    class featureEdgeMesh;\n    object edges;\n}\n";
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     writeln!(out, "{head}\n{}\n(", nodes.len()).map_err(write_failed)?;
     for v in &nodes {
         let [x, y, z] = mesh.node(*v as usize).to_array();

@@ -8,7 +8,7 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::each_node;
-use super::line::Line;
+use super::line::WrittenLine;
 use super::outline::BorderSet;
 use super::sets::NamedSets;
 
@@ -20,7 +20,7 @@ pub(super) const NUMBER: usize = 20;
 pub(super) const LONGEST_NAME: usize = 80;
 
 pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, borders: Option<&[BorderSet]>, run: &Run) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     writeln!(out, "*HEADING\nrvachev: triangles of a surface\n*NODE, NSET=ALL_NODES").map_err(write_failed)?;
     let mut number = 0;
     each_node(sets.mesh, 0..sets.mesh.node_count(), run, |p| {
@@ -56,7 +56,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, borders: Option<&[Bor
 }
 
 pub(super) fn list(out: &mut dyn Write, numbers: &[u32]) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     for some in numbers.chunks(PER_LINE) {
         line.commas(|l| _ = l.wholes(some.iter().map(|v| v + 1)));
         line.end(out)?;

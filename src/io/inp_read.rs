@@ -48,7 +48,7 @@ impl Keyword {
 }
 
 /// What data lines behind a keyword are.
-enum Block {
+enum DataBlock {
     Nodes,
     /// Faces of so many corners.
     Faces {
@@ -104,7 +104,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
         set_of_name: FxHashMap::default(),
         instances: 0,
     };
-    let mut block = Block::Nothing;
+    let mut block = DataBlock::Nothing;
     let (mut known, mut looked) = (false, 0);
     while let Some((number, line)) = r.lines.next_filled() {
         looked += 1;
@@ -145,7 +145,7 @@ impl LineReader<'_> {
         Keyword::new(number, &whole)
     }
 
-    fn block(&mut self, k: &Keyword) -> Result<Block> {
+    fn block(&mut self, k: &Keyword) -> Result<DataBlock> {
         let bad = |what: String| Err(at(k.line, what));
         match &k.name[..] {
             "INCLUDE" => bad("*INCLUDE is not read: put the lines of that file in its place".into()),
@@ -155,12 +155,12 @@ impl LineReader<'_> {
             "INSTANCE" => {
                 self.instances += 1;
                 match self.instances {
-                    1 => Ok(Block::Nothing),
+                    1 => Ok(DataBlock::Nothing),
                     _ => bad("assemblies of more than one *INSTANCE are not read".into()),
                 }
             }
             "NODE" => match k.value("SYSTEM") {
-                None | Some("R" | "r") => Ok(Block::Nodes),
+                None | Some("R" | "r") => Ok(DataBlock::Nodes),
                 Some(other) => bad(format!("nodes in the coordinate system {} are not read", quote(other))),
             },
             "ELEMENT" => self.elements(k),
@@ -168,13 +168,13 @@ impl LineReader<'_> {
                 let Some(name) = k.value("ELSET").filter(|n| !n.is_empty()) else {
                     return bad("*ELSET has no name: ELSET=name should follow".into());
                 };
-                Ok(Block::Set { listed: self.set(name), ranges: k.value("GENERATE").is_some() })
+                Ok(DataBlock::Set { listed: self.set(name), ranges: k.value("GENERATE").is_some() })
             }
-            _ => Ok(Block::Nothing),
+            _ => Ok(DataBlock::Nothing),
         }
     }
 
-    fn elements(&mut self, k: &Keyword) -> Result<Block> {
+    fn elements(&mut self, k: &Keyword) -> Result<DataBlock> {
         let Some(name) = k.value("TYPE") else {
             return Err(at(k.line, "*ELEMENT has no type: TYPE=S3 or the like should follow"));
         };
@@ -187,7 +187,7 @@ impl LineReader<'_> {
                     }
                     None => Vec::new(),
                 };
-                return Ok(Block::Faces { corners, entity: self.raw.entity(&tags) });
+                return Ok(DataBlock::Faces { corners, entity: self.raw.entity(&tags) });
             }
             Kind::Quadratic => {
                 return Err(at(k.line, format!("elements of type {} are not read", quote(name)))
@@ -196,7 +196,7 @@ impl LineReader<'_> {
             Kind::Volume => self.raw.pass_over(true),
             Kind::Other => self.raw.pass_over(false),
         }
-        Ok(Block::Nothing)
+        Ok(DataBlock::Nothing)
     }
 
     /// The number of the set of that name.
@@ -209,10 +209,10 @@ impl LineReader<'_> {
         })
     }
 
-    fn data(&mut self, block: &Block, number: usize, text: &str) -> Result<()> {
+    fn data(&mut self, block: &DataBlock, number: usize, text: &str) -> Result<()> {
         match block {
-            Block::Nothing => Ok(()),
-            Block::Nodes => {
+            DataBlock::Nothing => Ok(()),
+            DataBlock::Nodes => {
                 let mut words = text.split(',').map(str::trim);
                 let tag = whole(words.next().unwrap_or_default(), number, "the number of a node")?;
                 let coordinates: Vec<String> = words.by_ref().take(3).map(|w| w.replace(['d', 'D'], "e")).collect();
@@ -222,8 +222,8 @@ impl LineReader<'_> {
                 self.raw.nodes.push((tag, p));
                 Ok(())
             }
-            Block::Faces { corners, entity } => self.face(*corners, *entity, number, text),
-            Block::Set { listed, ranges } => self.members(*listed, *ranges, number, text),
+            DataBlock::Faces { corners, entity } => self.face(*corners, *entity, number, text),
+            DataBlock::Set { listed, ranges } => self.members(*listed, *ranges, number, text),
         }
     }
 

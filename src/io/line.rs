@@ -8,9 +8,9 @@ use crate::error::Result;
 /// A line on its way into a file: words with a blank between them. Reals are the shortest text that reads back as the same
 /// number.
 #[derive(Default)]
-pub(super) struct Line(Vec<u8>);
+pub(super) struct WrittenLine(Vec<u8>);
 
-impl Line {
+impl WrittenLine {
     fn part(&mut self) {
         if self.0.last().is_some_and(|c| *c != b'\n') {
             self.0.push(b' ');

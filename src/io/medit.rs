@@ -7,12 +7,12 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::each_node;
-use super::line::Line;
+use super::line::WrittenLine;
 use super::sets::NamedSets;
 use super::sharp::SharpEdges;
 
 pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, sharp: &SharpEdges, run: &Run) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     writeln!(out, "MeshVersionFormatted 2\n# References of triangles:").map_err(write_failed)?;
     for (k, (name, _)) in sets.parts().enumerate() {
         writeln!(out, "# {} {name}", k + 1).map_err(write_failed)?;

@@ -20,7 +20,7 @@ use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
 use super::layout::{Layout, NodeOwner, SurfaceEntity};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::regions::{NamedSet, RegionSets};
 use super::text::escape;
 
@@ -35,7 +35,7 @@ pub(super) const QUADRILATERAL: i32 = 3;
 pub(super) struct ElementRow<'a> {
     pub(super) out: &'a mut dyn Write,
     pub(super) binary: bool,
-    pub(super) line: Line,
+    pub(super) line: WrittenLine,
 }
 
 impl ElementRow<'_> {
@@ -174,7 +174,7 @@ impl Gmsh<'_> {
     pub(super) fn write(&self, out: &mut dyn Write, binary: bool, run: &Run) -> Result<()> {
         self.check()?;
         let blocks = blocks(self.mesh, &self.layout.surfaces)?;
-        let mut row = ElementRow { out, binary, line: Line::default() };
+        let mut row = ElementRow { out, binary, line: WrittenLine::default() };
         row.head()?;
         self.comments(&mut row)?;
         self.names(&mut row, &self.regions.sets)?;
@@ -244,7 +244,7 @@ impl Gmsh<'_> {
         row.close("Nodes")
     }
 
-    fn elements(&self, row: &mut ElementRow, blocks: &[Block], run: &Run) -> Result<()> {
+    fn elements(&self, row: &mut ElementRow, blocks: &[ElementBlock], run: &Run) -> Result<()> {
         let Layout { curves, .. } = self.layout;
         let lines: usize = curves.iter().map(|c| c.nodes.len() - 1).sum();
         let cells = self.mesh.cell_count();
@@ -263,7 +263,7 @@ impl Gmsh<'_> {
                 row.end()?;
             }
         }
-        for Block { surface, corners, cells } in blocks {
+        for ElementBlock { surface, corners, cells } in blocks {
             row.ints(&[2, *surface as i32 + 1, if *corners == 3 { TRIANGLE } else { QUADRILATERAL }]);
             row.size(cells.len());
             row.end()?;
@@ -281,7 +281,7 @@ impl Gmsh<'_> {
     pub(super) fn write_old(&self, out: &mut dyn Write, run: &Run) -> Result<()> {
         self.check()?;
         let blocks = blocks(self.mesh, &self.layout.surfaces)?;
-        let mut row = ElementRow { out, binary: false, line: Line::default() };
+        let mut row = ElementRow { out, binary: false, line: WrittenLine::default() };
         row.text("$MeshFormat\n2.2 0 8\n$EndMeshFormat")?;
         self.comments(&mut row)?;
         self.names(&mut row, &self.regions.sets[..self.regions.parts])?;
@@ -296,7 +296,7 @@ impl Gmsh<'_> {
         let cells = self.mesh.cell_count();
         row.text(&format!("$EndNodes\n$Elements\n{}", cells + lines))?;
         let mut next = cells as u64;
-        for Block { surface, corners, cells } in &blocks {
+        for ElementBlock { surface, corners, cells } in &blocks {
             let kind = if *corners == 3 { TRIANGLE } else { QUADRILATERAL };
             let part = self.regions.part_of_face[self.layout.surfaces[*surface].label as usize] as i32 + 1;
             each_listed(self.mesh, cells, run, |number, cell| {
@@ -319,13 +319,13 @@ impl Gmsh<'_> {
 }
 
 /// Cells of one surface with as many corners each: gmsh keeps one kind of element in a block.
-struct Block {
+struct ElementBlock {
     surface: usize,
     corners: usize,
     cells: Vec<u32>,
 }
 
-fn blocks(mesh: &dyn MeshView, surfaces: &[SurfaceEntity]) -> Result<Vec<Block>> {
+fn blocks(mesh: &dyn MeshView, surfaces: &[SurfaceEntity]) -> Result<Vec<ElementBlock>> {
     let mut corners = Vec::with_capacity(mesh.cell_count());
     each_cell(mesh, 0..mesh.cell_count(), &Run::new(), |cell, _| {
         if cell.len() > 4 {
@@ -342,7 +342,7 @@ fn blocks(mesh: &dyn MeshView, surfaces: &[SurfaceEntity]) -> Result<Vec<Block>>
             let cells: Vec<u32> =
                 entity.cells.iter().copied().filter(|c| usize::from(corners[*c as usize]) == size).collect();
             if !cells.is_empty() {
-                blocks.push(Block { surface, corners: size, cells });
+                blocks.push(ElementBlock { surface, corners: size, cells });
             }
         }
     }

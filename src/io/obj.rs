@@ -16,7 +16,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::text::{Lines, at, escape, point, quote, unescape};
 
 /// What the first pass leaves.
@@ -137,7 +137,7 @@ fn node_index(word: &str, count: usize, line: usize) -> Result<usize> {
 }
 
 pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     each_node(mesh, 0..mesh.node_count(), run, |p| line.word("v").reals(p).end(out))?;
     for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
         writeln!(out, "g {}", escape(&mesh.face_names()[face])).map_err(write_failed)?;

@@ -10,7 +10,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node, reserve};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::text::{Lines, at, count, point, quote};
 
 /// The next line that holds something besides a comment.
@@ -96,7 +96,7 @@ pub(super) fn read(bytes: &[u8], run: &Run) -> Result<TriMesh> {
 pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
     let (nodes, cells) = (mesh.node_count(), mesh.cell_count());
     writeln!(out, "OFF\n{nodes} {cells} 0").map_err(write_failed)?;
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     each_node(mesh, 0..nodes, run, |p| line.reals(p).end(out))?;
     each_cell(mesh, 0..cells, run, |cell, _| line.whole(cell.len()).wholes(cell.iter().copied()).end(out))
 }

@@ -16,7 +16,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node, reserve};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::text::{Lines, at, count, ended, escape, quote, unescape};
 
 /// The number types of PLY.
@@ -445,7 +445,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, binary: bool, run:
     if nodes > i32::MAX as usize {
         return Err(Error::Failed("PLY files number nodes by 32-bit integers, this mesh has more".into()));
     }
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     each_node(mesh, 0..nodes, run, |p| {
         if binary {
             p.to_array().iter().try_for_each(|x| out.write_all(&x.to_le_bytes())).map_err(write_failed)

@@ -13,7 +13,7 @@ use crate::spatial::Aabb;
 
 use super::atomic::{write_atomic, write_failed};
 use super::inp::{LONGEST_NAME, NUMBER, list};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::msh::{ElementRow, QUADRILATERAL, TRIANGLE};
 use super::regions::clean;
 use super::text::escape;
@@ -159,7 +159,7 @@ impl<'a> PrismCells<'a> {
         };
         a.array(three, 3 * nodes.len(), places, |line, x: f64| _ = line.real(x), f64::to_le_bytes)?;
         a.line("</Points>\n<Cells>")?;
-        let whole = |line: &mut Line, v: i64| _ = line.whole(v);
+        let whole = |line: &mut WrittenLine, v: i64| _ = line.whole(v);
         let connectivity = |run: &Run, take: &mut dyn FnMut(i64) -> Result<()>| {
             // The first triangle of VTK's wedge looks away from the second.
             each(cells, run, |cell| {
@@ -202,7 +202,7 @@ impl<'a> PrismCells<'a> {
     }
 
     fn msh(&self, out: &mut dyn Write, binary: bool, run: &Run) -> Result<()> {
-        let mut row = ElementRow { out, binary, line: Line::default() };
+        let mut row = ElementRow { out, binary, line: WrittenLine::default() };
         row.head()?;
         self.physical_names(&mut row)?;
         self.entities(&mut row)?;
@@ -263,12 +263,12 @@ impl<'a> PrismCells<'a> {
     }
 
     /// A name's sides of three corners, and of four: gmsh keeps one kind of element in a block.
-    fn blocks(&self) -> Vec<Block<'_>> {
+    fn blocks(&self) -> Vec<SideBlock<'_>> {
         let kinds = [TRIANGLE, QUADRILATERAL];
         let both = self.parts.iter().flat_map(|part| kinds.map(|kind| (part, kind)));
         let blocks = both.map(|(part, kind)| {
             let fits = |o: &&&OuterSide| (self.corners(o).len() == 3) == (kind == TRIANGLE);
-            Block { label: part.label, kind, sides: part.sides.iter().filter(fits).copied().collect() }
+            SideBlock { label: part.label, kind, sides: part.sides.iter().filter(fits).copied().collect() }
         });
         blocks.filter(|b| !b.sides.is_empty()).collect()
     }
@@ -305,7 +305,7 @@ impl<'a> PrismCells<'a> {
     /// Version 2.2, as text.
     fn old_msh(&self, out: &mut dyn Write, run: &Run) -> Result<()> {
         let Self { nodes, cells, outer, .. } = self;
-        let mut row = ElementRow { out, binary: false, line: Line::default() };
+        let mut row = ElementRow { out, binary: false, line: WrittenLine::default() };
         row.text("$MeshFormat\n2.2 0 8\n$EndMeshFormat")?;
         self.physical_names(&mut row)?;
         row.text(&format!("$Nodes\n{}", nodes.len()))?;
@@ -335,7 +335,7 @@ impl<'a> PrismCells<'a> {
     /// `names` are those of the boundary as INP can hold them, then that of the volume.
     fn inp(&self, out: &mut dyn Write, names: &[String], run: &Run) -> Result<()> {
         let nodes = self.nodes;
-        let (volume, mut line) = (names.last().map_or(VOLUME, String::as_str), Line::default());
+        let (volume, mut line) = (names.last().map_or(VOLUME, String::as_str), WrittenLine::default());
         writeln!(out, "*HEADING\nrvachev: cells over triangles\n*NODE, NSET=ALL_NODES").map_err(write_failed)?;
         each(nodes.iter().enumerate(), run, |(v, p)| {
             line.commas(|l| _ = l.whole(v + 1).narrow(*p, NUMBER));
@@ -367,7 +367,7 @@ impl<'a> PrismCells<'a> {
 }
 
 /// Outer sides of one name with as many corners each.
-struct Block<'a> {
+struct SideBlock<'a> {
     label: usize,
     kind: i32,
     sides: Vec<&'a OuterSide>,

@@ -11,7 +11,7 @@ use crate::run::Run;
 use super::CHECK_EVERY;
 use super::atomic::write_failed;
 use super::build::{MeshBuilder, UNNAMED, check_node_count, each_cell, each_node, fan};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::text::{Lines, at, ended, escape, point, quote, unescape};
 
 /// Bytes of the free header.
@@ -190,7 +190,7 @@ pub(super) fn write_binary(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) 
 }
 
 pub(super) fn write_ascii(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     for (face, ranges) in mesh.cells_of_faces().into_iter().enumerate().filter(|(_, list)| !list.is_empty()) {
         let name = escape(&mesh.face_names()[face]);
         writeln!(out, "solid {name}").map_err(write_failed)?;

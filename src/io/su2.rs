@@ -7,7 +7,7 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::each_node;
-use super::line::Line;
+use super::line::WrittenLine;
 use super::outline::BorderSet;
 use super::sets::NamedSets;
 
@@ -17,7 +17,7 @@ const TRIANGLE: u8 = 5;
 const LINE: u8 = 3;
 
 pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     writeln!(out, "NDIME= 3\nNELEM= 0\nNPOIN= {}", sets.mesh.node_count()).map_err(write_failed)?;
     let mut number = 0;
     each_node(sets.mesh, 0..sets.mesh.node_count(), run, |p| {
@@ -35,7 +35,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<
 
 /// A plane figure: a mesh of two dimensions.
 pub(super) fn write_flat(out: &mut dyn Write, sets: &NamedSets, borders: &[BorderSet], run: &Run) -> Result<()> {
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     writeln!(out, "NDIME= 2\nNELEM= {}", sets.triangle_count()).map_err(write_failed)?;
     for (_, set) in sets.parts() {
         sets.each_triangle(set, run, |number, corners| line.whole(TRIANGLE).wholes(corners).whole(number).end(out))?;

@@ -13,7 +13,7 @@ use crate::spatial::Aabb;
 
 use super::WriteOptions;
 use super::atomic::write_failed;
-use super::line::Line;
+use super::line::WrittenLine;
 use super::outline::ClosedLine;
 use super::vtu::attribute;
 
@@ -31,7 +31,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, options: &WriteOpt
     let b = b.grown(MARGIN * b.diagonal());
     let size = b.hi - b.lo;
     let unit = outline.units.as_deref().filter(|u| UNITS.contains(u)).unwrap_or("");
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     let mut text = |text: &str| writeln!(out, "{text}").map_err(write_failed);
     text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>")?;
     text(&format!(
@@ -61,7 +61,12 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, options: &WriteOpt
     writeln!(out, "</g>\n</g>\n</svg>").map_err(write_failed)
 }
 
-fn polyline(out: &mut dyn Write, line: &mut Line, points: impl Iterator<Item = DVec3>, closed: bool) -> Result<()> {
+fn polyline(
+    out: &mut dyn Write,
+    line: &mut WrittenLine,
+    points: impl Iterator<Item = DVec3>,
+    closed: bool,
+) -> Result<()> {
     for (k, p) in points.enumerate() {
         write!(out, "{}", if k == 0 { "M " } else { "L " }).map_err(write_failed)?;
         line.real(p.x).real(p.y).end(out)?;

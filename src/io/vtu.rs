@@ -8,7 +8,7 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::{each_cell, each_node};
-use super::line::Line;
+use super::line::WrittenLine;
 
 /// VTK's number of the triangle cell.
 pub(super) const VTK_TRIANGLE: u8 = 5;
@@ -30,7 +30,7 @@ impl Arrays<'_> {
         attributes: &str,
         count: usize,
         values: impl FnOnce(&Run, &mut dyn FnMut(T) -> Result<()>) -> Result<()>,
-        text: impl Fn(&mut Line, T),
+        text: impl Fn(&mut WrittenLine, T),
         bytes: impl Fn(T) -> [u8; N],
     ) -> Result<()> {
         self.run.check()?;
@@ -45,7 +45,7 @@ impl Arrays<'_> {
         } else {
             // Lines of a bearable length.
             const WORDS: usize = 12;
-            let (out, mut line, mut words) = (&mut *self.out, Line::default(), 0);
+            let (out, mut line, mut words) = (&mut *self.out, WrittenLine::default(), 0);
             values(self.run, &mut |value| {
                 text(&mut line, value);
                 words += 1;

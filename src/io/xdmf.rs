@@ -11,7 +11,7 @@ use crate::run::Run;
 
 use super::atomic::write_failed;
 use super::build::{each_cell, each_node, fan};
-use super::line::Line;
+use super::line::WrittenLine;
 use super::text::escape;
 use super::vtu::attribute;
 
@@ -23,7 +23,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &dyn MeshView, run: &Run) -> Resu
         count += cell.len() - 2;
         Ok(())
     })?;
-    let mut line = Line::default();
+    let mut line = WrittenLine::default();
     put(out, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"part\" GridType=\"Uniform\">")?;
     names(out, mesh.face_names())?;
 

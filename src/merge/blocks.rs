@@ -10,14 +10,14 @@ use glam::DVec3;
 
 use crate::error::{Error, Place as Where, Result};
 use crate::mesh::MeshView;
-use crate::model::{Boundary, Cells};
+use crate::model::{BorderNodes, Cells};
 
 use super::numbering::Starts;
 use super::view::Merged;
 
 /// A structured block: `cells[0]` by `cells[1]` by `cells[2]` hexahedra.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Block {
+pub struct HexahedraBlock {
     /// How many hexahedra there are along each of the three directions.
     pub cells: [u32; 3],
     /// Node `(i, j, k)` at `i + (n₀ + 1) (j + (n₁ + 1) k)`; right-handed, so that volumes are positive.
@@ -46,11 +46,11 @@ impl Side {
         if self.flip[1] {
             j = grid[1] - j;
         }
-        Boundary::Grid(grid).place(i + j * (grid[0] + 1))
+        BorderNodes::Grid(grid).place(i + j * (grid[0] + 1))
     }
 }
 
-impl Block {
+impl HexahedraBlock {
     fn at(&self, [i, j, k]: [u32; 3]) -> usize {
         let [n, m] = [self.cells[0] as usize + 1, self.cells[1] as usize + 1];
         i as usize + n * (j as usize + m * k as usize)
@@ -81,7 +81,7 @@ impl Block {
 #[derive(Debug, Clone)]
 pub struct Blocks<P = (), C = (), S = ()> {
     surface: Merged<P, C, S>,
-    blocks: Vec<Block>,
+    blocks: Vec<HexahedraBlock>,
     sides: Vec<[Side; 6]>,
     nodes: Starts,
     cells: Starts,
@@ -95,7 +95,7 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
     /// [`Error::Input`] naming the block and the face, for a block without cells or with another number of nodes, and where
     /// a face is no grid or its nodes are not those of the side; [`Error::Failed`] for more nodes or cells than 32 bits
     /// can number.
-    pub fn new(surface: Merged<P, C, S>, blocks: Vec<Block>) -> Result<Self> {
+    pub fn new(surface: Merged<P, C, S>, blocks: Vec<HexahedraBlock>) -> Result<Self> {
         let mut sides = Vec::with_capacity(blocks.len());
         for (b, block) in blocks.iter().enumerate() {
             let bad = |what: String| Error::input(Where::Item(format!("block {b}")), what);
@@ -113,9 +113,9 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
         }
         let too_many = |what| Error::Failed(format!("the blocks have more {what} than 32 bits can number"));
         let (mut nodes, mut cells) = (Starts::default(), Starts::default());
-        let own = blocks.iter().map(Block::inner_count);
+        let own = blocks.iter().map(HexahedraBlock::inner_count);
         nodes.lay(std::iter::once(surface.node_count()).chain(own)).ok_or_else(|| too_many("nodes"))?;
-        let count = |b: &Block| b.cells.iter().map(|n| *n as usize).product();
+        let count = |b: &HexahedraBlock| b.cells.iter().map(|n| *n as usize).product();
         cells.lay(blocks.iter().map(count)).ok_or_else(|| too_many("cells"))?;
         Ok(Self { surface, blocks, sides, nodes, cells })
     }
@@ -126,7 +126,7 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
     }
 
     /// The blocks.
-    pub fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[HexahedraBlock] {
         &self.blocks
     }
 
@@ -192,7 +192,7 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
 }
 
 /// The way in which side `s` of a block has the nodes of its face.
-fn find_side<P, C, S>(surface: &Merged<P, C, S>, block: &Block, s: usize) -> Option<Side> {
+fn find_side<P, C, S>(surface: &Merged<P, C, S>, block: &HexahedraBlock, s: usize) -> Option<Side> {
     let (face, size) = (block.faces[s], block.side_size(s));
     if face as usize >= surface.fragments().counts()[2] {
         return None;

@@ -25,7 +25,11 @@ impl Split {
     }
 
     /// The model with fragments and blocks; `turn` says how each face's grid lies, `back` which way each edge runs.
-    fn build(&self, turn: impl Fn(usize) -> u8, back: impl Fn(usize) -> bool) -> (Model, Fragments, Vec<Block>) {
+    fn build(
+        &self,
+        turn: impl Fn(usize) -> u8,
+        back: impl Fn(usize) -> bool,
+    ) -> (Model, Fragments, Vec<HexahedraBlock>) {
         let n = [0, 1, 2].map(|d| self.cuts[d].len());
         let plane = |d: usize, c: usize| self.cuts[d][c];
         let mut model = Model { names: vec!["face".into()], ..Model::default() };
@@ -114,7 +118,7 @@ impl Split {
                 faces[&(s / 2, c)]
             };
             let faces = [0, 1, 2, 3, 4, 5].map(face);
-            blocks.push(Block { cells: [0, 1, 2].map(|d| hi[d] - lo[d]), nodes, faces });
+            blocks.push(HexahedraBlock { cells: [0, 1, 2].map(|d| hi[d] - lo[d]), nodes, faces });
         }
         (model, fragments, blocks)
     }
@@ -177,7 +181,7 @@ fn blocks_that_do_not_fit_are_refused() {
     let split = Split { cuts: [vec![0, 2, 4], vec![0, 3], vec![0, 2]] };
     let (model, fragments, blocks) = split.build(|_| 0, |_| false);
     let surface = || Merged::new(model.clone(), fragments.clone()).unwrap();
-    let refused = |change: &dyn Fn(&mut Vec<Block>)| {
+    let refused = |change: &dyn Fn(&mut Vec<HexahedraBlock>)| {
         let mut blocks = blocks.clone();
         change(&mut blocks);
         Blocks::new(surface(), blocks).unwrap_err().to_string()

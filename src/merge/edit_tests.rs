@@ -8,7 +8,7 @@ use super::{Addition, Detached, Merged, Replacement};
 use crate::mesh::{Group, MeshView, TriMesh};
 use crate::model::tests::torus;
 use crate::model::{
-    Boundary, Cells, Coedge, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex, from_mesh,
+    BorderNodes, Cells, Coedge, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex, from_mesh,
 };
 
 /// Everything that is merged, in lists that are edited naively.
@@ -89,7 +89,7 @@ fn with_a_node(Detached { face, fragment }: &Detached, at: usize) -> Option<Face
         Loop::Edges(list) => counts.by_ref().take(list.len()).collect::<Vec<u32>>(),
     };
     let segments: Vec<Vec<u32>> = face.loops.iter().map(of_loop).collect();
-    FaceFragment::new(nodes, Cells::Triangles(&triangles), &Boundary::First(border as u32), &segments).ok()
+    FaceFragment::new(nodes, Cells::Triangles(&triangles), &BorderNodes::First(border as u32), &segments).ok()
 }
 
 /// A triangle of its own, with everything new.
@@ -101,7 +101,7 @@ fn lone(view: &Merged, at: f64) -> Addition {
         let ends = [v + k as u32, v + (k as u32 + 1) % 3];
         (Edge { ends, ..Edge::default() }, EdgeFragment::new(vec![p[k], p[(k + 1) % 3]]).unwrap())
     };
-    let mesh = FaceFragment::new(p.to_vec(), Cells::Triangles(&[[0, 1, 2]]), &Boundary::First(3), &[[1, 1, 1]]);
+    let mesh = FaceFragment::new(p.to_vec(), Cells::Triangles(&[[0, 1, 2]]), &BorderNodes::First(3), &[[1, 1, 1]]);
     let face = Face {
         label: view.model().names.len() as u32,
         loops: vec![Loop::Edges((0..3).map(c).collect())],

@@ -29,7 +29,7 @@ mod edit_tests;
 #[cfg(test)]
 mod tests;
 
-pub use blocks::{Block, Blocks};
+pub use blocks::{Blocks, HexahedraBlock};
 pub use edit::{Addition, Detached};
 pub use join::{JoinReport, Joined, join};
 pub use reordered::Reordered;

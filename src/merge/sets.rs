@@ -50,13 +50,13 @@ const LANES: usize = 8;
 
 /// Numbers on a line: element `i` of the union is `offset + step i`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Line {
+struct NumberLine {
     offset: u32,
     /// 1, -1 or 0, to wrap around.
     step: u32,
 }
 
-impl Line {
+impl NumberLine {
     /// The line of a progression whose first element is number `begin` of the union.
     fn new(s: Progression, begin: u32) -> Self {
         let step = s.step as u32;
@@ -86,7 +86,7 @@ pub(super) struct Place {
 pub struct Unions {
     /// Where the pieces of a union begin, but for the first, filled up with the largest number.
     begins: Vec<[u32; LANES]>,
-    lines: Vec<Line>,
+    lines: Vec<NumberLine>,
     /// For each union where its lanes and its lines end.
     ends: Vec<[u32; 2]>,
     growing: u32,
@@ -104,7 +104,7 @@ impl Unions {
                 lanes[k % LANES] = self.growing;
             }
         }
-        self.lines.push(Line::new(piece, self.growing));
+        self.lines.push(NumberLine::new(piece, self.growing));
         self.pieces += 1;
         self.growing += piece.len;
     }

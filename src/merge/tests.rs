@@ -12,7 +12,7 @@ use crate::mesh::view::par_ranges;
 use crate::mesh::{Group, MeshView, TriMesh};
 use crate::model::tests::torus;
 use crate::model::{
-    Boundary, Cells, Coedge, Cut, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex, from_mesh,
+    BorderNodes, Cells, Coedge, Cut, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex, from_mesh,
 };
 
 fn merged(cut: &Cut) -> Merged {
@@ -327,14 +327,14 @@ pub(super) fn two_sides() -> (Model, Fragments) {
     let right = FaceFragment::new(
         vec![p[0], p[1], p[2], middle],
         Cells::Quads(&[[0, 1, 2, 3]]),
-        &Boundary::First(4),
+        &BorderNodes::First(4),
         &[[1, 1, 2]],
     );
     let inner = DVec3::new(0.25, 0.75, 0.0);
     let left = FaceFragment::new(
         vec![inner, p[3], p[2], middle, p[0]],
         Cells::Polygons { ends: &[3, 8], corners: &[4, 0, 1, 4, 3, 2, 1, 0] },
-        &Boundary::listed(vec![4, 3, 2, 1], 5).unwrap(),
+        &BorderNodes::listed(vec![4, 3, 2, 1], 5).unwrap(),
         &[[2, 1, 1]],
     );
     (model, fragments(p.to_vec(), &edges, &[right.unwrap(), left.unwrap()]))
@@ -367,7 +367,7 @@ fn edits_show_at_once_and_bad_ones_change_nothing() {
     let fan = FaceFragment::new(
         vec![p[0], p[1], p[2], p[2] / 2.0, DVec3::new(0.75, 0.25, 0.0)],
         Cells::Triangles(&[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]),
-        &Boundary::First(4),
+        &BorderNodes::First(4),
         &[[1, 1, 2]],
     )
     .unwrap();

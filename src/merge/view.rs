@@ -352,13 +352,13 @@ impl<P, C, S> Merged<P, C, S> {
 
 /// Numbers that begin where a line of the cache does: eight of them, written and read at once, never cross one.
 #[repr(align(64))]
-struct Block([u32; BLOCK_CORNERS]);
+struct NumberBlock([u32; BLOCK_CORNERS]);
 
 /// What reading needs, kept from face to face.
 struct ReadingBuffers {
     /// The face's border numbers, and room for [`USUAL`].
     bounds: Vec<u32>,
-    block: Box<Block>,
+    block: Box<NumberBlock>,
     corners: Vec<u32>,
     ends: Vec<u32>,
 }
@@ -367,7 +367,7 @@ impl ReadingBuffers {
     fn new() -> Self {
         Self {
             bounds: vec![0; USUAL],
-            block: Box::new(Block([0; BLOCK_CORNERS])),
+            block: Box::new(NumberBlock([0; BLOCK_CORNERS])),
             corners: Vec::new(),
             ends: Vec::new(),
         }

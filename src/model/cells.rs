@@ -24,7 +24,7 @@ pub enum Cells<'a> {
         corners: &'a [u32],
     },
     /// A structured block of this many quadrilaterals along its two directions, with nothing stored: cell `(i, j)` has
-    /// the number `i + j n₀` and the nodes `(i, j)` to `(i + 1, j + 1)`, whose places [`Boundary::Grid`] computes.
+    /// the number `i + j n₀` and the nodes `(i, j)` to `(i + 1, j + 1)`, whose places [`BorderNodes::Grid`] computes.
     Grid([u32; 2]),
 }
 
@@ -101,7 +101,7 @@ impl<'a> Cells<'a> {
                 let row = a as usize;
                 let first = (j % row + j / row * (row + 1)) as u32;
                 let above = first + a + 1;
-                Corners::Quad([first, first + 1, above + 1, above].map(|v| Boundary::Grid([a, b]).place(v)))
+                Corners::Quad([first, first + 1, above + 1, above].map(|v| BorderNodes::Grid([a, b]).place(v)))
             }
         }
     }
@@ -110,12 +110,12 @@ impl<'a> Cells<'a> {
 /// Which of the nodes a face is made of are on its border: \[LAZ\]'s sets BN, IN, BNN and INN, as functions wherever
 /// there is one. A fragment keeps them in the order border, inner, so its own sets always are.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Boundary {
+pub enum BorderNodes {
     /// The first so many, in the order of the loops.
     First(u32),
     /// The border of a [`Cells::Grid`] of so many cells, one loop from node (0, 0) along the first direction.
     Grid([u32; 2]),
-    /// Anywhere: made by [`Boundary::listed`].
+    /// Anywhere: made by [`BorderNodes::listed`].
     Listed {
         /// Nodes in the order border, inner: BN followed by IN.
         nodes: Vec<u32>,
@@ -126,7 +126,7 @@ pub enum Boundary {
     },
 }
 
-impl Boundary {
+impl BorderNodes {
     /// Border nodes in the order of the loops, out of `count` nodes; the others are inner ones, in ascending order.
     ///
     /// # Errors
@@ -148,15 +148,15 @@ impl Boundary {
                 nodes.push(v as u32);
             }
         }
-        Ok(Boundary::Listed { nodes, places, border })
+        Ok(BorderNodes::Listed { nodes, places, border })
     }
 
     /// How many nodes are on the border, |BN|.
     #[inline]
     pub fn len(&self) -> usize {
         match self {
-            Boundary::First(n) | Boundary::Listed { border: n, .. } => *n as usize,
-            Boundary::Grid([a, b]) => 2 * (*a as usize + *b as usize),
+            BorderNodes::First(n) | BorderNodes::Listed { border: n, .. } => *n as usize,
+            BorderNodes::Grid([a, b]) => 2 * (*a as usize + *b as usize),
         }
     }
 
@@ -170,9 +170,9 @@ impl Boundary {
     #[inline]
     pub fn place(&self, node: u32) -> u32 {
         match self {
-            Boundary::First(_) => node,
-            Boundary::Listed { places, .. } => places[node as usize],
-            Boundary::Grid([a, b]) => {
+            BorderNodes::First(_) => node,
+            BorderNodes::Listed { places, .. } => places[node as usize],
+            BorderNodes::Grid([a, b]) => {
                 let (i, j) = (node % (a + 1), node / (a + 1));
                 if j == 0 {
                     i
@@ -193,9 +193,9 @@ impl Boundary {
     #[inline]
     pub fn node(&self, place: u32) -> u32 {
         match self {
-            Boundary::First(_) => place,
-            Boundary::Listed { nodes, .. } => nodes[place as usize],
-            Boundary::Grid([a, b]) => {
+            BorderNodes::First(_) => place,
+            BorderNodes::Listed { nodes, .. } => nodes[place as usize],
+            BorderNodes::Grid([a, b]) => {
                 let row = a + 1;
                 if place < *a {
                     place

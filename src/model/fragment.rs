@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
 
-use super::cells::{Boundary, Cells};
+use super::cells::{BorderNodes, Cells};
 
 /// A fingerprint of nodes in a row. Equal rows have equal prints; different ones the same with a chance of 2⁻⁶⁴.
 pub(super) fn print<'a>(nodes: impl Iterator<Item = &'a DVec3>) -> u64 {
@@ -216,7 +216,7 @@ impl FaceFragment {
     /// [`Error::Input`] naming the cell or loop, for corners that do not exist, cells of fewer than three, a grid whose
     /// nodes are not as many as its size says, coedges without segments, and a border whose length is not that of the
     /// loops.
-    pub fn new(nodes: Vec<DVec3>, cells: Cells, boundary: &Boundary, loops: &[impl AsRef<[u32]>]) -> Result<Self> {
+    pub fn new(nodes: Vec<DVec3>, cells: Cells, boundary: &BorderNodes, loops: &[impl AsRef<[u32]>]) -> Result<Self> {
         check_cells(cells, nodes.len())?;
         check_boundary(boundary, cells, nodes.len())?;
         let (form, ends) = match cells {
@@ -227,7 +227,7 @@ impl FaceFragment {
         };
         let corners = cells.stored().map(|v| boundary.place(v)).collect();
         let nodes = match boundary {
-            Boundary::First(_) => nodes,
+            BorderNodes::First(_) => nodes,
             other => (0..nodes.len() as u32).map(|place| nodes[other.node(place) as usize]).collect(),
         };
         let border = boundary.len() as u32;
@@ -269,7 +269,7 @@ impl FaceFragment {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn grid(cells: [u32; 2], nodes: Vec<DVec3>, segments: &[u32]) -> Result<Self> {
-        Self::new(nodes, Cells::Grid(cells), &Boundary::Grid(cells), &[segments])
+        Self::new(nodes, Cells::Grid(cells), &BorderNodes::Grid(cells), &[segments])
     }
 
     /// What there is to read.
@@ -421,13 +421,13 @@ fn check_cells(cells: Cells, nodes: usize) -> Result<()> {
     }
 }
 
-fn check_boundary(boundary: &Boundary, cells: Cells, nodes: usize) -> Result<()> {
+fn check_boundary(boundary: &BorderNodes, cells: Cells, nodes: usize) -> Result<()> {
     let fits = match (boundary, cells) {
-        (Boundary::Grid(size), Cells::Grid(other)) => *size == other,
+        (BorderNodes::Grid(size), Cells::Grid(other)) => *size == other,
         // whose nodes must stand as their rows do
-        (Boundary::Grid(_), _) | (_, Cells::Grid(_)) => false,
-        (Boundary::First(n), _) => *n as usize <= nodes,
-        (Boundary::Listed { nodes: list, places, border }, _) => {
+        (BorderNodes::Grid(_), _) | (_, Cells::Grid(_)) => false,
+        (BorderNodes::First(n), _) => *n as usize <= nodes,
+        (BorderNodes::Listed { nodes: list, places, border }, _) => {
             // the fields are public: the two lists need not be inverse to each other
             let inverse = |(x, v): (usize, &u32)| places.get(*v as usize) == Some(&(x as u32));
             list.len() == nodes

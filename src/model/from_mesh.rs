@@ -9,7 +9,7 @@ use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 
-use super::cells::{Boundary, Cells};
+use super::cells::{BorderNodes, Cells};
 use super::fragment::{EdgeFragment, FaceFragment};
 use super::pool::Fragments;
 use super::topology::{Coedge, Edge, Face, Loop, Model, Shell, Vertex};
@@ -402,7 +402,7 @@ impl<'a> FragmentCutter<'a> {
             }
             nodes.extend(&own[border..]);
             let points = own.iter().map(|v| point(*v)).collect();
-            let boundary = Boundary::First(border as u32);
+            let boundary = BorderNodes::First(border as u32);
             fragments.push_face(&FaceFragment::new(points, Cells::Triangles(&triangles), &boundary, &segments)?)?;
             model.faces.push(face);
         }

@@ -21,7 +21,7 @@ mod topology;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use cells::{Boundary, Cells, Corners};
+pub use cells::{BorderNodes, Cells, Corners};
 pub use check::{Item, Violation};
 pub(crate) use fragment::{BLOCK, BLOCK_CORNERS, PLACE_SHIFT};
 pub use fragment::{EdgeFragment, FaceFragment, FaceView};

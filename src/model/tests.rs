@@ -172,7 +172,7 @@ fn a_seam_is_no_repetition() {
 #[test]
 fn the_sets_of_the_papers_figure_2() {
     let border = vec![4, 0, 1, 9, 7, 5, 3];
-    let sets = Boundary::listed(border.clone(), 10).unwrap();
+    let sets = BorderNodes::listed(border.clone(), 10).unwrap();
     let bn: Vec<u32> = (0..7).map(|x| sets.node(x)).collect();
     let inner: Vec<u32> = (7..10).map(|x| sets.node(x)).collect();
     assert_eq!((bn, inner), (border, vec![2, 6, 8]));
@@ -186,7 +186,7 @@ fn the_sets_of_the_papers_figure_2() {
 #[test]
 fn a_grids_border_is_a_function() {
     for (a, b) in (1..5).flat_map(|a| (1..5).map(move |b| (a, b))) {
-        let sets = Boundary::Grid([a, b]);
+        let sets = BorderNodes::Grid([a, b]);
         let count = (a + 1) * (b + 1);
         let on_border = |v: u32| [0, a].contains(&(v % (a + 1))) || [0, b].contains(&(v / (a + 1)));
         let mut steps = Vec::new();
@@ -212,26 +212,26 @@ fn bad_fragments_are_refused() {
     let nodes = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
     let make = |cells: Cells, border, loops: &[Vec<u32>]| FaceFragment::new(nodes.clone(), cells, &border, loops);
     let one = || Cells::Triangles(&[[0, 1, 2]]);
-    assert!(make(one(), Boundary::First(3), &[vec![1, 2]]).is_ok());
-    assert!(make(Cells::Triangles(&[[0, 1, 3]]), Boundary::First(3), &[vec![3]]).is_err());
-    assert!(make(one(), Boundary::First(4), &[vec![4]]).is_err());
-    assert!(make(one(), Boundary::First(3), &[vec![2]]).is_err());
-    assert!(make(one(), Boundary::First(3), &[vec![0, 3]]).is_err());
-    assert!(make(one(), Boundary::First(3), &[vec![u32::MAX, 4]]).is_err());
-    assert!(make(Cells::Grid([1, 1]), Boundary::Grid([1, 1]), &[vec![4]]).is_err());
+    assert!(make(one(), BorderNodes::First(3), &[vec![1, 2]]).is_ok());
+    assert!(make(Cells::Triangles(&[[0, 1, 3]]), BorderNodes::First(3), &[vec![3]]).is_err());
+    assert!(make(one(), BorderNodes::First(4), &[vec![4]]).is_err());
+    assert!(make(one(), BorderNodes::First(3), &[vec![2]]).is_err());
+    assert!(make(one(), BorderNodes::First(3), &[vec![0, 3]]).is_err());
+    assert!(make(one(), BorderNodes::First(3), &[vec![u32::MAX, 4]]).is_err());
+    assert!(make(Cells::Grid([1, 1]), BorderNodes::Grid([1, 1]), &[vec![4]]).is_err());
     let polygons =
-        |ends: &[u32], corners: &[u32]| make(Cells::Polygons { ends, corners }, Boundary::First(3), &[vec![3]]);
+        |ends: &[u32], corners: &[u32]| make(Cells::Polygons { ends, corners }, BorderNodes::First(3), &[vec![3]]);
     assert!(polygons(&[3], &[0, 1, 2]).is_ok());
     assert!(polygons(&[2], &[0, 1]).is_err());
     assert!(polygons(&[3, 1], &[0, 1, 2]).is_err());
     assert!(polygons(&[9], &[0, 1, 2]).is_err());
     assert!(polygons(&[3], &[0, 1, 2, 2]).is_err());
     let lists =
-        |nodes: &[u32], places: &[u32]| Boundary::Listed { nodes: nodes.into(), places: places.into(), border: 3 };
+        |nodes: &[u32], places: &[u32]| BorderNodes::Listed { nodes: nodes.into(), places: places.into(), border: 3 };
     assert!(make(one(), lists(&[2, 0, 1], &[1, 2, 0]), &[vec![3]]).is_ok());
     assert!(make(one(), lists(&[2, 0, 1], &[1, 1, 0]), &[vec![3]]).is_err());
-    assert!(Boundary::listed(vec![0, 0], 3).is_err());
-    assert!(Boundary::listed(vec![3], 3).is_err());
+    assert!(BorderNodes::listed(vec![0, 0], 3).is_err());
+    assert!(BorderNodes::listed(vec![3], 3).is_err());
     assert!(EdgeFragment::new(vec![DVec3::ZERO]).is_err());
 }
 
@@ -248,7 +248,7 @@ fn what_is_left_of_cells_at_a_pole_goes() {
     let mut nodes: Vec<DVec3> = (0..4).map(|i| DVec3::new(f64::from(i), 0.0, 0.0)).collect();
     nodes.extend([DVec3::Y; 4]);
     let halves: Vec<[u32; 3]> = (0..3).flat_map(|i| [[i, i + 1, i + 5], [i, i + 5, i + 4]]).collect();
-    let border = Boundary::listed(vec![0, 1, 2, 3, 7, 6, 5, 4], 8).unwrap();
+    let border = BorderNodes::listed(vec![0, 1, 2, 3, 7, 6, 5, 4], 8).unwrap();
     let mut fan = FaceFragment::new(nodes, Cells::Triangles(&halves), &border, &[[3, 1, 3, 1]]).unwrap();
     assert_eq!(fan.collapse_poles(), 3);
     assert_eq!(fan.view().cells().len(), 3);

@@ -53,7 +53,7 @@ pub use grammar::Sequence;
 pub use guard::Moves;
 pub use normal::align_normals;
 pub use operator::Operator;
-pub use region::{Region, Shape};
+pub use region::{Region, RegionShape};
 pub use sequence::{Options, Outcome, SequenceReport, improve, improve_with};
 pub use sequences::{cut_sequence, operators_sequence, paper_sequence};
 pub use size::Sizing;

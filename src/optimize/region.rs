@@ -6,7 +6,7 @@ use crate::spatial::Aabb;
 
 /// A part of space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
+pub enum RegionShape {
     /// A box along the axes.
     Box(Aabb),
     /// A ball.
@@ -22,7 +22,7 @@ pub enum Shape {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Region {
     /// Where.
-    pub shape: Shape,
+    pub shape: RegionShape,
     /// The edge length.
     pub size: f64,
 }
@@ -31,8 +31,8 @@ impl Region {
     /// The greatest edge length at a point: that of the region inside it, growing by `grading` per length outside.
     pub fn at(&self, p: DVec3, grading: f64) -> f64 {
         let away = match self.shape {
-            Shape::Box(b) => b.distance_squared(p).sqrt(),
-            Shape::Sphere { center, radius } => (p.distance(center) - radius).max(0.0),
+            RegionShape::Box(b) => b.distance_squared(p).sqrt(),
+            RegionShape::Sphere { center, radius } => (p.distance(center) - radius).max(0.0),
         };
         self.size + grading * away
     }
@@ -45,10 +45,10 @@ mod tests {
 
     #[test]
     fn lengths_grow_from_the_border_of_a_region() {
-        let ball = Region { shape: Shape::Sphere { center: DVec3::X, radius: 1.0 }, size: 0.1 };
+        let ball = Region { shape: RegionShape::Sphere { center: DVec3::X, radius: 1.0 }, size: 0.1 };
         assert_eq!([0.0, 1.5, 4.0].map(|x| ball.at(DVec3::X * x, 0.3)), [0.1, 0.1, 0.1 + 0.3 * 2.0]);
         let b = Aabb::new(DVec3::ZERO, DVec3::ONE);
-        let cube = Region { shape: Shape::Box(b), size: 0.2 };
+        let cube = Region { shape: RegionShape::Box(b), size: 0.2 };
         assert_eq!(cube.at(DVec3::splat(0.5), 0.3), 0.2);
         assert_abs_diff_eq!(cube.at(DVec3::new(4.0, 5.0, 0.5), 0.3), 0.2 + 0.3 * 5.0, epsilon = 1e-15);
     }

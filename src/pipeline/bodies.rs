@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh};
 use crate::numeric::Sets;
-use crate::optimize::exact::{ExactOptions, Patch, Patchwork, PieceSet, asked_triangles};
+use crate::optimize::exact::{ExactOptions, Patchwork, PiecePatch, PieceSet, asked_triangles};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::quality::Fault;
@@ -308,7 +308,7 @@ pub(super) fn patchwork(
     }
     let patches = (0..count * if some { 2 } else { 1 })
         .map(|f| f % count)
-        .map(|f| Patch {
+        .map(|f| PiecePatch {
             piece: f,
             outward: if solid.brep.faces[solid.face_of(f) as usize].outward { 1.0 } else { -1.0 },
             plane: solid.plane(f),

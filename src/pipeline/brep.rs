@@ -26,7 +26,7 @@ use crate::mesh::{Group, TriMesh};
 use crate::parametric::Parametric;
 use crate::parametric::brep::Brep;
 use crate::parametric::mesh::Remedy;
-use crate::parametric::mesh::narrow::{Trimmed, Walls, trim};
+use crate::parametric::mesh::narrow::{TrimmedModel, WallHandling, trim};
 use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, Expectation, Fault, check, check_tested};
 use crate::run::Run;
@@ -105,13 +105,15 @@ pub(super) fn mesh_tolerant(
     let asked = if untrimmed { Some(0.0) } else { options.trim.map(|s| s.length(diagonal)) };
     let within = 0.5 * Wish::new(size, solid.bounds().diagonal(), options).tolerance;
     let steps = match asked {
-        Some(width) => vec![(width, Walls::Cut)],
-        None => vec![((SLIVER * size).min(within), Walls::Keep), ((NEEDLES * size).min(within), Walls::Necks)],
+        Some(width) => vec![(width, WallHandling::Cut)],
+        None => {
+            vec![((SLIVER * size).min(within), WallHandling::Keep), ((NEEDLES * size).min(within), WallHandling::Necks)]
+        }
     };
-    let mut trimmed = Trimmed { brep: solid.brep.clone(), ..Trimmed::default() };
+    let mut trimmed = TrimmedModel { brep: solid.brep.clone(), ..TrimmedModel::default() };
     for (width, walls) in steps {
         let next = trim(trimmed.brep, width, walls, run)?;
-        trimmed = Trimmed { cuts: [trimmed.cuts, next.cuts].concat(), ..next };
+        trimmed = TrimmedModel { cuts: [trimmed.cuts, next.cuts].concat(), ..next };
     }
     if trimmed.cuts.is_empty() {
         refused(&mut report, &trimmed, options);
@@ -132,7 +134,7 @@ pub(super) fn mesh_tolerant(
 }
 
 /// Says what was cut off.
-fn tell(report: &mut Report, trimmed: &Trimmed) {
+fn tell(report: &mut Report, trimmed: &TrimmedModel) {
     for c in &trimmed.cuts {
         let how = if c.whole { "all of it is" } else { "a region is cut off," };
         let why = format!("{how} {:.3e} wide at ({:.6}, {:.6}, {:.6})", c.width, c.at.x, c.at.y, c.at.z);
@@ -146,7 +148,7 @@ fn tell(report: &mut Report, trimmed: &Trimmed) {
 }
 
 /// Says what could not be cut off, to those who asked for it.
-fn refused(report: &mut Report, trimmed: &Trimmed, options: &MeshOptions) {
+fn refused(report: &mut Report, trimmed: &TrimmedModel, options: &MeshOptions) {
     if options.trim.is_some() {
         let told = trimmed.refused.iter().take(NAMED).map(|(face, why)| format!("face {face} is not trimmed: {why}"));
         report.warnings.extend(told);

@@ -87,7 +87,7 @@ pub use report_tables::report_tables;
 pub use rsystems::{Depth, Spread, SystemComparison, SystemRow, compare_rsystems};
 pub use sampled::{EvalSummary, GridOptions, GridSpacing, boundary_part, eval_points, function, sample_grid};
 pub use samples::{Sample, SampleComparison, SampleRow, compare_samples};
-pub use sheet::Sheet;
+pub use sheet::PictureSheet;
 pub use shown::{shown, shown_healed};
 pub use soup_info::{EdgeInfo, SoupFace, SoupInfo, soup_info};
 pub use volume::VolumeLoss;

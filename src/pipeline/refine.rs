@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use crate::error::{Error, Result, nearest};
 use crate::implicit::part::{SizeRequest, glob};
-use crate::optimize::{Region, Shape};
+use crate::optimize::{Region, RegionShape};
 use crate::spatial::Aabb;
 
 /// What a refinement is about.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
     /// A part of space, in the part's unit.
-    Region(Shape),
+    Region(RegionShape),
     /// Faces whose names fit a pattern with `*` and `?`.
     Faces(String),
 }
@@ -48,13 +48,13 @@ impl FromStr for Refinement {
             "box" => match numbers()?[..] {
                 [a, b, c, d, e, f] => {
                     let (p, q) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
-                    Place::Region(Shape::Box(Aabb::new(p.min(q), p.max(q))))
+                    Place::Region(RegionShape::Box(Aabb::new(p.min(q), p.max(q))))
                 }
                 _ => return Err(bad()),
             },
             "sphere" => match numbers()?[..] {
                 [x, y, z, radius] if radius > 0.0 => {
-                    Place::Region(Shape::Sphere { center: DVec3::new(x, y, z), radius })
+                    Place::Region(RegionShape::Sphere { center: DVec3::new(x, y, z), radius })
                 }
                 _ => return Err(bad()),
             },
@@ -112,7 +112,7 @@ mod tests {
     fn what_is_written_is_understood_or_refused() {
         let r: Refinement = "box=1,2,3,0,0,0:0.5".parse().unwrap();
         let b = Aabb::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
-        assert_eq!(r, Refinement { place: Place::Region(Shape::Box(b)), size: SizeRequest::Length(0.5) });
+        assert_eq!(r, Refinement { place: Place::Region(RegionShape::Box(b)), size: SizeRequest::Length(0.5) });
         let r: Refinement = "face=a:b*:1%".parse().unwrap();
         assert_eq!(r, Refinement { place: Place::Faces("a:b*".into()), size: SizeRequest::Share(0.01) });
         for s in ["", "box=1,2,3:1", "sphere=0,0,0,-1:1", "sphere=0,0,0,1", "ball=0,0,0,1:1", "box=a,0,0,1,1,1:1"] {

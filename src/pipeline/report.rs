@@ -16,7 +16,7 @@ use crate::error::{Error, Place, Result};
 use crate::implicit::FaceInfo;
 use crate::implicit::part::Part;
 use crate::parametric::Parametric;
-use crate::parametric::mesh::Step;
+use crate::parametric::mesh::FallbackStep;
 use crate::quality::{Check, Fault};
 use crate::run::Run;
 
@@ -80,11 +80,11 @@ pub enum Rung {
     None,
 }
 
-impl From<Step> for Rung {
-    fn from(s: Step) -> Self {
+impl From<FallbackStep> for Rung {
+    fn from(s: FallbackStep) -> Self {
         match s {
-            Step::FinerEdges => Rung::FinerEdges,
-            Step::Plane => Rung::Plane,
+            FallbackStep::FinerEdges => Rung::FinerEdges,
+            FallbackStep::Plane => Rung::Plane,
         }
     }
 }

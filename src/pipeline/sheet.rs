@@ -25,12 +25,12 @@ const SAMPLE_CELL: [usize; 2] = [560, 520];
 
 /// A picture of a comparison, as `rvachev compare --png` writes it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sheet {
+pub struct PictureSheet {
     path: PathBuf,
     color: Coloring,
 }
 
-impl Sheet {
+impl PictureSheet {
     /// A picture for a file, whose colors tell angles unless another color is said.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ impl Sheet {
         if !matches!(color, Coloring::Angle | Coloring::Class) {
             return Err(Error::Usage("the color of a comparison is angle or class".into()));
         }
-        Ok(Sheet { path: path.to_path_buf(), color })
+        Ok(PictureSheet { path: path.to_path_buf(), color })
     }
 
     /// Draws all stages of all methods near one place, and writes the file.

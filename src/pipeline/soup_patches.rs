@@ -2,7 +2,7 @@
 
 use crate::discrete::Discrete;
 use crate::geometry::Pieces;
-use crate::optimize::exact::{Patch, Patchwork, PieceSet};
+use crate::optimize::exact::{Patchwork, PiecePatch, PieceSet};
 
 /// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
 /// theirs, but not shorter than `least`.
@@ -10,8 +10,8 @@ pub(super) fn patchwork(solid: &Discrete, sizes: Vec<f64>, kept: &[bool], least:
     let mesh = solid.mesh.clone();
     let sets = (0..mesh.node_capacity() as u32).map(|v| PieceSet::of(&solid.pieces_at(v))).collect();
     let faces = solid.face_count() as u32;
-    let patches: Vec<Patch> =
-        (0..faces).map(|f| Patch { piece: f, outward: 1.0, plane: solid.plane(f), face: u32::MAX }).collect();
+    let patches: Vec<PiecePatch> =
+        (0..faces).map(|f| PiecePatch { piece: f, outward: 1.0, plane: solid.plane(f), face: u32::MAX }).collect();
     let kept: Vec<u32> = mesh.triangles().filter(|t| kept[*t as usize]).collect();
     let plain = Patchwork::new(mesh, sets, patches.into());
     let mut work = Patchwork { lines_from: faces, sizes, raw: true, fine: solid.smooth, ..plain };

@@ -6,7 +6,7 @@ use crate::mesh::TriMesh;
 
 /// Why an edge is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Line {
+pub(super) enum DrawnLine {
     /// One triangle only, or more than two.
     Alarm,
     /// The normals on its two sides differ by more than the asked angle.
@@ -18,7 +18,7 @@ pub(super) enum Line {
 }
 
 /// The edges to draw, ordered by their nodes: `a < b` and what it is.
-pub(super) fn lines(mesh: &TriMesh, sharp_degrees: f64) -> Vec<(u32, u32, Line)> {
+pub(super) fn lines(mesh: &TriMesh, sharp_degrees: f64) -> Vec<(u32, u32, DrawnLine)> {
     let mut sides: Vec<(u32, u32, u32)> = mesh
         .triangles
         .par_iter()
@@ -34,8 +34,8 @@ pub(super) fn lines(mesh: &TriMesh, sharp_degrees: f64) -> Vec<(u32, u32, Line)>
         .collect()
 }
 
-fn kind(mesh: &TriMesh, edge: &[(u32, u32, u32)], cosine: f64) -> Option<Line> {
-    let [(a, b, s), (_, _, t)] = edge else { return Some(Line::Alarm) };
+fn kind(mesh: &TriMesh, edge: &[(u32, u32, u32)], cosine: f64) -> Option<DrawnLine> {
+    let [(a, b, s), (_, _, t)] = edge else { return Some(DrawnLine::Alarm) };
     let forward = |t: u32| {
         let c = mesh.triangles[t as usize];
         (0..3).any(|i| (c[i], c[(i + 1) % 3]) == (*a, *b))
@@ -44,8 +44,8 @@ fn kind(mesh: &TriMesh, edge: &[(u32, u32, u32)], cosine: f64) -> Option<Line> {
     let turn = if forward(*s) == forward(*t) { -m.dot(n) } else { m.dot(n) };
     let flat = m.length_squared() == 0.0 || n.length_squared() == 0.0;
     if !flat && turn < cosine {
-        Some(Line::Sharp)
+        Some(DrawnLine::Sharp)
     } else {
-        (mesh.labels[*s as usize] != mesh.labels[*t as usize]).then_some(Line::Border)
+        (mesh.labels[*s as usize] != mesh.labels[*t as usize]).then_some(DrawnLine::Border)
     }
 }

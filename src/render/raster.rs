@@ -10,7 +10,7 @@ use crate::spatial::Aabb;
 
 use super::RenderOptions;
 use super::clip::Clipping;
-use super::edges::{self, Line};
+use super::edges::{self, DrawnLine};
 use super::palette::{ALARM, BACKGROUND, INK, INSIDE, Rgb, TriangleColors, mix};
 use super::picture::Picture;
 
@@ -29,19 +29,19 @@ const WIRE_FROM: f32 = 5.0;
 const WIRE_FULL: f32 = 14.0;
 
 /// Half the width in pixels and the color of a line, and how much it covers.
-fn style(line: Line) -> (f32, Rgb, f32) {
+fn style(line: DrawnLine) -> (f32, Rgb, f32) {
     match line {
-        Line::Alarm => (1.5, ALARM, 1.0),
-        Line::Sharp => (1.0, INK, 0.95),
-        Line::Border => (0.6, INK, 0.6),
-        Line::Cut => (1.0, INK, 0.95),
+        DrawnLine::Alarm => (1.5, ALARM, 1.0),
+        DrawnLine::Sharp => (1.0, INK, 0.95),
+        DrawnLine::Border => (0.6, INK, 0.6),
+        DrawnLine::Cut => (1.0, INK, 0.95),
     }
 }
 
 /// A line on the picture, ends in pixels and depth.
 struct Segment {
     ends: [Vec3; 2],
-    line: Line,
+    line: DrawnLine,
 }
 
 /// What is drawn, and how.
@@ -90,7 +90,8 @@ impl<'a> Scene<'a> {
         let segments: Vec<_> = if clipping.is_active() {
             let ends = |a: u32, b: u32| [mesh.nodes[a as usize], mesh.nodes[b as usize]];
             let left = lines.into_iter().filter_map(|(a, b, line)| Some((clipping.clipped(ends(a, b))?, line)));
-            let cuts = clipping.cuts.iter().filter(|_| options.sharp_angle.is_some()).map(|ends| (*ends, Line::Cut));
+            let cuts =
+                clipping.cuts.iter().filter(|_| options.sharp_angle.is_some()).map(|ends| (*ends, DrawnLine::Cut));
             let all = left.chain(cuts);
             all.map(|(ends, line)| Segment { ends: ends.map(|p| camera.place(p)), line }).collect()
         } else {
@@ -178,7 +179,7 @@ impl<'a> Scene<'a> {
         // Alarms come last: nothing may cover them.
         for alarms in [false, true] {
             for segment in self.segments_of_band[number].iter().map(|i| &self.segments[*i as usize]) {
-                if (segment.line == Line::Alarm) == alarms {
+                if (segment.line == DrawnLine::Alarm) == alarms {
                     self.cover_line(segment, &band, &depth, &mut color);
                 }
             }

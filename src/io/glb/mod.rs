@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{MeshView, TriMesh, face_colors};
 use crate::run::Run;
 
-use vertices::{Patch, VertexNumbers};
+use vertices::{FacePatch, VertexNumbers};
 
 /// The magic number, and the types of the two chunks.
 const MAGIC: &[u8; 4] = b"glTF";
@@ -131,7 +131,7 @@ impl File {
         }));
     }
 
-    fn primitive(&mut self, patch: &Patch) {
+    fn primitive(&mut self, patch: &FacePatch) {
         let first = self.accessors.len();
         let count = patch.positions.len();
         let [low, high] = patch.bounds();

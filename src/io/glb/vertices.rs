@@ -17,7 +17,7 @@ pub(super) struct VertexNumbers {
 }
 
 /// The vertices and triangles of a face.
-pub(super) struct Patch {
+pub(super) struct FacePatch {
     /// The number of its name.
     pub(super) face: u32,
     pub(super) positions: Vec<[f32; 3]>,
@@ -74,7 +74,7 @@ impl VertexNumbers {
     }
 
     /// The faces that have triangles, in their order, with triangles in that of the mesh.
-    pub(super) fn patches(&self, mesh: &TriMesh, run: &Run) -> Result<Vec<Patch>> {
+    pub(super) fn patches(&self, mesh: &TriMesh, run: &Run) -> Result<Vec<FacePatch>> {
         let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
         order.sort_by_key(|t| mesh.labels[*t as usize]);
         let same = |a: &u32, b: &u32| mesh.labels[*a as usize] == mesh.labels[*b as usize];
@@ -87,8 +87,8 @@ impl VertexNumbers {
         order.chunk_by(same).map(patch).collect()
     }
 
-    fn patch(&self, mesh: &TriMesh, triangles: &[u32], numbers: &mut [u32]) -> Patch {
-        let mut patch = Patch {
+    fn patch(&self, mesh: &TriMesh, triangles: &[u32], numbers: &mut [u32]) -> FacePatch {
+        let mut patch = FacePatch {
             face: mesh.labels[triangles[0] as usize],
             positions: Vec::new(),
             normals: Vec::new(),
@@ -116,7 +116,7 @@ impl VertexNumbers {
     }
 }
 
-impl Patch {
+impl FacePatch {
     /// The least and the greatest coordinates.
     pub(super) fn bounds(&self) -> [[f32; 3]; 2] {
         let along = |k: usize| self.positions.iter().map(move |p| p[k]);

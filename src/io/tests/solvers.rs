@@ -59,20 +59,20 @@ fn vtk_files_keep_faces_and_groups() {
 }
 
 /// What a text holds: triangles with the names of their faces, groups with those of theirs, the number of nodes, the area.
-struct Found {
+struct FoundText {
     faces: Vec<String>,
     groups: Vec<String>,
     nodes: usize,
     area: f64,
 }
 
-fn found(bytes: &[u8], format: Format) -> Found {
+fn found(bytes: &[u8], format: Format) -> FoundText {
     let mesh = read_bytes(bytes, format, Path::new("x")).unwrap();
     let group = |g: &Group| {
         let faces: Vec<&str> = g.faces.iter().map(|f| &mesh.faces[*f as usize][..]).collect();
         format!("{}: {}", g.name, faces.join(", "))
     };
-    Found {
+    FoundText {
         faces: mesh.labels.iter().map(|l| mesh.faces[*l as usize].clone()).collect(),
         groups: mesh.groups.iter().map(group).collect(),
         nodes: mesh.nodes.len(),

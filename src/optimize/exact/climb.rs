@@ -264,7 +264,7 @@ impl Remesher<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ExactOptions, Patch, Patchwork};
+    use super::super::{ExactOptions, Patchwork, PiecePatch};
     use super::*;
     use crate::geometry::{Foot, Pieces, SurfaceOracle};
     use crate::mesh::{EditMesh, TriMesh};
@@ -329,7 +329,7 @@ mod tests {
         let triangles: Vec<[u32; 3]> = (0..n).map(|k| [0, 1 + k, 1 + (k + 1) % n]).collect();
         let labels = vec![0; triangles.len()];
         let mesh = TriMesh { nodes, triangles, labels, faces: vec!["flat".into()], ..TriMesh::default() };
-        let patch = Patch { piece: 0, outward: 1.0, plane: Flat.plane(0), face: 0 };
+        let patch = PiecePatch { piece: 0, outward: 1.0, plane: Flat.plane(0), face: 0 };
         let sets = vec![PieceSet::one(0); mesh.nodes.len()];
         let work = Patchwork::new(EditMesh::new(&mesh).unwrap(), sets, vec![patch].into());
         let (options, run) = (ExactOptions::new(Sizing::uniform(1.0), 0.2), Run::new());

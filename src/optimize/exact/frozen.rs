@@ -100,7 +100,7 @@ impl Patchwork {
 mod tests {
     use super::*;
     use crate::mesh::{EditMesh, TriMesh};
-    use crate::optimize::exact::patchwork::{Patch, PieceSet};
+    use crate::optimize::exact::patchwork::{PiecePatch, PieceSet};
 
     /// Squares of side 1 in two triangles each, nine along each side.
     fn field() -> Patchwork {
@@ -114,7 +114,7 @@ mod tests {
         let triangles: Vec<[u32; 3]> = squares.flat_map(halves).collect();
         let labels = vec![0; triangles.len()];
         let mesh = TriMesh { nodes, triangles, labels, faces: vec!["floor".into()], ..TriMesh::default() };
-        let patch = Patch { piece: 0, outward: 1.0, plane: None, face: 0 };
+        let patch = PiecePatch { piece: 0, outward: 1.0, plane: None, face: 0 };
         let mut work = Patchwork::new(EditMesh::new(&mesh).unwrap(), vec![PieceSet::one(0); 100], vec![patch].into());
         work.sizes = vec![f64::INFINITY; 100];
         work

@@ -32,7 +32,7 @@ mod tips;
 pub use field::asked_triangles;
 use open::polish_beyond_ends;
 pub use open::{Laid, remesh_open};
-pub use patchwork::{ExactTarget, Filling, Patch, Patchwork, PieceSet};
+pub use patchwork::{ExactTarget, Filling, Patchwork, PiecePatch, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
 pub use thaw::Off;
 

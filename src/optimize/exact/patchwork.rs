@@ -72,7 +72,7 @@ impl PieceSet {
 
 /// A connected part of the surface on one piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patch {
+pub struct PiecePatch {
     /// The piece.
     pub piece: u32,
     /// 1 where the piece's own direction points out of the solid, -1 where it points in.
@@ -106,7 +106,7 @@ pub struct Patchwork {
     /// For each node the largest edge length it may want; empty where there is no such bound.
     pub sizes: Vec<f64>,
     /// What triangle labels stand for.
-    pub patches: Arc<[Patch]>,
+    pub patches: Arc<[PiecePatch]>,
     /// Pieces from this number on are lines within one piece: creases and open borders. Their nodes lie on that piece and
     /// on the line. `u32::MAX` where there are none.
     pub lines_from: u32,
@@ -134,7 +134,7 @@ pub struct Patchwork {
 
 impl Patchwork {
     /// A mesh without lines within pieces and without bounds on sizes, whose triangles are about as large as they shall be.
-    pub fn new(mesh: EditMesh, sets: Vec<PieceSet>, patches: Arc<[Patch]>) -> Self {
+    pub fn new(mesh: EditMesh, sets: Vec<PieceSet>, patches: Arc<[PiecePatch]>) -> Self {
         Self {
             mesh,
             sets,
@@ -291,7 +291,7 @@ impl Patchwork {
         up: DVec3,
         length: f64,
     ) -> Option<DVec3> {
-        let Patch { piece, outward, plane, .. } = self.patches[patch as usize];
+        let PiecePatch { piece, outward, plane, .. } = self.patches[patch as usize];
         if plane.is_some() {
             return None;
         }

@@ -6,7 +6,7 @@ use super::apexes::put_apexes;
 use super::concurrent::straighten_borders;
 use super::flat::{TriangleFacts, give_strips_away};
 use super::joints::Pieced;
-use super::patchwork::{Patch, Patchwork, PieceSet};
+use super::patchwork::{Patchwork, PiecePatch, PieceSet};
 use super::pointed::fan_tips;
 use crate::error::Result;
 use crate::geometry::Pieces;
@@ -85,7 +85,7 @@ pub fn patch_open_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) 
 
 /// Connected regions of triangles on one piece and of one face, where there are `faces`; labels of the triangles become their numbers, and edges between regions
 /// are marked sharp.
-fn patches(mesh: &mut EditMesh, of_triangle: &[u32], faces: &[u32], surface: &dyn Pieces) -> Vec<Patch> {
+fn patches(mesh: &mut EditMesh, of_triangle: &[u32], faces: &[u32], surface: &dyn Pieces) -> Vec<PiecePatch> {
     let face = |t: u32| faces.get(t as usize).copied().unwrap_or(NONE);
     let apart = |t: u32, u: u32| of_triangle[t as usize] != of_triangle[u as usize] || face(t) != face(u);
     for h in 0..3 * mesh.triangle_capacity() as u32 {
@@ -121,7 +121,7 @@ fn patches(mesh: &mut EditMesh, of_triangle: &[u32], faces: &[u32], surface: &dy
             }
         }
         let plane = if piece == NONE { None } else { surface.plane(piece) };
-        patches.push(Patch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 }, plane, face: face(first) });
+        patches.push(PiecePatch { piece, outward: if facing >= 0.0 { 1.0 } else { -1.0 }, plane, face: face(first) });
     }
     patches
 }

@@ -309,7 +309,7 @@ mod tests {
     use crate::implicit::{ExtractOptions, Implicit, ImplicitOracle, RSystem, Solid, extract};
     use crate::mesh::{TriMesh, self_intersections};
     use crate::optimize::exact::ExactOptions;
-    use crate::optimize::exact::patchwork::{Patch, Patchwork, PieceSet};
+    use crate::optimize::exact::patchwork::{Patchwork, PiecePatch, PieceSet};
     use crate::optimize::size::Sizing;
     use crate::run::Run;
 
@@ -335,8 +335,8 @@ mod tests {
             TriMesh { nodes, triangles, labels, faces: vec!["top".into(), "thing".into()], ..TriMesh::default() };
         let side = oracle.piece_at(on(0.1, 0.1)).unwrap();
         let outward = oracle.direction(side, DVec3::Z).unwrap().z.signum();
-        let top = Patch { piece: side, outward, plane: None, face: 0 };
-        let thing = Patch { piece: NONE, outward: 1.0, plane: None, face: 1 };
+        let top = PiecePatch { piece: side, outward, plane: None, face: 0 };
+        let thing = PiecePatch { piece: NONE, outward: 1.0, plane: None, face: 1 };
         let mut sets = vec![PieceSet::one(side); 9];
         sets.extend([PieceSet::of(&[]); 3]);
         let mut work = Patchwork::new(EditMesh::new(&mesh).unwrap(), sets, vec![top, thing].into());

@@ -49,7 +49,7 @@ pub enum Across {
 ///
 /// Errors: knots at which the surface falls apart; a surface without area; cancellation.
 pub fn patch(surface: NurbsSurface, run: &Run) -> Result<Brep> {
-    sheet(vec![Patch::whole(surface)?], run)
+    sheet(vec![SheetPatch::whole(surface)?], run)
 }
 
 /// A sheet over chains of edges: edge `i` of all chains makes face `i`. Chains run the same way.
@@ -85,11 +85,11 @@ pub fn over_chains(wires: &[Wire], across: &Across, run: &Run) -> Result<Brep> {
                 let count = curves[0].weighted().len();
                 let points: Vec<DVec4> =
                     (0..count * n).map(|k| curves[k % n].weighted()[k / n] * weight[k % n]).collect();
-                Patch::whole(NurbsSurface::from_weighted(curves[0].knots.clone(), v, &points)?)?
+                SheetPatch::whole(NurbsSurface::from_weighted(curves[0].knots.clone(), v, &points)?)?
             }
             Across::Hermite { closed } => {
                 let ends = [curves[0].clone(), curves[if *closed { 0 } else { curves.len() - 1 }].clone()];
-                Patch::over(Family::hermite(ranged(curves), *closed)?, ends)?
+                SheetPatch::over(Family::hermite(ranged(curves), *closed)?, ends)?
             }
             Across::Fillet => fillet(curves)?,
         });
@@ -108,7 +108,7 @@ pub fn shift_edges(profile: &Wire, path: &Wire, offset: DVec3, run: &Run) -> Res
             let back = path.start() - g.at(0.0) + offset;
             let profile = (Curve::Nurbs(c.to_nurbs()?), [0.0, 1.0]);
             let s = Shift { profile, path: (way, [0.0, 1.0]), offset: back };
-            patches.push(Patch::whole(Surface::Shift(Box::new(s)).to_nurbs()?)?);
+            patches.push(SheetPatch::whole(Surface::Shift(Box::new(s)).to_nurbs()?)?);
         }
     }
     sheet(patches, run)
@@ -118,7 +118,7 @@ fn ranged(curves: Vec<NurbsCurve>) -> Vec<(Curve, [f64; 2])> {
     curves.into_iter().map(|c| (Curve::Nurbs(c), [0.0, 1.0])).collect()
 }
 
-fn fillet(curves: Vec<NurbsCurve>) -> Result<Patch> {
+fn fillet(curves: Vec<NurbsCurve>) -> Result<SheetPatch> {
     let [from, apex, to] = &curves[..] else { return refuse("a fillet has three chains: from, apex and to") };
     for k in 0..=STEPS {
         let u = f64::from(k) / f64::from(STEPS);
@@ -136,15 +136,15 @@ fn fillet(curves: Vec<NurbsCurve>) -> Result<Patch> {
     let (Some(a), Some(b), Some(c)) = (all.next(), all.next(), all.next()) else {
         return refuse("a fillet has three chains: from, apex and to");
     };
-    Patch::over(Family::fillet([a, b, c])?, ends)
+    SheetPatch::over(Family::fillet([a, b, c])?, ends)
 }
 
 /// Faces of one surface.
-struct Patch {
+struct SheetPatch {
     faces: Vec<(Surface, [NurbsCurve; 4])>,
 }
 
-impl Patch {
+impl SheetPatch {
     fn whole(s: NurbsSurface) -> Result<Self> {
         let s = NurbsSurface::from_weighted(s.u.clone().whole()?, s.v.clone().whole()?, s.weighted())?;
         let mut faces = Vec::new();
@@ -166,7 +166,7 @@ impl Patch {
     }
 }
 
-fn sheet(patches: Vec<Patch>, run: &Run) -> Result<Brep> {
+fn sheet(patches: Vec<SheetPatch>, run: &Run) -> Result<Brep> {
     let faces: Vec<_> = patches.into_iter().flat_map(|p| p.faces).collect();
     let several = faces.len() > 1;
     let mut all = Vec::with_capacity(faces.len());

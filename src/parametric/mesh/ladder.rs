@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 
 use super::edges::Borders;
 use super::fill::{Filled, Unfilled};
-use super::{Parametric, Plan, Step};
+use super::{FallbackStep, Parametric, Plan};
 use crate::parametric::brep::Coedge;
 use crate::parametric::chart::Chart;
 use crate::parametric::frame::Frame;
@@ -16,10 +16,10 @@ const FACING: f64 = 0.3;
 
 impl Parametric {
     /// The faces whose edges were divided more finely.
-    pub(super) fn finer(&self, factor: &[usize]) -> Vec<(u32, Step, String)> {
+    pub(super) fn finer(&self, factor: &[usize]) -> Vec<(u32, FallbackStep, String)> {
         let halved = |f: &usize| self.brep.faces[*f].loops.iter().flatten().any(|c| factor[c.edge as usize] > 1);
         let why = || "edges crossed others in the parameter domain".to_string();
-        (0..self.brep.faces.len()).filter(halved).map(|f| (f as u32, Step::FinerEdges, why())).collect()
+        (0..self.brep.faces.len()).filter(halved).map(|f| (f as u32, FallbackStep::FinerEdges, why())).collect()
     }
 
     /// Triangulates faces that failed on a plane through their border.
@@ -27,7 +27,7 @@ impl Parametric {
         &self,
         filled: &mut [Result<Filled, Unfilled>],
         plan: &Plan<'_>,
-        steps: &mut Vec<(u32, Step, String)>,
+        steps: &mut Vec<(u32, FallbackStep, String)>,
     ) {
         let Borders { points, chains, .. } = plan.borders;
         for (f, made) in filled.iter_mut().enumerate() {
@@ -44,7 +44,7 @@ impl Parametric {
                 let faces = |p: DVec3| own.normal_near(p).is_some_and(|n| n.dot(up) > FACING);
                 let all = border.map(|v| points[*v as usize]).chain(flat.nodes.iter().copied());
                 if all.into_iter().all(|p| p.is_finite() && faces(p)) {
-                    steps.push((f as u32, Step::Plane, self.told(why)));
+                    steps.push((f as u32, FallbackStep::Plane, self.told(why)));
                     *made = Ok(flat);
                 }
             }

@@ -34,7 +34,7 @@ pub(super) struct Contour {
 }
 
 /// One step of a loop in space: a node, its point, and the curve to the next node.
-struct Step<'a> {
+struct LoopStep<'a> {
     node: u32,
     point: DVec3,
     edge: u32,
@@ -63,7 +63,7 @@ impl Unroller<'_> {
                 let (i, j) = if c.forward { (k, k + 1) } else { (n - k, n - k - 1) };
                 let node = chain.nodes[i];
                 let point = self.points[node as usize];
-                steps.push(Step { node, point, edge: c.edge, curve, t: [chain.t[i], chain.t[j]] });
+                steps.push(LoopStep { node, point, edge: c.edge, curve, t: [chain.t[i], chain.t[j]] });
             }
         }
         if !forward {
@@ -72,7 +72,7 @@ impl Unroller<'_> {
             let turned = (0..n).rev().map(|i| {
                 let (s, before) = (&steps[i], &steps[(i + n - 1) % n]);
                 let t = [before.t[1], before.t[0]];
-                Step { node: s.node, point: s.point, edge: before.edge, curve: before.curve, t }
+                LoopStep { node: s.node, point: s.point, edge: before.edge, curve: before.curve, t }
             });
             steps = turned.collect();
         }
@@ -83,7 +83,7 @@ impl Unroller<'_> {
         self.chart.poles.iter().find(|q| q.point.distance(p) <= self.near)
     }
 
-    fn unroll(&self, mut steps: Vec<Step<'_>>) -> Contour {
+    fn unroll(&self, mut steps: Vec<LoopStep<'_>>) -> Contour {
         let poles: Vec<usize> = (0..steps.len()).filter(|&i| self.pole_at(steps[i].point).is_some()).collect();
         if poles.len() == steps.len() {
             return Contour::default();
@@ -121,11 +121,11 @@ impl Unroller<'_> {
     }
 
     /// Parameters of `p`, reached from the step before it, which is at `from`.
-    fn follow(&self, before: &Step<'_>, p: DVec3, from: DVec2, depth: usize) -> DVec2 {
+    fn follow(&self, before: &LoopStep<'_>, p: DVec3, from: DVec2, depth: usize) -> DVec2 {
         self.follow_part(before, before.t, p, from, depth)
     }
 
-    fn follow_part(&self, s: &Step<'_>, t: [f64; 2], p: DVec3, from: DVec2, depth: usize) -> DVec2 {
+    fn follow_part(&self, s: &LoopStep<'_>, t: [f64; 2], p: DVec3, from: DVec2, depth: usize) -> DVec2 {
         let uv = self.chart.project_near(p, from);
         let far = (0..2).any(|k| self.chart.periods[k].is_some_and(|q| (uv[k] - from[k]).abs() > STRIDE * q));
         if !far || depth >= HALVINGS {
@@ -138,7 +138,7 @@ impl Unroller<'_> {
 
     /// Puts poles between the runs of corners: the runs are moved by periods so that the domain lies to the left of the
     /// pole's line, on which the pole's node is repeated.
-    fn through_poles(&self, steps: &[Step<'_>], mut corners: Vec<Corner>, passed: &[(usize, usize)]) -> Contour {
+    fn through_poles(&self, steps: &[LoopStep<'_>], mut corners: Vec<Corner>, passed: &[(usize, usize)]) -> Contour {
         let count = corners.len();
         let mut lines: Vec<(usize, Vec<Corner>)> = Vec::new();
         let mut shift = DVec2::ZERO;

@@ -121,7 +121,7 @@ pub enum Place {
 
 /// How a face was triangulated where the plain way did not do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum FallbackStep {
     /// Edges around it were divided more finely.
     FinerEdges,
     /// On a plane through its border; nodes are on the surface all the same.
@@ -149,7 +149,7 @@ pub struct FaceMeshes {
     /// The edge length wanted at each node.
     pub sizes: Vec<f64>,
     /// Faces that did not come out the plain way, and why not.
-    pub steps: Vec<(u32, Step, String)>,
+    pub steps: Vec<(u32, FallbackStep, String)>,
     /// Faces that could not be meshed.
     pub failures: Vec<Failure>,
     /// Whether there would be more nodes than allowed: then faces are missing.

@@ -12,7 +12,7 @@ use crate::heal::Joined;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh};
 use crate::numeric::Sets;
-use crate::optimize::exact::{Patch, Patchwork, PieceSet};
+use crate::optimize::exact::{Patchwork, PiecePatch, PieceSet};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -322,7 +322,7 @@ pub(super) fn prepare(
 }
 
 /// The patch of each triangle, and the patches: parts that hang together on one piece of one face face the way most of them does.
-fn patches(mesh: &TriMesh, of: &[(u32, u32)], joint: &OperandPieces<'_>) -> (Vec<u32>, Vec<Patch>) {
+fn patches(mesh: &TriMesh, of: &[(u32, u32)], joint: &OperandPieces<'_>) -> (Vec<u32>, Vec<PiecePatch>) {
     let mut sets = Sets::new(of.len());
     for (_, [t, u]) in mesh.inner_edges() {
         if of[t as usize] == of[u as usize] {
@@ -335,13 +335,13 @@ fn patches(mesh: &TriMesh, of: &[(u32, u32)], joint: &OperandPieces<'_>) -> (Vec
         let n = joint.direction(of[t].0, mesh.centroid(t)).unwrap_or(DVec3::ZERO);
         along[*k as usize] += n.dot(mesh.area_vector(t));
     }
-    let mut patches: Vec<Patch> = Vec::new();
+    let mut patches: Vec<PiecePatch> = Vec::new();
     let mut number: FxHashMap<(u32, u32, bool), u32> = FxHashMap::default();
     let labels = part.iter().enumerate().map(|(t, k)| {
         let ((piece, face), out) = (of[t], along[*k as usize] >= 0.0);
         *number.entry((piece, face, out)).or_insert_with(|| {
             let outward = if out { 1.0 } else { -1.0 };
-            patches.push(Patch { piece, outward, plane: joint.plane(piece), face });
+            patches.push(PiecePatch { piece, outward, plane: joint.plane(piece), face });
             patches.len() as u32 - 1
         })
     });

@@ -50,7 +50,7 @@ pub struct RegionCut {
 
 /// A model without narrow regions.
 #[derive(Debug, Clone, Default)]
-pub struct Trimmed {
+pub struct TrimmedModel {
     /// The model.
     pub brep: Brep,
     /// What was cut off.
@@ -61,7 +61,7 @@ pub struct Trimmed {
 
 /// What happens to regions between the two sides of a wall or a groove: with them the solid is cut off, or the groove filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Walls {
+pub enum WallHandling {
     /// They stay.
     Keep,
     /// They go where the face goes on at both ends: no rims, and no cusps, which end in one triangle anyway.
@@ -73,11 +73,11 @@ pub enum Walls {
 /// Cuts off regions of faces that are narrower than `width` and long for that.
 ///
 /// *Guarantees*: borders move by at most about half the width; edges have as many faces as before; the same result for any
-/// number of threads. *Does not guarantee*: that all narrow regions go, see [`Trimmed::refused`].
+/// number of threads. *Does not guarantee*: that all narrow regions go, see [`TrimmedModel::refused`].
 ///
 /// *Errors*: cancellation.
-pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> {
-    let mut out = Trimmed { brep, ..Trimmed::default() };
+pub fn trim(brep: Brep, width: f64, walls: WallHandling, run: &Run) -> Result<TrimmedModel> {
+    let mut out = TrimmedModel { brep, ..TrimmedModel::default() };
     if !(width > 0.0 && width.is_finite()) {
         return Ok(out);
     }
@@ -96,9 +96,9 @@ pub fn trim(brep: Brep, width: f64, walls: Walls, run: &Run) -> Result<Trimmed> 
             }
             let (name, source) = (face.name.clone(), face.source);
             let goes = |region: &NarrowRegion| match walls {
-                Walls::Keep => !is_wall(&out.brep, f, region),
-                Walls::Necks => region.open == [true; 2] || !is_wall(&out.brep, f, region),
-                Walls::Cut => true,
+                WallHandling::Keep => !is_wall(&out.brep, f, region),
+                WallHandling::Necks => region.open == [true; 2] || !is_wall(&out.brep, f, region),
+                WallHandling::Cut => true,
             };
             let done = regions::find(&out.brep, f, &lines, width, &goes)
                 .and_then(|region| region.map(|s| surgery::close(&out.brep, f, &s, width).map(|b| (s, b))).transpose());
