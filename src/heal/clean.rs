@@ -4,7 +4,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::report::{Action, Defect, HealReport};
-use super::sides::{Side, Sides, directed, pieces};
+use super::sides::{EdgeSide, Sides, directed, pieces};
 use super::winding::winding;
 use crate::mesh::TriMesh;
 use crate::numeric::predicates::orient2d;
@@ -221,7 +221,7 @@ pub(super) fn turn_outward(mesh: &mut TriMesh, report: &mut HealReport) {
 }
 
 /// Whether the sides on an edge cancel: as many run one way as the other.
-pub(super) fn balanced(triangles: &[[u32; 3]], e: &[Side]) -> bool {
+pub(super) fn balanced(triangles: &[[u32; 3]], e: &[EdgeSide]) -> bool {
     let forward = e.iter().filter(|s| {
         let [a, b] = directed(triangles, s.half);
         a < b

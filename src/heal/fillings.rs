@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::holes::FILLED;
-use super::sides::{Side, Sides, directed, pieces};
+use super::sides::{EdgeSide, Sides, directed, pieces};
 use crate::mesh::TriMesh;
 
 /// What is known of a filling.
@@ -21,7 +21,7 @@ struct FillingState {
 pub fn absorb_fillings(mesh: &mut TriMesh, area: f64, width: f64) -> usize {
     let Some(filled) = mesh.faces.iter().position(|f| f == FILLED).map(|f| f as u32) else { return 0 };
     let sides = Sides::of(&mesh.triangles);
-    let label = |s: &Side| mesh.labels[s.triangle()];
+    let label = |s: &EdgeSide| mesh.labels[s.triangle()];
     let (piece, count) = pieces(mesh.triangles.len(), &sides, |e| e.iter().all(|s| label(s) == filled));
     let mut found: Vec<FillingState> = (0..count).map(|_| FillingState::default()).collect();
     for (t, p) in piece.iter().enumerate() {

@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::arrange::{Complex, Uses};
-use super::sides::{Side, Sides, directed, ends, pieces};
+use super::sides::{EdgeSide, Sides, directed, ends, pieces};
 use super::winding::{Patches, behind, turn_around};
 use crate::error::Result;
 use crate::mesh::{TriMesh, intersections_among, self_intersections};
@@ -107,7 +107,7 @@ fn subdivide_sheets(complex: &Complex) -> Complex {
     }
     let sides = Sides::of(&complex.triangles);
     let mut rim = vec![false; complex.nodes.len()];
-    let inner = |e: &[Side]| e.len() == 2 && e.iter().all(|s| complex.uses[s.triangle()].sheet);
+    let inner = |e: &[EdgeSide]| e.len() == 2 && e.iter().all(|s| complex.uses[s.triangle()].sheet);
     for e in sides.edges().filter(|e| !inner(e)) {
         ends(e[0].key).iter().for_each(|v| rim[*v as usize] = true);
     }

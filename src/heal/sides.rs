@@ -4,12 +4,12 @@ use crate::numeric::Sets;
 
 /// One side of a triangle on an undirected edge. `half = 3 t + k` runs from corner `k` to corner `k + 1` of triangle `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Side {
+pub(super) struct EdgeSide {
     pub(super) key: u64,
     pub(super) half: u32,
 }
 
-impl Side {
+impl EdgeSide {
     pub(super) fn triangle(self) -> usize {
         (self.half / 3) as usize
     }
@@ -34,14 +34,14 @@ pub(super) fn directed(triangles: &[[u32; 3]], half: u32) -> [u32; 2] {
 
 /// All sides, sorted by edge.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Sides(Vec<Side>);
+pub(super) struct Sides(Vec<EdgeSide>);
 
 impl Sides {
     pub(super) fn of(triangles: &[[u32; 3]]) -> Self {
         let mut s = Vec::with_capacity(3 * triangles.len());
         for (t, tri) in triangles.iter().enumerate() {
             for k in 0..3 {
-                s.push(Side { key: key(tri[k], tri[(k + 1) % 3]), half: (3 * t + k) as u32 });
+                s.push(EdgeSide { key: key(tri[k], tri[(k + 1) % 3]), half: (3 * t + k) as u32 });
             }
         }
         s.sort_unstable();
@@ -49,7 +49,7 @@ impl Sides {
     }
 
     /// The sides of each edge, edges ascending.
-    pub(super) fn edges(&self) -> impl Iterator<Item = &[Side]> {
+    pub(super) fn edges(&self) -> impl Iterator<Item = &[EdgeSide]> {
         self.0.chunk_by(|a, b| a.key == b.key)
     }
 
@@ -60,7 +60,7 @@ impl Sides {
 }
 
 /// Triangles joined over edges that `joins` accepts: the piece of each triangle, and how many pieces there are.
-pub(super) fn pieces(triangles: usize, sides: &Sides, joins: impl Fn(&[Side]) -> bool) -> (Vec<u32>, usize) {
+pub(super) fn pieces(triangles: usize, sides: &Sides, joins: impl Fn(&[EdgeSide]) -> bool) -> (Vec<u32>, usize) {
     let mut sets = Sets::new(triangles);
     for e in sides.edges().filter(|e| joins(e)) {
         for w in e.windows(2) {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::arrange::{Complex, Uses};
-use super::sides::{Side, Sides, directed, ends};
+use super::sides::{EdgeSide, Sides, directed, ends};
 use crate::error::Result;
 use crate::numeric::predicates::orient3d;
 use crate::run::Run;
@@ -59,8 +59,8 @@ pub(super) fn behind(
         for (i, s) in around.iter().enumerate() {
             let other = &around[(i + 1) % around.len()];
             // a triangle that runs u -> v is met at its back, left at its front
-            let at_back = |s: &Side| directed(&complex.triangles, s.half) == [u, v];
-            let steps = |s: &Side| jump(&complex.uses[s.triangle()]);
+            let at_back = |s: &EdgeSide| directed(&complex.triangles, s.half) == [u, v];
+            let steps = |s: &EdgeSide| jump(&complex.uses[s.triangle()]);
             let left = if at_back(s) { -steps(s) } else { 0 };
             let met = if at_back(other) { 0 } else { -steps(other) };
             let (p, q) = (patch[s.triangle()], patch[other.triangle()]);
@@ -106,9 +106,9 @@ pub(super) fn behind(
 }
 
 /// The sides on an edge in the order in which they are met going around `u -> v` counter-clockwise.
-pub(super) fn turn_around(complex: &Complex, u: u32, v: u32, e: &[Side]) -> Vec<Side> {
+pub(super) fn turn_around(complex: &Complex, u: u32, v: u32, e: &[EdgeSide]) -> Vec<EdgeSide> {
     let p = |v: u32| complex.nodes[v as usize];
-    let apex = |s: &Side| p(complex.triangles[s.triangle()][(s.half as usize + 2) % 3]);
+    let apex = |s: &EdgeSide| p(complex.triangles[s.triangle()][(s.half as usize + 2) % 3]);
     let (a, b, zero) = (p(u), p(v), apex(&e[0]));
     let left = |x: DVec3, y: DVec3| -orient3d(a, b, x, y);
     // whether y lies on the same side of the edge as x, given that they are in one plane with it

@@ -28,7 +28,7 @@ pub struct HexahedraBlock {
 
 /// How a side of a block lies on the grid of its face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Side {
+struct BlockSide {
     face: u32,
     /// Whether the side's first direction is the grid's second.
     swap: bool,
@@ -36,7 +36,7 @@ struct Side {
     flip: [bool; 2],
 }
 
-impl Side {
+impl BlockSide {
     /// The face's own number of the node at `(u, v)` of the side; `grid` is the face's size.
     fn place(self, [u, v]: [u32; 2], grid: [u32; 2]) -> u32 {
         let [mut i, mut j] = if self.swap { [v, u] } else { [u, v] };
@@ -82,7 +82,7 @@ impl HexahedraBlock {
 pub struct Blocks<P = (), C = (), S = ()> {
     surface: Merged<P, C, S>,
     blocks: Vec<HexahedraBlock>,
-    sides: Vec<[Side; 6]>,
+    sides: Vec<[BlockSide; 6]>,
     nodes: Starts,
     cells: Starts,
 }
@@ -192,7 +192,7 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
 }
 
 /// The way in which side `s` of a block has the nodes of its face.
-fn find_side<P, C, S>(surface: &Merged<P, C, S>, block: &HexahedraBlock, s: usize) -> Option<Side> {
+fn find_side<P, C, S>(surface: &Merged<P, C, S>, block: &HexahedraBlock, s: usize) -> Option<BlockSide> {
     let (face, size) = (block.faces[s], block.side_size(s));
     if face as usize >= surface.fragments().counts()[2] {
         return None;
@@ -203,7 +203,7 @@ fn find_side<P, C, S>(surface: &Merged<P, C, S>, block: &HexahedraBlock, s: usiz
         Some(p) => *p,
         None => view.inner()[place as usize - view.border().len()],
     };
-    (0..8).map(|k| Side { face, swap: k & 4 > 0, flip: [k & 1 > 0, k & 2 > 0] }).find(|side| {
+    (0..8).map(|k| BlockSide { face, swap: k & 4 > 0, flip: [k & 1 > 0, k & 2 > 0] }).find(|side| {
         let along = if side.swap { [size[1], size[0]] } else { size };
         let same = |uv: [u32; 2]| block.nodes[block.at(block.on_side(s, uv))] == node(side.place(uv, grid));
         along == grid && (0..=size[1]).all(|v| (0..=size[0]).all(|u| same([u, v])))

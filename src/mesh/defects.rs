@@ -3,7 +3,7 @@
 use crate::error::{Error, Place, Result};
 use crate::numeric::Sets;
 
-use super::sides::{Side, sides};
+use super::sides::{TriangleSide, sides};
 use super::trimesh::TriMesh;
 
 /// Everything that keeps a mesh from being a closed, oriented 2-manifold. All lists are ascending.
@@ -91,7 +91,7 @@ impl TriMesh {
         }
         let sides = sides(self);
         // Triangles with the same nodes share every edge, so their nodes' sums differ if anything does.
-        let sum = |s: &Side| self.triangles[s.triangle() as usize].iter().map(|v| u64::from(*v)).sum::<u64>();
+        let sum = |s: &TriangleSide| self.triangles[s.triangle() as usize].iter().map(|v| u64::from(*v)).sum::<u64>();
         for group in sides.chunk_by(|a, b| a.key == b.key).filter(|g| g.len() > 1) {
             if let [a, b] = group
                 && (sum(a) != sum(b) || a.triangle() == b.triangle())

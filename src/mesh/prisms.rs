@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::sides::{Side, sides};
+use super::sides::{TriangleSide, sides};
 use super::trimesh::TriMesh;
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
@@ -195,7 +195,7 @@ struct Lid {
 }
 
 impl Lid {
-    fn new(mesh: &TriMesh, all: &[Side], name: &str) -> Result<Self> {
+    fn new(mesh: &TriMesh, all: &[TriangleSide], name: &str) -> Result<Self> {
         let Some(label) = mesh.faces.iter().position(|f| f == name).map(|l| l as u32) else {
             let names = mesh.faces.join(", ");
             return Err(Error::Usage(format!("no face is called {name:?}; there are {names}")));
@@ -218,8 +218,8 @@ impl Lid {
         let triangles = triangles.collect();
         let mut rim = Vec::new();
         for edge in all.chunk_by(|a, b| a.key == b.key) {
-            let label_of = |side: &Side| mesh.labels[side.triangle() as usize];
-            let mine: Vec<&Side> = edge.iter().filter(|s| label_of(s) == label).collect();
+            let label_of = |side: &TriangleSide| mesh.labels[side.triangle() as usize];
+            let mine: Vec<&TriangleSide> = edge.iter().filter(|s| label_of(s) == label).collect();
             match mine[..] {
                 [] => {}
                 [one] => {
@@ -403,7 +403,7 @@ fn unlike(name: &str, taken: &[String]) -> String {
 }
 
 /// Refuses faces that do not close a room, or hold another volume than the prisms between them.
-fn check_shell(mesh: &TriMesh, all: &[Side], shell: &[bool], volume: f64) -> Result<()> {
+fn check_shell(mesh: &TriMesh, all: &[TriangleSide], shell: &[bool], volume: f64) -> Result<()> {
     let of_shell = |t: u32| shell[mesh.labels[t as usize] as usize];
     for edge in all.chunk_by(|a, b| a.key == b.key) {
         if edge.iter().filter(|s| of_shell(s.triangle())).count() % 2 == 1 {

@@ -4,7 +4,7 @@ use super::trimesh::TriMesh;
 
 /// One side of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(crate) struct Side {
+pub(crate) struct TriangleSide {
     /// The undirected edge: the smaller node, then the larger.
     pub(crate) key: u64,
     /// Three times the triangle, and which of its sides: 0 from its first node to its second.
@@ -13,7 +13,7 @@ pub(crate) struct Side {
     pub(crate) forward: bool,
 }
 
-impl Side {
+impl TriangleSide {
     /// The triangle.
     pub(crate) fn triangle(&self) -> u32 {
         self.number / 3
@@ -26,7 +26,7 @@ impl Side {
 }
 
 /// All sides, ascending. They are gathered by their smaller node first, which leaves little to sort.
-pub(crate) fn sides(mesh: &TriMesh) -> Vec<Side> {
+pub(crate) fn sides(mesh: &TriMesh) -> Vec<TriangleSide> {
     let each = || {
         let ends = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
         (0u32..).zip(mesh.triangles.iter().flat_map(ends))
@@ -36,12 +36,12 @@ pub(crate) fn sides(mesh: &TriMesh) -> Vec<Side> {
     for v in 0..mesh.nodes.len() {
         fill[v + 1] += fill[v];
     }
-    let mut sides = vec![Side::default(); 3 * mesh.triangles.len()];
+    let mut sides = vec![TriangleSide::default(); 3 * mesh.triangles.len()];
     for (number, [a, b]) in each() {
         let at = &mut fill[a.min(b) as usize];
-        sides[*at] = Side { key: u64::from(a.min(b)) << 32 | u64::from(a.max(b)), number, forward: a < b };
+        sides[*at] = TriangleSide { key: u64::from(a.min(b)) << 32 | u64::from(a.max(b)), number, forward: a < b };
         *at += 1;
     }
-    sides.chunk_by_mut(|x, y| x.key >> 32 == y.key >> 32).for_each(<[Side]>::sort_unstable);
+    sides.chunk_by_mut(|x, y| x.key >> 32 == y.key >> 32).for_each(<[TriangleSide]>::sort_unstable);
     sides
 }

@@ -29,7 +29,7 @@ pub(super) struct Leg {
 
 /// One side of a narrow region: points, which may be vertices, and the legs between them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Side {
+pub(super) struct RegionSide {
     pub(super) points: Vec<DVec3>,
     pub(super) vertices: Vec<Option<u32>>,
     pub(super) legs: Vec<Leg>,
@@ -38,7 +38,7 @@ pub(super) struct Side {
 /// A narrow region: its two sides, both from the same end of it, and which points of them lie across from each other.
 #[derive(Debug, Clone)]
 pub(super) struct NarrowRegion {
-    pub(super) sides: [Side; 2],
+    pub(super) sides: [RegionSide; 2],
     /// Indices of points, ascending on both sides.
     pub(super) pairs: Vec<[usize; 2]>,
     /// The pairs between which each side is a piece of one edge.
@@ -47,7 +47,7 @@ pub(super) struct NarrowRegion {
     pub(super) open: [bool; 2],
 }
 
-impl Side {
+impl RegionSide {
     fn reversed(mut self) -> Self {
         self.points.reverse();
         self.vertices.reverse();
@@ -223,7 +223,7 @@ impl Polygons<'_> {
     }
 
     /// The part of a contour from one place on it to another, or to vertices just beyond them.
-    fn between(&self, from: Spot, to: Spot, width: f64) -> Side {
+    fn between(&self, from: Spot, to: Spot, width: f64) -> RegionSide {
         let p = &self.polygons[from.contour as usize];
         let n = p.len();
         let start = self.snapped(p, &from, width, false);
@@ -238,7 +238,7 @@ impl Polygons<'_> {
             (self.brep.edges[leg.edge as usize].curve.at(t), None, t)
         };
         let (first, last) = (at(start), at(end));
-        let mut out = Side { points: vec![first.0], vertices: vec![first.1], legs: Vec::new() };
+        let mut out = RegionSide { points: vec![first.0], vertices: vec![first.1], legs: Vec::new() };
         let mut t = first.2;
         let ahead = (end.0 + n - start.0) % n;
         let count = if ahead == 0 && end.1 <= start.1 { n } else { ahead };
@@ -289,13 +289,13 @@ impl Polygons<'_> {
     }
 
     /// A whole contour from a corner around to it again.
-    fn around(&self, contour: usize, from: usize) -> Side {
+    fn around(&self, contour: usize, from: usize) -> RegionSide {
         let spot = |share| Spot { contour: contour as u32, point: from as u32, share };
         self.between(spot(0.0), spot(0.0), 0.0)
     }
 
     /// The sides of a domain that is narrow all over.
-    fn whole(&self, vanished: &[u32], width: f64) -> Option<[Side; 2]> {
+    fn whole(&self, vanished: &[u32], width: f64) -> Option<[RegionSide; 2]> {
         match *vanished {
             [c] if self.polygons.len() == 1 => {
                 let p = &self.polygons[c as usize];
@@ -350,7 +350,7 @@ fn step(a: &[DVec3], [i, j]: [usize; 2], b: &[DVec3], [next_i, next_j]: [usize; 
 }
 
 /// The two sides of a region that ends inside a side, or in a cut of the domain that this side crosses.
-fn folded(side: Side) -> [Side; 2] {
+fn folded(side: RegionSide) -> [RegionSide; 2] {
     let n = side.points.len();
     if let Some(first) = side.legs.iter().position(|l| l.edge == NO_EDGE) {
         let last = side.legs.iter().rposition(|l| l.edge == NO_EDGE).unwrap_or(first);
@@ -365,7 +365,7 @@ fn folded(side: Side) -> [Side; 2] {
 }
 
 /// Pairs what lies across, if the region is long and narrow. It goes on into the rest of the face where it is `open`.
-fn joined(sides: [Side; 2], open: [bool; 2], width: f64) -> Result<Option<NarrowRegion>, String> {
+fn joined(sides: [RegionSide; 2], open: [bool; 2], width: f64) -> Result<Option<NarrowRegion>, String> {
     let [a, b] = &sides;
     if a.points.len() < 2 || b.points.len() < 2 || a.length().min(b.length()) < LONG * width {
         return Ok(None);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::regions::{Leg, NarrowRegion, Side};
+use super::regions::{Leg, NarrowRegion, RegionSide};
 use crate::numeric::Sets;
 use crate::parametric::brep::{Brep, Coedge, Edge};
 use crate::parametric::curve::Curve;
@@ -112,7 +112,7 @@ fn length(e: &Edge) -> f64 {
 }
 
 /// The edge and its parameter at a point of a side.
-fn place(side: &Side, i: usize) -> (u32, f64) {
+fn place(side: &RegionSide, i: usize) -> (u32, f64) {
     match side.legs.get(i) {
         Some(l) => (l.edge, l.t[0]),
         None => side.legs.last().map_or((0, 0.0), |l| (l.edge, l.t[1])),
@@ -156,7 +156,7 @@ fn divide(brep: &mut Brep, e: u32, cuts: &mut FxHashMap<u32, Vec<(f64, u32)>>) {
 fn piece(
     brep: &Brep,
     before: &Brep,
-    side: &Side,
+    side: &RegionSide,
     joints: Range<usize>,
     cuts: &FxHashMap<u32, Vec<(f64, u32)>>,
 ) -> Result<Option<Piece>, String> {
