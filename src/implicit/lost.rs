@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::numeric::{Interval, Sets};
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Bvh};
 
 /// Boxes in which no point is found are halved until they are this share of a cell (as a power of two).
 const DEEPER: u32 = 2;
@@ -78,18 +78,28 @@ impl SurfacePoint {
 /// Looks for the surface where marching cubes may not have seen it: in bricks whose corners all have one sign, and on
 /// faces that, by intervals, may come through a brick and have no triangle there or next to it; on faces of formulas, which
 /// may have many pieces, in cells without triangles within a brick too. One point for each face in each cell that holds one
-/// near its middle. Also the nodes of faces of few triangles, and apexes.
+/// near its middle. Also the nodes of faces of few triangles, and apexes. With boxes `within` it is looked for in these only, as
+/// elsewhere an arrangement is proved.
 ///
 /// Not found: what is smaller than the cells on a face of a primitive that has triangles within a brick, and formulas on
 /// whose zeros Newton's method does not settle.
-pub(crate) fn surface_points(model: &Implicit, extracted: &Extracted, run: &Run) -> Result<Vec<SurfacePoint>> {
+pub(crate) fn surface_points(
+    model: &Implicit,
+    extracted: &Extracted,
+    within: Option<&[Aabb]>,
+    run: &Run,
+) -> Result<Vec<SurfacePoint>> {
+    // What is known of closures was seen at points, which prove nothing.
+    let is_seen_only = |l: &Leaf| l.slopes(&model.bounds()).is_none();
+    let within = within.filter(|_| !model.leaves.iter().any(is_seen_only)).map(|boxes| Bvh::new(boxes.to_vec()));
+    let sight = Sight { model, extracted, within: within.as_ref(), run };
     let small = small_patches(&extracted.mesh);
     let seen = Seen::new(model, extracted, &small);
     run.install(|| {
-        let empty = extracted.undecided.par_iter().map(|c| points(model, extracted, c, None, run));
+        let empty = extracted.undecided.par_iter().map(|c| points(&sight, c, None));
         let crossed = extracted.bricks.cells.par_iter().map(|c| {
             let wanted = seen.wanted(c);
-            if wanted.is_empty() { Ok(Vec::new()) } else { points(model, extracted, c, Some(&wanted), run) }
+            if wanted.is_empty() { Ok(Vec::new()) } else { points(&sight, c, Some(&wanted)) }
         });
         let found: Vec<Vec<SurfacePoint>> = empty.chain(crossed).collect::<Result<_>>()?;
         let mut found: Vec<SurfacePoint> = found.into_iter().flatten().collect();
@@ -265,14 +275,18 @@ fn around(brick: [u32; 3]) -> impl Iterator<Item = ([i32; 3], [u32; 3])> {
     })
 }
 
+/// Where the surface is looked for.
+struct Sight<'a> {
+    model: &'a Implicit,
+    extracted: &'a Extracted,
+    /// Boxes, if not everywhere.
+    within: Option<&'a Bvh>,
+    run: &'a Run,
+}
+
 /// Points of the surface in a brick, where it is wanted or everywhere.
-fn points(
-    model: &Implicit,
-    extracted: &Extracted,
-    cell: &Cell,
-    wanted: Option<&Wanted>,
-    run: &Run,
-) -> Result<Vec<SurfacePoint>> {
+fn points(sight: &Sight<'_>, cell: &Cell, wanted: Option<&Wanted>) -> Result<Vec<SurfacePoint>> {
+    let Sight { model, extracted, within, run } = *sight;
     run.check()?;
     let grid = &extracted.bricks.grid;
     let lo = grid.node(cell.at.map(|b| b as usize * BRICK));
@@ -292,7 +306,7 @@ fn points(
             _ => None,
         };
         let any_leaf = |op: &Op| if let Op::Leaf { leaf, .. } = op { Some(*leaf) } else { None };
-        if !tape.ops.iter().any(|op| leaf_wanted(op).is_some()) {
+        if within.is_some_and(|w| !w.meets(&b)) || !tape.ops.iter().any(|op| leaf_wanted(op).is_some()) {
             continue;
         }
         looked += 1;
@@ -315,7 +329,7 @@ fn points(
             // Faces that are not looked for may end one that is.
             let all: Vec<u32> =
                 tape.ops.iter().filter_map(any_leaf).filter(|l| !leaves.iter().any(|w| w.0 == *l)).collect();
-            let look = Look { model, extracted, b: &b, scale };
+            let look = Look { model, extracted, b: &b, tape: &tape, scale };
             let mut others = all;
             for &(leaf, face) in &leaves {
                 let at = look.surface_point(&[leaf]).or_else(|| look.edge_point(leaf, &others));
@@ -343,10 +357,17 @@ struct Look<'a> {
     model: &'a Implicit,
     extracted: &'a Extracted,
     b: &'a Aabb,
+    /// What holds in it.
+    tape: &'a Tape,
     scale: f64,
 }
 
 impl Look<'_> {
+    /// What holds at a point in the box, or beside it.
+    fn tape_at(&self, p: DVec3) -> &Tape {
+        if self.b.contains(p) { self.tape } else { self.extracted.tape_at(self.model, p) }
+    }
+
     /// The point of some leaves nearest to the middle of the box, if it is in the box and the solid has a boundary there that
     /// is the first one's.
     fn surface_point(&self, which: &[u32]) -> Option<DVec3> {
@@ -361,9 +382,10 @@ impl Look<'_> {
         {
             return None;
         }
-        let tape = self.extracted.tape_at(self.model, q);
+        let tape = self.tape_at(q);
         let (bricks, whole) = (&self.extracted.bricks, &self.model.tape);
-        let meeting = Meeting { tape, holds: Aabb::EMPTY, bricks, whole, leaves, scale: self.scale };
+        let holds = if self.b.contains(q) { *self.b } else { Aabb::EMPTY };
+        let meeting = Meeting { tape, holds, bricks, whole, leaves, scale: self.scale };
         if meeting.is_crowded(which, q, 4.0 * APART * self.scale) {
             // Sides of some do not tell those of the others that pass here.
             return meeting.seen_nearby(which[0], q).map(|_| q);
@@ -372,7 +394,7 @@ impl Look<'_> {
         for (n, leaf) in normals.iter_mut().zip(which) {
             *n = leaves[*leaf as usize].slope(q).try_normalize()?;
         }
-        let inside = |p: DVec3| self.extracted.tape_at(self.model, p).value(leaves, p) > 0.0;
+        let inside = |p: DVec3| self.tape_at(p).inside_with(leaves, p, &[]) != 0;
         // On all combinations of sides.
         let sides = match which.len() {
             1 => DMat3::from_cols(normals[0], DVec3::ZERO, DVec3::ZERO),

@@ -65,7 +65,7 @@ mod written;
 
 pub(crate) use close::CloseOracle;
 pub use complex::Unproved;
-pub(crate) use complex::{Arranged, CellGrid, EndKey, GridBlock, arranged, cells_along, origin};
+pub(crate) use complex::{Arranged, CellGrid, EndKey, GridBlock, OpenCell, arranged, cells_along, origin};
 pub use creased::creased;
 pub(crate) use creased::{cutting_off, with_jumps};
 pub use expr::Expr;

@@ -467,7 +467,7 @@ fn functions_without_bounds_are_looked_for_once_in_a_cell() {
     let model = Implicit::new(&Solid::field(Counted(asked.clone())), RSystem::R0, Some(domain)).unwrap();
     let e = extract(&model, &ExtractOptions::new(h), &run).unwrap();
     asked.store(0, Ordering::Relaxed);
-    let found = lost::surface_points(&model, &e, &run).unwrap();
+    let found = lost::surface_points(&model, &e, None, &run).unwrap();
     assert!(found.iter().all(|x| (x.at.length() - 1.0).abs() < 1e-9));
     // Newton's method takes gradients by differences of seven values: 155 values a cell, and 485 if parts of cells are looked at.
     let cells = (2.65f64 / h).powi(3);

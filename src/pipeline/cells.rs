@@ -149,8 +149,8 @@ pub(super) struct Scout {
     pub(super) cell: f64,
     /// What the shortest edges are a share of: the cells where small things are lost between them.
     finest: f64,
-    /// Points of the surface where it may have been missed.
-    points: Vec<SurfacePoint>,
+    /// Points of the surface where it may have been missed, once these were looked for.
+    points: Option<Vec<SurfacePoint>>,
     /// Points that the mesh must come near to: see [`drop_splinters`].
     splinters: Vec<DVec3>,
     /// What was shown of the arrangement it was made from, if it was,
@@ -160,12 +160,20 @@ pub(super) struct Scout {
 }
 
 impl Scout {
-    fn new(ready: &Ready, cell: f64, mut extracted: Extracted, run: &Run) -> Result<Self> {
+    fn new(ready: &Ready, cell: f64, mut extracted: Extracted) -> Self {
         let splinters = drop_splinters(&mut extracted, &ready.asked, cell);
+        Self { extracted, cell, finest: cell, points: None, splinters, proof: None, touches: false }
+    }
+
+    /// Looks for points of the surface where an arrangement is not proved; elsewhere nothing is missed.
+    fn look(&mut self, made: &Arranged, ready: &Ready, run: &Run) -> Result<()> {
+        if self.points.is_some() {
+            return Ok(());
+        }
         run.progress("look", 0.0);
-        run.triangles(extracted.mesh.triangles.len());
-        let points = surface_points(&ready.asked, &extracted, run)?;
-        Ok(Self { extracted, cell, finest: cell, points, splinters, proof: None, touches: false })
+        let within: Vec<Aabb> = made.unproved.iter().map(|u| u.cell).collect();
+        self.points = Some(surface_points(&ready.asked, &self.extracted, Some(&within), run)?);
+        Ok(())
     }
 
     /// The boundary of the leaves' arrangement in place of what was extracted, in patches. Triangles stay as they come where `start`
@@ -223,10 +231,14 @@ impl Scout {
         Ok(Trial { exact, missed, flat, scout: self, start: Start::default(), crossed, number: 0, drawn })
     }
 
+    fn points(&self) -> &[SurfacePoint] {
+        self.points.as_deref().unwrap_or_default()
+    }
+
     /// Points of the surface that a mesh does not come near to.
     fn missed(&self, mesh: &TriMesh, ready: &Ready, options: &MeshOptions) -> Vec<SurfacePoint> {
         let reach = (MISSED * ready.size).max(LOOSE * options.tolerance_length().unwrap_or(0.0));
-        let mut missed = far(mesh, &self.points, |x| x.at, reach);
+        let mut missed = far(mesh, self.points(), |x| x.at, reach);
         missed.retain(|x| !x.is_in_passing(&ready.asked));
         missed
     }
@@ -242,7 +254,7 @@ impl Scout {
     /// Points of faces that a mesh comes near to with other faces only: low caps and shallow dents. Where faces touch or meet,
     /// their points are those of either.
     fn flat(&self, mesh: &TriMesh, ready: &Ready) -> Vec<SurfacePoint> {
-        let away = far_from_own(mesh, &self.points, LOST * self.cell);
+        let away = far_from_own(mesh, self.points(), LOST * self.cell);
         away.into_iter().filter(|x| x.is_alone(&ready.asked, &self.extracted)).collect()
     }
 }
@@ -432,6 +444,9 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             return Ok(Some(before.clone()));
         }
         let Some(made) = self.arrange_once(cell, &self.start, run)? else { return Ok(None) };
+        if let Some(scout) = &mut self.scout {
+            scout.look(&made, self.ready, run)?;
+        }
         let made = self.with_what_lacks(cell, made, run)?;
         // Where all is proved at those places cells are as they were, and the rest would be, too.
         let as_before = self.arranged.as_ref().is_some_and(|b| b.1.made.mesh == made.made.mesh && !self.start.keeps());
@@ -500,9 +515,10 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             }
         };
         let nothing = extracted.mesh.triangles.is_empty();
-        let scout = Scout::new(self.ready, cell, extracted, run)?;
+        let scout = Scout::new(self.ready, cell, extracted);
         if nothing {
-            self.error.get_or_insert(nothing_found(scout.points.first().map(|x| x.at), cell));
+            let points = surface_points(&self.ready.asked, &scout.extracted, None, run)?;
+            self.error.get_or_insert(nothing_found(points.first().map(|x| x.at), cell));
         }
         Ok(Some(scout))
     }

@@ -3,12 +3,11 @@
 use std::fmt;
 use std::time::Instant;
 
-use glam::DVec3;
 use serde::Serialize;
 
 use super::ladder::Change;
 use super::report::Report;
-use crate::implicit::{Arranged, Unproved};
+use crate::implicit::{Arranged, OpenCell, Unproved};
 use crate::run::Run;
 
 /// What an attempt did.
@@ -75,7 +74,7 @@ pub struct UnprovedPlace {
 impl Proof {
     pub(super) fn of(made: &Arranged) -> Self {
         let Arranged { cells, unproved, astray, .. } = made;
-        let place = |(at, reason): &(DVec3, Unproved)| UnprovedPlace { at: at.to_array(), reason: *reason };
+        let place = |c: &OpenCell| UnprovedPlace { at: c.cell.center().to_array(), reason: c.reason };
         let places = unproved.iter().take(NAMED).map(place).collect();
         Self { cells: *cells, unproved: unproved.len(), places, astray: astray.len(), bricks: Vec::new() }
     }

@@ -107,7 +107,7 @@ impl Ready {
     pub(super) fn extract(&self, size: f64, options: &MeshOptions, run: &Run) -> Result<Extracted> {
         let extracted = self.extract_any(&self.model, size, options, run)?;
         if extracted.mesh.triangles.is_empty() {
-            let points = surface_points(&self.model, &extracted, run)?;
+            let points = surface_points(&self.model, &extracted, None, run)?;
             return Err(nothing_found(points.first().map(|x| x.at), size));
         }
         Ok(extracted)
@@ -444,7 +444,7 @@ pub(super) fn mesh_by_cells(
     let mut points = Cow::Borrowed(&extracted.mesh.nodes);
     if !options.method.is_exact() {
         // What the cells did not see is not in the extraction.
-        points.to_mut().extend(surface_points(&ready.model, &extracted, run)?.into_iter().map(|x| x.at));
+        points.to_mut().extend(surface_points(&ready.model, &extracted, None, run)?.into_iter().map(|x| x.at));
     }
     let points = &points[..];
     // The leaf method does something about distances.

@@ -48,7 +48,7 @@ pub(super) fn far_from_own(mesh: &TriMesh, points: &[SurfacePoint], reach: f64) 
 pub(super) fn unproved_around(arranged: &Arranged, points: &[SurfacePoint], side: f64) -> Vec<Aabb> {
     let at = |p: DVec3| (p / side).floor().to_array().map(|x| x as i64);
     let beside = |c: [i64; 3]| (0..27).map(move |k| [c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1]);
-    let mut left: FxHashSet<[i64; 3]> = arranged.unproved.iter().map(|u| at(u.0)).collect();
+    let mut left: FxHashSet<[i64; 3]> = arranged.unproved.iter().map(|u| at(u.cell.center())).collect();
     let mut reached: Vec<[i64; 3]> = points.iter().map(|x| at(x.at)).collect();
     let mut next = 0;
     while let Some(c) = reached.get(next).copied() {

@@ -279,7 +279,13 @@ impl Octree {
             layer = tree.split(leaves, &split);
             points.go_on(&split, &layer);
         }
-        tree.make_whole(points.in_vain());
+        // Where smaller cells are asked for they are not for what they prove.
+        let asked = |i: &u32| {
+            let c = &tree.cubes[*i as usize];
+            at_places.meets(&tree.bounds(c.at, c.level))
+        };
+        let in_vain: Vec<u32> = points.in_vain().filter(|i| !asked(i)).collect();
+        tree.make_whole(in_vain.into_iter());
         tree.balance(leaves, run)?;
         Ok(tree)
     }

@@ -1,23 +1,30 @@
 //! Patches that only linear interpolants show: where two surfaces run beside each other, closer than the interpolants are to them, a
 //! patch of one may show within the other although the true surfaces do not meet there.
 //!
-//! All of its border has gone astray then: no point near is on both. On the other surface its nodes are where that bounds the solid,
-//! which is asked of the tree.
+//! All of its border has gone astray then, as no point near is on both, or it has come together on the line where they touch. On the
+//! other surface its nodes are where that bounds the solid, which is asked of the tree.
 
 use std::collections::BTreeSet;
-
-use glam::DVec3;
-use rustc_hash::FxHashMap;
 
 use super::super::leaf::Leaf;
 use super::super::newton::nearest;
 use super::super::tape::Tape;
 use super::assemble::Triangle;
+use glam::DVec3;
+
+/// A triangle has come together if twice its area is less than this share of the square of its longest side, or turned if the cosine of the
+/// angle to where it was is less: those of patches on one line are, to rounding.
+const TURNED: f64 = 0.02;
+/// A patch that is hidden where surfaces touch has at most so many triangles: a few tetrahedra show it, and a larger one would be seen in
+/// smaller cells.
+const MOST_HIDDEN: usize = 64;
 
 /// What patches are looked for in.
 pub(super) struct Guises<'a> {
     pub(super) leaves: &'a [Leaf],
     pub(super) tape: &'a Tape,
+    /// Where linear interpolants have the nodes.
+    pub(super) linear: &'a [DVec3],
     /// The sizes of the tetrahedra that nodes were made in.
     pub(super) reach: &'a [f64],
     /// The size of the part.
@@ -42,14 +49,20 @@ impl Guises<'_> {
         triangles: &mut [Triangle],
         astray: &mut Vec<u32>,
     ) {
-        if astray.is_empty() {
-            return;
-        }
         let mut lost = vec![false; places.len()];
         astray.iter().for_each(|v| lost[*v as usize] = true);
+        let is_seed = |t: &Triangle| t.nodes.iter().any(|v| lost[*v as usize]) || self.is_turned(t, places);
+        let seeds: Vec<u32> = (0..triangles.len() as u32).filter(|t| is_seed(&triangles[*t as usize])).collect();
+        if seeds.is_empty() {
+            return;
+        }
         let mut found = Vec::new();
-        for patch in patches(triangles, &lost) {
-            found.extend(self.judged(patch, places, on, triangles, &lost));
+        for patch in patches(triangles, &seeds) {
+            let Some(around) = around(&patch, triangles) else { continue };
+            let of = &triangles[around as usize];
+            let moved = self.astray(&patch, of, &Known { places, on, lost: &lost, triangles });
+            let moved = moved.or_else(|| self.hidden(&patch, of, on, triangles));
+            found.extend(moved.map(|moved| Other { triangles: patch.triangles, beside: around, moved }));
         }
         for other in found {
             let Triangle { leaf, plus, face, .. } = triangles[other.beside as usize];
@@ -64,25 +77,23 @@ impl Guises<'_> {
         astray.retain(|v| lost[*v as usize]);
     }
 
-    /// The patch as one of the leaf around it, if there is one such leaf, its border has gone astray, and the leaf bounds the solid there.
-    fn judged(
-        &self,
-        patch: LeafPatch,
-        places: &[DVec3],
-        on: &[Vec<u32>],
-        triangles: &[Triangle],
-        lost: &[bool],
-    ) -> Option<Other> {
-        let beside = *patch.beside.first()?;
-        let of = &triangles[beside as usize];
-        let is_alone = |t: &u32| triangles[*t as usize].leaf == of.leaf && triangles[*t as usize].plus == of.plus;
+    /// Whether a triangle is on its edge or turned over, beside where it was.
+    fn is_turned(&self, t: &Triangle, places: &[DVec3]) -> bool {
+        let area = |at: &[DVec3]| {
+            let [a, b, c] = t.nodes.map(|v| at[v as usize]);
+            let long = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+            ((b - a).cross(c - a), long)
+        };
+        let ((before, _), (after, long)) = (area(self.linear), area(places));
+        after.length() < TURNED * long || before.dot(after) < TURNED * before.length() * after.length()
+    }
+
+    /// The nodes of a patch on the leaf around it, if its border has gone astray and that leaf bounds the solid there.
+    fn astray(&self, patch: &LeafPatch, of: &Triangle, known: &Known<'_>) -> Option<Vec<(u32, DVec3)>> {
+        let Known { places, on, lost, triangles } = *known;
         let own = triangles[patch.triangles[0] as usize].leaf;
-        if !patch.beside.iter().all(is_alone) {
-            return None;
-        }
-        let nodes: BTreeSet<u32> = patch.triangles.iter().flat_map(|t| triangles[*t as usize].nodes).collect();
-        let mut moved = Vec::with_capacity(nodes.len());
-        for v in nodes {
+        let mut moved = Vec::new();
+        for v in nodes_of(patch, triangles) {
             let i = v as usize;
             let is_own = on[i][..] == [own];
             let between = on[i].len() == 2 && on[i].contains(&own) && on[i].contains(&of.leaf) && lost[i];
@@ -95,8 +106,60 @@ impl Guises<'_> {
             }
             moved.push((v, q));
         }
-        Some(Other { triangles: patch.triangles, beside, moved })
+        Some(moved)
     }
+
+    /// The nodes of a patch on the leaf around it, if in the middles of all its triangles, where linear interpolants had them, that leaf
+    /// bounds the solid, and its own does not.
+    fn hidden(
+        &self,
+        patch: &LeafPatch,
+        of: &Triangle,
+        on: &[Vec<u32>],
+        triangles: &[Triangle],
+    ) -> Option<Vec<(u32, DVec3)>> {
+        let own = triangles[patch.triangles[0] as usize].leaf;
+        let bounds = |leaf: u32, p: DVec3, reach: f64| {
+            let q = nearest(self.leaves, &[leaf], p, reach, self.scale)?;
+            Some(self.tape.active(self.leaves, q).leaf == leaf)
+        };
+        let is_hidden = |t: &u32| {
+            let nodes = triangles[*t as usize].nodes.map(|v| v as usize);
+            let middle = nodes.iter().map(|i| self.linear[*i]).sum::<DVec3>() / 3.0;
+            let reach = nodes.iter().map(|i| self.reach[*i]).fold(0.0, f64::max);
+            bounds(of.leaf, middle, reach) == Some(true) && bounds(own, middle, reach) != Some(true)
+        };
+        let nodes = nodes_of(patch, triangles);
+        let of_both = |v: &u32| on[*v as usize].iter().all(|l| *l == own || *l == of.leaf);
+        if patch.triangles.len() > MOST_HIDDEN || !nodes.iter().all(of_both) || !patch.triangles.iter().all(is_hidden) {
+            return None;
+        }
+        let there = |v: u32| {
+            let i = v as usize;
+            Some((v, nearest(self.leaves, &[of.leaf], self.linear[i], self.reach[i], self.scale)?))
+        };
+        nodes.into_iter().map(there).collect()
+    }
+}
+
+/// What is known of nodes and triangles.
+struct Known<'a> {
+    places: &'a [DVec3],
+    on: &'a [Vec<u32>],
+    lost: &'a [bool],
+    triangles: &'a [Triangle],
+}
+
+fn nodes_of(patch: &LeafPatch, triangles: &[Triangle]) -> BTreeSet<u32> {
+    patch.triangles.iter().flat_map(|t| triangles[*t as usize].nodes).collect()
+}
+
+/// A triangle beside a patch, if all of these are of one leaf.
+fn around(patch: &LeafPatch, triangles: &[Triangle]) -> Option<u32> {
+    let beside = *patch.beside.first()?;
+    let of = &triangles[beside as usize];
+    let is_alike = |t: &u32| triangles[*t as usize].leaf == of.leaf && triangles[*t as usize].plus == of.plus;
+    patch.beside.iter().all(is_alike).then_some(beside)
 }
 
 /// Triangles of one leaf that hang together, and those of other leaves beside them.
@@ -105,37 +168,40 @@ struct LeafPatch {
     beside: Vec<u32>,
 }
 
-/// The patches with nodes that have gone astray, but for those without anything beside.
-fn patches(triangles: &[Triangle], lost: &[bool]) -> Vec<LeafPatch> {
-    let mut at: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
-    for (t, of) in triangles.iter().enumerate() {
-        for k in 0..3 {
-            let [a, b] = [of.nodes[k], of.nodes[(k + 1) % 3]];
-            at.entry([a.min(b), a.max(b)]).or_default().push(t as u32);
+/// The patches of some triangles.
+fn patches(triangles: &[Triangle], seeds: &[u32]) -> Vec<LeafPatch> {
+    let mut edges: Vec<[u32; 3]> = Vec::with_capacity(3 * triangles.len());
+    for (t, of) in (0..).zip(triangles) {
+        let [a, b, c] = of.nodes;
+        edges.extend([[a, b], [b, c], [c, a]].map(|[u, v]| [u.min(v), u.max(v), t]));
+    }
+    edges.sort_unstable();
+    let mut beside = vec![[u32::MAX; 3]; triangles.len()];
+    let mut note = |t: u32, other: u32| {
+        if let Some(free) = beside[t as usize].iter_mut().find(|b| **b == u32::MAX) {
+            *free = other;
+        }
+    };
+    for pair in edges.chunk_by(|a, b| a[..2] == b[..2]) {
+        if let &[[.., s], [.., t]] = pair {
+            note(s, t);
+            note(t, s);
         }
     }
-    let beside = |t: u32| {
-        let nodes = triangles[t as usize].nodes;
-        let edges = (0..3).map(move |k| [nodes[k].min(nodes[(k + 1) % 3]), nodes[k].max(nodes[(k + 1) % 3])]);
-        edges.flat_map(|e| at[&e].iter().copied()).filter(move |u| *u != t)
-    };
     let mut seen = vec![false; triangles.len()];
     let mut found = Vec::new();
-    for first in 0..triangles.len() as u32 {
-        let nodes = triangles[first as usize].nodes;
-        if seen[first as usize] || !nodes.iter().any(|v| lost[*v as usize]) {
+    for &first in seeds {
+        if std::mem::replace(&mut seen[first as usize], true) {
             continue;
         }
         let leaf = triangles[first as usize].leaf;
-        seen[first as usize] = true;
         let (mut patch, mut around) = (vec![first], BTreeSet::new());
         let mut k = 0;
         while k < patch.len() {
-            for u in beside(patch[k]) {
+            for u in beside[patch[k] as usize].into_iter().filter(|u| *u != u32::MAX) {
                 if triangles[u as usize].leaf != leaf {
                     around.insert(u);
-                } else if !seen[u as usize] {
-                    seen[u as usize] = true;
+                } else if !std::mem::replace(&mut seen[u as usize], true) {
                     patch.push(u);
                 }
             }

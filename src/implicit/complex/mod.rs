@@ -17,6 +17,7 @@
 
 mod assemble;
 mod cell;
+mod chains;
 mod differences;
 mod exact;
 mod grid;
@@ -95,14 +96,21 @@ pub(crate) struct Arranged {
     pub(crate) touches: bool,
     /// Cells of the grid that hold some of the surface.
     pub(crate) cells: usize,
-    /// The centers of those in which the arrangement is not proved, with the reason.
-    pub(crate) unproved: Vec<(DVec3, Unproved)>,
+    /// Those in which the arrangement is not proved.
+    pub(crate) unproved: Vec<OpenCell>,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
     pub(crate) astray: Vec<u32>,
     /// Where the linear interpolants vanish, for each node; empty of a block.
     linear: Vec<DVec3>,
     /// Nodes where a block ends, ascending, and by what they are known to the blocks beside it.
     pub(crate) ends: Vec<(u32, EndKey)>,
+}
+
+/// A cell in which the arrangement is not proved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct OpenCell {
+    pub(crate) cell: Aabb,
+    pub(crate) reason: Unproved,
 }
 
 /// What a node where blocks meet is to all of them: three points of the grid, and two leaves by their numbers.
@@ -157,7 +165,8 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
         });
         let known: Vec<Judged> = known.into_iter().flatten().collect();
-        let unproved = held.iter().zip(&known).filter_map(|(i, j)| Some((box_of(i).center(), j.unproved?))).collect();
+        let open = |(i, j): (&u32, &Judged)| Some(OpenCell { cell: box_of(i), reason: j.unproved? });
+        let unproved = held.iter().zip(&known).filter_map(open).collect();
         let with_curves = held.iter().zip(known).filter(|x| !x.1.shared.is_empty());
         let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared)).collect();
         let mut tetrahedra = tree.tetrahedra();
@@ -191,9 +200,12 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let mut astray = nodes.settle();
         if block.is_none() {
             let mut places = nodes.places;
-            let guises = Guises { leaves, tape, reach: &reach, scale };
+            let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale };
             guises.lift(&mut places, &mut on, &mut triangles, &mut astray);
             nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
+        }
+        if block.is_none() {
+            nodes.straighten(&linear, &triangles, run)?;
         }
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;

@@ -1,5 +1,7 @@
 //! From linear to exact: nodes go to where their leaves vanish, and triangles that this turns over are set right.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::DVec3;
 
 use super::super::leaf::Leaf;
@@ -7,6 +9,7 @@ use super::super::lockstep;
 use super::super::newton::nearest;
 use super::assemble::{Key, Triangle};
 use crate::error::Result;
+use crate::numeric::Sets;
 use crate::run::Run;
 
 /// A triangle lies badly on its leaf if twice its area, seen along the leaf's normal, is less than this share of the square of
@@ -16,6 +19,9 @@ const FLAT: f64 = 0.02;
 const ROUNDS: usize = 8;
 /// Rounds end when fewer than this share of the bad triangles go.
 const GOES: f64 = 0.1;
+
+/// Sweeps in which nodes around triangles that are left move together: a row of nodes is passed on by one in each.
+const SWEEPS: usize = 12;
 
 /// Nodes, what they lie on, and how far they may be from it.
 pub(super) struct Nodes<'a> {
@@ -43,6 +49,7 @@ pub(super) struct Common<'a> {
 }
 
 /// Triangles, and those around each node.
+#[derive(Clone, Copy)]
 struct Stars<'a> {
     triangles: &'a [Triangle],
     around: &'a [Vec<u32>],
@@ -83,28 +90,29 @@ impl Nodes<'_> {
         }
         let stars = Stars { triangles, around: &around };
         let Some(Common { walls, .. }) = self.common else {
-            return self.rounds(&stars, |_| true, GOES, run);
+            let bad = self.rounds(&stars, |_| true, GOES, run)?;
+            return self.smooth(bad, &stars, run);
         };
         for most in (1..=3).rev() {
             // How many go is another share in the block beside, where the same nodes must move as often.
             self.rounds(&stars, |v| walls[v as usize] == most, f64::NEG_INFINITY, run)?;
         }
-        self.rounds(&stars, |v| walls[v as usize] == 0, GOES, run)
+        self.rounds(&stars, |v| walls[v as usize] == 0, GOES, run)?;
+        Ok(())
     }
 
-    /// Moves some of the nodes, until fewer than a share of the bad triangles around them go.
-    fn rounds(&mut self, stars: &Stars<'_>, moves: impl Fn(u32) -> bool, goes: f64, run: &Run) -> Result<()> {
+    /// Moves some of the nodes, until fewer than a share of the bad triangles around them go. Returns those that are left.
+    fn rounds(&mut self, stars: &Stars<'_>, moves: impl Fn(u32) -> bool, goes: f64, run: &Run) -> Result<Vec<u32>> {
         let triangles = stars.triangles;
         let touched = |t: &u32| triangles[*t as usize].nodes.iter().any(|v| moves(*v));
         let mut looked: Vec<u32> = (0..triangles.len() as u32).filter(touched).collect();
         let mut before = usize::MAX;
         for _ in 0..ROUNDS {
             run.check()?;
-            let is_bad = |t: &u32| self.lies(&triangles[*t as usize], u32::MAX, DVec3::ZERO) < FLAT;
-            let bad = lockstep::each(self.leaves, &looked, is_bad);
-            let bad: Vec<u32> = looked.into_iter().zip(bad).filter(|x| x.1).map(|x| x.0).collect();
+            let is_bad = lockstep::each(self.leaves, &looked, |t| self.is_bad(&triangles[*t as usize]));
+            let bad: Vec<u32> = looked.into_iter().zip(is_bad).filter(|x| x.1).map(|x| x.0).collect();
             if bad.is_empty() || bad.len() as f64 > (1.0 - goes) * before as f64 {
-                break;
+                return Ok(bad);
             }
             before = bad.len();
             let mut nodes: Vec<u32> =
@@ -118,6 +126,59 @@ impl Nodes<'_> {
             looked = nodes.iter().flat_map(|v| stars.around[*v as usize].iter().copied()).collect();
             looked.sort_unstable();
             looked.dedup();
+        }
+        looked.retain(|t| self.is_bad(&triangles[*t as usize]));
+        Ok(looked)
+    }
+
+    fn is_bad(&self, t: &Triangle) -> bool {
+        self.lies(t, u32::MAX, DVec3::ZERO) < FLAT
+    }
+
+    /// Moves nodes inside faces around triangles that are left to the middle of all their neighbors, whatever that does to any one of these:
+    /// a border that moved far has left several rows of them on its other side. What this makes no better is taken back.
+    fn smooth(&mut self, bad: Vec<u32>, stars: &Stars<'_>, run: &Run) -> Result<()> {
+        let Stars { triangles, around } = *stars;
+        let mut clusters = Sets::new(bad.len());
+        let mut of_node: Vec<[u32; 2]> =
+            (0..).zip(&bad).flat_map(|(i, t)| triangles[*t as usize].nodes.map(|v| [v, i])).collect();
+        of_node.sort_unstable();
+        of_node.windows(2).filter(|w| w[0][0] == w[1][0]).for_each(|w| clusters.join(w[0][1], w[1][1]));
+        let (of, count) = clusters.numbers();
+        let mut members = vec![Vec::new(); count];
+        of.iter().zip(&bad).for_each(|(c, t)| members[*c as usize].push(*t));
+        let star = |v: &u32| around[*v as usize].iter().copied();
+        for mut bad in members {
+            run.check()?;
+            let mut before: BTreeMap<u32, DVec3> = BTreeMap::new();
+            for _ in 0..SWEEPS {
+                let is_free = |v: &u32| self.on[*v as usize].len() == 1 && self.stay.binary_search(v).is_err();
+                let free: BTreeSet<u32> =
+                    bad.iter().flat_map(|t| triangles[*t as usize].nodes).filter(is_free).collect();
+                for &v in &free {
+                    let near: BTreeSet<u32> =
+                        star(&v).flat_map(|t| triangles[t as usize].nodes).filter(|u| *u != v).collect();
+                    let sum: DVec3 = near.iter().map(|u| self.places[*u as usize]).sum();
+                    let (middle, i) = (sum / near.len() as f64, v as usize);
+                    if let Some(q) = nearest(self.leaves, &self.on[i], middle, self.reach[i], self.scale) {
+                        before.entry(v).or_insert(self.places[i]);
+                        self.places[i] = q;
+                    }
+                }
+                let touched: BTreeSet<u32> = before.keys().flat_map(star).collect();
+                bad = touched.into_iter().filter(|t| self.is_bad(&triangles[*t as usize])).collect();
+                if bad.is_empty() {
+                    break;
+                }
+            }
+            let touched: BTreeSet<u32> = before.keys().flat_map(star).collect();
+            let bad_now = |this: &Self| touched.iter().filter(|t| this.is_bad(&triangles[**t as usize])).count();
+            let after = bad_now(self);
+            let moved: Vec<(u32, DVec3)> = before.iter().map(|(v, _)| (*v, self.places[*v as usize])).collect();
+            before.iter().for_each(|(v, p)| self.places[*v as usize] = *p);
+            if after < bad_now(self) {
+                moved.iter().for_each(|(v, p)| self.places[*v as usize] = *p);
+            }
         }
         Ok(())
     }

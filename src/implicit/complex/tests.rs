@@ -7,6 +7,7 @@ use super::cell::{Crossed, Facet, Named, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
 use crate::implicit::{Expr, Placement, Primitive, RSystem, Solid};
+use crate::numeric::Sets;
 use crate::spatial::Aabb;
 
 /// Boolean functions of up to three sides: meeting, joining, differences, touching sectors.
@@ -214,9 +215,9 @@ fn a_part_that_is_proved_has_its_corners_and_says_so() {
     // Bores of one radius cross in curves that touch in two points: these are named, and nothing else.
     let a = made(&(cube - bore(DVec3::X, 0.4) - bore(DVec3::Z, 0.4)), 0.15);
     sound(&a);
-    assert!(!a.unproved.is_empty() && a.unproved.iter().all(|u| u.1 == Unproved::Touching));
+    assert!(!a.unproved.is_empty() && a.unproved.iter().all(|u| u.reason == Unproved::Touching));
     let near = |p: &DVec3| p.distance(DVec3::new(0.0, 0.4_f64.copysign(p.y), 0.0)) < 0.05;
-    assert!(a.unproved.iter().all(|u| near(&u.0)), "{:?}", a.unproved);
+    assert!(a.unproved.iter().all(|u| near(&u.cell.center())), "{:?}", a.unproved);
 }
 
 #[test]
@@ -490,4 +491,107 @@ fn surfaces_beside_each_other_show_no_patches_of_the_hidden_one() {
         }
     }
     assert!(seen > 50, "{seen}");
+}
+
+/// How many patches each leaf has.
+fn patches(a: &Arranged) -> Vec<usize> {
+    let TriMesh { triangles, labels, .. } = &a.made.mesh;
+    let mut edges: Vec<([u32; 2], u32)> = Vec::new();
+    for (t, nodes) in (0..).zip(triangles) {
+        let of = |k: usize| [nodes[k], nodes[(k + 1) % 3]];
+        edges.extend((0..3).map(|k| ([of(k)[0].min(of(k)[1]), of(k)[0].max(of(k)[1])], t)));
+    }
+    edges.sort_unstable();
+    let mut sets = Sets::new(triangles.len());
+    for pair in edges.windows(2).filter(|w| w[0].0 == w[1].0) {
+        let [s, t] = [pair[0].1, pair[1].1];
+        if labels[s as usize] == labels[t as usize] {
+            sets.join(s, t);
+        }
+    }
+    let mut count = vec![0; a.made.mesh.faces.len()];
+    for t in 0..triangles.len() as u32 {
+        count[labels[t as usize] as usize] += usize::from(sets.find(t) == t);
+    }
+    count
+}
+
+#[test]
+fn a_fillet_that_ends_in_a_plane_has_no_islands_of_it() {
+    // Where it ends the fillet lies on the plane as well as it can, and linear interpolants of it dip below in places.
+    let ground = Solid::half_space(DVec3::Y, DVec3::ZERO);
+    for (angle, size) in [(17.0f64, 0.4), (17.0, 0.3), (25.0, 0.4), (35.0, 0.35), (50.0, 0.5)] {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let ramp = Solid::half_space(DVec3::new(0.0, cos, sin), DVec3::new(0.0, 0.0, -0.21));
+        let a = made(&(ground.clone().blend(ramp, 0.2) & Solid::cuboid(DVec3::NEG_ONE, DVec3::ONE)), size);
+        sound(&a);
+        let count = patches(&a);
+        assert!(count.iter().all(|n| *n <= 1), "{angle} {size}: {count:?}");
+    }
+}
+
+/// Leaves that are planes, nodes on them, and triangles of which the lower leaf has one half.
+fn plane(n: DVec3) -> Leaf {
+    Leaf::Plane { n, d: 0.0 }
+}
+
+#[test]
+fn nodes_that_passed_each_other_on_their_curve_change_places() {
+    // A roof's ridge along x: a row of nodes on either side of it, and nodes on it in any order.
+    let leaves = [plane(DVec3::new(0.0, 0.6, 0.8)), plane(DVec3::new(0.0, -0.6, 0.8))];
+    let count = 6;
+    let x = |k: usize| k as f64 / (count - 1) as f64;
+    let side = |y: f64| (0..count).map(move |k| DVec3::new(x(k), y, -0.75 * y.abs()));
+    let linear: Vec<DVec3> = side(0.0).chain(side(-0.5)).chain(side(0.5)).collect();
+    let on: Vec<Vec<u32>> = (0..3 * count)
+        .map(|v| match v / count {
+            0 if v == 0 || v == count - 1 => vec![0, 1, 2],
+            0 => vec![0, 1],
+            side => vec![2 - side as u32],
+        })
+        .collect();
+    let mut triangles = Vec::new();
+    for k in 0..count as u32 - 1 {
+        let (below, above) = (k + count as u32, k + 2 * count as u32);
+        let of = |nodes, leaf| Triangle { nodes, leaf, plus: true, face: leaf, side: [0; 3] };
+        triangles.extend([of([k, below, below + 1], 1), of([k, below + 1, k + 1], 1)]);
+        triangles.extend([of([k, k + 1, above + 1], 0), of([k, above + 1, above], 0)]);
+    }
+    for order in [[0, 1, 2, 3, 4, 5], [0, 4, 3, 2, 1, 5], [0, 2, 1, 4, 3, 5], [0, 3, 1, 4, 2, 5]] {
+        let mut places = linear.clone();
+        order.iter().enumerate().for_each(|(v, k)| places[v] = linear[*k]);
+        let reach = vec![1.0; places.len()];
+        let mut nodes = Nodes { places, on: &on, reach: &reach, leaves: &leaves, scale: 2.0, stay: &[], common: None };
+        nodes.straighten(&linear, &triangles, &Run::new()).unwrap();
+        assert!(nodes.places[..count].windows(2).all(|w| w[0].x < w[1].x), "{order:?}: {:?}", &nodes.places[..count]);
+        assert!(nodes.places[..count].iter().all(|p| p.y.abs() < 1e-12 && p.z.abs() < 1e-12));
+        assert_eq!(nodes.places[count..], linear[count..]);
+    }
+}
+
+#[test]
+fn a_border_that_moves_past_rows_of_nodes_takes_them_along() {
+    // A square of a plane, whose border on one side moved past half of its rows.
+    let leaves = [plane(DVec3::Z)];
+    let n = 9;
+    let at = |i: usize, k: usize| DVec3::new(k as f64 / (n - 1) as f64, i as f64 / (n - 1) as f64, 0.0);
+    let mut places: Vec<DVec3> = (0..n * n).map(|v| at(v / n, v % n)).collect();
+    (0..n).for_each(|i| places[i * n + n - 1].x = 0.45);
+    (0..n).for_each(|k| [k, (n - 1) * n + k].into_iter().for_each(|v| places[v].x = 0.45 * at(0, k).x));
+    let is_border = |v: usize| [0, n - 1].contains(&(v / n)) || [0, n - 1].contains(&(v % n));
+    let on: Vec<Vec<u32>> = (0..n * n).map(|v| if is_border(v) { vec![0, 1, 2] } else { vec![0] }).collect();
+    let mut triangles = Vec::new();
+    for (i, k) in (0..n - 1).flat_map(|i| (0..n - 1).map(move |k| (i, k))) {
+        let [a, b, c, d] = [[0, 0], [0, 1], [1, 1], [1, 0]].map(|[di, dk]| ((i + di) * n + k + dk) as u32);
+        let of = |nodes| Triangle { nodes, leaf: 0, plus: true, face: 0, side: [0; 3] };
+        triangles.extend([of([a, b, c]), of([a, c, d])]);
+    }
+    let reach = vec![1.0; places.len()];
+    let mut nodes = Nodes { places, on: &on, reach: &reach, leaves: &leaves, scale: 2.0, stay: &[], common: None };
+    nodes.untangle(&triangles, &Run::new()).unwrap();
+    let turned = triangles.iter().filter(|t| {
+        let [a, b, c] = t.nodes.map(|v| nodes.places[v as usize]);
+        (b - a).cross(c - a).z <= 0.0
+    });
+    assert_eq!(turned.count(), 0);
 }
