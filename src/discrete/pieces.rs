@@ -26,9 +26,9 @@ const SINGLE: f64 = 4.0 * f32::EPSILON as f64;
 /// Curvature that shows only within this share of the scale is noise.
 const NOISE: f64 = 0.15;
 
-/// Faces between torn features are noise that are smaller than a square of this share of the scale, or narrower than this
-/// share of it.
+/// Faces between torn features are noise that are smaller than a square of this share of the scale,
 const TORN_AREA: f64 = 0.5;
+/// or narrower than this share of it.
 const TORN_WIDTH: f64 = 0.3;
 
 /// Torn features nearer to a longer one than this share of the scale leave no room for triangles: 20 degrees beside edges of the

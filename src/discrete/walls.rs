@@ -25,8 +25,9 @@ const OTHER_WAY: f64 = 0.5;
 /// Triangles looked at on that way at most.
 const MOST: usize = 256;
 /// Long edges are divided until they have this many lengths that walls ask for: sizes that grow from both ends are hardly larger
-/// in between. Not into more than so many nodes.
+/// in between.
 const SPACING: f64 = 1.5;
+/// Not into more nodes than this: it bounds memory where walls are thin beyond reason.
 const MOST_NODES: usize = 1_000_000;
 /// Places inside of an edge from which walls are looked for, at most.
 const LOOKS: f64 = 8.0;

@@ -50,6 +50,7 @@ pub trait SurfaceOracle: Sync {
     /// a crossing farther away than the nearest.
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         // Newton's method on the line, against the tangent planes of the feet.
+        /// Newton's method squares the error with each step: what takes more than these does not settle.
         const STEPS: usize = 20;
         let mut t: f64 = 0.0;
         for _ in 0..STEPS {

@@ -4,8 +4,9 @@ use glam::DVec3;
 
 /// Steps of Newton's method.
 const STEPS: usize = 20;
-/// Step of differences, and where the iteration has settled, as shares of the cell.
+/// Step of differences, as a share of the cell.
 const DIFFERENCE: f64 = 1e-4;
+/// The iteration has settled when it moves by less than this share of the cell.
 const SETTLED: f64 = 1e-9;
 /// Along a seam at which two surfaces touch everywhere there is no single point: the slope of the difference of their normals
 /// has a determinant below this share of its square.

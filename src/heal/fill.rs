@@ -151,6 +151,7 @@ fn optimal(around: &HoleSurroundings<'_>, ring: &[u32], bend: bool) -> Option<Ve
         let x = around.apex.get(&(u64::from(ring[j]) << 32 | u64::from(ring[i])))?;
         Some(normal(p[j], p[i], around.mesh.nodes[*x as usize]))
     };
+    /// The weight of what cannot be filled.
     const NOT: (f64, f64) = (f64::INFINITY, f64::INFINITY);
     let mut weight = vec![NOT; n * n];
     let mut via = vec![usize::MAX; n * n];

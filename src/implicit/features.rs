@@ -16,6 +16,7 @@ use crate::spatial::Aabb;
 
 /// Cells with more leaves than this are halved up to [`EXTRA_LEVELS`] times more before pairs and triples are tried.
 const MANY_LEAVES: usize = 6;
+/// An eighth of a cell's side has few of the leaves of a crowd: what three halvings do not part meets, or is too near to tell apart.
 const EXTRA_LEVELS: usize = 3;
 /// Cells in which curves bend are halved up to so many times: a circle of a tenth of the cell is followed.
 const BENT_LEVELS: usize = 6;

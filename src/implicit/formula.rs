@@ -409,6 +409,7 @@ impl Formula {
 
 /// What lies in both intervals, and a little more: the operands agree to rounding.
 fn both(a: Interval, b: Interval) -> Interval {
+    /// Far more than the rounding of operands, as a share of their size, or of 1 where they are smaller; only makes the result larger.
     const SLACK: f64 = 1e-12;
     let slack = SLACK * a.lo.abs().max(a.hi.abs()).min(b.lo.abs().max(b.hi.abs())).max(1.0);
     Interval { lo: a.lo.max(b.lo) - slack, hi: a.hi.min(b.hi) + slack }

@@ -277,8 +277,10 @@ const CROWDED: f64 = 1e-6;
 /// Where a point's surroundings are undecided the surface is looked at this far away, as a share of the scale.
 const LOOK: f64 = 1e-4;
 
-/// Directions in which it is looked at: faces that end in a corner may be narrow. From one to the next it is so many on.
+/// Directions in which it is looked at: faces that end in a corner may be narrow.
 const WAYS: u32 = 40;
+/// From one to the next it is so many on. It has no divisor in common with [`WAYS`], so that all have their turn, and is about a
+/// quarter of them, so that four in a row look all around.
 const WAYS_APART: u32 = 11;
 
 /// The surroundings of a point at which leaves meet.

@@ -12,8 +12,9 @@ use super::line::WrittenLine;
 
 /// VTK's number of the triangle cell.
 pub(super) const VTK_TRIANGLE: u8 = 5;
-/// Of the polygon, and of the quadrilateral.
+/// Of the polygon,
 const VTK_POLYGON: u8 = 7;
+/// and of the quadrilateral.
 pub(super) const VTK_QUAD: u8 = 9;
 
 /// Writes data arrays either as text or as base64 with a length of 64 bits before the bytes.
@@ -43,7 +44,7 @@ impl Arrays<'_> {
             base64.finish()?;
             self.line("")?;
         } else {
-            // Lines of a bearable length.
+            /// Numbers to a line: a bearable length.
             const WORDS: usize = 12;
             let (out, mut line, mut words) = (&mut *self.out, WrittenLine::default(), 0);
             values(self.run, &mut |value| {

@@ -6,14 +6,12 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::mesh::{CellRun, Group, MeshView};
+use crate::numeric::NONE;
 
 use super::view::Merged;
 
 /// Nodes and cells handed out at a time.
 const BLOCK: usize = 512;
-
-/// Numbers that are not taken.
-const NONE: u32 = u32::MAX;
 
 /// A merged mesh with the numbers its nodes and cells had before it was cut into fragments.
 ///

@@ -195,6 +195,7 @@ impl<P, C, S> Merged<P, C, S> {
     pub fn triangles_at(&self, cells: &[u32], out: &mut Vec<[u32; 3]>) {
         /// Cells on their way at a time.
         const AHEAD: usize = 128;
+        /// What cells without a triangle give.
         const NONE: [u32; 3] = [u32::MAX; 3];
         let faces = &self.numbering.faces;
         let mut face = [0u32; AHEAD];

@@ -249,7 +249,7 @@ pub(crate) fn triangles_cross([a, b]: [[u32; 3]; 2], [p, q]: [[DVec3; 3]; 2]) ->
 /// A quick look that says yes only where rounding cannot matter, so that the exact predicates, at their slowest for
 /// triangles in one plane, are left with the rest: is there a plane that parts the triangles but for what they share?
 fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool {
-    // Far above the rounding of the differences, products and sums below, relative to the terms.
+    /// Far above the rounding of the differences, products and sums below, as a share of the terms.
     const MARGIN: f64 = 1e-9;
     let same = |a: f64, b: f64| (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0);
     match *shared {
@@ -311,8 +311,9 @@ fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool
 /// A number with the sign of `(a × b) · c`, where `a`, `b`, `c` are rounded differences of coordinates; 0 where rounding
 /// could change it. The bound is that of J. R. Shewchuk (1997) for `orient3d`, (7 + 56 ε) ε.
 fn sure_sign(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    /// The bound for `orient3d`, 7.77e-16, rounded up: it is a share of the sum of the terms' sizes.
     const BOUND: f64 = 8e-16;
-    // below this products lose digits
+    /// Below this products lose digits.
     const LEAST: f64 = 1e-280;
     let (x, y, z) = (a.abs(), b.abs(), c.abs());
     let most = (x.y * y.z + x.z * y.y) * z.x + (x.z * y.x + x.x * y.z) * z.y + (x.x * y.y + x.y * y.x) * z.z;

@@ -12,6 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::TriMesh;
 use crate::error::{Error, Place, Result};
+use crate::numeric::NONE;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 
@@ -19,11 +20,14 @@ use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 const SHORTER: f64 = 1e-12;
 /// The sine of an angle between string and edge below which they are one line.
 const ALONG: f64 = 1e-9;
-/// Nodes whose angles lack more than this of a full turn are tips, and so many are tried.
+/// Nodes whose angles lack more than this of a full turn, radians, are tips.
 const TIP: f64 = 0.2;
+/// So many tips are tried for one way: each costs a search of its own, and with few of them a way around the wrong side of a tip stays.
 const MOST_TIPS: usize = 64;
-/// So many times as often as there are triangles in the strip it may be led past a node, and this many times more.
+/// So many times as often as there are triangles in the strip it may be led past a node,
 const ROUNDS: usize = 20;
+/// and this many times more, for strips of few triangles: nodes that do not help are not tried again until one
+/// does, so that the bounds only end what rounding keeps alive.
 const MORE_ROUNDS: usize = 1000;
 
 /// A way over a mesh.
@@ -91,8 +95,6 @@ struct Tight {
     corners: Vec<(DVec2, usize, u32)>,
     length: f64,
 }
-
-const NONE: u32 = u32::MAX;
 
 struct PathNet<'a> {
     mesh: &'a TriMesh,

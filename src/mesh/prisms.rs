@@ -9,6 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::sides::{TriangleSide, sides};
 use super::trimesh::TriMesh;
 use crate::error::{Error, Place, Result};
+use crate::numeric::NONE;
 use crate::spatial::Aabb;
 
 /// Nodes match if they are nearer to each other than this share of the mesh's diagonal, once a face is moved onto the other.
@@ -23,8 +24,6 @@ const CORNERS: [&[usize]; 5] = [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5
 
 /// What to do about faces that do not match.
 const HELP: &str = "one of the faces alone can be swept along a vector";
-
-const NONE: u32 = u32::MAX;
 
 /// A side of a prism that no other prism has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 //! NaN never appears as a bound. Where an operation is undefined on part of its argument the result is
 //! [`Interval::ALL`], so that nothing is concluded from it and the place is looked at point by point.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops;
 
 /// The closed interval `lo..=hi`.
@@ -40,6 +40,10 @@ fn times(a: f64, b: f64) -> f64 {
 impl Interval {
     /// Everything.
     pub const ALL: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    /// The number 0.
+    pub const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
+    /// The number 1.
+    pub const ONE: Interval = Interval { lo: 1.0, hi: 1.0 };
 
     /// The interval between two bounds; [`ALL`](Self::ALL) if one of them is NaN.
     pub fn new(lo: f64, hi: f64) -> Self {
@@ -124,8 +128,9 @@ impl Interval {
 
     /// Cosine.
     pub fn cos(self) -> Self {
+        /// All there is.
         const FULL: Interval = Interval { lo: -1.0, hi: 1.0 };
-        // Beyond this the spacing of floats hides which half period an argument is in.
+        /// Beyond this the spacing of floats hides which half period an argument is in.
         const LARGE: f64 = 1e8;
         if !(self.lo > -LARGE && self.hi < LARGE) || self.hi - self.lo >= 2.0 * PI {
             return FULL;
@@ -157,14 +162,14 @@ impl Interval {
 
     /// Less whole turns, from `ahead - pi` to `ahead + pi`; all of that where a jump may lie inside.
     pub fn turned(self, ahead: f64) -> Self {
-        const TURN: f64 = 2.0 * PI;
-        // Wider than the rounding of the number of turns below `LARGE`; only makes the result larger.
+        /// Wider than the rounding of the number of turns below `LARGE`; only makes the result larger.
         const SLACK: f64 = 1e-8;
+        /// Turns beyond which more than that is rounded.
         const LARGE: f64 = 1e7;
-        let turns = |x: f64, slack: f64| ((x - ahead) / TURN + slack).round();
+        let turns = |x: f64, slack: f64| ((x - ahead) / TAU + slack).round();
         let (first, last) = (turns(self.lo, -SLACK), turns(self.hi, SLACK));
         if first == last && first.abs() < LARGE {
-            self - Self::point(TURN * first)
+            self - Self::point(TAU * first)
         } else {
             wide((ahead - PI).next_down(), (ahead + PI).next_up())
         }
@@ -172,7 +177,7 @@ impl Interval {
 
     /// [`wrap`](Self::wrap) where that is at most `most` both ways, and from there straight back to 0 at half a turn.
     pub fn swing(self, most: f64) -> Self {
-        // More than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
+        /// More than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
         const SLACK: f64 = 1e-13;
         let within = |i: &Self, reach: f64| i.lo >= -reach && i.hi <= reach;
         let back = most / (PI - most);

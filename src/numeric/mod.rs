@@ -9,6 +9,9 @@ mod sets;
 pub mod svd;
 pub mod vector;
 
+/// The number of nothing: where lists hold numbers of nodes, triangles, cells or names, there is none.
+pub const NONE: u32 = u32::MAX;
+
 pub use dual::Dual;
 pub use interval::Interval;
 pub use roots::Bracket;

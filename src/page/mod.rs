@@ -20,10 +20,15 @@ pub use tables::{PageColumn, PageTable, tables};
 /// More triangles than this are not put into a page: browsers refuse texts of that length.
 const MOST_TRIANGLES: usize = 1 << 24;
 
+/// The page without what is put into it.
 const HTML: &str = include_str!("page.html");
+/// How it looks.
 const CSS: &str = include_str!("page.css");
+/// Draws the mesh.
 const SCENE: &str = include_str!("scene.js");
+/// Answers to clicks and keys.
 const SCRIPT: &str = include_str!("page.js");
+/// Has a served page take over what its server made since.
 const FOLLOW: &str = include_str!("follow.js");
 
 /// What a line of the page is about.

@@ -412,6 +412,7 @@ impl Chart {
     /// The larger principal curvature at parameters. Nearer to a pole than a thousandth of the range it is that of a point
     /// which is that far from it, for each parameter on its own (\[BOR20\]); other borders need no such step.
     pub(super) fn curvature(&self, uv: DVec2) -> Option<f64> {
+        /// Share of the range from a pole within which curvature is that of a point farther away.
         const INSIDE: f64 = 1e-3;
         let mut uv = self.wrapped(uv);
         for p in &self.poles {

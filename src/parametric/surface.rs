@@ -108,6 +108,7 @@ pub struct Pole {
 impl Surface {
     /// Point and derivatives: S, Su, Sv, Suu, Suv, Svv.
     pub fn jet(&self, u: f64, v: f64) -> [DVec3; 6] {
+        /// Derivatives that vanish.
         const O: DVec3 = DVec3::ZERO;
         match self {
             Surface::Plane { frame } => {
@@ -210,6 +211,7 @@ impl Surface {
 
     /// The parameters the surface is defined for, u and v; infinite where it has no end.
     pub fn domain(&self) -> [[f64; 2]; 2] {
+        /// A parameter without an end.
         const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
         match self {
             Surface::Plane { .. } => [ALL, ALL],

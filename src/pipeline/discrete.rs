@@ -40,11 +40,13 @@ const LEAST_BESIDE: f64 = 0.125;
 /// Where a mesh whose edges may be farther from the surface than else is at fault, they may still be so many times as far: what would
 /// have to be nearer is noise. An armadillo gets three times the triangles with 1.
 const STRICT: f64 = 2.5;
-/// How often a mesh is made to come to a number of nodes, and how near to it is near enough.
+/// How often a mesh is made to come to a number of nodes.
 const TRIALS: usize = 5;
+/// How near to that number is near enough, as a share of it.
 const NEAR: f64 = 0.03;
-/// Fillings of less area than this many squares of the size, or narrower than this many sizes, are no faces of their own.
+/// Fillings of less area than this many squares of the size are no faces of their own,
 const LEAST_FILLING: f64 = 1.0;
+/// nor are those narrower than this many sizes: triangles across them would be needles.
 const LEAST_WIDTH: f64 = 0.3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 2.0;

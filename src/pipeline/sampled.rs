@@ -16,7 +16,7 @@ use crate::error::{Error, Place, Result};
 use crate::implicit::part::Part;
 use crate::implicit::{Boundary, Foreign, Implicit, Primitive, RSystem, Sampling, Solid, evaluate};
 use crate::io::{PointRows, PointSample, SampledGrid, no_rows, write_rows};
-use crate::run::Run;
+use crate::run::{GIB, Run};
 
 /// Rows read before they are evaluated and written: some megabytes, and enough for all threads.
 const ROWS: usize = 1 << 16;
@@ -205,7 +205,6 @@ pub fn sample_grid(model: &Implicit, options: &GridOptions, run: &Run) -> Result
     let each = 8 + if options.gradients { 24 } else { 0 } + if options.faces { 4 } else { 0 };
     let needed = count * f64::from(each);
     if needed > options.memory as f64 || cells.max_element() > f64::from(i32::MAX) {
-        const GIB: f64 = (1u64 << 30) as f64;
         return Err(Error::Usage(format!(
             "a grid with step {step:e} has {count:.3e} points and needs {:.3} GiB of memory, more than the {:.3} allowed",
             needed / GIB,

@@ -4,6 +4,7 @@ use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
 use super::{Aabb, Bvh, triangle_distance_squared};
+use crate::numeric::NONE;
 
 /// Items a cell of even triangles shall hold, about: smaller cells do not get cheaper, they only get more.
 const ITEMS: f64 = 1.5;
@@ -35,7 +36,6 @@ struct CellTriangles {
     count: u32,
 }
 
-const NONE: u32 = u32::MAX;
 /// Cosine of the angle up to which items face the same way as their mean: 60 degrees.
 const SAME_WAY: f64 = 0.5;
 

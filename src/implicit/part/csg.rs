@@ -44,8 +44,9 @@ const KNOWN: [&str; 16] = [
     "polygon",
 ];
 
-/// What is a solid, and what is a figure of the plane.
+/// What is a solid.
 const SOLIDS: [&str; 6] = ["cube", "sphere", "cylinder", "polyhedron", "linear_extrude", "rotate_extrude"];
+/// What is a figure of the plane.
 const FIGURES: [&str; 3] = ["square", "circle", "polygon"];
 
 /// Operations of OpenSCAD that are not read here.

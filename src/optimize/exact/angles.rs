@@ -42,7 +42,9 @@ const FREE: Effort = Effort { weight: 14.0, round: 0.0, steps: [0.1, 0.03], pass
 
 /// Places looked at around a node, at equal angles from each other in the plane its moves lie in.
 const AROUND: usize = 6;
+/// The sine of 60 degrees, which is the angle between neighbors.
 const SINE: f64 = 0.866_025_403_784_438_6;
+/// The directions, unit vectors.
 const DIRECTIONS: [[f64; 2]; AROUND] =
     [[1.0, 0.0], [0.5, SINE], [-0.5, SINE], [-1.0, 0.0], [-0.5, -SINE], [0.5, -SINE]];
 

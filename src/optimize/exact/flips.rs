@@ -17,9 +17,9 @@ const FARTHEST: f64 = 2.0 * LONG;
 const EVENER: f64 = 0.02;
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
-/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length; what turns by less than
-/// this share of that is not worth a look.
+/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length.
 const OFF: f64 = 0.05;
+/// What turns by less than this share of that is not worth a look.
 const FOLD: f64 = 0.02;
 /// Cosine from which on two triangles bend an edge so much that it must not leave the surface, either: 60 degrees.
 const BENT: f64 = 0.5;

@@ -24,8 +24,9 @@ const TRIES: usize = 64;
 const SAME: f64 = 1e-3;
 /// Pieces touch where they are nearer to each other than this share of the cell.
 const TOUCHING: f64 = 1e-8;
-/// The surroundings are looked at this many cells away, in so many directions.
+/// The surroundings are looked at this many cells away,
 const RADIUS: f64 = 0.5;
+/// in so many directions, 15 degrees apart.
 const DIRECTIONS: usize = 24;
 /// So many sectors the two pieces have around a joint, and so many arms the border.
 const WIDE: usize = 4;

@@ -54,9 +54,10 @@ const TINY: f64 = 0.3;
 const SPACINGS: usize = 3;
 /// Rounds of flips and relaxation after packing.
 const ROUNDS: usize = 2;
-/// Nodes are taken out and put in for the sake of even angles where more than a share of a patch's triangles have a shape below this,
-/// that of 45 degrees between equal sides: packing leaves fewer where there is room.
+/// Nodes are taken out and put in for the sake of even angles where too many of a patch's triangles have a shape below this, that of 45
+/// degrees between equal sides: packing leaves fewer where there is room.
 const EVEN: f64 = 0.93;
+/// Too many are more than this share.
 const UNEVEN: f64 = 0.025;
 /// Rounds of flips and relaxation across borders after that.
 const LAST: usize = 2;

@@ -21,9 +21,11 @@ const LEVEL: f64 = 0.5;
 const MOST_BENT: f64 = 0.87;
 /// Segments of more than so many steps are what spacing left.
 const SPACED: f64 = 0.5;
-/// Places looked at along a border: per step, and at least and at most.
+/// Places looked at along a border: per step,
 const PER_STEP: f64 = 2.0;
+/// at least,
 const FEWEST_PLACES: f64 = 6.0;
+/// and at most.
 const MOST_PLACES: f64 = 64.0;
 /// Steps between nodes that lie between others are within these shares of an even step.
 const EVEN: [f64; 2] = [0.5, 1.7];

@@ -214,6 +214,7 @@ impl SurfaceOracle for TestPart {
 
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         let f = |t: f64| self.value(p + t * direction);
+        /// Steps to each side in which a change of sign is looked for.
         const STEPS: i32 = 16;
         let at = |k: i32| reach * f64::from(k) / f64::from(STEPS);
         let mut best: Option<f64> = None;

@@ -383,6 +383,7 @@ pub(super) fn least_parts(brep: &Brep) -> Vec<usize> {
 
 /// Points along an edge, several on each of its smooth pieces; none where the curve knows its feet in closed form.
 pub(super) fn samples_of(e: &Edge) -> Vec<(f64, DVec3)> {
+    /// Points of a smooth piece: the nearest of them is where Newton's method begins.
     const PARTS: usize = 4;
     if e.curve.has_closed_foot() {
         return Vec::new();

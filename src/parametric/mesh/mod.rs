@@ -364,6 +364,7 @@ impl Parametric {
         plan: &Plan<'_>,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
+        /// A face that is filled anew may double an edge of another one: each round settles those of the last.
         const ROUNDS: usize = 8;
         plan.count.store(0, Ordering::Relaxed);
         let first = plan.borders.points.len() as u32;

@@ -19,8 +19,9 @@ const PARTS: f64 = 5.0;
 const ACUTE: f64 = 0.51;
 /// Samples around a tip.
 const AROUND: usize = 24;
-/// The search for the ring begins at this share of the way along the face, goes on by this factor,
+/// The search for the ring begins at this share of the way along the face,
 const NEAREST: f64 = 1e-4;
+/// goes on by this factor,
 const FURTHER: f64 = 1.08;
 /// and ends at this share.
 const FARTHEST: f64 = 0.6;

@@ -67,6 +67,7 @@ impl Ladder for Remeshing<'_> {
     }
 
     fn next(&mut self, seen: &LadderState<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        /// Why another attempt is made, for those who listen.
         const WHY: &str = "triangles are at fault";
         let last = &seen.last.0;
         if faults(last) == 0 {

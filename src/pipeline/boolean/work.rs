@@ -64,8 +64,9 @@ pub(super) fn align(made: &mut [PreparedOperand], scale: f64) {
     }
 }
 
-/// A node on the other operand's surface, to this share of the size, with its normal: so many are no chance.
+/// A node lies on the other operand's surface to this share of the size, and has its normal.
 const SAME: f64 = 1e-9;
+/// So many such nodes are no chance: one or two may be where surfaces merely touch or cross.
 const CHANCE: usize = 3;
 /// Cosine of the angle between triangles that may lie on one surface: 30 degrees.
 const FACING: f64 = 0.86;

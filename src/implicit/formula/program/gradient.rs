@@ -17,6 +17,7 @@ pub(super) struct Slope(pub(super) [f64; 4]);
 const VALUE: usize = 3;
 
 impl Slope {
+    /// Of the constant 0.
     const ZERO: Slope = Slope([0.0; 4]);
 
     #[inline(always)]

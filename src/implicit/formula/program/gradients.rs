@@ -29,6 +29,7 @@ struct Slopes([Lanes; 4]);
 const VALUE: usize = 3;
 
 impl Slopes {
+    /// Of the constant 0.
     const ZERO: Slopes = Slopes([[0.0; LANES]; 4]);
 
     #[inline(always)]

@@ -106,6 +106,7 @@ pub(super) fn close(brep: &Brep, face: u32, region: &NarrowRegion, width: f64) -
 
 /// About how long an edge is.
 fn length(e: &Edge) -> f64 {
+    /// Chords it is measured by.
     const PARTS: usize = 8;
     let at = |k: usize| e.curve.at(e.range[0] + (e.range[1] - e.range[0]) * k as f64 / PARTS as f64);
     (0..PARTS).map(|k| at(k).distance(at(k + 1))).sum()
