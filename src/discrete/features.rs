@@ -7,13 +7,11 @@ use crate::error::Result;
 use crate::mesh::EditMesh;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;
-use crate::numeric::Sets;
+use crate::numeric::{COS_60, Sets};
 use crate::run::Run;
 
 /// Gaps between feature edges are bridged by edges of at least this share of the feature angle.
 const WEAK: f64 = 0.6;
-/// A bridge does not turn by more than this from edge to edge (cosine): 60 degrees.
-const STRAIGHT: f64 = 0.5;
 /// What is a feature at the scale asked for has at least this share of the feature angle there.
 const PERSISTS: f64 = 0.6;
 /// Means whose vectors cancel out to less than this share of their lengths' sum say nothing.
@@ -78,7 +76,8 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
         let reached = loop {
             let onward = |h: &u32| {
                 let d = (mesh.point(mesh.target(*h)) - mesh.point(v)).normalize_or_zero();
-                d.dot(direction) > STRAIGHT && dihedral(mesh, *h) > least
+                // A bridge does not turn by more than this from edge to edge.
+                d.dot(direction) > COS_60 && dihedral(mesh, *h) > least
             };
             let best = mesh
                 .outgoing(v)

@@ -29,7 +29,7 @@ const NOISE: f64 = 0.15;
 /// Faces between torn features are noise that are smaller than a square of this share of the scale,
 const TORN_AREA: f64 = 0.5;
 /// or narrower than this share of it.
-const TORN_WIDTH: f64 = 0.3;
+pub(crate) const TORN_WIDTH: f64 = 0.3;
 
 /// Torn features nearer to a longer one than this share of the scale leave no room for triangles: 20 degrees beside edges of the
 /// scale.

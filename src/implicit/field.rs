@@ -13,8 +13,8 @@ pub type Between = (f64, f64);
 /// Bounds that say nothing.
 pub const UNBOUNDED: Between = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// Bounds from a Lipschitz constant are widened by this share, for rounding.
-const SLACK: f64 = 1e-12;
+/// Bounds are widened by this share of the largest value, for rounding: far more than a few operations make.
+pub(super) const SLACK: f64 = 1e-12;
 
 /// A scalar field, positive inside: a leaf an analysis code brings along.
 ///

@@ -2,12 +2,10 @@
 
 use glam::DVec3;
 
+use super::field::SLACK;
 use crate::error::{Error, Place, Result};
 use crate::implicit::{Field, Solid};
 use crate::spatial::Aabb;
-
-/// Bounds over cells are widened by this share of the largest value, for rounding.
-const SLACK: f64 = 1e-12;
 
 /// The least and the largest value over blocks of cells.
 struct CellRanges {

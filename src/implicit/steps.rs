@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::beyond::without_nested_lengths;
+use super::beyond::{DEEPEST, without_nested_lengths};
 use super::expr::{Binary, Expr, ExprNode, SWING, Unary, holds, operands, with_operands};
 use super::forms::{odd_powers, sheet, with_waves};
 use super::formula::Formula;
@@ -30,8 +30,6 @@ const MOST_PIECES: usize = 1024;
 const MOST_WRITTEN: usize = 1 << 22;
 /// A whole number that is passed by less than this at the very end of the bounds is not passed: the rounding of bounds.
 const BARELY: f64 = 1e-9;
-/// Sums and products are followed this deep to see that a formula is linear.
-const DEEPEST: usize = 32;
 
 /// Where steps are taken apart.
 #[derive(Clone, Copy)]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec2, DVec3};
 
-use super::curve::Curve;
+use super::curve::{Curve, FLAT};
 use super::meridian;
 use super::surface::{Pole, Surface};
 use crate::spatial::{Aabb, Bvh};
@@ -18,8 +18,6 @@ const MOST_PARTS: usize = 4;
 const LONG_CELL: f64 = 2.0;
 /// Cells of the net in each direction, at least.
 const LEAST_CELLS: usize = 8;
-/// Squares of distances that differ by less than this share count as equal.
-const FLAT: f64 = 1e-11;
 /// Cosine of the angle between normals at corners of a cell up to which those between are taken from them: 25 degrees.
 const FLAT_CELL: f64 = 0.9;
 /// Steps of Newton's method, at most.

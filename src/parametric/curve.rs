@@ -8,7 +8,7 @@ use super::frame::{Frame, Similarity};
 use super::nurbs::NurbsCurve;
 
 /// Squares of distances that differ by less than this share count as equal.
-const FLAT: f64 = 1e-11;
+pub(super) const FLAT: f64 = 1e-11;
 /// Newton steps before a projection is taken as it is.
 const NEWTON_STEPS: usize = 30;
 

@@ -18,8 +18,8 @@ use crate::run::Run;
 
 /// How many things of one kind a report names.
 pub(super) const NAMED: usize = 20;
-/// A node this near to a point without a normal, as a share of the model, is on it.
-const AT_TIP: f64 = 1e-9;
+/// A node this near to a point without a normal, as a share of the model or operand, is on it.
+pub(super) const AT_TIP: f64 = 1e-9;
 
 /// With more triangles than this the time of remeshing counts: faces that have got [`CROWDED`] times as many as their size
 /// asks for then stay as they are.

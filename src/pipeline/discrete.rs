@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::bodies::NAMED;
 use super::budget::{covering, measurable};
 use super::faults::{Touching, keep_shells};
 use super::heal::told;
@@ -18,7 +19,7 @@ use super::soup_ladder::{LadderEnd, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::source::MeshOrigin;
 use super::wish::{DEFAULT_SIZE, Wish};
-use crate::discrete::{Discrete, DiscreteOptions, Limits};
+use crate::discrete::{Discrete, DiscreteOptions, Limits, TORN_WIDTH};
 use crate::error::{Error, Result};
 use crate::heal::{HealOptions, absorb_fillings, heal};
 use crate::implicit::part::SizeRequest;
@@ -29,8 +30,6 @@ use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::run::Run;
 
-/// How many things of one kind a report names.
-const NAMED: usize = 20;
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;
 /// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
@@ -46,8 +45,6 @@ const TRIALS: usize = 5;
 const NEAR: f64 = 0.03;
 /// Fillings of less area than this many squares of the size are no faces of their own,
 const LEAST_FILLING: f64 = 1.0;
-/// nor are those narrower than this many sizes: triangles across them would be needles.
-const LEAST_WIDTH: f64 = 0.3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 2.0;
 /// The same for edges that end within a face on both sides.
@@ -101,7 +98,7 @@ impl Prepared {
     pub(super) fn at(&self, size: f64) -> Cow<'_, TriMesh> {
         let mut mesh = Cow::Borrowed(&self.mesh);
         if !self.healed.is_empty() {
-            absorb_fillings(mesh.to_mut(), LEAST_FILLING * size * size, LEAST_WIDTH * size);
+            absorb_fillings(mesh.to_mut(), LEAST_FILLING * size * size, TORN_WIDTH * size);
         }
         mesh
     }

@@ -10,11 +10,9 @@ use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::parametric::Parametric;
+use crate::quality::deviation::CHUNK;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
-
-/// Triangles worked on between two looks at the cancel flag.
-const CHUNK: usize = 512;
 
 /// The largest distances between a mesh and the model it is of, in the model's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 use serde::Serialize;
 
+use super::bodies::NAMED;
 use super::ladder::Change;
 use super::report::Report;
 use crate::implicit::{Arranged, Unproved};
@@ -30,9 +31,6 @@ pub enum Tried {
     /// Operands of set operations joined, and remeshed between their exact borders.
     Joined,
 }
-
-/// How many places that were not proved are named.
-const NAMED: usize = 20;
 
 /// What intervals showed of the arrangement of a part's leaves.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]

@@ -26,7 +26,7 @@ const SIDE: f64 = 0.1;
 const NEAR: f64 = 0.02;
 
 /// Points worked on between two looks at the cancel flag.
-const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 
 /// Distance and angle between a mesh and the true surface, seen from the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -2,7 +2,7 @@
 
 mod certificate;
 mod check;
-mod deviation;
+pub(crate) mod deviation;
 mod fault;
 mod features;
 mod metrics;

@@ -19,7 +19,7 @@ use shapes::{Round, SIX_DIGITS, Shape};
 use tokens::{Argument, Token, Tokens, Value};
 
 /// Bytes of a file that is read.
-const MOST_BYTES: usize = 64 << 20;
+pub(super) const MOST_BYTES: usize = 64 << 20;
 
 /// Cylinders with a `$fn` up to this are meant to have flat sides: nuts, triangles, square posts.
 const FEW_SIDES: f64 = 8.0;

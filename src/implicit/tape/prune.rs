@@ -2,8 +2,7 @@
 
 use super::super::leaf::Leaf;
 use super::{EVERYTHING, Op, Pruned, Scratch, Tape};
-use crate::numeric::Interval;
-use crate::numeric::NONE;
+use crate::numeric::{Interval, NONE};
 use crate::spatial::Aabb;
 
 /// Operands with more operations than this are not compared: cases of formulas have a handful where little can be decided.

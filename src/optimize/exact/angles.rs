@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::moves::CALM;
 use super::remesh::{Rank, Remesher, SHARE};
 use crate::error::Result;
+use crate::numeric::COS_30;
 
 /// Triangles with an angle of a cosine above this, 49 degrees, are poor, and pay for it.
 const SMALL: f64 = 0.656;
@@ -42,11 +43,9 @@ const FREE: Effort = Effort { weight: 14.0, round: 0.0, steps: [0.1, 0.03], pass
 
 /// Places looked at around a node, at equal angles from each other in the plane its moves lie in.
 const AROUND: usize = 6;
-/// The sine of 60 degrees, which is the angle between neighbors.
-const SINE: f64 = 0.866_025_403_784_438_6;
 /// The directions, unit vectors.
 const DIRECTIONS: [[f64; 2]; AROUND] =
-    [[1.0, 0.0], [0.5, SINE], [-0.5, SINE], [-1.0, 0.0], [-0.5, -SINE], [0.5, -SINE]];
+    [[1.0, 0.0], [0.5, COS_30], [-0.5, COS_30], [-1.0, 0.0], [-0.5, -COS_30], [0.5, -COS_30]];
 
 /// A triangle at a node by the ends of its side across from there: each by its coordinates in the plane the node moves in, from
 /// where that is now, and its squared distance from there; and by the length of that side.

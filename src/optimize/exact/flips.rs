@@ -10,6 +10,7 @@ use super::patchwork::TriangleShape;
 use super::remesh::{FAIR, GOOD, LONG, Remesher, SHARE, SHORT, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
+use crate::numeric::COS_60;
 
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
@@ -21,8 +22,6 @@ const FLIP_PASSES: usize = 6;
 const OFF: f64 = 0.05;
 /// What turns by less than this share of that is not worth a look.
 const FOLD: f64 = 0.02;
-/// Cosine from which on two triangles bend an edge so much that it must not leave the surface, either: 60 degrees.
-const BENT: f64 = 0.5;
 
 impl Remesher<'_> {
     /// Flips edges where that raises the smaller shape, until nothing changes.
@@ -151,7 +150,8 @@ impl Remesher<'_> {
         let now = left.seen(normal).min(right.seen(normal));
         let then = above.seen(normal).min(below.seen(normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
-        let bent = left.area.dot(right.area) < BENT * left.area.length() * right.area.length();
+        // From here on two triangles bend an edge so much that it must not leave the surface, either.
+        let bent = left.area.dot(right.area) < COS_60 * left.area.length() * right.area.length();
         better
             && !(bent
                 && self.work.is_smooth_by_angles()

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::patchwork::Patchwork;
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
+use crate::geometry::INTO;
 use crate::optimize::size::Sizing;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, segment_foot};
@@ -14,9 +15,7 @@ use crate::spatial::{Aabb, Bvh, segment_foot};
 pub(super) const ROW: f64 = 1.15;
 /// Borders lie across from each other where the way between them leaves both within about 25 degrees of straight.
 const ACROSS: f64 = 0.9;
-/// A corner's border may lead away from the way across: the same, within about 70 degrees.
-const INTO: f64 = 0.3;
-/// Where that is less than the least size edges are up to this many times as long as a strip is wide: angles of 34 degrees.
+/// Where a strip is narrower than the least size edges are up to this many times as long as a strip is wide: angles of 34 degrees.
 const EASE: f64 = 1.5;
 
 /// What a gap asks for at a node on a border.

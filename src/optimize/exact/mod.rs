@@ -39,6 +39,7 @@ pub use thaw::Off;
 use glam::DVec3;
 
 use super::region::Region;
+use super::sequence::TINY;
 use super::size::Sizing;
 use crate::error::{Error, Result};
 use crate::mesh::edit::NONE;
@@ -48,8 +49,6 @@ use crate::spatial::{Aabb, Graded};
 use patchwork::plain_shape;
 use remesh::{Rank, Remesher, SHORT};
 
-/// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
-const TINY: f64 = 0.3;
 /// How often borders are spaced: what is in the way of a node at first may be gone later.
 const SPACINGS: usize = 3;
 /// Rounds of flips and relaxation after packing.

@@ -32,7 +32,7 @@ const LARGE: f64 = 6000.0;
 const BAND: usize = 4;
 
 /// Rounds of splitting edges that would fall together: a loop of two edges takes two.
-const CHORD_ROUNDS: usize = 4;
+pub(super) const CHORD_ROUNDS: usize = 4;
 
 /// An edge of a patch that might fall together with another.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -12,12 +12,9 @@ use super::tips::BorderTip;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::edit::{ChangeReader, NONE};
+pub(super) use crate::optimize::density::{LONG, SHORT};
 use crate::run::Run;
 
-/// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
-pub(super) const LONG: f64 = 4.0 / 3.0;
-/// Edges shorter than this many wanted lengths are collapsed, for the same reason.
-pub(super) const SHORT: f64 = 4.0 / 5.0;
 /// Edges longer than this many times what either end wants leave the surface where it turns.
 const STRETCHED: f64 = 1.8;
 /// A collapse or split that makes things worse must still leave shapes of at least this.

@@ -11,8 +11,8 @@ use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::nurbs::NurbsSurface;
 use crate::parametric::surface::Surface;
 
-/// Two directions whose sine is below this are parallel.
-const PARALLEL: f64 = 1e-12;
+/// Two directions whose sine is below this are parallel; lengths below this share of the whole are none.
+pub(super) const PARALLEL: f64 = 1e-12;
 
 /// How edges are extruded.
 #[derive(Debug, Clone, Copy, PartialEq)]

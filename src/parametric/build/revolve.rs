@@ -5,15 +5,13 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::assembly::{Along, Assembly, BodyChain, Side, side_by_foot};
+use super::extrude::PARALLEL;
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
 use crate::parametric::brep::Brep;
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::surface::Surface;
-
-/// Two directions whose sine is below this are parallel; lengths below this share of the chain are none.
-const PARALLEL: f64 = 1e-12;
 
 /// A line in space with a direction, about which turns are counter-clockwise.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::numeric::COS_60;
 use crate::parametric::chart::Chart;
 
 /// Cosine of the angle between normals at neighbors of the net of samples beyond which a bend is looked for: 40 degrees.
@@ -10,9 +11,7 @@ const TURNED: f64 = 0.766;
 const PLACES: usize = 16;
 /// so many times. Each leaves three of the sixteen parts: a 4000th of the way in the end, less than a bend is wide.
 const ROUNDS: usize = 5;
-/// Cosine of the angle by which a bend turns, 60 degrees,
-const BENT: f64 = 0.5;
-/// on a way of this share of the length of the line across it;
+/// A bend turns by 60 degrees and more on a way of this share of the length of the line across it;
 const WAY: f64 = 1.0 / 1000.0;
 /// on both sides the face goes on by this many times as much.
 const BEYOND: f64 = 20.0;
@@ -95,5 +94,5 @@ fn is_bend(chart: &Chart, axis: usize, t: f64, share: f64) -> bool {
         }
         chart.surface.normal(at(chart, axis, near, share))
     };
-    goes_on && matches!((end(a), end(b)), (Some(m), Some(n)) if m.dot(n) < BENT)
+    goes_on && matches!((end(a), end(b)), (Some(m), Some(n)) if m.dot(n) < COS_60)
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::super::bodies::AT_TIP;
 use super::super::brep::load_step;
 use super::super::budget::covering;
 use super::super::built::build_one;
@@ -30,9 +31,6 @@ use crate::parametric::{Parametric, Similarity};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
-
-/// A node this near to a point without a normal, as a share of the operand, is on it.
-const AT_TIP: f64 = 1e-9;
 
 /// A solid given by its boundary, as read.
 pub(super) enum Loaded {

@@ -14,7 +14,7 @@ use crate::numeric::{Dual, vector};
 pub(super) struct Slope(pub(super) [f64; 4]);
 
 /// Where a slope has its value.
-const VALUE: usize = 3;
+pub(super) const VALUE: usize = 3;
 
 impl Slope {
     /// Of the constant 0.

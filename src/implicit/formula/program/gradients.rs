@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use multiversion::multiversion;
 
 use super::super::super::expr::{Binary, Unary};
-use super::gradient::{Slope, Turns};
+use super::gradient::{Slope, Turns, VALUE};
 use super::{COORDINATES, Kind, Program, RESULT, Register, Term, Work};
 use crate::numeric::vector;
 
@@ -24,9 +24,6 @@ type Lanes = [f64; LANES];
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Slopes([Lanes; 4]);
-
-/// Where slopes have their values.
-const VALUE: usize = 3;
 
 impl Slopes {
     /// Of the constant 0.
