@@ -7,6 +7,7 @@ mod strips;
 mod touch;
 
 pub use features::{FeatureSample, Features};
+pub(crate) use oracle::NEWTON_STEPS;
 pub use oracle::{Foot, SurfaceOracle};
 pub use pieces::Pieces;
 pub(crate) use strips::{ALIKE, ALONG, FIRST, INTO, Like, Pair, Strips, WIDEST};

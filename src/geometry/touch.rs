@@ -1,9 +1,8 @@
 //! Where two surfaces touch.
 
+use super::oracle::NEWTON_STEPS;
 use glam::DVec3;
 
-/// Steps of Newton's method.
-const STEPS: usize = 20;
 /// Step of differences, as a share of the cell.
 const DIFFERENCE: f64 = 1e-4;
 /// The iteration has settled when it moves by less than this share of the cell.
@@ -25,7 +24,7 @@ pub(crate) fn common_normal(
     let [a, b] = normals(p)?;
     let sign = a.dot(b).signum();
     let apart = |p: DVec3| normals(p).map(|[a, b]| a - sign * b);
-    for _ in 0..STEPS {
+    for _ in 0..NEWTON_STEPS {
         let n = normals(p)?[0];
         let (e, f) = n.any_orthonormal_pair();
         let r = apart(p)?;

@@ -59,7 +59,7 @@ pub use fillings::absorb_fillings;
 pub use report::{Action, Defect, HealReport, Repair};
 
 /// Points of the input that are looked for in the result.
-const SAMPLES: usize = 20_000;
+pub(crate) const SAMPLES: usize = 20_000;
 
 /// A point of the input is kept if the result passes it within this share of the diagonal.
 pub const KEPT_WITHIN: f64 = 1e-4;

@@ -6,10 +6,8 @@ use glam::DVec3;
 use super::leaf::Leaf;
 use super::lower::replayed;
 use super::tape::{Op, Tape};
+use crate::numeric::FEW_ROUNDINGS;
 use crate::spatial::Aabb;
-
-/// Surfaces are one where they lie this near each other, as a share of the part's size.
-const NEAR: f64 = 1e-12;
 
 /// Ratios of two values of a leaf that differ by less than this may be those of one surface.
 const RATIO: f64 = 1e-6;
@@ -91,7 +89,8 @@ fn times(leaves: &[Leaf], i: usize, j: usize, bounds: &Aabb) -> Option<f64> {
                 continue;
             }
             let off = (og[k] - c * of[k]).abs();
-            let near = off <= NEAR * og[k].abs() || off <= NEAR * size * g.slope(p).length();
+            // Surfaces are one where they lie this near each other.
+            let near = off <= FEW_ROUNDINGS * og[k].abs() || off <= FEW_ROUNDINGS * size * g.slope(p).length();
             if !near {
                 return None;
             }

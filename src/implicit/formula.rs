@@ -15,11 +15,10 @@ use self::length::{Length, lengths};
 use self::program::Program;
 use super::branches::branches;
 use super::expr::{BEYOND, Binary, Expr, ExprNode, STEEPENED, SWING, Unary};
-use super::field::SLACK;
 use super::joints::is_smooth;
 use super::slopes::Slopes;
 use super::solid::Placement;
-use crate::numeric::{Dual, Interval};
+use crate::numeric::{Dual, FEW_ROUNDINGS, Interval};
 use crate::spatial::Aabb;
 
 /// One operation; operands are indices of earlier operations.
@@ -411,7 +410,7 @@ impl Formula {
 /// What lies in both intervals, and a little more: the operands agree to rounding.
 fn both(a: Interval, b: Interval) -> Interval {
     // As a share of the operands' size, or of 1 where they are smaller; only makes the result larger.
-    let slack = SLACK * a.lo.abs().max(a.hi.abs()).min(b.lo.abs().max(b.hi.abs())).max(1.0);
+    let slack = FEW_ROUNDINGS * a.lo.abs().max(a.hi.abs()).min(b.lo.abs().max(b.hi.abs())).max(1.0);
     Interval { lo: a.lo.max(b.lo) - slack, hi: a.hi.min(b.hi) + slack }
 }
 

@@ -9,6 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::expr::{Binary, Expr, ExprNode, Unary, operands};
 use super::formula::Formula;
+use super::joints::LARGEST;
 use super::roperation::never_negative;
 use super::solid::{Placement, Solid};
 use super::steps::{flat, is_small, rewritten};
@@ -16,8 +17,6 @@ use super::valued::DEEPEST;
 
 /// A formula with more clamps than this below its roots keeps the rest: each is one more case of all of it.
 const MOST_CASES: usize = 8;
-/// Larger formulas below a root are not looked at.
-const LARGEST: usize = 1024;
 /// Points at which a root's argument is looked at for a negative value.
 const LOOKS: usize = 256;
 

@@ -8,6 +8,8 @@ use glam::{DVec2, DVec3};
 use super::curve::{Curve, FLAT};
 use super::meridian;
 use super::surface::{Pole, Surface};
+use crate::geometry::NEWTON_STEPS;
+use crate::numeric::SEVEN_DIGITS;
 use crate::spatial::{Aabb, Bvh};
 
 /// Cells of the net of samples, at most.
@@ -20,14 +22,10 @@ const LONG_CELL: f64 = 2.0;
 const LEAST_CELLS: usize = 8;
 /// Cosine of the angle between normals at corners of a cell up to which those between are taken from them: 25 degrees.
 const FLAT_CELL: f64 = 0.9;
-/// Steps of Newton's method, at most.
-pub(super) const NEWTON_STEPS: usize = 20;
 /// The longest of them, as a share of the range of a parameter.
 const LONGEST_STEP: f64 = 0.1;
 /// How often one is halved that leads away.
 const HALVINGS: usize = 12;
-/// A side of the net shorter than this share of another is a pole.
-const NO_LENGTH: f64 = 1e-6;
 
 /// A surface and how to find one's way on it.
 #[derive(Debug, Clone)]
@@ -476,7 +474,8 @@ fn weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (u, v, w) = (b - a, c - a, p - a);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let det = uu * vv - uv * uv;
-    let flat = uu.min(vv).min(b.distance_squared(c)) <= NO_LENGTH * NO_LENGTH * uu.max(vv);
+    // A side of the net shorter than this share of another is a pole.
+    let flat = uu.min(vv).min(b.distance_squared(c)) <= SEVEN_DIGITS * SEVEN_DIGITS * uu.max(vv);
     if flat || !(det > 1e-14 * uu * vv) {
         // A triangle without area: along its longest side, taken from a.
         let (side, d) = if uu >= vv { (0, u) } else { (1, v) };

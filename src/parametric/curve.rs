@@ -9,6 +9,8 @@ use super::nurbs::NurbsCurve;
 
 /// Squares of distances that differ by less than this share count as equal.
 pub(super) const FLAT: f64 = 1e-11;
+/// Parts a smooth piece of a curve is looked at in: it turns by about a quarter of a circle at most, each of them by some 11 degrees.
+pub(super) const PARTS: usize = 8;
 /// Newton steps before a projection is taken as it is.
 const NEWTON_STEPS: usize = 30;
 

@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use super::chart::Chart;
+use super::curve::PARTS;
 use super::mesh::Parametric;
 use super::surface::Surface;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
@@ -77,8 +78,6 @@ impl Parametric {
 
     /// Points along the edges of faces that `of` picks, several on each of their smooth pieces.
     pub fn edge_points(&self, of: impl Fn(u32) -> bool) -> Vec<DVec3> {
-        /// Points of a smooth piece, which bends by a quarter of a turn at most.
-        const PARTS: usize = 8;
         let mut out = Vec::new();
         for (e, faces) in self.brep.edges.iter().zip(&self.faces_of) {
             if faces.iter().any(|f| of(*f)) {

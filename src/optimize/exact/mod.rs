@@ -64,7 +64,8 @@ const LAST: usize = 2;
 const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
-/// Once borders of raw triangles are spaced only triangles of a smaller shape than this are mended: packing leaves few of the others.
+/// A triangle of a smaller shape than this is flat: its height is below 3 % of its length. Once borders of raw triangles are spaced only such
+/// ones are mended: packing leaves few of the others.
 const FLAT: f64 = 0.05;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::SLIM;
 use super::patchwork::{PieceSet, plain_shape};
 use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
+use super::{FLAT, SLIM};
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
 
@@ -29,9 +29,6 @@ const BETTER: f64 = 0.02;
 
 /// Triangles whose directions differ by less than this (cosine) lie on the surface, or none of them does: 11 degrees.
 const EVEN: f64 = 0.98;
-
-/// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
-const FLAT: f64 = 0.05;
 
 impl Remesher<'_> {
     /// Moves every free node: inside faces to the mean of the places where its triangles would be equilateral on the edges

@@ -3,14 +3,12 @@
 use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
+use crate::numeric::ROUNDING;
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
 use crate::spatial::Aabb;
 
-/// Ends nearer to each other than this share of the chain's size are one point: what rounding leaves of coordinates
-/// somebody computed.
-const JOIN: f64 = 1e-9;
 /// Samples of a curve in every one of its [`pieces`](Curve::pieces).
 const SAMPLES: u32 = 8;
 
@@ -132,7 +130,8 @@ impl Wire {
             return refuse("a chain of edges without an edge");
         }
         let size = Aabb::around(pieces.iter().flat_map(Piece::samples)).diagonal();
-        let tolerance = JOIN * size;
+        // Ends nearer to each other are one point: coordinates are what somebody computed.
+        let tolerance = ROUNDING * size;
         for (i, p) in pieces.iter().enumerate() {
             if !(p.curve.length(p.range) > tolerance) || !size.is_finite() {
                 return refuse(format!("edge {} of the chain has no length", i + 1));

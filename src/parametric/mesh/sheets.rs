@@ -6,6 +6,7 @@
 use glam::DVec2;
 
 use super::bends::bends;
+use crate::numeric::FOUND_TWICE;
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Surface;
 
@@ -19,8 +20,6 @@ const LOOKS: usize = 9;
 const PLACES: usize = 64;
 /// A sheet's chart goes on beyond a line that is no crease by this share of its range.
 const BEYOND: f64 = 0.05;
-/// Lines nearer to each other than this share of the parameter's range are one.
-const NEAR: f64 = 1e-3;
 /// A chart ends this share of its range before a crease, so that it knows one side only.
 const INSET: f64 = 1e-9;
 
@@ -55,7 +54,7 @@ impl Sheets {
             .collect();
         let mut seam = period.is_some() && creased(chart, axis, [b, a]);
         for t in bends(chart, axis) {
-            let near = |x: f64| (t - x).abs() < NEAR * (b - a);
+            let near = |x: f64| (t - x).abs() < FOUND_TWICE * (b - a);
             if period.is_some() && (near(a) || near(b)) {
                 seam = true;
             } else if !lines.iter().any(|l| near(l.0)) {

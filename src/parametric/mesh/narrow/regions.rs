@@ -3,10 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use super::{EdgeLines, LONG};
-use crate::numeric::NONE;
+use crate::numeric::{NONE, SEVEN_DIGITS};
 use crate::parametric::brep::Brep;
 use crate::parametric::chart::Chart;
-use crate::parametric::mesh::AT_POLE;
 use crate::parametric::mesh::domain::Cutter;
 use crate::parametric::mesh::edges::ways;
 use crate::parametric::mesh::loops::{Contour, Corner, Unroller};
@@ -126,7 +125,7 @@ pub(super) fn find(
     let of = |e: u32| lines.chains[e as usize].nodes.iter().map(|v| lines.points[*v as usize]);
     let around = Aabb::around(f.loops.iter().flatten().flat_map(|c| of(c.edge)));
     let chart = Chart::new(f.surface.clone(), &around);
-    let near = AT_POLE * around.diagonal();
+    let near = SEVEN_DIGITS * around.diagonal();
     let unroller = Unroller { brep, chains: &lines.chains, points: &lines.points, chart: &chart, near };
     let contours: Vec<Contour> = f.loops.iter().map(|l| unroller.contour(l, f.outward)).collect();
     let first = lines.points.len() as u32;
