@@ -12,7 +12,7 @@ use crate::numeric::NONE;
 use crate::run::Run;
 
 /// Points a thread evaluates before it looks whether the run goes on. No result depends on it.
-const BATCH: usize = 256;
+pub(super) const BATCH: usize = 256;
 
 /// Registers of a batch are kept within this many numbers, so that they stay in the cache.
 const REGISTERS: usize = 1 << 15;

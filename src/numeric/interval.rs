@@ -4,6 +4,7 @@
 //! NaN never appears as a bound. Where an operation is undefined on part of its argument the result is
 //! [`Interval::ALL`], so that nothing is concluded from it and the place is looked at point by point.
 
+use super::LAST_PLACES;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops;
 
@@ -177,8 +178,7 @@ impl Interval {
 
     /// [`wrap`](Self::wrap) where that is at most `most` both ways, and from there straight back to 0 at half a turn.
     pub fn swing(self, most: f64) -> Self {
-        /// More than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
-        const SLACK: f64 = 1e-13;
+        // The slack is more than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
         let within = |i: &Self, reach: f64| i.lo >= -reach && i.hi <= reach;
         let back = most / (PI - most);
         let (near, far) = (self.wrap(), (self - Self::point(PI)).wrap());
@@ -187,13 +187,13 @@ impl Interval {
         }
         // What it is at its ends, and at turning points between.
         let hull = |i: &Self, at: &dyn Fn(f64) -> f64, turns: [f64; 2]| {
-            let between = turns.into_iter().filter(|t| i.lo - SLACK <= *t && *t <= i.hi + SLACK);
+            let between = turns.into_iter().filter(|t| i.lo - LAST_PLACES <= *t && *t <= i.hi + LAST_PLACES);
             let (lo, hi) = [i.lo, i.hi]
                 .into_iter()
                 .chain(between)
                 .map(at)
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
-            Self { lo: lo - SLACK, hi: hi + SLACK }
+            Self { lo: lo - LAST_PLACES, hi: hi + LAST_PLACES }
         };
         let from_near = |w: f64| if w.abs() > most { (PI - w.abs()).copysign(w) * back } else { w };
         let from_far = |v: f64| if v.abs() <= PI - most { -v * back } else { v - PI.copysign(v) };

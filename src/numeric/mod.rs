@@ -14,6 +14,10 @@ pub mod vector;
 pub const NONE: u32 = u32::MAX;
 /// The cosine of 60 degrees, half of the way to square: up to there two directions go the same way more than they go aside.
 pub(crate) const COS_60: f64 = 0.5;
+/// The cosine of 26 degrees: directions nearer to each other go much the same way.
+pub(crate) const COS_26: f64 = 0.9;
+/// The cosine of 20 degrees: what turns by less goes on.
+pub(crate) const COS_20: f64 = 0.94;
 /// The cosine of 30 degrees, and the sine of 60.
 pub(crate) const COS_30: f64 = 0.866_025_403_784_438_6;
 /// What rounding leaves of numbers that were computed in many steps, as a share of their size: a million times the last places of
@@ -22,6 +26,8 @@ pub(crate) const COS_30: f64 = 0.866_025_403_784_438_6;
 pub(crate) const ROUNDING: f64 = 1e-9;
 /// What rounding leaves after a few operations, as a share of the operands: thousands of the last places of doubles.
 pub(crate) const FEW_ROUNDINGS: f64 = 1e-12;
+/// What a chain of some ten operations leaves of them: hundreds of the last places.
+pub(crate) const LAST_PLACES: f64 = 1e-13;
 /// What files that give seven digits, and single precision, leave of lengths, as a share of the size.
 pub(crate) const SEVEN_DIGITS: f64 = 1e-6;
 /// What files that give eight digits leave of them.

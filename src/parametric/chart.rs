@@ -9,7 +9,7 @@ use super::curve::{Curve, FLAT};
 use super::meridian;
 use super::surface::{Pole, Surface};
 use crate::geometry::NEWTON_STEPS;
-use crate::numeric::SEVEN_DIGITS;
+use crate::numeric::{COS_26, SEVEN_DIGITS};
 use crate::spatial::{Aabb, Bvh};
 
 /// Cells of the net of samples, at most.
@@ -20,8 +20,6 @@ const MOST_PARTS: usize = 4;
 const LONG_CELL: f64 = 2.0;
 /// Cells of the net in each direction, at least.
 const LEAST_CELLS: usize = 8;
-/// Cosine of the angle between normals at corners of a cell up to which those between are taken from them: 25 degrees.
-const FLAT_CELL: f64 = 0.9;
 /// The longest of them, as a share of the range of a parameter.
 const LONGEST_STEP: f64 = 0.1;
 /// How often one is halved that leads away.
@@ -294,7 +292,8 @@ impl Chart {
         let Some(net) = &self.net else { return self.normal(self.surface.foot(p)?) };
         let (c, w) = net.found(p)?;
         let [a, b, d] = c.map(|k| net.normals[k]);
-        if a.dot(b).min(b.dot(d)).min(d.dot(a)) > FLAT_CELL {
+        // Normals of a cell whose corners have much the same one are taken from these.
+        if a.dot(b).min(b.dot(d)).min(d.dot(a)) > COS_26 {
             return (w[0] * a + w[1] * b + w[2] * d).try_normalize();
         }
         self.normal((0..3).map(|k| w[k] * net.uv(c[k])).sum())

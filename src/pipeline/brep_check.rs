@@ -14,7 +14,7 @@ use crate::run::Run;
 use crate::spatial::Aabb;
 
 /// Faults of one kind and body the text lists.
-const LISTED: usize = 8;
+pub(super) const LISTED: usize = 8;
 
 /// One thing that is wrong with a model.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -2,7 +2,7 @@
 
 mod certificate;
 mod check;
-pub(crate) mod deviation;
+mod deviation;
 mod fault;
 mod features;
 mod metrics;

@@ -5,9 +5,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::moves::CALM;
-use super::remesh::{Rank, Remesher, SHARE};
+use super::remesh::{Rank, Remesher};
 use crate::error::Result;
 use crate::numeric::COS_30;
+use crate::run::PORTION;
 
 /// Triangles with an angle of a cosine above this, 49 degrees, are poor, and pay for it.
 const SMALL: f64 = 0.656;
@@ -176,7 +177,7 @@ impl Remesher<'_> {
         let this = &*self;
         let m = &this.work.mesh;
         let poor: Vec<u32> = this.run.install(|| {
-            let list = seen.par_iter().with_min_len(SHARE);
+            let list = seen.par_iter().with_min_len(PORTION);
             list.copied().filter(|&t| !this.work.is_kept(t) && is_poor(m.corner_points(t), effort)).collect()
         });
         let mut nodes: Vec<u32> = poor.into_iter().flat_map(|t| m.corners(t)).collect();

@@ -7,10 +7,11 @@ use super::MEND;
 use super::fans::Fan;
 use super::field::COARSE;
 use super::patchwork::TriangleShape;
-use super::remesh::{FAIR, GOOD, LONG, Remesher, SHARE, SHORT, SLIVER};
+use super::remesh::{FAIR, GOOD, LONG, Remesher, SHORT, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
 use crate::numeric::COS_60;
+use crate::run::PORTION;
 
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
@@ -53,7 +54,7 @@ impl Remesher<'_> {
                 !other_way && this.should_flip(*h, fans.as_deref())
             };
             let edges: Vec<u32> = self.run.install(|| {
-                let sides = list.par_iter().with_min_len(SHARE).flat_map_iter(|t| 3 * t..3 * t + 3);
+                let sides = list.par_iter().with_min_len(PORTION).flat_map_iter(|t| 3 * t..3 * t + 3);
                 sides.filter(wanted).collect()
             });
             list.iter().for_each(|&t| listed[t as usize] = false);

@@ -32,6 +32,7 @@ mod tips;
 pub use field::asked_triangles;
 use open::polish_beyond_ends;
 pub use open::{Laid, remesh_open};
+pub(crate) use patches::BAND;
 pub use patchwork::{ExactTarget, Filling, Patchwork, PiecePatch, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
 pub use thaw::Off;
@@ -51,14 +52,12 @@ use remesh::{Rank, Remesher, SHORT};
 
 /// How often borders are spaced: what is in the way of a node at first may be gone later.
 const SPACINGS: usize = 3;
-/// Rounds of flips and relaxation after packing.
-const ROUNDS: usize = 2;
 /// Nodes are taken out and put in for the sake of even angles where too many of a patch's triangles have a shape below this, that of 45
 /// degrees between equal sides: packing leaves fewer where there is room.
 const EVEN: f64 = 0.93;
 /// Too many are more than this share.
 const UNEVEN: f64 = 0.025;
-/// Rounds of flips and relaxation across borders after that.
+/// Rounds of flips and relaxation after packing, and of those across borders after that.
 const LAST: usize = 2;
 /// The same where places were refined; also the passes of mending triangles one by one.
 const POLISH: usize = 4;
@@ -475,12 +474,12 @@ fn mend_folds(r: &mut Remesher<'_>) -> Result<()> {
 }
 
 fn even_out(r: &mut Remesher<'_>) -> Result<()> {
-    for _ in 0..ROUNDS {
+    for _ in 0..LAST {
         r.flip_evenly()?;
         r.relax()?;
     }
     r.look_beyond_ends();
-    for _ in 0..ROUNDS {
+    for _ in 0..LAST {
         if r.share_below(EVEN) < UNEVEN || r.even_fans()? == 0 {
             break;
         }

@@ -29,7 +29,7 @@ struct Done {
 const LARGE: f64 = 6000.0;
 
 /// Edges around a cut within which patches are worked on again.
-const BAND: usize = 4;
+pub(crate) const BAND: usize = 4;
 
 /// Rounds of splitting edges that would fall together: a loop of two edges takes two.
 pub(super) const CHORD_ROUNDS: usize = 4;

@@ -26,9 +26,6 @@ pub(super) const GOOD: f64 = 0.6;
 /// may mislead.
 pub(super) const SLIVER: f64 = 0.004;
 
-/// Edges or nodes that one thread looks at at a time, at least.
-pub(super) const SHARE: usize = 512;
-
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Rank {

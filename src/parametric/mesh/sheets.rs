@@ -6,12 +6,10 @@
 use glam::DVec2;
 
 use super::bends::bends;
-use crate::numeric::FOUND_TWICE;
+use crate::numeric::{COS_20, FOUND_TWICE};
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Surface;
 
-/// Cosine of the angle between normals on both sides of a crease: 20 degrees.
-const CREASED: f64 = 0.94;
 /// Normals beside a line are taken this share of the parameter's range away from it.
 const BESIDE: f64 = 1e-6;
 /// Lines across which normals are looked at.
@@ -126,7 +124,7 @@ fn creased(chart: &Chart, axis: usize, [below, above]: [f64; 2]) -> bool {
     (0..LOOKS).any(|k| {
         let at = line(chart, axis, k, LOOKS);
         let normal = |t: f64| chart.surface.normal(at(t));
-        matches!((normal(below - step), normal(above + step)), (Some(m), Some(n)) if m.dot(n) < CREASED)
+        matches!((normal(below - step), normal(above + step)), (Some(m), Some(n)) if m.dot(n) < COS_20)
     })
 }
 
