@@ -12,8 +12,6 @@ use crate::run::Run;
 
 /// Gaps between feature edges are bridged by edges of at least this share of the feature angle.
 const WEAK: f64 = 0.6;
-/// What is a feature at the scale asked for has at least this share of the feature angle there.
-const PERSISTS: f64 = 0.6;
 /// Means whose vectors cancel out to less than this share of their lengths' sum say nothing.
 const COHERENT: f64 = 0.7;
 /// Where edges that are no features bend by more than this on average the surface is rough: 15 degrees.
@@ -107,7 +105,8 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
 /// `scale` away on each side, differ by much less than `angle`. Averages do not go across feature edges, so small features
 /// with flat sides stay, except where the surface is rough everywhere between them. Edges between labels and open ones stay. Returns how many were unmarked.
 pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Result<usize> {
-    let limit = PERSISTS * angle.to_radians();
+    // What is a feature at the scale asked for is no weaker there.
+    let limit = WEAK * angle.to_radians();
     let mut gone = Vec::new();
     let mut seen = FxHashSet::default();
     for (k, h) in mesh.edges().filter(|&h| mesh.is_sharp(h)).enumerate() {

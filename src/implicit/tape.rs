@@ -94,7 +94,7 @@ const LONGEST: usize = 1024;
 const BATCH_REGISTERS: usize = 1 << 16;
 
 /// The register that stands for the batch's result.
-const RESULT: u32 = u32::MAX;
+pub(super) const RESULT: u32 = u32::MAX;
 
 /// Value of "everything": far from zero, so that it decides nothing.
 pub(super) const EVERYTHING: f64 = f64::MAX;

@@ -129,12 +129,10 @@ impl Interval {
 
     /// Cosine.
     pub fn cos(self) -> Self {
-        /// All there is.
-        const FULL: Interval = Interval { lo: -1.0, hi: 1.0 };
         /// Beyond this the spacing of floats hides which half period an argument is in.
         const LARGE: f64 = 1e8;
         if !(self.lo > -LARGE && self.hi < LARGE) || self.hi - self.lo >= 2.0 * PI {
-            return FULL;
+            return Self { lo: -1.0, hi: 1.0 };
         }
         let r = libm(self.lo.cos().min(self.hi.cos()), self.lo.cos().max(self.hi.cos()));
         let slack = 1e-8; // far wider than the rounding of k * pi below LARGE; only makes the result larger

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::Sizing;
 use crate::parametric::Parametric;
-use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy};
+use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy, THINNEST};
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::Graded;
@@ -54,8 +54,6 @@ const FINEST: f64 = 256.0;
 const HALVINGS: usize = 5;
 /// It helps if at most this share of them is left: faces of a model that cross go on crossing.
 const LEFT: f64 = 0.7;
-/// Without a least length narrow places are followed down to this share of the size.
-const UNHELD: f64 = 1.0 / 400.0;
 
 /// Faces triangulated for the first time.
 pub(super) struct First {
@@ -247,7 +245,8 @@ impl FaceLadder<'_> {
             let (least, deepest) = if held {
                 (share(sizing, NARROW) * narrow, share(sizing, narrowest) * narrow)
             } else {
-                (UNHELD * size, UNHELD * size)
+                // Without a least length narrow places are followed as far down as tubes are.
+                (THINNEST * size, THINNEST * size)
             };
             let sizes = MeshSizes {
                 size,

@@ -12,8 +12,8 @@ use crate::run::Run;
 
 /// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.
 const SLIM: usize = 500;
-/// How often edges are halved around places where the result intersects itself.
-const HALVINGS: usize = 4;
+/// How often edges are halved around places where the result intersects itself, or is turned over.
+pub(super) const HALVINGS: usize = 4;
 /// Up to this attempt triangles of the input are kept around them instead, farther around with each.
 const ATTEMPTS: usize = 7;
 /// The attempt that keeps all connected parts with such places as they are.

@@ -51,7 +51,7 @@ const HALVINGS: usize = 5;
 /// Edges around a tube: lengths grow from its seam, so there may be one less.
 const ROUND: f64 = 4.0;
 /// Tubes are followed down to edges of this share of the size.
-const THINNEST: f64 = 1.0 / 400.0;
+pub(crate) const THINNEST: f64 = 1.0 / 400.0;
 
 /// What edge lengths are wanted.
 pub struct MeshSizes<'a> {
