@@ -5,12 +5,10 @@ use glam::DVec3;
 use crate::error::{Error, Place, Result};
 use crate::numeric::ROUNDING;
 use crate::parametric::curve::Curve;
+use crate::parametric::curve::PARTS;
 use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
 use crate::spatial::Aabb;
-
-/// Samples of a curve in every one of its [`pieces`](Curve::pieces).
-const SAMPLES: u32 = 8;
 
 pub(super) fn refuse<T>(what: impl Into<String>) -> Result<T> {
     Err(Error::input(Place::Unknown, what.into()))
@@ -70,9 +68,8 @@ impl Piece {
     /// Points along the piece, ends included.
     pub(super) fn samples(&self) -> Vec<DVec3> {
         let ends = self.curve.pieces(self.range);
-        let inner = ends
-            .windows(2)
-            .flat_map(|w| (0..SAMPLES).map(move |k| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(SAMPLES)));
+        let inner =
+            ends.windows(2).flat_map(|w| (0..PARTS).map(move |k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
         let mut out: Vec<DVec3> = inner.chain([self.range[1]]).map(|t| self.curve.at(t)).collect();
         if !self.forward {
             out.reverse();
