@@ -57,6 +57,12 @@ pub trait Progress: Send + Sync {
 
 /// What a triangle takes while its mesh is made, in bytes: measured at the peak of remeshing, of CAD models and of triangles.
 const BYTES_PER_TRIANGLE: f64 = 500.0;
+/// What files nest deeper than this is refused: no text can then exhaust the stack, and nothing that people write is as deep.
+pub(crate) const DEEPEST: usize = 64;
+/// Things a thread works on between two looks at the cancel flag: milliseconds of work at most, enough to hide what handing out costs.
+pub(crate) const PORTION: usize = 512;
+/// Bytes of a gibibyte.
+pub(crate) const GIB: f64 = (1u64 << 30) as f64;
 
 /// Cancellation, progress and threads of one run.
 #[derive(Clone, Default)]
@@ -171,7 +177,6 @@ impl Run {
 
     /// Why a mesh of `how` (about, or more than) so many triangles is refused.
     pub(crate) fn too_many(&self, triangles: f64, how: &str) -> Error {
-        const GIB: f64 = (1u64 << 30) as f64;
         let count = if triangles < 1e9 { format!("{triangles:.0}") } else { format!("{triangles:.3e}") };
         let (needed, allowed) = (triangles * BYTES_PER_TRIANGLE / GIB, self.memory.unwrap_or(u64::MAX) as f64 / GIB);
         Error::Usage(format!(

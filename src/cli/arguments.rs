@@ -10,6 +10,7 @@ use rvachev::render::{ClipPlane, View};
 
 use super::gates::WrittenOptions;
 
+/// What stands below the help: the numbers the command ends with.
 const EXIT_CODES: &str = "Exit codes: 0 good, 1 the result falls short of what was asked, or what was checked is not sound, 2 usage, 3 bad input, \
      4 failed, or a mesh that is not sound was not written, 130 cancelled.";
 

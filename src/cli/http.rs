@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 
 use rvachev::{Error, Result};
 
-/// Bytes of a request's first line, and of all its lines.
+/// Bytes of a request's first line: as many as common servers take.
 const LONGEST_LINE: usize = 8 << 10;
+/// Bytes of all its lines.
 const LONGEST_HEAD: usize = 16 << 10;
 
 /// Lines behind the first one.
@@ -23,8 +24,9 @@ const MOST_HEADERS: usize = 64;
 /// Connections at a time; more are closed at once.
 const MOST_CONNECTIONS: usize = 64;
 
-/// How long a client may take to ask, and to read the answer.
+/// How long a client may take to ask.
 const ASKING: Duration = Duration::from_secs(5);
+/// How long a client may take to read the answer: a page may have many megabytes.
 const READING: Duration = Duration::from_secs(60);
 
 /// How long what a client still sends is thrown away: to close at once would take the answer from it.

@@ -7,15 +7,11 @@ use crate::error::Result;
 use crate::mesh::EditMesh;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;
-use crate::numeric::Sets;
+use crate::numeric::{COS_60, Sets};
 use crate::run::Run;
 
 /// Gaps between feature edges are bridged by edges of at least this share of the feature angle.
 const WEAK: f64 = 0.6;
-/// A bridge does not turn by more than this from edge to edge (cosine): 60 degrees.
-const STRAIGHT: f64 = 0.5;
-/// What is a feature at the scale asked for has at least this share of the feature angle there.
-const PERSISTS: f64 = 0.6;
 /// Means whose vectors cancel out to less than this share of their lengths' sum say nothing.
 const COHERENT: f64 = 0.7;
 /// Where edges that are no features bend by more than this on average the surface is rough: 15 degrees.
@@ -78,7 +74,8 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
         let reached = loop {
             let onward = |h: &u32| {
                 let d = (mesh.point(mesh.target(*h)) - mesh.point(v)).normalize_or_zero();
-                d.dot(direction) > STRAIGHT && dihedral(mesh, *h) > least
+                // A bridge does not turn by more than this from edge to edge.
+                d.dot(direction) > COS_60 && dihedral(mesh, *h) > least
             };
             let best = mesh
                 .outgoing(v)
@@ -108,7 +105,8 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
 /// `scale` away on each side, differ by much less than `angle`. Averages do not go across feature edges, so small features
 /// with flat sides stay, except where the surface is rough everywhere between them. Edges between labels and open ones stay. Returns how many were unmarked.
 pub fn drop_noise(mesh: &mut EditMesh, angle: f64, scale: f64, run: &Run) -> Result<usize> {
-    let limit = PERSISTS * angle.to_radians();
+    // What is a feature at the scale asked for is no weaker there.
+    let limit = WEAK * angle.to_radians();
     let mut gone = Vec::new();
     let mut seen = FxHashSet::default();
     for (k, h) in mesh.edges().filter(|&h| mesh.is_sharp(h)).enumerate() {

@@ -23,6 +23,7 @@ mod walls;
 
 pub use features::{Chain, bridge_gaps, chains, drop_islands, drop_noise, flood, mark_feature_edges, mark_vertices};
 pub use needles::mend_needles;
+pub(crate) use pieces::TORN_WIDTH;
 pub use pieces::{Discrete, DiscreteOptions};
 pub use simplify::{Limits, Removed, Torn, drop_crowded, simplify, torn_nodes};
 pub use walls::WallSizes;

@@ -26,14 +26,10 @@ const SINGLE: f64 = 4.0 * f32::EPSILON as f64;
 /// Curvature that shows only within this share of the scale is noise.
 const NOISE: f64 = 0.15;
 
-/// Faces between torn features are noise that are smaller than a square of this share of the scale, or narrower than this
-/// share of it.
+/// Faces between torn features are noise that are smaller than a square of this share of the scale,
 const TORN_AREA: f64 = 0.5;
-const TORN_WIDTH: f64 = 0.3;
-
-/// Torn features nearer to a longer one than this share of the scale leave no room for triangles: 20 degrees beside edges of the
-/// scale.
-const CROWDED: f64 = 0.3;
+/// or narrower than this share of it.
+pub(crate) const TORN_WIDTH: f64 = 0.3;
 
 /// Passes of dropping noise.
 const NOISE_PASSES: usize = 4;
@@ -125,7 +121,8 @@ impl Discrete {
             }
             drop_islands(&mut mesh, 0.5 * options.scale);
             if let Some(torn) = &torn {
-                drop_crowded(&mut mesh, torn, CROWDED * options.scale);
+                // Torn features nearer to a longer one leave no room for triangles, either: 20 degrees beside edges of the scale.
+                drop_crowded(&mut mesh, torn, TORN_WIDTH * options.scale);
             }
         }
         let removed = simplify(&mut mesh, &options.limits, torn.as_ref(), run)?;

@@ -15,14 +15,17 @@ const ACROSS: f64 = 2.0;
 /// Edges may be this many times as long as a short feature between two corners: triangles upon it then have angles near 40
 /// degrees.
 const OWN: f64 = 1.5;
-/// Parts per size into which feature edges close to others are divided, and how many at most.
+/// Parts per size into which feature edges close to others are divided.
 const SPACING: f64 = 2.0;
+/// How many parts one edge has at most: with a size that small the mesh is refused elsewhere, and a list longer than this fills memory first.
 const MOST_PARTS: f64 = 1e5;
-/// Places at which the distance of an edge to its line is measured, and by how much edges get shorter until it is small enough.
+/// Places at which the distance of an edge to its line is measured.
 const BOW_PLACES: usize = 8;
+/// The factor by which edges get shorter until that distance is small enough.
 const SHORTER: f64 = 0.9;
-/// Beyond edges shorter than this share of what curvature is measured over, it is looked for among so many triangles at most.
+/// Edges shorter than this share of what curvature is measured over show too little of it: triangles around are looked at, too.
 const FINE: f64 = 0.5;
+/// So many of them at most: each node has its own, and a finer mesh would cost the square of its triangles.
 const MOST_FINE: usize = 512;
 /// Of noise, normals are known to this share of what they differ by around a node.
 const KNOWN: f64 = 0.5;

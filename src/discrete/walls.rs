@@ -10,6 +10,7 @@ use rustc_hash::FxHashSet;
 use super::pieces::Discrete;
 use crate::error::Result;
 use crate::mesh::edit::NONE;
+use crate::numeric::COS_60;
 use crate::run::Run;
 use crate::spatial::{segment_foot, triangle_foot};
 
@@ -20,13 +21,12 @@ const TINY: f64 = 0.002;
 /// Two places are on different sheets where the way between them along the surface is longer than this many distances; on the
 /// two sides of a wedge it is less.
 const WAY: f64 = 4.0;
-/// What faces the other way does so within 60 degrees (cosine): slivers face anywhere.
-const OTHER_WAY: f64 = 0.5;
 /// Triangles looked at on that way at most.
 const MOST: usize = 256;
 /// Long edges are divided until they have this many lengths that walls ask for: sizes that grow from both ends are hardly larger
-/// in between. Not into more than so many nodes.
+/// in between.
 const SPACING: f64 = 1.5;
+/// Not into more nodes than this: it bounds memory where walls are thin beyond reason.
 const MOST_NODES: usize = 1_000_000;
 /// Places inside of an edge from which walls are looked for, at most.
 const LOOKS: f64 = 8.0;
@@ -225,7 +225,8 @@ impl Discrete {
         };
         let away = |k: u32| {
             let t = self.order[k as usize];
-            if m.area_vector(t).normalize_or_zero().dot(up) > -OTHER_WAY || m.corners(t).contains(&place.node) {
+            // What faces the other way does so within 60 degrees: slivers face anywhere.
+            if m.area_vector(t).normalize_or_zero().dot(up) > -COS_60 || m.corners(t).contains(&place.node) {
                 return f64::INFINITY;
             }
             p.distance_squared(at(t))

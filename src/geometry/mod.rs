@@ -7,7 +7,8 @@ mod strips;
 mod touch;
 
 pub use features::{FeatureSample, Features};
+pub(crate) use oracle::NEWTON_STEPS;
 pub use oracle::{Foot, SurfaceOracle};
 pub use pieces::Pieces;
-pub(crate) use strips::{ALIKE, FIRST, Like, Pair, Strips};
+pub(crate) use strips::{ALIKE, ALONG, FIRST, INTO, Like, Pair, Strips, WIDEST};
 pub(crate) use touch::common_normal;

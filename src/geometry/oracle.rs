@@ -2,6 +2,9 @@
 
 use glam::DVec3;
 
+/// Steps of Newton's method onto a surface, at most: it squares the error with each, so that what takes more does not settle.
+pub(crate) const NEWTON_STEPS: usize = 20;
+
 /// A point on the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot {
@@ -50,9 +53,8 @@ pub trait SurfaceOracle: Sync {
     /// a crossing farther away than the nearest.
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         // Newton's method on the line, against the tangent planes of the feet.
-        const STEPS: usize = 20;
         let mut t: f64 = 0.0;
-        for _ in 0..STEPS {
+        for _ in 0..NEWTON_STEPS {
             let foot = self.project(p + t * direction, reach)?;
             let slope = direction.dot(foot.normal);
             let gap = (foot.point - p - t * direction).dot(foot.normal);

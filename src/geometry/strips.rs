@@ -4,6 +4,13 @@ use std::collections::VecDeque;
 
 /// Of two edges with nodes that go together one may be so many times longer than the other, or want so many times more parts.
 pub(crate) const ALIKE: f64 = 1.3;
+/// Edges across from each other along this share of their lengths go together.
+pub(crate) const ALONG: f64 = 0.7;
+/// Edges at most this many wanted lengths apart have one row of triangles between them.
+pub(crate) const WIDEST: f64 = 1.3;
+/// The way across a strip leads into the face from both of its borders: this is the least cosine of its angle with the normal of a
+/// border within the face, some 70 degrees.
+pub(crate) const INTO: f64 = 0.3;
 /// The first node of an edge whose nodes lie between those of the other one, in parts: half a part would leave short edges beside
 /// long ones at corners.
 pub(crate) const FIRST: f64 = 0.75;

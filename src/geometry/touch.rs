@@ -1,11 +1,11 @@
 //! Where two surfaces touch.
 
+use super::oracle::NEWTON_STEPS;
 use glam::DVec3;
 
-/// Steps of Newton's method.
-const STEPS: usize = 20;
-/// Step of differences, and where the iteration has settled, as shares of the cell.
+/// Step of differences, as a share of the cell.
 const DIFFERENCE: f64 = 1e-4;
+/// The iteration has settled when it moves by less than this share of the cell.
 const SETTLED: f64 = 1e-9;
 /// Along a seam at which two surfaces touch everywhere there is no single point: the slope of the difference of their normals
 /// has a determinant below this share of its square.
@@ -24,7 +24,7 @@ pub(crate) fn common_normal(
     let [a, b] = normals(p)?;
     let sign = a.dot(b).signum();
     let apart = |p: DVec3| normals(p).map(|[a, b]| a - sign * b);
-    for _ in 0..STEPS {
+    for _ in 0..NEWTON_STEPS {
         let n = normals(p)?[0];
         let (e, f) = n.any_orthonormal_pair();
         let r = apart(p)?;

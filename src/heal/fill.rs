@@ -151,8 +151,8 @@ fn optimal(around: &HoleSurroundings<'_>, ring: &[u32], bend: bool) -> Option<Ve
         let x = around.apex.get(&(u64::from(ring[j]) << 32 | u64::from(ring[i])))?;
         Some(normal(p[j], p[i], around.mesh.nodes[*x as usize]))
     };
-    const NOT: (f64, f64) = (f64::INFINITY, f64::INFINITY);
-    let mut weight = vec![NOT; n * n];
+    // what cannot be filled has this weight
+    let mut weight = vec![(f64::INFINITY, f64::INFINITY); n * n];
     let mut via = vec![usize::MAX; n * n];
     // the normal of the triangle at a pair of ring nodes, on the pair's inner side
     let mut facing = vec![DVec3::ZERO; n * n];

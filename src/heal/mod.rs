@@ -59,7 +59,7 @@ pub use fillings::absorb_fillings;
 pub use report::{Action, Defect, HealReport, Repair};
 
 /// Points of the input that are looked for in the result.
-const SAMPLES: usize = 20_000;
+pub(crate) const SAMPLES: usize = 20_000;
 
 /// A point of the input is kept if the result passes it within this share of the diagonal.
 pub const KEPT_WITHIN: f64 = 1e-4;
@@ -149,8 +149,8 @@ struct Tangled {
 /// single precision of STL files.
 const GAP: f64 = 1e-5;
 
-/// A result that keeps less of the input is taken only if there is no other.
-const ENOUGH: f64 = 0.98;
+/// A result that keeps less of the input is taken only if there is no other: it is another surface rather than a healed one.
+pub(crate) const ENOUGH: f64 = 0.98;
 
 fn is_closed_manifold(mesh: &TriMesh) -> bool {
     let d = mesh.defects();

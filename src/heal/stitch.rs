@@ -8,7 +8,7 @@ use super::report::{Action, Defect, HealReport};
 use super::sides::{Sides, directed};
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::numeric::Sets;
+use crate::numeric::{COS_20, Sets};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -35,9 +35,6 @@ const LENGTH_PER_SCATTER: f64 = 2.0;
 
 /// Cells that edges are looked up in, as multiples of the gap: of wider ones mostly one or two are needed.
 const CELL_PER_GAP: f64 = 4.0;
-
-/// Cosine of the largest angle between an edge and the border of a node that is put into it.
-const ALONG: f64 = 0.94;
 
 /// Joins borders step by step, from the smallest tolerance to the largest that open edges are left for: first edges that
 /// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for.
@@ -240,7 +237,8 @@ fn split_junctions(mesh: &mut TriMesh, open: &[u32], tolerance: f64) -> Vec<DVec
             let borders = at[from..].iter().take_while(|e| e.0 == c);
             let follows = borders.filter(|e| !tri.contains(&e.1) || e.1 == a || e.1 == b).any(|e| {
                 let d = p(e.1) - p(c);
-                d.dot(along).abs() > ALONG * d.length() * length
+                // An edge goes on along the border of a node that is put into it.
+                d.dot(along).abs() > COS_20 * d.length() * length
             });
             if follows {
                 on.push((s, c));

@@ -5,20 +5,16 @@ use glam::DVec3;
 
 use super::leaf::Leaf;
 use super::lower::replayed;
+use super::sample::BATCH;
 use super::tape::{Op, Tape};
+use crate::numeric::FEW_ROUNDINGS;
 use crate::spatial::Aabb;
-
-/// Surfaces are one where they lie this near each other, as a share of the part's size.
-const NEAR: f64 = 1e-12;
 
 /// Ratios of two values of a leaf that differ by less than this may be those of one surface.
 const RATIO: f64 = 1e-6;
 
 /// Points in which two such leaves must agree.
 const POINTS: usize = 32 * 32 * 32;
-
-/// Points taken at once.
-const CHUNK: usize = 256;
 
 /// The tape with one leaf in the place of all that are the same surface inside the box. `None` if no two are.
 ///
@@ -70,9 +66,9 @@ fn times(leaves: &[Leaf], i: usize, j: usize, bounds: &Aabb) -> Option<f64> {
     let mut factor = None;
     let mut compared = 0;
     let mut at = [const { Vec::new() }; 3];
-    let (mut of, mut og) = ([0.0; CHUNK], [0.0; CHUNK]);
-    for start in (0..POINTS).step_by(CHUNK) {
-        let points: [DVec3; CHUNK] = std::array::from_fn(|k| spread(bounds, start + k));
+    let (mut of, mut og) = ([0.0; BATCH], [0.0; BATCH]);
+    for start in (0..POINTS).step_by(BATCH) {
+        let points: [DVec3; BATCH] = std::array::from_fn(|k| spread(bounds, start + k));
         for (axis, list) in at.iter_mut().enumerate() {
             list.clear();
             list.extend(points.iter().map(|p| p[axis]));
@@ -82,7 +78,7 @@ fn times(leaves: &[Leaf], i: usize, j: usize, bounds: &Aabb) -> Option<f64> {
         if factor.is_none() {
             // the largest value is known best
             let best =
-                (0..CHUNK).filter(|&k| of[k].is_finite()).max_by(|&x, &y| of[x].abs().total_cmp(&of[y].abs()))?;
+                (0..BATCH).filter(|&k| of[k].is_finite()).max_by(|&x, &y| of[x].abs().total_cmp(&of[y].abs()))?;
             factor = Some(og[best] / of[best]).filter(|c: &f64| c.is_normal());
         }
         let c = factor?;
@@ -91,7 +87,8 @@ fn times(leaves: &[Leaf], i: usize, j: usize, bounds: &Aabb) -> Option<f64> {
                 continue;
             }
             let off = (og[k] - c * of[k]).abs();
-            let near = off <= NEAR * og[k].abs() || off <= NEAR * size * g.slope(p).length();
+            // Surfaces are one where they lie this near each other.
+            let near = off <= FEW_ROUNDINGS * og[k].abs() || off <= FEW_ROUNDINGS * size * g.slope(p).length();
             if !near {
                 return None;
             }

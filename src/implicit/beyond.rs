@@ -6,8 +6,8 @@ use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::{Terms, never_negative};
 use super::steps::rewritten;
 
-/// Nothing is looked for deeper.
-const DEEPEST: usize = 32;
+/// Sums, products and multiples are followed this deep, and products have no more factors than this: it bounds the stack.
+pub(super) const DEEPEST: usize = 32;
 
 /// A formula of the same sign as a sum, and the sign it is to be taken with.
 pub(super) struct Sign {

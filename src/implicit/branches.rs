@@ -5,16 +5,14 @@ use std::f64::consts::PI;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::beyond::DEEPEST;
 use super::expr::{Binary, Expr, ExprNode, Unary, operands};
 use super::roperation::never_negative;
-
-/// Sums and multiples are followed this deep to the angle.
-const DEEPEST: usize = 32;
-/// A number of turns is whole up to the rounding of factors.
-const WHOLE: f64 = 1e-9;
+use crate::numeric::ROUNDING;
 
 fn is_whole(turns: f64) -> bool {
-    (turns - turns.round()).abs() < WHOLE
+    // A number of turns is whole up to the rounding of factors.
+    (turns - turns.round()).abs() < ROUNDING
 }
 
 /// Where a formula jumps.

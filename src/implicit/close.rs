@@ -10,6 +10,7 @@ use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::TriMesh;
+use crate::numeric::NONE;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -23,8 +24,6 @@ const MOST: usize = 4;
 /// along edges have two.
 const FEW: usize = 3;
 
-/// Nothing of the surface is in the cell or close to it.
-const EMPTY: u32 = u32::MAX;
 /// What is below is a cell's tape, not the next eight cells.
 const TAPE: u32 = 1 << 31;
 
@@ -57,7 +56,7 @@ impl<'a> CloseOracle<'a> {
         let bounds = mesh.bounds();
         let bounds = Aabb::new(bounds.lo, bounds.lo + bounds.size().max_element());
         let (tapes, reach) = (Vec::new(), CLOSE * edge);
-        let mut made = Self { oracle, bounds, reach, top: EMPTY, inner: Vec::new(), tapes };
+        let mut made = Self { oracle, bounds, reach, top: NONE, inner: Vec::new(), tapes };
         let whole = Arc::new(oracle.model().tape.as_ref().clone());
         let mut open = vec![Open { cell: bounds, tape: whole, parent: None }];
         let mut width = bounds.size().x;
@@ -94,7 +93,7 @@ impl<'a> CloseOracle<'a> {
                 TAPE | (self.tapes.len() - 1) as u32
             } else {
                 let at = self.inner.len();
-                self.inner.push([EMPTY; 8]);
+                self.inner.push([NONE; 8]);
                 next.extend(parts.into_iter().map(|(k, cell, tape)| Open { cell, tape, parent: Some((at, k)) }));
                 at as u32
             };
@@ -112,7 +111,7 @@ impl<'a> CloseOracle<'a> {
             return None;
         }
         let (mut lo, mut hi, mut here) = (self.bounds.lo, self.bounds.hi, self.top);
-        while here != EMPTY && here & TAPE == 0 {
+        while here != NONE && here & TAPE == 0 {
             // The same middle as that of `Aabb::octants`.
             let upper = p.cmpge(0.5 * (lo + hi));
             let mid = 0.5 * (lo + hi);
@@ -120,7 +119,7 @@ impl<'a> CloseOracle<'a> {
             hi = DVec3::select(upper, hi, mid);
             here = self.inner[here as usize][upper.bitmask() as usize];
         }
-        (here != EMPTY).then(|| &*self.tapes[(here & !TAPE) as usize])
+        (here != NONE).then(|| &*self.tapes[(here & !TAPE) as usize])
     }
 }
 

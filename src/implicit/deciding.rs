@@ -79,7 +79,7 @@ pub(crate) fn idle(tape: &Tape, leaves: &[u32]) -> Vec<u32> {
             return Vec::new();
         }
     }
-    // The first three leaves have their eight cases in the bits of a byte, the others one a byte.
+    /// The first three leaves have their eight cases in the bits of a byte, the others one a byte.
     const FIRST: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
     let bytes = 1usize << count.saturating_sub(FIRST.len());
     let inside: Vec<u8> = (0..bytes)

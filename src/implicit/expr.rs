@@ -262,9 +262,10 @@ pub(crate) const STEEPENED: f64 = 3.0;
 /// one can follow the other at 121 degrees, and cells fit between there and where either jumps, but next to the origin.
 pub(crate) const BEYOND: f64 = PI / 6.0;
 
-/// Where [`Unary::Swing`] turns back, and how steeply it does. Leaves go on 36 degrees beyond their creases, and as many are left from there to
+/// Where [`Unary::Swing`] turns back. Leaves go on 36 degrees beyond their creases, and as many are left from there to
 /// where they turn back: a thread takes two thirds of the cells that it takes with a turn at 150 degrees.
 pub(crate) const SWING: f64 = 17.0 * PI / 18.0;
+/// How steeply it does: from there to half a turn, a 17th of the way, it comes back to zero.
 pub(crate) const SWUNG_BACK: f64 = 17.0;
 
 /// Formulas with more nodes than this are not compared.

@@ -11,11 +11,13 @@ use super::octree::{BRICK, Bricks};
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
 use crate::geometry::{FeatureSample, Features};
+use crate::numeric::FOUND_TWICE;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
 /// Cells with more leaves than this are halved up to [`EXTRA_LEVELS`] times more before pairs and triples are tried.
 const MANY_LEAVES: usize = 6;
+/// An eighth of a cell's side has few of the leaves of a crowd: what three halvings do not part meets, or is too near to tell apart.
 const EXTRA_LEVELS: usize = 3;
 /// Cells in which curves bend are halved up to so many times: a circle of a tenth of the cell is followed.
 const BENT_LEVELS: usize = 6;
@@ -27,9 +29,6 @@ const BENT: f64 = 0.03;
 const BESIDE: f64 = 1e-7;
 /// A face bends in an edge if its normals on both sides of it have a cosine below this.
 const UNBENT: f64 = 0.999;
-
-/// Corners nearer to each other than this share of the cell are one.
-const SAME_CORNER: f64 = 1e-3;
 
 /// Finds the sharp edges and corners of a part by Newton's method in every cell of size `size` where two leaves may meet.
 ///
@@ -74,8 +73,8 @@ pub(crate) fn features_within(model: &Implicit, size: f64, within: f64, run: &Ru
     let mut kept: Vec<DVec3> = Vec::new();
     all.corners.sort_by(|a, b| a.x.total_cmp(&b.x));
     for c in &all.corners {
-        let same = |k: &&DVec3| k.distance(*c) < SAME_CORNER * size;
-        if kept.iter().rev().take_while(|k| c.x - k.x < SAME_CORNER * size).find(same).is_none() {
+        let same = |k: &&DVec3| k.distance(*c) < FOUND_TWICE * size;
+        if kept.iter().rev().take_while(|k| c.x - k.x < FOUND_TWICE * size).find(same).is_none() {
             kept.push(*c);
         }
     }

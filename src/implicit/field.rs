@@ -5,6 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::walls::Walls;
+use crate::numeric::FEW_ROUNDINGS;
 use crate::spatial::Aabb;
 
 /// Bounds of a value, the lower one first.
@@ -12,9 +13,6 @@ pub type Between = (f64, f64);
 
 /// Bounds that say nothing.
 pub const UNBOUNDED: Between = (f64::NEG_INFINITY, f64::INFINITY);
-
-/// Bounds from a Lipschitz constant are widened by this share, for rounding.
-const SLACK: f64 = 1e-12;
 
 /// A scalar field, positive inside: a leaf an analysis code brings along.
 ///
@@ -172,7 +170,8 @@ fn ranges_by_slope(
 
 /// Bounds of what is at most `reach` from a value; none if that is NaN.
 pub(super) fn range_around(middle: f64, reach: f64) -> Between {
-    let slack = SLACK * (middle.abs() + reach);
+    // Bounds are widened for rounding.
+    let slack = FEW_ROUNDINGS * (middle.abs() + reach);
     let range = (middle - reach - slack, middle + reach + slack);
     if range.0.is_nan() { UNBOUNDED } else { range }
 }

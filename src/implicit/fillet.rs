@@ -228,6 +228,7 @@ impl Fillet {
     }
 
     pub(crate) fn eval(&self, xs: &[f64], ys: &[f64], zs: &[f64], out: &mut [f64]) {
+        /// Points at a time: with four lists of numbers of this length everything stays in the first-level cache.
         const BLOCK: usize = 64;
         let mut second = [0.0; BLOCK];
         let [mut u, mut v, mut whole] = [[0.0; BLOCK]; 3];

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::beyond::DEEPEST;
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::{Terms, never_negative};
 use super::steps::{linear, rewritten};
@@ -71,9 +72,6 @@ pub(super) fn sheet(e: &Expr) -> Option<Expr> {
     let size = Expr::unary(Unary::Abs, f.clone());
     Some(if k < 0.0 { -size + level } else { size - level })
 }
-
-/// Products are followed this deep, and have no more factors than this.
-const DEEPEST: usize = 32;
 
 /// `times * base^n`, where `times` is never negative.
 struct OddPower {

@@ -18,7 +18,7 @@ use super::expr::{BEYOND, Binary, Expr, ExprNode, STEEPENED, SWING, Unary};
 use super::joints::is_smooth;
 use super::slopes::Slopes;
 use super::solid::Placement;
-use crate::numeric::{Dual, Interval};
+use crate::numeric::{Dual, FEW_ROUNDINGS, Interval};
 use crate::spatial::Aabb;
 
 /// One operation; operands are indices of earlier operations.
@@ -409,8 +409,8 @@ impl Formula {
 
 /// What lies in both intervals, and a little more: the operands agree to rounding.
 fn both(a: Interval, b: Interval) -> Interval {
-    const SLACK: f64 = 1e-12;
-    let slack = SLACK * a.lo.abs().max(a.hi.abs()).min(b.lo.abs().max(b.hi.abs())).max(1.0);
+    // As a share of the operands' size, or of 1 where they are smaller; only makes the result larger.
+    let slack = FEW_ROUNDINGS * a.lo.abs().max(a.hi.abs()).min(b.lo.abs().max(b.hi.abs())).max(1.0);
     Interval { lo: a.lo.max(b.lo) - slack, hi: a.hi.min(b.hi) + slack }
 }
 

@@ -4,10 +4,8 @@ use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
 use crate::implicit::{Field, Solid};
+use crate::numeric::FEW_ROUNDINGS;
 use crate::spatial::Aabb;
-
-/// Bounds over cells are widened by this share of the largest value, for rounding.
-const SLACK: f64 = 1e-12;
 
 /// The least and the largest value over blocks of cells.
 struct CellRanges {
@@ -62,7 +60,7 @@ impl GridField {
     /// box, values that are not finite (the first is named), and values without a change of sign, which have no surface.
     pub fn new(points: [usize; 3], bounds: Aabb, values: Vec<f64>) -> Result<Self> {
         check(points, &bounds, &values)?;
-        let slack = SLACK * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let slack = FEW_ROUNDINGS * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let mut grid = GridField { points, bounds, values, levels: Vec::new(), slack };
         let cells = points.map(|n| n - 1);
         let mut ranges = Vec::with_capacity(cells.iter().product());

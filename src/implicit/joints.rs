@@ -7,19 +7,17 @@ use glam::DVec3;
 
 use super::expr::Expr;
 use super::formula::Formula;
+use super::newton::MOST_STEPS;
 use super::solid::Placement;
 use super::steps::is_small;
+use crate::numeric::ROUNDING;
 
 /// Larger formulas are not looked at.
-const LARGEST: usize = 1024;
+pub(super) const LARGEST: usize = 1024;
 /// Points from which the border is looked for, near and far.
 const LOOKS: usize = 96;
-/// Steps of Newton's method to it.
-const STEPS: usize = 30;
 /// So many points on the border show what both pieces do there.
 const ENOUGH: usize = 8;
-/// Values and gradients on the border agree up to this share of their size: rounding of factors, and of the point.
-const ALIKE: f64 = 1e-9;
 /// How far beyond the border a value is asked for, as a share of the distance at which the border is looked for: farther than rounding
 /// goes, nearer than anything else may end.
 const BEYOND: f64 = 1e-3;
@@ -96,7 +94,7 @@ impl Border {
         let size = 10f64.powf(5.0 * self.unit() - 2.0);
         let mut p = DVec3::from_array([0; 3].map(|_| size * (2.0 * self.unit() - 1.0)));
         let mut moved = f64::INFINITY;
-        for _ in 0..STEPS {
+        for _ in 0..MOST_STEPS {
             let d = self.condition.gradient(p);
             let step = d.g * (d.v / d.g.length_squared());
             moved = step.length();
@@ -116,7 +114,7 @@ impl Border {
             return Some(found);
         }
         let mut moved = f64::INFINITY;
-        for _ in 0..STEPS {
+        for _ in 0..MOST_STEPS {
             let (c, a) = (self.condition.gradient(p), self.a.gradient(p));
             // Within the plane of both gradients; nothing where these are parallel.
             let normal = c.g.cross(a.g);
@@ -139,7 +137,8 @@ impl Border {
         // A gradient that vanishes there is rounding.
         let value = u.v.abs().max(v.v.abs());
         let slope = u.g.length().max(v.g.length()) + value / size;
-        Some((u.v - v.v).abs() <= ALIKE * (value + slope * size) && (u.g - v.g).length() <= ALIKE.sqrt() * slope)
+        // Values and gradients on the border agree up to the rounding of factors, and of the point.
+        Some((u.v - v.v).abs() <= ROUNDING * (value + slope * size) && (u.g - v.g).length() <= ROUNDING.sqrt() * slope)
     }
 
     /// Whether both have values beyond the border.

@@ -21,13 +21,11 @@ use super::steps::Within;
 use super::tape::{Op, Tape};
 use super::turned::{Ring, slab_bounds};
 use crate::error::{Error, Place, Result};
+use crate::numeric::LAST_PLACES;
 use crate::spatial::Aabb;
 
 pub(crate) use formulas::lower;
 pub(super) use formulas::lower_within;
-
-/// Leaves whose parameters agree to this share of their size are one leaf: the rounding left by a chain of placements.
-const SAME_LEAF: f64 = 1e-13;
 
 /// Nodes visited before a tree is refused: shared subtrees count each time they are met, as each may lie elsewhere.
 const MOST_NODES: usize = 4_000_000;
@@ -207,7 +205,8 @@ impl Lowerer {
         let bucket = if size > 0.0 { (mixed / size * 1e9).round() as i64 } else { 0 };
         for near in [bucket, bucket.saturating_sub(1), bucket.saturating_add(1)] {
             for &i in self.leaf_index.get(&(kind, near)).into_iter().flatten() {
-                if self.leaves[i as usize].same(&leaf, SAME_LEAF) {
+                // Leaves whose parameters agree are one leaf: a chain of placements leaves rounding.
+                if self.leaves[i as usize].same(&leaf, LAST_PLACES) {
                     return self.op(Op::Leaf { leaf: i, face, negate });
                 }
             }

@@ -6,11 +6,11 @@ use super::contact::contact;
 use super::leaf::Leaf;
 use super::octree::Bricks;
 use super::tape::{Op, Tape};
-use crate::numeric::Dual;
+use crate::numeric::{Dual, ROUNDING};
 use crate::spatial::Aabb;
 
 /// Steps after which an iteration that has not settled is given up: settled ones take 3 to 8.
-const MOST_STEPS: usize = 30;
+pub(super) const MOST_STEPS: usize = 30;
 
 /// A step shorter than this share of the scale changes nothing.
 const SETTLED: f64 = 4.0 * f64::EPSILON;
@@ -231,8 +231,6 @@ pub(crate) fn bounds_solid(tape: &Tape, leaves: &[Leaf], leaf: u32, q: DVec3) ->
     (plus != minus).then_some(plus)
 }
 
-/// Surfaces this near to each other, as a share of the scale, are one to rounding,
-const ONE: f64 = 1e-9;
 /// where their normals make an angle of at most so much: a cosine.
 const PARALLEL: f64 = 1.0 - 1e-9;
 
@@ -242,7 +240,8 @@ pub(crate) fn bounds_together(tape: &Tape, leaves: &[Leaf], leaf: u32, q: DVec3,
     let n = leaves[leaf as usize].slope(q).try_normalize()?;
     let alike = |other: u32| {
         let one = &leaves[other as usize];
-        let along = if one.vanishes(q, ONE * scale) { n.dot(one.slope(q).normalize_or_zero()) } else { 0.0 };
+        // Surfaces this near to each other are one to rounding.
+        let along = if one.vanishes(q, ROUNDING * scale) { n.dot(one.slope(q).normalize_or_zero()) } else { 0.0 };
         (along.abs() >= PARALLEL).then_some((other, if along > 0.0 { 0b10 } else { 0b01 }))
     };
     let together: Vec<(u32, u8)> = leaves_of(tape).into_iter().filter_map(alike).collect();
@@ -277,8 +276,10 @@ const CROWDED: f64 = 1e-6;
 /// Where a point's surroundings are undecided the surface is looked at this far away, as a share of the scale.
 const LOOK: f64 = 1e-4;
 
-/// Directions in which it is looked at: faces that end in a corner may be narrow. From one to the next it is so many on.
+/// Directions in which it is looked at: faces that end in a corner may be narrow.
 const WAYS: u32 = 40;
+/// From one to the next it is so many on. It has no divisor in common with [`WAYS`], so that all have their turn, and is about a
+/// quarter of them, so that four in a row look all around.
 const WAYS_APART: u32 = 11;
 
 /// The surroundings of a point at which leaves meet.

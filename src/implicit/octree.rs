@@ -9,7 +9,7 @@ use super::lockstep;
 use super::model::Implicit;
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::{Error, Result};
-use crate::run::Run;
+use crate::run::{GIB, Run};
 use crate::spatial::Aabb;
 
 /// Cells along a brick's side. Chosen so that a row of corners fits a machine word and a brick's values the first-level cache.
@@ -190,7 +190,7 @@ pub(crate) fn undecided_in(model: &Implicit, h: f64, memory: u64, run: &Run) -> 
 
 fn bytes(n: u64) -> String {
     if n >= 1 << 30 {
-        format!("{:.1} GiB", n as f64 / (1u64 << 30) as f64)
+        format!("{:.1} GiB", n as f64 / GIB)
     } else {
         format!("{:.1} MiB", n as f64 / (1u64 << 20) as f64)
     }

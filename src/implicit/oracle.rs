@@ -12,7 +12,7 @@ use super::octree::Bricks;
 use super::tape::{Active, Op, Tape};
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
-use crate::numeric::Bracket;
+use crate::numeric::{Bracket, LAST_PLACES};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -350,7 +350,7 @@ impl SurfaceOracle for ImplicitOracle<'_> {
         }
         let (a, fa, b, fb) = found?;
         let width = (b - a).abs();
-        let mut bracket = Bracket::new(fa, fb, SETTLE_LINE * self.scale / width);
+        let mut bracket = Bracket::new(fa, fb, LAST_PLACES * self.scale / width);
         while !bracket.done() {
             let x = bracket.probe();
             bracket.update(x, value(a + (b - a) * x));
@@ -379,6 +379,3 @@ impl SurfaceOracle for ImplicitOracle<'_> {
         self.leaf_curvatures(leaf, q, foot.normal)
     }
 }
-
-/// Crossings of lines are found to this share of the part's size.
-const SETTLE_LINE: f64 = 1e-13;

@@ -7,9 +7,7 @@ use std::sync::Arc;
 use super::expr::{Expr, ExprNode};
 use super::solid::{Primitive, Solid, SolidNode};
 use crate::error::{Error, Place, Result};
-
-/// Directions are the same up to this: what rounding leaves of a turn.
-const ROUNDING: f64 = 1e-12;
+use crate::numeric::FEW_ROUNDINGS;
 
 /// Whether a solid is the same at every z, as its tree shows: a figure of x and y that goes on along z without end.
 ///
@@ -33,7 +31,8 @@ pub fn check_plane(solid: &Solid) -> Result<()> {
 }
 
 fn parallel(a: DVec3, b: DVec3) -> bool {
-    a.normalize_or_zero().cross(b).length() <= ROUNDING
+    // Directions are the same up to what rounding leaves of a turn.
+    a.normalize_or_zero().cross(b).length() <= FEW_ROUNDINGS
 }
 
 /// Whether a primitive is the same all along a direction.
@@ -45,13 +44,13 @@ fn primitive(p: &Primitive, z: DVec3) -> Result<()> {
         Primitive::Cylinder { axis, height: None, .. } => (parallel(*axis, z), "a cylinder whose axis is not z"),
         Primitive::Cylinder { .. } => (false, "a cylinder with a height"),
         Primitive::HalfSpace { normal, .. } => {
-            (normal.normalize_or_zero().dot(z).abs() <= ROUNDING, "a half-space with a normal aside of the plane")
+            (normal.normalize_or_zero().dot(z).abs() <= FEW_ROUNDINGS, "a half-space with a normal aside of the plane")
         }
         Primitive::Extrude { height, .. } => (*height == f64::INFINITY && parallel(DVec3::Z, z), "an extrusion"),
         Primitive::Smooth(s) => return primitive(&Primitive::Formula(s.whole.clone()), z),
         Primitive::Formula(e) => {
             let used = coordinates(e);
-            ((0..3).all(|k| !used[k] || z[k].abs() <= ROUNDING), "a formula")
+            ((0..3).all(|k| !used[k] || z[k].abs() <= FEW_ROUNDINGS), "a formula")
         }
         Primitive::Sphere { .. } => (false, "a sphere"),
         Primitive::Ellipsoid { .. } => (false, "an ellipsoid"),

@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::never_negative;
-
-/// Switches are looked for this deep.
-const DEEPEST: usize = 64;
+use super::valued::DEEPEST;
 
 /// A formula as the lesser, or the greater, of two others.
 struct Pulled {

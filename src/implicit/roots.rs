@@ -9,16 +9,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::expr::{Binary, Expr, ExprNode, Unary, operands};
 use super::formula::Formula;
+use super::joints::LARGEST;
 use super::roperation::never_negative;
 use super::solid::{Placement, Solid};
 use super::steps::{flat, is_small, rewritten};
+use super::valued::DEEPEST;
 
-/// Roots of clamped arguments are looked for this deep.
-const DEPTH: usize = 64;
 /// A formula with more clamps than this below its roots keeps the rest: each is one more case of all of it.
 const MOST_CASES: usize = 8;
-/// Larger formulas below a root are not looked at.
-const LARGEST: usize = 1024;
 /// Points at which a root's argument is looked at for a negative value.
 const LOOKS: usize = 256;
 
@@ -114,7 +112,7 @@ fn clamped_root(e: &Expr) -> Option<&Expr> {
     let mut seen = FxHashSet::default();
     let mut stack = vec![(e, 0)];
     while let Some((e, depth)) = stack.pop() {
-        if depth > DEPTH || !seen.insert(std::ptr::from_ref(e.node())) {
+        if depth > DEEPEST || !seen.insert(std::ptr::from_ref(e.node())) {
             continue;
         }
         match under_root(e) {

@@ -9,9 +9,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::expr::{Binary, Expr, ExprNode, Unary};
-
-/// Coefficients that cancel to this share of what they are made of are zero: the rounding of a few operations.
-const CANCELLED: f64 = 1e-12;
+use crate::numeric::FEW_ROUNDINGS;
 
 /// A formula is a sum of at most this many terms for an R-operation to be sought in it. The work grows with the square.
 const MOST_TERMS: usize = 512;
@@ -301,7 +299,8 @@ fn plus(a: &[(u32, f64)], b: &[(u32, f64)], factor: f64) -> Sum {
         let (x, y) = (a.get(i).map_or((ONE, true), |t| (t.0, false)), b.get(k).map_or((ONE, true), |t| (t.0, false)));
         if x == y {
             let (s, t) = (a[i].1, factor * b[k].1);
-            if (s + t).abs() > CANCELLED * s.abs().max(t.abs()) {
+            // Coefficients that cancel to this share of what they are made of are zero.
+            if (s + t).abs() > FEW_ROUNDINGS * s.abs().max(t.abs()) {
                 out.push((a[i].0, s + t));
             }
             (i, k) = (i + 1, k + 1);
@@ -320,7 +319,7 @@ fn plus(a: &[(u32, f64)], b: &[(u32, f64)], factor: f64) -> Sum {
 fn ratio(a: &Sum, b: &Sum) -> Option<f64> {
     let (first, lead) = (a.first()?, b.first()?);
     let k = first.1 / lead.1;
-    let same = |(s, t): (&(u32, f64), &(u32, f64))| s.0 == t.0 && (s.1 - k * t.1).abs() <= CANCELLED * s.1.abs();
+    let same = |(s, t): (&(u32, f64), &(u32, f64))| s.0 == t.0 && (s.1 - k * t.1).abs() <= FEW_ROUNDINGS * s.1.abs();
     (a.len() == b.len() && a.iter().zip(b).all(same)).then_some(k)
 }
 
@@ -343,18 +342,18 @@ fn combination(sum: &Sum, f: &Sum, g: &Sum) -> Option<[f64; 2]> {
         }
     }
     let (found, m, n) = best;
-    if found <= CANCELLED {
+    if found <= FEW_ROUNDINGS {
         return None;
     }
     let det = at(f, m) * at(g, n) - at(f, n) * at(g, m);
     let p = (at(sum, m) * at(g, n) - at(sum, n) * at(g, m)) / det;
     let q = (at(f, m) * at(sum, n) - at(f, n) * at(sum, m)) / det;
-    let round = |v: f64, other: f64| if v.abs() <= CANCELLED * other.abs() { 0.0 } else { v };
+    let round = |v: f64, other: f64| if v.abs() <= FEW_ROUNDINGS * other.abs() { 0.0 } else { v };
     let (p, q) = (round(p, q), round(q, p));
     let small = |n: u32| {
         let parts = [at(sum, n), p * at(f, n), q * at(g, n)];
         let size = parts.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        (parts[0] - parts[1] - parts[2]).abs() <= CANCELLED * size
+        (parts[0] - parts[1] - parts[2]).abs() <= FEW_ROUNDINGS * size
     };
     let all = sum.iter().chain(f).chain(g).all(|t| small(t.0));
     all.then_some([p, q])
@@ -379,16 +378,16 @@ impl Homogeneous {
     fn wedge(&self) -> Option<(bool, [[f64; 2]; 2])> {
         let [a, c, b] = self.under;
         // The root must be there everywhere, and not be the absolute value of one combination.
-        if !(a > 0.0 && b > 0.0 && 4.0 * a * b - c * c > CANCELLED * (a * b + c * c)) {
+        if !(a > 0.0 && b > 0.0 && 4.0 * a * b - c * c > FEW_ROUNDINGS * (a * b + c * c)) {
             return None;
         }
-        let cancel = |x: f64, y: f64| if (x - y).abs() <= CANCELLED * x.abs().max(y.abs()) { 0.0 } else { x - y };
+        let cancel = |x: f64, y: f64| if (x - y).abs() <= FEW_ROUNDINGS * x.abs().max(y.abs()) { 0.0 } else { x - y };
         let r2 = self.r * self.r;
         let square = cancel(self.p * self.p, r2 * a);
         let (mixed, other) = (2.0 * self.p * self.q - r2 * c, cancel(self.q * self.q, r2 * b));
         // Lines through the origin on which the square of the sum is the square of the root.
         let root = (mixed * mixed - 4.0 * square * other).sqrt();
-        if !(root > CANCELLED * mixed.abs()) {
+        if !(root > FEW_ROUNDINGS * mixed.abs()) {
             return None;
         }
         let half = -0.5 * (mixed + root.copysign(mixed));
@@ -410,7 +409,7 @@ impl Homogeneous {
         }
         let [u, v] = <[_; 2]>::try_from(rays).ok()?;
         let cross = u[0] * v[1] - u[1] * v[0];
-        if cross.abs() <= CANCELLED {
+        if cross.abs() <= FEW_ROUNDINGS {
             return None;
         }
         let between = self.at([u[0] + v[0], u[1] + v[1]]);

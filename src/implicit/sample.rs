@@ -8,16 +8,14 @@ use super::model::Implicit;
 use super::rfunction::RSystem;
 use super::tape::{EVERYTHING, Op};
 use crate::error::Result;
+use crate::numeric::NONE;
 use crate::run::Run;
 
 /// Points a thread evaluates before it looks whether the run goes on. No result depends on it.
-const BATCH: usize = 256;
+pub(super) const BATCH: usize = 256;
 
 /// Registers of a batch are kept within this many numbers, so that they stay in the cache.
 const REGISTERS: usize = 1 << 15;
-
-/// What decides where no leaf does.
-const NO_LEAF: u32 = u32::MAX;
 
 /// What is asked for beyond values and insides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -142,7 +140,7 @@ impl Registers {
             list.resize(n * count, 0.0);
         }
         self.deciding.clear();
-        self.deciding.resize(if faces { n * count } else { 0 }, NO_LEAF);
+        self.deciding.resize(if faces { n * count } else { 0 }, NONE);
         for (i, op) in model.tape.ops.iter().enumerate() {
             let (values, here) = self.values.split_at_mut(i * n);
             let (signs, sign) = self.signs.split_at_mut(i * n);

@@ -16,15 +16,13 @@ pub(crate) struct Slopes {
     pub(crate) gradient: [Interval; 3],
 }
 
-const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
-
 fn each(f: impl Fn(usize) -> Interval) -> [Interval; 3] {
     std::array::from_fn(f)
 }
 
 impl Slopes {
     pub(crate) fn constant(c: f64) -> Self {
-        Self { value: Interval::point(c), gradient: [ZERO; 3] }
+        Self { value: Interval::point(c), gradient: [Interval::ZERO; 3] }
     }
 
     /// A coordinate that has the given bounds.
@@ -90,7 +88,10 @@ impl Slopes {
     /// A function that is constant but for jumps, with the given bounds. Where it may jump its slopes have no bounds.
     fn stepped(self, value: Interval) -> Self {
         let jumps = value.lo != value.hi;
-        Self { value, gradient: self.gradient.map(|g| if jumps && g != ZERO { Interval::ALL } else { ZERO }) }
+        Self {
+            value,
+            gradient: self.gradient.map(|g| if jumps && g != Interval::ZERO { Interval::ALL } else { Interval::ZERO }),
+        }
     }
 
     pub(crate) fn binary(self, op: Binary, other: Self) -> Self {
@@ -104,7 +105,7 @@ impl Slopes {
                 let q = a / b;
                 Self { value: q, gradient: each(|k| (ga[k] - gb[k] * q) / b) }
             }
-            Binary::Pow if gb == [ZERO; 3] => {
+            Binary::Pow if gb == [Interval::ZERO; 3] => {
                 let less = b - Interval::point(1.0);
                 // An exponent that is one number stays one.
                 let less = if b.lo == b.hi { Interval::point(b.lo - 1.0) } else { less };
@@ -136,9 +137,9 @@ impl Slopes {
             Binary::Mod => {
                 let steps = (a / b).floor();
                 let jumps = steps.lo != steps.hi;
-                let still = |k: usize| ga[k] == ZERO && gb[k] == ZERO;
+                let still = |k: usize| ga[k] == Interval::ZERO && gb[k] == Interval::ZERO;
                 let slope = |k: usize| if jumps { Interval::ALL } else { ga[k] - gb[k].scale(steps.lo) };
-                Self { value: a.modulo(b), gradient: each(|k| if still(k) { ZERO } else { slope(k) }) }
+                Self { value: a.modulo(b), gradient: each(|k| if still(k) { Interval::ZERO } else { slope(k) }) }
             }
         }
     }
@@ -161,7 +162,7 @@ impl Slopes {
 
     /// The same with bounds of the gradient by what it is the length of, and by the derivatives by that.
     pub(crate) fn of_length(self, parts: impl Iterator<Item = (Self, Interval)>) -> Self {
-        let sum = parts.fold([ZERO; 3], |sum, (s, by)| each(|k| sum[k] + s.gradient[k] * by));
+        let sum = parts.fold([Interval::ZERO; 3], |sum, (s, by)| each(|k| sum[k] + s.gradient[k] * by));
         Self { gradient: each(|k| self.gradient[k].within(sum[k])), ..self }
     }
 
@@ -219,7 +220,7 @@ pub(super) fn slope(op: Unary, v: Interval, value: Interval) -> Option<Interval>
         Unary::Sinh => v.cosh(),
         Unary::Cosh => v.sinh(),
         Unary::Tanh => one - value.square(),
-        Unary::Floor | Unary::Sign if value.lo == value.hi => ZERO,
+        Unary::Floor | Unary::Sign if value.lo == value.hi => Interval::ZERO,
         Unary::Floor | Unary::Sign => return None,
     })
 }

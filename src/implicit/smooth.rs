@@ -11,6 +11,7 @@ use super::expr::{Binary, Expr, ExprNode, operands, with_operands};
 use super::formula::Formula;
 use super::roperation::Terms;
 use super::solid::Placement;
+use crate::numeric::LAST_PLACES;
 
 /// The two formulas are looked for among so many subformulas nearest to the root: a block and another fill some hundred before the
 /// difference of both is met, seven operations deep.
@@ -19,8 +20,6 @@ const NEAREST: usize = 512;
 const LARGEST: usize = 64;
 /// Pairs of numbers for which the values are compared.
 const COMPARED: u32 = 48;
-/// Values agree up to this share of the numbers: the rounding of some ten operations.
-const ROUNDING: f64 = 1e-13;
 
 /// `min(a, b)` or `max(a, b)`, rounded off where the two differ by less than the width.
 pub(super) struct SmoothPair {
@@ -121,7 +120,8 @@ fn smooth(of: &Expr) -> Option<(f64, bool)> {
         let (a, b) = (s + 0.5 * d, s - 0.5 * d);
         let left = (width - d.abs()).max(0.0);
         let expected = sign * ((sign * a).max(sign * b) + left * left / (4.0 * width));
-        (value(a, b) - expected).abs() <= ROUNDING * (a.abs() + b.abs() + width)
+        // Values agree up to the rounding of some ten operations.
+        (value(a, b) - expected).abs() <= LAST_PLACES * (a.abs() + b.abs() + width)
     };
     (0..COMPARED).all(agrees).then_some((width, sign > 0.0))
 }

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::beyond::without_nested_lengths;
+use super::beyond::{DEEPEST, without_nested_lengths};
 use super::expr::{Binary, Expr, ExprNode, SWING, Unary, holds, operands, with_operands};
 use super::forms::{odd_powers, sheet, with_waves};
 use super::formula::Formula;
@@ -19,7 +19,7 @@ use super::roperation::Terms;
 use super::solid::{Placement, Solid};
 use super::split::split;
 use super::switched::rounded;
-use crate::numeric::Interval;
+use crate::numeric::{Interval, ROUNDING};
 use crate::spatial::Aabb;
 
 /// A step that passes more whole numbers than this stays in its formula.
@@ -28,10 +28,6 @@ const MOST_STEPS: f64 = 64.0;
 const MOST_PIECES: usize = 1024;
 /// Subformulas that may be written anew in the course of it: large formulas have fewer stretches.
 const MOST_WRITTEN: usize = 1 << 22;
-/// A whole number that is passed by less than this at the very end of the bounds is not passed: the rounding of bounds.
-const BARELY: f64 = 1e-9;
-/// Sums and products are followed this deep to see that a formula is linear.
-const DEEPEST: usize = 32;
 
 /// Where steps are taken apart.
 #[derive(Clone, Copy)]
@@ -179,8 +175,9 @@ impl Apart<'_> {
         let passed = |within: &Aabb| {
             let [x, y, z] = std::array::from_fn(|k| Interval::new(within.lo[k], within.hi[k]));
             let range = compiled.range(x, y, z).scale(1.0 / self.place.scale);
-            let first = (range.lo + BARELY).floor();
-            [first, ((range.hi - BARELY).ceil() - 1.0).max(first)]
+            // A whole number that is barely passed at the very end of the bounds is not passed: the rounding of bounds.
+            let first = (range.lo + ROUNDING).floor();
+            [first, ((range.hi - ROUNDING).ceil() - 1.0).max(first)]
         };
         let [first, last] = passed(&self.within.bounds);
         if !(last - first < MOST_STEPS) {

@@ -94,7 +94,7 @@ const LONGEST: usize = 1024;
 const BATCH_REGISTERS: usize = 1 << 16;
 
 /// The register that stands for the batch's result.
-const RESULT: u32 = u32::MAX;
+pub(super) const RESULT: u32 = u32::MAX;
 
 /// Value of "everything": far from zero, so that it decides nothing.
 pub(super) const EVERYTHING: f64 = f64::MAX;
@@ -232,6 +232,7 @@ impl Tape {
     /// Results of all operations, each from those before it; that of the last one. Short tapes are worked on without memory of
     /// their own.
     fn each<T: Copy>(&self, empty: T, mut f: impl FnMut(u32, &Op, &[T]) -> T) -> T {
+        /// Operations of a short tape. Cells have a handful; a list of this length on the stack costs nothing.
         const SHORT: usize = 24;
         let (mut few, mut many) = ([empty; SHORT], Vec::new());
         let n = self.ops.len();
@@ -309,8 +310,9 @@ impl Tape {
     /// [`inside_cases`](Self::inside_cases) where leaves are slow to ask: only those are that others have not made up for. Second
     /// operands come first: in a chain of operations they are the shorter ones.
     fn asked(&self, positive: impl Fn(u32) -> u8) -> u8 {
-        // Tapes of cells near corners have up to twenty leaves.
+        /// Operations of a short tape: those of cells near corners have up to twenty leaves, and one less to join them.
         const SHORT: usize = 40;
+        /// No case is known yet: results take eight bits.
         const UNKNOWN: u16 = u16::MAX;
         let n = self.ops.len();
         let (mut few, mut many) = ([(UNKNOWN, 0u32); SHORT], Vec::new());

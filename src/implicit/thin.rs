@@ -12,14 +12,12 @@ use super::newton::{bounds_solid, nearest};
 use super::octree::{BRICK, Cell};
 use super::tape::{Pruned, Scratch, Tape};
 use crate::error::Result;
+use crate::numeric::COS_60;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
 /// A wall counts as thin only if it still is at this many cells to the side: the flank of a sharp edge is not a wall.
 const ASIDE: f64 = 2.0;
-
-/// Two faces form a wall when their normals differ by more than 120 degrees.
-const OPPOSED: f64 = -0.5;
 
 /// Nodes of the mesh that are looked at; more would only find the same walls again.
 const MOST_SAMPLES: usize = 20_000;
@@ -127,7 +125,8 @@ impl Probe<'_> {
             if self.inside(q - n * m) { a = m } else { b = m }
         }
         let (_, other, _) = self.foot(q - n * b)?;
-        (other.dot(n) < OPPOSED).then_some(b)
+        // Two faces form a wall when their normals differ by more than 120 degrees.
+        (other.dot(n) < -COS_60).then_some(b)
     }
 
     /// The wall below a node.

@@ -10,8 +10,8 @@ use super::smooth::SmoothPair;
 use super::steps::flat;
 use super::switched::creased;
 
-/// Nothing is looked for deeper.
-const DEEPEST: usize = 64;
+/// Switches, pieces and roots of formulas are looked for this deep: it bounds the stack.
+pub(super) const DEEPEST: usize = 64;
 /// Formulas with more pieces than this stay whole.
 const MOST_PIECES: usize = 128;
 

@@ -11,8 +11,8 @@ use super::tape::Op;
 use crate::error::{Error, Place, Result};
 use crate::spatial::Aabb;
 
-/// How far the box around the formula stands off the solid's, as a share of its diagonal.
-const ROOM: f64 = 0.01;
+/// How far what tells the bounds of a solid stands off the box around it, as a share of that one's diagonal.
+pub(super) const ROOM: f64 = 0.01;
 
 /// The solid's formula: leaves joined by `min` and `max`, and a box around it with some room, so that whoever reads it can tell where it
 /// ends. Where the solid is cut off by a domain the formula is, too. Names of faces are lost.

@@ -12,7 +12,7 @@ use super::sets::NamedSets;
 /// A small field has eight characters.
 const LARGEST: usize = 99_999_999;
 /// Characters of a large field.
-const WIDE: usize = 16;
+pub(super) const WIDE: usize = 16;
 
 pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<()> {
     let (nodes, triangles) = (sets.mesh.node_count(), sets.triangle_count());

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::bdf::WIDE;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::run::Run;
@@ -16,8 +17,6 @@ use super::text::{Lines, at, ended, quote, unescape};
 
 /// Columns of a small field.
 const SMALL: usize = 8;
-/// Columns of a large field.
-const WIDE: usize = 16;
 
 /// A card with the fields of its lines.
 struct Card {

@@ -166,6 +166,7 @@ fn npy(out: &mut dyn Write, grid: &SampledGrid, run: &Run) -> Result<()> {
     let [nx, ny, nz] = grid.nodes;
     let mut text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({nz}, {ny}, {nx}), }}");
     // The numbers begin at a multiple of 64, and the header ends with an end of line.
+    /// Bytes before the text: the magic number, the version and the length of the text.
     const BEFORE: usize = 10;
     let whole = (BEFORE + text.len() + 1).next_multiple_of(64) - BEFORE;
     text += &" ".repeat(whole - 1 - text.len());

@@ -72,6 +72,7 @@ enum Kind {
 }
 
 fn kind(name: &str) -> Kind {
+    /// Families of elements that are faces: shells, plane ones, membranes and rigid ones.
     const FACES: [&str; 9] = ["S", "STRI", "CPS", "CPE", "M3D", "SFM3D", "R3D", "DS", "CPEG"];
     let stem = name.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let stem = if matches!(name, "S4R5" | "S8R5" | "S9R5") { &name[..2] } else { stem };

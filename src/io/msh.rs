@@ -25,7 +25,7 @@ use super::regions::{NamedSet, RegionSets};
 use super::text::escape;
 
 /// gmsh's number of the two-node line.
-const LINE: i32 = 1;
+pub(super) const LINE: i32 = 1;
 /// gmsh's number of the three-node triangle.
 pub(super) const TRIANGLE: i32 = 2;
 /// gmsh's number of the four-node quadrilateral.

@@ -7,22 +7,18 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use super::msh::{LINE, QUADRILATERAL, TRIANGLE};
 use crate::error::{Error, Place, Result};
 use crate::mesh::{Group, TriMesh};
 use crate::run::Run;
 
 use super::CHECK_EVERY;
 use super::build::reserve;
-use super::msh::TRIANGLE;
 use super::numbered::{Element, Numbered, Own};
 use super::text::{Lines, at, count, ended, float, quote, unescape};
 
-/// gmsh's number of the four-node quadrangle.
-const QUADRANGLE: i32 = 3;
 /// Node counts of gmsh's linear elements 1..=7 (line, triangle, quadrangle, tetrahedron, hexahedron, prism, pyramid).
 const LINEAR: [usize; 7] = [2, 3, 4, 4, 8, 6, 5];
-/// gmsh's number of the two-node line.
-const LINE: i32 = 1;
 /// gmsh's number of the point element.
 const POINT: i32 = 15;
 
@@ -353,7 +349,7 @@ fn read_elements(s: &mut Source, raw: &mut Numbered, run: &Run) -> Result<()> {
                 corners.push(s.size()?);
             }
             match kind {
-                TRIANGLE | QUADRANGLE => polygon(raw, tag, entity, &corners),
+                TRIANGLE | QUADRILATERAL => polygon(raw, tag, entity, &corners),
                 _ => pass_over(raw, kind),
             }
         }
@@ -393,7 +389,7 @@ fn read_old_elements(s: &mut Source, raw: &mut Numbered, run: &Run) -> Result<()
         let tags = s.items(2, "tags")?;
         let tags = (0..tags).map(|_| s.int()).collect::<Result<Vec<_>>>()?;
         let corners = (0..nodes).map(|_| s.size()).collect::<Result<Vec<_>>>()?;
-        if !matches!(kind, TRIANGLE | QUADRANGLE) {
+        if !matches!(kind, TRIANGLE | QUADRILATERAL) {
             pass_over(raw, kind);
             continue;
         }

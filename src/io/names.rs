@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::layout::Layout;
-use super::regions::{Grouping, NO_PART, RegionSets};
+use super::regions::{Grouping, RegionSets};
 use crate::mesh::MeshView;
+use crate::numeric::NONE;
 
 /// A set of triangles with one name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -106,7 +107,7 @@ impl Names {
             faces.sort_unstable();
             faces.dedup();
             let mut parts: Vec<u32> = faces.iter().map(|f| regions.part_of_face[*f as usize]).collect();
-            parts.retain(|p| *p != NO_PART);
+            parts.retain(|p| *p != NONE);
             parts.sort_unstable();
             parts.dedup();
             let parts = parts.into_iter().map(|p| regions.sets[p as usize].name.clone()).collect();

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::{Hexahedra, OuterSide, Prisms, side_of};
+use crate::numeric::NONE;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -235,9 +236,8 @@ impl<'a> PrismCells<'a> {
 
     /// Nodes stand with the first surface they lie on, those of none with the volume.
     fn nodes(&self, row: &mut ElementRow, run: &Run) -> Result<()> {
-        const INSIDE: u32 = u32::MAX;
         let Self { nodes, outer, .. } = self;
-        let mut owners = vec![INSIDE; nodes.len()];
+        let mut owners = vec![NONE; nodes.len()];
         for o in *outer {
             self.corners(o).for_each(|v| owners[v as usize] = owners[v as usize].min(o.label));
         }
@@ -247,7 +247,7 @@ impl<'a> PrismCells<'a> {
         [blocks.len(), nodes.len(), 1, nodes.len()].iter().for_each(|n| row.size(*n));
         row.end()?;
         for (owner, list) in blocks {
-            row.ints(&if owner == INSIDE { [3, 1, 0] } else { [2, owner as i32 + 1, 0] });
+            row.ints(&if owner == NONE { [3, 1, 0] } else { [2, owner as i32 + 1, 0] });
             row.size(list.len());
             row.end()?;
             each(&list, run, |v| {

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::mesh::MeshView;
+use crate::numeric::NONE;
 
 use super::Format;
 use super::layout::{Layout, SolidEntity};
@@ -67,9 +68,6 @@ pub(super) struct NamedSet {
     pub(super) groups: Vec<u32>,
 }
 
-/// The part of a face that has no triangles.
-pub(super) const NO_PART: u32 = u32::MAX;
-
 /// The sets of a file. NamedSet `k` has the number `k + 1`. Faces without triangles are in none.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RegionSets {
@@ -90,7 +88,7 @@ pub(super) struct RegionSets {
 impl RegionSets {
     pub(super) fn new(mesh: &dyn MeshView, grouping: Grouping, layout: &Layout) -> Self {
         let names = mesh.face_names();
-        let mut out = Self { part_of_face: vec![NO_PART; names.len()], ..Self::default() };
+        let mut out = Self { part_of_face: vec![NONE; names.len()], ..Self::default() };
         let bodies = bodies(mesh, layout);
         out.name_volumes(mesh, &layout.solids, &bodies);
         let mut of_face: Vec<Vec<u32>> = vec![Vec::new(); names.len()];

@@ -10,9 +10,7 @@ use std::sync::OnceLock;
 use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Place, Result};
-
-/// Lists deeper than this are refused, so that no file can exhaust the stack.
-const DEEPEST: usize = 64;
+use crate::run::DEEPEST;
 
 /// One argument of a record.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use super::vtu::VTK_TRIANGLE;
 use crate::error::Result;
 use crate::run::Run;
 
@@ -11,8 +12,6 @@ use super::line::WrittenLine;
 use super::outline::BorderSet;
 use super::sets::NamedSets;
 
-/// VTK's number of the triangle, which SU2 uses.
-const TRIANGLE: u8 = 5;
 /// VTK's number of the line.
 const LINE: u8 = 3;
 
@@ -28,7 +27,7 @@ pub(super) fn write(out: &mut dyn Write, sets: &NamedSets, run: &Run) -> Result<
     for (name, set) in sets.parts() {
         let (triangles, _) = sets.members(set, run)?;
         writeln!(out, "MARKER_TAG= {name}\nMARKER_ELEMS= {}", triangles.len()).map_err(write_failed)?;
-        sets.each_triangle(set, run, |_, corners| line.whole(TRIANGLE).wholes(corners).end(out))?;
+        sets.each_triangle(set, run, |_, corners| line.whole(VTK_TRIANGLE).wholes(corners).end(out))?;
     }
     Ok(())
 }
@@ -38,7 +37,9 @@ pub(super) fn write_flat(out: &mut dyn Write, sets: &NamedSets, borders: &[Borde
     let mut line = WrittenLine::default();
     writeln!(out, "NDIME= 2\nNELEM= {}", sets.triangle_count()).map_err(write_failed)?;
     for (_, set) in sets.parts() {
-        sets.each_triangle(set, run, |number, corners| line.whole(TRIANGLE).wholes(corners).whole(number).end(out))?;
+        sets.each_triangle(set, run, |number, corners| {
+            line.whole(VTK_TRIANGLE).wholes(corners).whole(number).end(out)
+        })?;
     }
     writeln!(out, "NPOIN= {}", sets.mesh.node_count()).map_err(write_failed)?;
     let mut number = 0;

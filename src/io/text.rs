@@ -79,6 +79,7 @@ pub(super) fn at(line: usize, message: impl Into<String>) -> Error {
 
 /// A piece of foreign text, short and printable enough to show in a message.
 pub(super) fn quote(word: &str) -> String {
+    /// Characters that are shown: half a line.
     const SHOWN: usize = 40;
     let mut shown: String = word.chars().take(SHOWN).flat_map(char::escape_debug).collect();
     if word.chars().nth(SHOWN).is_some() {

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use crate::error::Result;
 use crate::mesh::MeshView;
+use crate::numeric::base64::base64;
 use crate::run::Run;
 
 use super::atomic::write_failed;
@@ -12,8 +13,9 @@ use super::line::WrittenLine;
 
 /// VTK's number of the triangle cell.
 pub(super) const VTK_TRIANGLE: u8 = 5;
-/// Of the polygon, and of the quadrilateral.
+/// Of the polygon,
 const VTK_POLYGON: u8 = 7;
+/// and of the quadrilateral.
 pub(super) const VTK_QUAD: u8 = 9;
 
 /// Writes data arrays either as text or as base64 with a length of 64 bits before the bytes.
@@ -43,7 +45,7 @@ impl Arrays<'_> {
             base64.finish()?;
             self.line("")?;
         } else {
-            // Lines of a bearable length.
+            /// Numbers to a line: a bearable length.
             const WORDS: usize = 12;
             let (out, mut line, mut words) = (&mut *self.out, WrittenLine::default(), 0);
             values(self.run, &mut |value| {
@@ -88,28 +90,15 @@ impl Base64<'_> {
         self.data.extend(bytes);
         if self.data.len() >= Self::AT_A_TIME {
             let whole = self.data.len() / 3 * 3;
-            self.out.write_all(&base64(&self.data[..whole])).map_err(write_failed)?;
+            self.out.write_all(base64(&self.data[..whole]).as_bytes()).map_err(write_failed)?;
             self.data.drain(..whole);
         }
         Ok(())
     }
 
     fn finish(self) -> Result<()> {
-        self.out.write_all(&base64(&self.data)).map_err(write_failed)
+        self.out.write_all(base64(&self.data).as_bytes()).map_err(write_failed)
     }
-}
-
-fn base64(data: &[u8]) -> Vec<u8> {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = Vec::with_capacity(data.len().div_ceil(3) * 4);
-    for chunk in data.chunks(3) {
-        let bits = chunk.iter().enumerate().fold(0u32, |bits, (i, b)| bits | u32::from(*b) << (16 - 8 * i));
-        for i in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * i)) as usize & 63];
-            text.push(if i <= chunk.len() { digit } else { b'=' });
-        }
-    }
-    text
 }
 
 /// A name as the value of an XML attribute; characters XML cannot hold become `_`.

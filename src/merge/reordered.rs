@@ -6,14 +6,10 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::mesh::{CellRun, Group, MeshView};
+use crate::numeric::NONE;
+use crate::run::PORTION;
 
 use super::view::Merged;
-
-/// Nodes and cells handed out at a time.
-const BLOCK: usize = 512;
-
-/// Numbers that are not taken.
-const NONE: u32 = u32::MAX;
 
 /// A merged mesh with the numbers its nodes and cells had before it was cut into fragments.
 ///
@@ -85,8 +81,8 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Reordered<P, C, S> {
     }
 
     fn read_nodes(&self, range: Range<usize>, take: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
-        let mut list = Vec::with_capacity(BLOCK.min(range.len()));
-        for part in self.nodes[range].chunks(BLOCK) {
+        let mut list = Vec::with_capacity(PORTION.min(range.len()));
+        for part in self.nodes[range].chunks(PORTION) {
             list.clear();
             list.extend(part.iter().map(|v| self.merged.node(*v as usize)));
             take(&list)?;
@@ -99,7 +95,7 @@ impl<P: Sync, C: Sync, S: Sync> MeshView for Reordered<P, C, S> {
         let mut first = range.start;
         let label = |j: u32| self.merged.label(j as usize);
         for run in self.cells[range].chunk_by(|a, b| label(*a) == label(*b)) {
-            for part in run.chunks(BLOCK) {
+            for part in run.chunks(PORTION) {
                 corners.clear();
                 ends.clear();
                 for j in part {

@@ -11,6 +11,7 @@ use crate::model::{
     BLOCK, BLOCK_CORNERS, Cells, Corners, EdgeFragment, FaceFragment, Fragments, Loop, Mismatch, Model, PLACE_SHIFT,
     Violation,
 };
+use crate::numeric::NONE;
 
 use super::numbering::{FaceAccess, Numbering};
 
@@ -195,7 +196,6 @@ impl<P, C, S> Merged<P, C, S> {
     pub fn triangles_at(&self, cells: &[u32], out: &mut Vec<[u32; 3]>) {
         /// Cells on their way at a time.
         const AHEAD: usize = 128;
-        const NONE: [u32; 3] = [u32::MAX; 3];
         let faces = &self.numbering.faces;
         let mut face = [0u32; AHEAD];
         out.clear();
@@ -208,10 +208,10 @@ impl<P, C, S> Merged<P, C, S> {
             let first = out.len();
             out.extend(part.iter().zip(&face).map(|(j, f)| {
                 let (f, j) = (*f as usize, *j as usize);
-                self.short(&faces[f], j).or_else(|| self.any_triangle(f, j)).unwrap_or(NONE)
+                self.short(&faces[f], j).or_else(|| self.any_triangle(f, j)).unwrap_or([NONE; 3])
             }));
             for (corners, f) in out[first..].iter_mut().zip(&face) {
-                if *corners != NONE {
+                if *corners != [NONE; 3] {
                     *corners = corners.map(|v| self.to_global(&faces[*f as usize], v));
                 }
             }

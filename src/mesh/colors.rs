@@ -3,6 +3,7 @@
 use rustc_hash::FxHashSet;
 
 use super::TriMesh;
+use crate::numeric::NONE;
 
 /// Light and distinct at equal brightness; none is like the colors pictures warn by or show the inside in.
 const FACES: [[f32; 3]; 12] = [
@@ -53,7 +54,6 @@ pub(crate) fn face_colors(mesh: &TriMesh) -> Vec<[f32; 3]> {
 
 /// Pairs of faces that share a node, sorted.
 fn touching_faces(mesh: &TriMesh) -> Vec<(u32, u32)> {
-    const NONE: u32 = u32::MAX;
     let mut first = vec![NONE; mesh.nodes.len()];
     let mut pairs = FxHashSet::default();
     for (corners, &label) in mesh.triangles.iter().zip(&mesh.labels) {

@@ -27,9 +27,7 @@ use glam::DVec3;
 
 use super::{Group, TriMesh};
 use crate::error::{Error, Place, Result};
-
-/// No half-edge, node or triangle.
-pub const NONE: u32 = u32::MAX;
+pub use crate::numeric::NONE;
 
 /// The half-edge that follows `h` around its triangle.
 pub fn next(h: u32) -> u32 {

@@ -5,6 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::prisms::{OuterSide, Prisms};
 use crate::error::{Error, Place, Result};
+use crate::numeric::NONE;
 
 /// Corners of a hexahedron's sides, counterclockwise as seen from outside: bottom, top, walls in the order of the bottom's edges.
 const SIDES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
@@ -30,8 +31,6 @@ pub struct Hexahedra {
 /// How many triangles are reached in search of a partner. A hundred lie within some five edges: farther away good pairs would
 /// be changed for the sake of one, and searches of large faces would take long.
 const REACH: usize = 100;
-/// No name.
-const NONE: u32 = u32::MAX;
 
 /// What is known of the bottom's triangles, which are those of every layer.
 struct Bottom {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::trimesh::TriMesh;
 use crate::error::Result;
+use crate::numeric::ROUNDING;
 use crate::numeric::predicates::{orient2d, orient3d};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -249,8 +250,7 @@ pub(crate) fn triangles_cross([a, b]: [[u32; 3]; 2], [p, q]: [[DVec3; 3]; 2]) ->
 /// A quick look that says yes only where rounding cannot matter, so that the exact predicates, at their slowest for
 /// triangles in one plane, are left with the rest: is there a plane that parts the triangles but for what they share?
 fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool {
-    // Far above the rounding of the differences, products and sums below, relative to the terms.
-    const MARGIN: f64 = 1e-9;
+    // The share of the terms is far above the rounding of the differences, products and sums below.
     let same = |a: f64, b: f64| (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0);
     match *shared {
         [] => {
@@ -266,7 +266,7 @@ fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool
             let (p, q) = (p.map(|v| v - o), q.map(|v| v - o));
             // Differences carry the rounding of the coordinates themselves.
             let size = p.iter().chain(&q).map(|v| v.abs().max_element()).fold(0.0, f64::max);
-            let slack = MARGIN * size + 1e-15 * o.abs().max_element();
+            let slack = ROUNDING * size + 1e-15 * o.abs().max_element();
             let parts = |d: DVec3| {
                 let (lo, hi) = (p.map(|v| v.dot(d)), q.map(|v| v.dot(d)));
                 let gap =
@@ -292,7 +292,7 @@ fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool
                 return true;
             }
             let s = a.normalize_or_zero() + b.normalize_or_zero() - c.normalize_or_zero() - d.normalize_or_zero();
-            let least = |v: DVec3| MARGIN * v.length() * s.length();
+            let least = |v: DVec3| ROUNDING * v.length() * s.length();
             a.dot(s) > least(a) && b.dot(s) > least(b) && -c.dot(s) > least(c) && -d.dot(s) > least(d)
         }
         [(i, j), (k, l)] => {
@@ -311,8 +311,9 @@ fn surely_apart(p: [DVec3; 3], q: [DVec3; 3], shared: &[(usize, usize)]) -> bool
 /// A number with the sign of `(a × b) · c`, where `a`, `b`, `c` are rounded differences of coordinates; 0 where rounding
 /// could change it. The bound is that of J. R. Shewchuk (1997) for `orient3d`, (7 + 56 ε) ε.
 fn sure_sign(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    /// The bound for `orient3d`, 7.77e-16, rounded up: it is a share of the sum of the terms' sizes.
     const BOUND: f64 = 8e-16;
-    // below this products lose digits
+    /// Below this products lose digits.
     const LEAST: f64 = 1e-280;
     let (x, y, z) = (a.abs(), b.abs(), c.abs());
     let most = (x.y * y.z + x.z * y.y) * z.x + (x.z * y.x + x.x * y.z) * z.y + (x.x * y.y + x.y * y.x) * z.z;

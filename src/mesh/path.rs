@@ -12,18 +12,18 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::TriMesh;
 use crate::error::{Error, Place, Result};
+use crate::numeric::{FEW_ROUNDINGS, NONE, ROUNDING};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared, triangle_foot};
 
-/// A way that is shorter by less than this share is not shorter: lengths in the plane have rounding in them.
-const SHORTER: f64 = 1e-12;
-/// The sine of an angle between string and edge below which they are one line.
-const ALONG: f64 = 1e-9;
-/// Nodes whose angles lack more than this of a full turn are tips, and so many are tried.
+/// Nodes whose angles lack more than this of a full turn, radians, are tips.
 const TIP: f64 = 0.2;
+/// So many tips are tried for one way: each costs a search of its own, and with few of them a way around the wrong side of a tip stays.
 const MOST_TIPS: usize = 64;
-/// So many times as often as there are triangles in the strip it may be led past a node, and this many times more.
+/// So many times as often as there are triangles in the strip it may be led past a node,
 const ROUNDS: usize = 20;
+/// and this many times more, for strips of few triangles: nodes that do not help are not tried again until one
+/// does, so that the bounds only end what rounding keeps alive.
 const MORE_ROUNDS: usize = 1000;
 
 /// A way over a mesh.
@@ -91,8 +91,6 @@ struct Tight {
     corners: Vec<(DVec2, usize, u32)>,
     length: f64,
 }
-
-const NONE: u32 = u32::MAX;
 
 struct PathNet<'a> {
     mesh: &'a TriMesh,
@@ -286,7 +284,8 @@ impl<'a> PathNet<'a> {
             tried.insert(v);
             let Some(strip) = self.past_the_other_side(&leg, v).filter(|s| *s != leg.strip) else { continue };
             let (l, t) = self.tightened(PathLeg { strip, ..leg }, run)?;
-            if t.length < tight.length * (1.0 - SHORTER) {
+            // A way that is shorter by less than this share is not shorter: lengths in the plane have rounding in them.
+            if t.length < tight.length * (1.0 - FEW_ROUNDINGS) {
                 (leg, tight) = (l, t);
             }
         }
@@ -319,7 +318,7 @@ impl<'a> PathNet<'a> {
                 (leg, tight)
             });
             match other {
-                Some((l, t)) if t.length < tight.length * (1.0 - SHORTER) => {
+                Some((l, t)) if t.length < tight.length * (1.0 - FEW_ROUNDINGS) => {
                     (leg, tight) = (l, t);
                     tried.clear();
                 }
@@ -394,7 +393,8 @@ impl<'a> PathNet<'a> {
             let (d, e) = (q - p, portal.left - portal.right);
             let det = d.perp_dot(e);
             // Where the string runs along an edge it is on it from where it was before.
-            let share = if det.abs() > ALONG * d.length() * e.length() {
+            // String and edge at an angle of a smaller sine are one line.
+            let share = if det.abs() > ROUNDING * d.length() * e.length() {
                 d.perp_dot(p - portal.right) / det
             } else {
                 (last - portal.right).dot(e) / e.length_squared()

@@ -9,12 +9,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::sides::{TriangleSide, sides};
 use super::trimesh::TriMesh;
 use crate::error::{Error, Place, Result};
+use crate::numeric::{NONE, ROUNDING};
 use crate::spatial::Aabb;
 
-/// Nodes match if they are nearer to each other than this share of the mesh's diagonal, once a face is moved onto the other.
-const SAME: f64 = 1e-9;
-/// A prism is flat if its volume is less than this share of its triangle's area times the way.
-const FLAT: f64 = 1e-9;
 /// By which share the volume between the surface's walls may differ from that of the prisms: walls may bend between their rims as
 /// chords of a bore do.
 const WALLS: f64 = 0.01;
@@ -23,8 +20,6 @@ const CORNERS: [&[usize]; 5] = [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5
 
 /// What to do about faces that do not match.
 const HELP: &str = "one of the faces alone can be swept along a vector";
-
-const NONE: u32 = u32::MAX;
 
 /// A side of a prism that no other prism has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -259,7 +254,8 @@ impl Lid {
         let places = |lid: &Self| lid.nodes.iter().map(|v| mesh.nodes[*v as usize]).collect::<Vec<_>>();
         let [from, to] = [self, high].map(places);
         let along = Aabb::around(to.iter().copied()).lo - Aabb::around(from.iter().copied()).lo;
-        let near = SAME * mesh.bounds().diagonal();
+        // Nodes match if they are nearer to each other than this, once a face is moved onto the other.
+        let near = ROUNDING * mesh.bounds().diagonal();
         // Ordered along a direction in which hardly any mesh has rows, few nodes are to be compared.
         let askew = DVec3::new(0.5418, 0.6373, 0.5479);
         let mut order: Vec<u32> = (0..to.len() as u32).collect();
@@ -351,7 +347,8 @@ impl Lid {
         for j in 0..out.cells.len() {
             let [a, b, c, d, ..] = out.cells[j].map(|v| out.nodes[v as usize]);
             let full = 0.5 * (b - a).cross(c - a).length() * a.distance(d);
-            if !(out.volume_of(j) > FLAT * full) {
+            // A prism is flat if its volume is less than this share of its triangle's area times the way.
+            if !(out.volume_of(j) > ROUNDING * full) {
                 let what = "the prism over this triangle is flat, or turned over against others";
                 return Err(Error::input(Place::Point(bottom_center(&out, j % self.triangles.len())), what));
             }

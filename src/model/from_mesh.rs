@@ -8,14 +8,12 @@
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
+use crate::numeric::NONE;
 
 use super::cells::{BorderNodes, Cells};
 use super::fragment::{EdgeFragment, FaceFragment};
 use super::pool::Fragments;
 use super::topology::{Coedge, Edge, Face, Loop, Model, Shell, Vertex};
-
-/// No side, no node, no edge.
-const NONE: u32 = u32::MAX;
 
 /// What [`from_mesh`] makes of a mesh.
 #[derive(Debug, Clone, PartialEq)]

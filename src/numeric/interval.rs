@@ -4,7 +4,8 @@
 //! NaN never appears as a bound. Where an operation is undefined on part of its argument the result is
 //! [`Interval::ALL`], so that nothing is concluded from it and the place is looked at point by point.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use super::LAST_PLACES;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops;
 
 /// The closed interval `lo..=hi`.
@@ -40,6 +41,10 @@ fn times(a: f64, b: f64) -> f64 {
 impl Interval {
     /// Everything.
     pub const ALL: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    /// The number 0.
+    pub const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
+    /// The number 1.
+    pub const ONE: Interval = Interval { lo: 1.0, hi: 1.0 };
 
     /// The interval between two bounds; [`ALL`](Self::ALL) if one of them is NaN.
     pub fn new(lo: f64, hi: f64) -> Self {
@@ -124,11 +129,10 @@ impl Interval {
 
     /// Cosine.
     pub fn cos(self) -> Self {
-        const FULL: Interval = Interval { lo: -1.0, hi: 1.0 };
-        // Beyond this the spacing of floats hides which half period an argument is in.
+        /// Beyond this the spacing of floats hides which half period an argument is in.
         const LARGE: f64 = 1e8;
         if !(self.lo > -LARGE && self.hi < LARGE) || self.hi - self.lo >= 2.0 * PI {
-            return FULL;
+            return Self { lo: -1.0, hi: 1.0 };
         }
         let r = libm(self.lo.cos().min(self.hi.cos()), self.lo.cos().max(self.hi.cos()));
         let slack = 1e-8; // far wider than the rounding of k * pi below LARGE; only makes the result larger
@@ -157,14 +161,14 @@ impl Interval {
 
     /// Less whole turns, from `ahead - pi` to `ahead + pi`; all of that where a jump may lie inside.
     pub fn turned(self, ahead: f64) -> Self {
-        const TURN: f64 = 2.0 * PI;
-        // Wider than the rounding of the number of turns below `LARGE`; only makes the result larger.
+        /// Wider than the rounding of the number of turns below `LARGE`; only makes the result larger.
         const SLACK: f64 = 1e-8;
+        /// Turns beyond which more than that is rounded.
         const LARGE: f64 = 1e7;
-        let turns = |x: f64, slack: f64| ((x - ahead) / TURN + slack).round();
+        let turns = |x: f64, slack: f64| ((x - ahead) / TAU + slack).round();
         let (first, last) = (turns(self.lo, -SLACK), turns(self.hi, SLACK));
         if first == last && first.abs() < LARGE {
-            self - Self::point(TURN * first)
+            self - Self::point(TAU * first)
         } else {
             wide((ahead - PI).next_down(), (ahead + PI).next_up())
         }
@@ -172,8 +176,7 @@ impl Interval {
 
     /// [`wrap`](Self::wrap) where that is at most `most` both ways, and from there straight back to 0 at half a turn.
     pub fn swing(self, most: f64) -> Self {
-        // More than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
-        const SLACK: f64 = 1e-13;
+        // The slack is more than the rounding of angles, of which the way back makes tens of times as much; only makes the result larger.
         let within = |i: &Self, reach: f64| i.lo >= -reach && i.hi <= reach;
         let back = most / (PI - most);
         let (near, far) = (self.wrap(), (self - Self::point(PI)).wrap());
@@ -182,13 +185,13 @@ impl Interval {
         }
         // What it is at its ends, and at turning points between.
         let hull = |i: &Self, at: &dyn Fn(f64) -> f64, turns: [f64; 2]| {
-            let between = turns.into_iter().filter(|t| i.lo - SLACK <= *t && *t <= i.hi + SLACK);
+            let between = turns.into_iter().filter(|t| i.lo - LAST_PLACES <= *t && *t <= i.hi + LAST_PLACES);
             let (lo, hi) = [i.lo, i.hi]
                 .into_iter()
                 .chain(between)
                 .map(at)
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
-            Self { lo: lo - SLACK, hi: hi + SLACK }
+            Self { lo: lo - LAST_PLACES, hi: hi + LAST_PLACES }
         };
         let from_near = |w: f64| if w.abs() > most { (PI - w.abs()).copysign(w) * back } else { w };
         let from_far = |v: f64| if v.abs() <= PI - most { -v * back } else { v - PI.copysign(v) };

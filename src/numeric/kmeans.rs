@@ -46,7 +46,7 @@ pub fn far_apart<const D: usize>(points: &[[f64; D]], weights: &[f64], count: us
 /// Lloyd's k-means from the given starting centers, at least one. Points with a coordinate that is not finite join the first
 /// cluster and count in no mean.
 pub fn k_means<const D: usize>(points: &[[f64; D]], weights: &[f64], centers: Vec<[f64; D]>) -> Clusters<D> {
-    // Lloyd's rounds on a few coordinates settle within a few dozen; the bound only guards against cycling on ties.
+    /// Lloyd's rounds on a few coordinates settle within a few dozen; the bound only guards against cycling on ties.
     const ROUNDS: usize = 200;
     let mut out = Clusters { of: vec![0; points.len()], rounds: 0, centers };
     for round in 1..=ROUNDS {

@@ -171,14 +171,14 @@ fn is_power(x: f64) -> bool {
 
 #[inline(always)]
 fn fast_ln(x: f64) -> f64 {
-    const MANTISSA: u64 = (1 << 52) - 1;
-    const ONE: u64 = 1023 << 52;
+    let one = 1f64.to_bits();
     /// Bits of the root of one half.
     const LEAST: u64 = 0x3fe6_a09e_667f_3bcd;
+    /// Its last bit counts 1: what is put there is a whole number.
     const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
     let bits = x.to_bits();
-    let scaled = bits.wrapping_add(ONE - LEAST) & !MANTISSA;
-    let f = f64::from_bits(bits.wrapping_sub(scaled).wrapping_add(ONE)) - 1.0;
+    let scaled = bits.wrapping_add(one - LEAST) & !((1 << 52) - 1);
+    let f = f64::from_bits(bits.wrapping_sub(scaled).wrapping_add(one)) - 1.0;
     let e = f64::from_bits((scaled >> 52) | TWO_TO_52.to_bits()) - (TWO_TO_52 + 1023.0);
     let s = f / (2.0 + f);
     let z = s * s;

@@ -5,10 +5,8 @@ use super::guard::find_all;
 use super::sheets::{SheetsAround, around, best_corners};
 use crate::error::Result;
 use crate::mesh::{EditMesh, edit::NONE};
+use crate::numeric::COS_60;
 use crate::run::Run;
-
-/// A neighbor along a crease is within 60 degrees of its direction (cosine): half of the way to turning back.
-const ALONG_CREASE: f64 = 0.5;
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,7 +96,8 @@ pub fn classify_by_curvature(mesh: &EditMesh, feature_angle: f64, run: &Run) -> 
         let crease = seen[v as usize].as_ref()?.crease.filter(|_| kinds[v as usize] == Some(Kind::Crease))?;
         let ahead = |sign: f64| {
             let way = |x: u32| sign * (mesh.point(x) - mesh.point(v)).normalize_or_zero().dot(crease);
-            let ends = mesh.neighbors(v).filter(|&x| special(x) && way(x) > ALONG_CREASE);
+            // A neighbor along a crease is that near to its direction: half of the way to turning back.
+            let ends = mesh.neighbors(v).filter(|&x| special(x) && way(x) > COS_60);
             ends.max_by(|&x, &y| way(x).total_cmp(&way(y)).then(y.cmp(&x)))
         };
         Some([ahead(1.0)?, ahead(-1.0)?])

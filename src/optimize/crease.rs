@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::curvature::dihedral;
 use crate::mesh::{EditMesh, edit::NONE, edit::next, edit::prev};
+use crate::numeric::FOUND_TWICE;
 use crate::numeric::svd::Qef;
 use crate::run::Run;
 
@@ -39,8 +40,6 @@ const LOCATED: f64 = 1e-9;
 const CHORD: f64 = 0.15;
 /// ... and when it runs within 45 degrees of it (cosine): an edge across a crease is no part of it.
 const ALONG_CREASE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// Corners closer to each other than this share of the reach are one.
-const SAME_CORNER: f64 = 1e-3;
 /// How often cuts that would turn a triangle over are tried again after the others.
 const CUT_ROUNDS: usize = 3;
 /// A node counts as on a crease when the crease passes within this share of the reach.
@@ -337,7 +336,7 @@ pub fn cut_creases(
         })?;
         cuts.retain(|&(a, b, point, free)| {
             let Some(h) = mesh.edge_between(a, b) else { return false };
-            if [h, mesh.opposite(h)].into_iter().any(|x| x != NONE && touches(mesh, x / 3, point, SAME_CORNER * reach))
+            if [h, mesh.opposite(h)].into_iter().any(|x| x != NONE && touches(mesh, x / 3, point, FOUND_TWICE * reach))
             {
                 return false;
             }
@@ -400,7 +399,7 @@ fn close_corners(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, reach: f64, an
 /// Splits triangles at the corners found for them and pins the new nodes. Of several triangles that found the same corner
 /// the one nearest to it gets it, and none where a pinned node is already. Returns how many corners were put.
 fn put_corners(mesh: &mut EditMesh, corners: Vec<Option<DVec3>>, reach: f64) -> usize {
-    let same = SAME_CORNER * reach;
+    let same = FOUND_TWICE * reach;
     // Pinned nodes come with distance zero and no triangle, so they win.
     let pinned = mesh.nodes().filter(|&v| mesh.is_pinned(v)).map(|v| (mesh.point(v), 0.0, NONE));
     let found = corners.into_iter().enumerate();

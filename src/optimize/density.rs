@@ -355,8 +355,9 @@ fn worst_around(ring: &[[DVec3; 2]], p: DVec3) -> f64 {
 /// The shift of a node within the surface, or along its crease, that raises the worst angle of its triangles most; `None` if none does
 /// or the node may not move.
 fn better_place(mesh: &EditMesh, v: u32) -> Option<DVec3> {
-    // Shifts as shares of the mean length of the edges at the node.
+    /// Shifts as shares of the mean length of the edges at the node, each about a third of the one before.
     const SHIFTS: [f64; 3] = [0.3, 0.12, 0.04];
+    /// Directions in the plane: every 45 degrees.
     const WAYS: usize = 8;
     let kind = kind_by_edges(mesh, v);
     if kind == Kind::Corner || mesh.is_boundary(v) {

@@ -6,12 +6,11 @@ use super::guard::{FACING, area_vector, sharpest_cosine};
 use crate::error::Result;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, edit::NONE};
+use crate::numeric::ROUNDING;
 use crate::run::Run;
 
 /// Passes over the mesh: each flip strictly improves a bounded measure, and a handful of passes settle all but a few.
 const PASSES: usize = 8;
-/// A flip must improve its measure by this much, so that rounding cannot make two diagonals take turns for ever.
-const GAIN: f64 = 1e-9;
 
 /// Triangles further from the surface's normal than 30 degrees (cosine) span a crease that is not an edge yet; their
 /// shape is no matter for [`flip_for_angles`].
@@ -46,7 +45,8 @@ pub fn flip_for_angles(mesh: &mut EditMesh, bend: f64, run: &Run) -> Result<usiz
             }
             let (old, new) = pairs(mesh, h);
             let worst = |t: [[DVec3; 3]; 2]| sharpest_cosine(t[0]).max(sharpest_cosine(t[1]));
-            if worst(new) >= worst(old) - GAIN || !keeps_facing(mesh, h, old, new, bend) {
+            // A flip must improve its measure, so that rounding cannot make two diagonals take turns for ever.
+            if worst(new) >= worst(old) - ROUNDING || !keeps_facing(mesh, h, old, new, bend) {
                 continue;
             }
             if mesh.flip(h) {
@@ -148,7 +148,7 @@ pub fn flip_for_normals(
             let shape = sharpest_cosine(new[0]).max(sharpest_cosine(new[1])) <= limit;
             let area: f64 = old.iter().map(|t| area_vector(*t).length()).sum();
             let upright = c.1.min(d.1) >= FACING.min(a.1.min(b.1));
-            if shape && upright && c.0 + d.0 < a.0 + b.0 - GAIN * area && mesh.flip(h) {
+            if shape && upright && c.0 + d.0 < a.0 + b.0 - ROUNDING * area && mesh.flip(h) {
                 mesh.set_surface(h / 3, c.2.face, c.2.normal);
                 mesh.set_surface(o / 3, d.2.face, d.2.normal);
                 touched[(h / 3) as usize] = true;

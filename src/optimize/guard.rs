@@ -186,9 +186,9 @@ fn in_parts<T: Send>(
     ask: impl Fn(u32) -> Option<T> + Sync,
     turn: impl Fn(usize, &mut dyn FnMut(usize)) + Sync,
 ) -> Result<Vec<Option<T>>> {
-    // Small enough to notice a cancellation within milliseconds, large enough to hide the scheduling.
+    /// Questions at a time: few enough to notice a cancellation within milliseconds, enough to hide the scheduling.
     const BLOCK: usize = 256;
-    // Questions that wait for each other take memory until the last is answered.
+    /// Questions that wait for each other take memory until the last is answered: no portion has more.
     const MOST: usize = 1 << 14;
     run.check()?;
     let mut answers: Vec<Option<T>> = (0..count).map(|_| None).collect();

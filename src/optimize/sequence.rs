@@ -24,9 +24,9 @@ use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 
-/// Edges shorter than this share of the size are what marching cubes leaves where the surface passes close to a corner
-/// of the grid; they are removed before anything that looks at normals.
-const TINY: f64 = 0.3;
+/// Edges shorter than this share of the wanted length are what marching cubes leaves where the surface passes close to a corner of the
+/// grid, and what cutting leaves; they are removed before anything that looks at normals.
+pub(super) const TINY: f64 = 0.3;
 /// A flip for angles may not bend the surface by more than this (degrees) away from the true normals: on a surface
 /// with eight nodes per radius two neighboring triangles already differ by this much.
 const BEND: f64 = 10.0;

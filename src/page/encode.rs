@@ -11,13 +11,12 @@ use serde::Serialize;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
+use crate::numeric::base64::from_base64;
+use crate::quality::SHARP_MESH;
 use crate::run::Run;
 
 /// Steps along the longest side of the box: a rounded coordinate has 21 bits.
 const STEPS: f64 = ((1 << 21) - 1) as f64;
-
-/// Edges at which the triangles' normals differ by more than this, degrees, are drawn as sharp.
-const SHARP: f64 = 30.0;
 
 /// How hard to deflate. Higher levels take twice as long and save less than a twentieth.
 const LEVEL: u8 = 6;
@@ -117,7 +116,7 @@ pub(super) fn encode(mesh: &TriMesh, run: &Run) -> Result<(StreamLayout, Vec<u8>
 
 /// Writes the edges that are drawn: both nodes, the faces beside them and why. Returns how many there are.
 fn edges(mesh: &TriMesh, out: &mut Stream) -> usize {
-    let cosine = SHARP.to_radians().cos();
+    let cosine = SHARP_MESH.to_radians().cos();
     let (mut count, mut last) = (0, 0);
     let all = sides(mesh);
     for group in all.chunk_by(|a, b| a.key == b.key) {
@@ -139,36 +138,6 @@ fn edges(mesh: &TriMesh, out: &mut Stream) -> usize {
         count += 1;
     }
     count
-}
-
-const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-pub(super) fn base64(bytes: &[u8]) -> String {
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let word = (0..3).fold(0u32, |w, i| w << 8 | u32::from(three.get(i).copied().unwrap_or(0)));
-        for i in 0..4 {
-            let digit = DIGITS[(word >> (18 - 6 * i) & 63) as usize] as char;
-            out.push(if i <= three.len() { digit } else { '=' });
-        }
-    }
-    out
-}
-
-fn from_base64(text: &str) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut word, mut bits) = (0u32, 0);
-    for c in text.trim().bytes().filter(|c| *c != b'=') {
-        let digit = DIGITS.iter().position(|d| *d == c)?;
-        word = word << 6 | digit as u32;
-        bits += 6;
-        if bits >= 8 {
-            bits -= 8;
-            out.push((word >> bits) as u8);
-            word &= (1 << bits) - 1;
-        }
-    }
-    Some(out)
 }
 
 /// Reads the mesh back out of a page.
@@ -245,15 +214,6 @@ fn read_back(html: &str) -> Option<Pictured> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_is_that_of_the_standard() {
-        // RFC 4648, section 10
-        for (plain, coded) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
-            assert_eq!(base64(plain.as_bytes()), coded);
-            assert_eq!(from_base64(coded).unwrap(), plain.as_bytes());
-        }
-    }
 
     #[test]
     fn what_is_no_page_is_refused() {

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
+use crate::numeric::base64::base64;
 use crate::quality::Fault;
 use crate::run::Run;
 
@@ -20,10 +21,15 @@ pub use tables::{PageColumn, PageTable, tables};
 /// More triangles than this are not put into a page: browsers refuse texts of that length.
 const MOST_TRIANGLES: usize = 1 << 24;
 
+/// The page without what is put into it.
 const HTML: &str = include_str!("page.html");
+/// How it looks.
 const CSS: &str = include_str!("page.css");
+/// Draws the mesh.
 const SCENE: &str = include_str!("scene.js");
+/// Answers to clicks and keys.
 const SCRIPT: &str = include_str!("page.js");
+/// Has a served page take over what its server made since.
 const FOLLOW: &str = include_str!("follow.js");
 
 /// What a line of the page is about.
@@ -174,7 +180,7 @@ fn framed(mesh: &TriMesh, text: &PageText, version: Option<u64>, run: &Run) -> R
     let json = serde_json::to_string(&contents).map_err(|e| Error::Failed(format!("cannot write JSON: {e}")))?;
     // No text of JSON can end its element, or begin a comment in it, without this character.
     let json = json.replace('<', "\\u003c");
-    let data = encode::base64(&bytes);
+    let data = base64(&bytes);
     let mut out = String::with_capacity(HTML.len() + CSS.len() + SCENE.len() + SCRIPT.len() + json.len() + data.len());
     // A page on its own asks nobody for anything, and its policy does not let it.
     let connect = if version.is_some() { "; connect-src 'self'" } else { "" };

@@ -2,6 +2,7 @@
 
 use super::{PageKind, PageText};
 
+/// How the tables look, on screens and on paper.
 const CSS: &str = include_str!("tables.css");
 
 /// No line names more places than this: nobody reads them on paper.

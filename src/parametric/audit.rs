@@ -9,14 +9,11 @@ use serde::Serialize;
 
 use super::brep::{Brep, Edge, Face};
 use super::chart::Chart;
+use super::curve::PARTS;
 use crate::error::{Error, Place, Result};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
-/// Places an edge is looked at in on each of its smooth pieces.
-const LOOKS: usize = 8;
-/// Chords of each smooth piece of an edge when crossings are looked for, and how many each of two is divided into again.
-const CHORDS: usize = 8;
 /// Chords do not end at plain shares of their curves: that is where curves meet that are drawn by hand.
 const UNEVEN: f64 = 0.137;
 /// How often chords that cross are divided before the curves are taken to cross too.
@@ -260,7 +257,7 @@ impl Auditor<'_> {
             let flaw = (!closed).then(|| of_face(FlawKind::NoBorder, at, None));
             return (0.0, flaw.into_iter().collect());
         }
-        let points: Vec<Vec<(f64, DVec3)>> = edges.iter().map(|e| looked(self.edge(*e), LOOKS).collect()).collect();
+        let points: Vec<Vec<(f64, DVec3)>> = edges.iter().map(|e| looked(self.edge(*e), PARTS).collect()).collect();
         let every = || points.iter().flatten().map(|x| x.1);
         let chart =
             Chart::new(face.surface.clone(), &Aabb::around(every())).around_points(&every().collect::<Vec<_>>());
@@ -343,11 +340,11 @@ impl Auditor<'_> {
     /// Chords of a part of an edge.
     fn parts(&self, edge: u32, [a, b]: [f64; 2]) -> Vec<EdgeChord> {
         let curve = &self.edge(edge).curve;
-        let t: Vec<f64> = (0..=CHORDS)
+        let t: Vec<f64> = (0..=PARTS)
             .map(|k| match k {
                 0 => a,
-                CHORDS => b,
-                k => a + (b - a) * (k as f64 + UNEVEN) / CHORDS as f64,
+                PARTS => b,
+                k => a + (b - a) * (k as f64 + UNEVEN) / PARTS as f64,
             })
             .collect();
         t.windows(2).map(|w| EdgeChord { edge, range: [w[0], w[1]], ends: [curve.at(w[0]), curve.at(w[1])] }).collect()

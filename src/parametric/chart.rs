@@ -5,9 +5,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec2, DVec3};
 
-use super::curve::Curve;
+use super::curve::{Curve, FLAT};
 use super::meridian;
 use super::surface::{Pole, Surface};
+use crate::geometry::NEWTON_STEPS;
+use crate::numeric::{COS_26, SEVEN_DIGITS};
 use crate::spatial::{Aabb, Bvh};
 
 /// Cells of the net of samples, at most.
@@ -18,18 +20,10 @@ const MOST_PARTS: usize = 4;
 const LONG_CELL: f64 = 2.0;
 /// Cells of the net in each direction, at least.
 const LEAST_CELLS: usize = 8;
-/// Squares of distances that differ by less than this share count as equal.
-const FLAT: f64 = 1e-11;
-/// Cosine of the angle between normals at corners of a cell up to which those between are taken from them: 25 degrees.
-const FLAT_CELL: f64 = 0.9;
-/// Steps of Newton's method, at most.
-pub(super) const NEWTON_STEPS: usize = 20;
 /// The longest of them, as a share of the range of a parameter.
 const LONGEST_STEP: f64 = 0.1;
 /// How often one is halved that leads away.
 const HALVINGS: usize = 12;
-/// A side of the net shorter than this share of another is a pole.
-const NO_LENGTH: f64 = 1e-6;
 
 /// A surface and how to find one's way on it.
 #[derive(Debug, Clone)]
@@ -298,7 +292,8 @@ impl Chart {
         let Some(net) = &self.net else { return self.normal(self.surface.foot(p)?) };
         let (c, w) = net.found(p)?;
         let [a, b, d] = c.map(|k| net.normals[k]);
-        if a.dot(b).min(b.dot(d)).min(d.dot(a)) > FLAT_CELL {
+        // Normals of a cell whose corners have much the same one are taken from these.
+        if a.dot(b).min(b.dot(d)).min(d.dot(a)) > COS_26 {
             return (w[0] * a + w[1] * b + w[2] * d).try_normalize();
         }
         self.normal((0..3).map(|k| w[k] * net.uv(c[k])).sum())
@@ -412,6 +407,7 @@ impl Chart {
     /// The larger principal curvature at parameters. Nearer to a pole than a thousandth of the range it is that of a point
     /// which is that far from it, for each parameter on its own (\[BOR20\]); other borders need no such step.
     pub(super) fn curvature(&self, uv: DVec2) -> Option<f64> {
+        /// Share of the range from a pole within which curvature is that of a point farther away.
         const INSIDE: f64 = 1e-3;
         let mut uv = self.wrapped(uv);
         for p in &self.poles {
@@ -477,7 +473,8 @@ fn weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (u, v, w) = (b - a, c - a, p - a);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let det = uu * vv - uv * uv;
-    let flat = uu.min(vv).min(b.distance_squared(c)) <= NO_LENGTH * NO_LENGTH * uu.max(vv);
+    // A side of the net shorter than this share of another is a pole.
+    let flat = uu.min(vv).min(b.distance_squared(c)) <= SEVEN_DIGITS * SEVEN_DIGITS * uu.max(vv);
     if flat || !(det > 1e-14 * uu * vv) {
         // A triangle without area: along its longest side, taken from a.
         let (side, d) = if uu >= vv { (0, u) } else { (1, v) };

@@ -8,7 +8,9 @@ use super::frame::{Frame, Similarity};
 use super::nurbs::NurbsCurve;
 
 /// Squares of distances that differ by less than this share count as equal.
-const FLAT: f64 = 1e-11;
+pub(super) const FLAT: f64 = 1e-11;
+/// Parts a smooth piece of a curve is looked at in: it turns by about a quarter of a circle at most, each of them by some 11 degrees.
+pub(super) const PARTS: usize = 8;
 /// Newton steps before a projection is taken as it is.
 const NEWTON_STEPS: usize = 30;
 
@@ -273,7 +275,9 @@ pub(super) fn into_range(t: f64, period: f64, [a, b]: [f64; 2], cost: impl Fn(f6
 
 /// Gauss's rule with five points.
 pub(super) fn gauss(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    /// Places from the middle to one end, as shares of half the range: roots of the Legendre polynomial of degree five,
     const X: [f64; 3] = [0.0, 0.538_469_310_105_683_1, 0.906_179_845_938_664];
+    /// and their weights, which sum up to 2 over both halves.
     const W: [f64; 3] = [0.568_888_888_888_888_9, 0.478_628_670_499_366_47, 0.236_926_885_056_189_08];
     let (m, r) = (0.5 * (a + b), 0.5 * (b - a));
     r * (W[0] * f(m) + (1..3).map(|k| W[k] * (f(m - r * X[k]) + f(m + r * X[k]))).sum::<f64>())

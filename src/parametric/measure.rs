@@ -31,9 +31,13 @@ const OPEN: f64 = 0.15;
 
 /// Points and weights of a rule of degree 5 for triangles (R. Cowper, 1973).
 const RULE: [(f64, f64, f64); 7] = {
+    /// Two barycentric coordinates, (6 - √15) / 21, of the points near corners,
     const A: f64 = 0.101_286_507_323_456_34;
+    /// and of those near the middles of sides, (6 + √15) / 21,
     const B: f64 = 0.470_142_064_105_115_1;
+    /// with their weights: (155 - √15) / 1200
     const WA: f64 = 0.125_939_180_544_827_14;
+    /// and (155 + √15) / 1200.
     const WB: f64 = 0.132_394_152_788_506_2;
     [
         (1.0 / 3.0, 1.0 / 3.0, 0.225),
@@ -248,6 +252,7 @@ impl Bent<'_> {
     }
 
     fn halved(&self, x: &[DVec3; 6], sides: [&[u32]; 3], label: u32, depth: usize, seen: &mut Vec<DVec3>) -> Integral {
+        /// Edges of the model a side between parts lies on.
         const INSIDE: &[u32] = &[];
         let [a, b, c] = sides;
         let whole = integrals(x, self.middle);

@@ -3,18 +3,13 @@
 
 use glam::{DVec2, DVec3};
 
-use super::curve::Curve;
+use super::curve::{Curve, PARTS};
 use super::frame::Frame;
 use super::surface::Pole;
+use crate::numeric::{EIGHT_DIGITS, SEVEN_DIGITS};
 
-/// Samples between two neighboring parameters of [`Curve::pieces`].
-const SAMPLES: usize = 8;
 /// Halvings of the range a crossing lies in.
 const HALVINGS: usize = 60;
-/// A profile this near to its axis, as a share of how far away it gets, meets it: files give coordinates to some eight digits.
-const ON_AXIS: f64 = 1e-7;
-/// Ranges shorter than this share of the whole are left over from an end on the axis.
-const NOTHING: f64 = 1e-6;
 
 /// The profile's range between two meetings with the axis, and what is there.
 pub(super) struct MeridianPart {
@@ -25,15 +20,17 @@ pub(super) struct MeridianPart {
 /// The part of a profile on which the points of a face lie, if the profile meets its axis between its ends.
 pub(super) fn part(curve: &Curve, frame: &Frame, range: [f64; 2], points: &[DVec3]) -> Option<MeridianPart> {
     let pieces = curve.pieces(range);
-    let inner = pieces.windows(2).flat_map(|w| (0..SAMPLES).map(|k| w[0] + (w[1] - w[0]) * k as f64 / SAMPLES as f64));
+    let inner = pieces.windows(2).flat_map(|w| (0..PARTS).map(|k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
     let t: Vec<f64> = inner.chain([range[1]]).collect();
     let local = |t: f64| frame.local(curve.at(t));
     let away: Vec<DVec2> = t.iter().map(|t| local(*t).truncate()).collect();
     let farthest = away.iter().copied().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
     let (size, out) = (farthest.length(), farthest.try_normalize()?);
     let side = |t: f64| local(t).truncate().dot(out);
-    let meets = |t: f64| local(t).truncate().length() <= ON_AXIS * size;
-    let slack = NOTHING * (range[1] - range[0]);
+    // A profile this near to its axis meets it.
+    let meets = |t: f64| local(t).truncate().length() <= EIGHT_DIGITS * size;
+    // Shorter ranges are left over from an end on the axis.
+    let slack = SEVEN_DIGITS * (range[1] - range[0]);
     let mut at: Vec<f64> = Vec::new();
     for w in t.windows(2) {
         let (mut a, mut b) = (w[0], w[1]);
@@ -50,7 +47,7 @@ pub(super) fn part(curve: &Curve, frame: &Frame, range: [f64; 2], points: &[DVec
             at.push(m);
         }
     }
-    let closed = curve.at(range[0]).distance(curve.at(range[1])) <= ON_AXIS * size;
+    let closed = curve.at(range[0]).distance(curve.at(range[1])) <= EIGHT_DIGITS * size;
     let (first, last) = (*at.first()?, *at.last()?);
     let mut ranges: Vec<[f64; 2]> = at.windows(2).map(|w| [w[0], w[1]]).collect();
     // A closed profile goes on over its ends, but for one that closes on the axis.
@@ -64,7 +61,7 @@ pub(super) fn part(curve: &Curve, frame: &Frame, range: [f64; 2], points: &[DVec
     let points: Vec<DVec2> = points.iter().map(|p| flat(frame.local(*p))).collect();
     let misses = |[a, b]: &[f64; 2]| -> f64 {
         let pieces = curve.pieces([*a, *b]);
-        let parts = SAMPLES.max(64 / pieces.len());
+        let parts = PARTS.max(64 / pieces.len());
         let line: Vec<DVec2> = pieces
             .windows(2)
             .flat_map(|w| (0..=parts).map(|k| flat(local(w[0] + (w[1] - w[0]) * k as f64 / parts as f64))))

@@ -5,6 +5,7 @@ use glam::{DVec3, DVec4};
 
 use super::basis::{ANY, Knots};
 use crate::error::{Error, Place, Result};
+use crate::numeric::SEVEN_DIGITS;
 use crate::spatial::Aabb;
 
 mod edit;
@@ -25,9 +26,6 @@ pub struct NurbsCurve {
     rational: bool,
     closed: bool,
 }
-
-/// Ends of a curve nearer to each other than this share of its size are one point.
-const CLOSED: f64 = 1e-6;
 
 /// Homogeneous control points; all weights are 1 where none are given.
 fn homogeneous(points: &[DVec3], weights: Option<&[f64]>) -> Result<(Vec<DVec4>, bool)> {
@@ -60,7 +58,8 @@ impl NurbsCurve {
         let (points, rational) = homogeneous(points, weights)?;
         let mut this = Self { knots, points, rational, closed: false };
         let [a, b] = this.knots.domain();
-        this.closed = this.jet(a)[0].distance(this.jet(b)[0]) <= CLOSED * size;
+        // Ends of a curve this near to each other are one point.
+        this.closed = this.jet(a)[0].distance(this.jet(b)[0]) <= SEVEN_DIGITS * size;
         Ok(this)
     }
 

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chart::NEWTON_STEPS;
 use super::mesh::{FaceMeshes, Parametric};
+use crate::geometry::NEWTON_STEPS;
 use crate::spatial::Aabb;
 
 /// Both ways along the axes.

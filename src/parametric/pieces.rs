@@ -4,9 +4,13 @@
 use glam::DVec3;
 
 use super::chart::Chart;
+use super::curve::PARTS;
 use super::mesh::Parametric;
 use super::surface::Surface;
 use crate::geometry::{Foot, Pieces, SurfaceOracle};
+
+/// Cosine of the angle up to which edges go on smoothly from one to the next, and normals across a seam: 10 degrees.
+const SMOOTH: f64 = 0.985;
 
 impl Parametric {
     /// The face of a piece: pieces beyond the faces are sheets of them.
@@ -74,7 +78,6 @@ impl Parametric {
 
     /// Points along the edges of faces that `of` picks, several on each of their smooth pieces.
     pub fn edge_points(&self, of: impl Fn(u32) -> bool) -> Vec<DVec3> {
-        const PARTS: usize = 8;
         let mut out = Vec::new();
         for (e, faces) in self.brep.edges.iter().zip(&self.faces_of) {
             if faces.iter().any(|f| of(*f)) {
@@ -92,8 +95,6 @@ impl Parametric {
     /// A vertex between the same two faces on both sides, with edges that go on smoothly, is no corner; every other
     /// vertex is. The flag is per vertex.
     pub fn corners(&self) -> Vec<bool> {
-        // Cosine of the angle between edges that go on smoothly: 10 degrees.
-        const SMOOTH: f64 = 0.985;
         let uses = self.brep.uses();
         let mut at: Vec<Vec<(u32, DVec3)>> = vec![Vec::new(); self.brep.vertices.len()];
         for (i, e) in self.brep.edges.iter().enumerate() {
@@ -119,8 +120,6 @@ impl Parametric {
 
     /// Which edges are seams at which the surface has a crease: a closed profile with a corner where it closes.
     pub fn creased_seams(&self) -> Vec<bool> {
-        // Cosine of the angle between normals on both sides: 10 degrees.
-        const SMOOTH: f64 = 0.985;
         let uses = self.brep.uses();
         let creased = |i: usize| -> Option<bool> {
             let ([f], 2) = (&self.faces_of[i][..], uses[i]) else { return None };

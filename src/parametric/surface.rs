@@ -8,12 +8,8 @@ use super::curve::Curve;
 use super::family::{Family, Over, Shift};
 use super::frame::{Frame, Similarity};
 use super::nurbs::NurbsSurface;
+use crate::numeric::{ROUNDING, SEVEN_DIGITS};
 
-/// A boundary of the parameters that is shorter than this share of the surface is a point; one whose opposite is nearer
-/// than that is its continuation. Files give coordinates to some eight digits.
-const SAME: f64 = 1e-6;
-/// Nearer to an axis than this share of the distance from its origin directions around it are not trusted.
-const AXIS: f64 = 1e-9;
 /// Step for derivatives that are not known in closed form, as a share of the parameter's range.
 const STEP: f64 = 1e-5;
 
@@ -108,6 +104,7 @@ pub struct Pole {
 impl Surface {
     /// Point and derivatives: S, Su, Sv, Suu, Suv, Svv.
     pub fn jet(&self, u: f64, v: f64) -> [DVec3; 6] {
+        /// Derivatives that vanish.
         const O: DVec3 = DVec3::ZERO;
         match self {
             Surface::Plane { frame } => {
@@ -210,6 +207,7 @@ impl Surface {
 
     /// The parameters the surface is defined for, u and v; infinite where it has no end.
     pub fn domain(&self) -> [[f64; 2]; 2] {
+        /// A parameter without an end.
         const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
         match self {
             Surface::Plane { .. } => [ALL, ALL],
@@ -258,7 +256,8 @@ impl Surface {
         let (p, q) = (self.border(axis, a)?, self.border(axis, b)?);
         let middle = self.border(axis, 0.5 * (a + b))?;
         let size = crate::spatial::Aabb::around(p.iter().chain(&middle).copied()).diagonal();
-        let same = p.iter().zip(&q).all(|(p, q)| p.distance(*q) <= SAME * size);
+        // A boundary of the parameters this near to its opposite is its continuation; a shorter one is a point.
+        let same = p.iter().zip(&q).all(|(p, q)| p.distance(*q) <= SEVEN_DIGITS * size);
         // A patch folded to a line is not closed.
         (same && size > 0.0).then_some(b - a)
     }
@@ -295,7 +294,7 @@ impl Surface {
                         let value = self.domain()[axis][end];
                         let Some(samples) = self.border(axis, value) else { continue };
                         let length: f64 = samples.windows(2).map(|w| w[0].distance(w[1])).sum();
-                        if length <= SAME * self.extent() {
+                        if length <= SEVEN_DIGITS * self.extent() {
                             out.push(pole(axis, value, samples[0]));
                         }
                     }
@@ -377,7 +376,8 @@ impl Surface {
             let z = d.dot(frame.z());
             let out = d - z * frame.z();
             let rho = out.length();
-            (rho > AXIS * d.length()).then(|| (z, rho, out / rho))
+            // Nearer to an axis directions around it are not trusted.
+            (rho > ROUNDING * d.length()).then(|| (z, rho, out / rho))
         };
         match self {
             Surface::Plane { frame } => {

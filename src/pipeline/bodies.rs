@@ -9,7 +9,7 @@ use super::report::{FaceStep, Report, Rung};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh};
-use crate::numeric::Sets;
+use crate::numeric::{ROUNDING, Sets};
 use crate::optimize::exact::{ExactOptions, Patchwork, PiecePatch, PieceSet, asked_triangles};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
@@ -18,8 +18,6 @@ use crate::run::Run;
 
 /// How many things of one kind a report names.
 pub(super) const NAMED: usize = 20;
-/// A node this near to a point without a normal, as a share of the model, is on it.
-const AT_TIP: f64 = 1e-9;
 
 /// With more triangles than this the time of remeshing counts: faces that have got [`CROWDED`] times as many as their size
 /// asks for then stay as they are.
@@ -216,7 +214,8 @@ impl Marks {
             out
         };
         let (tips, fans) = (by_face(solid.tips()), by_face(fans));
-        let near = AT_TIP * solid.bounds().diagonal();
+        // A node this near to a point without a normal is on it.
+        let near = ROUNDING * solid.bounds().diagonal();
         Self { corners: solid.corners(), seams: solid.creased_seams(), tips, fans, near, still }
     }
 }

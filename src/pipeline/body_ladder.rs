@@ -310,7 +310,7 @@ fn to_blame(solid: &Parametric, part: &TriMesh, run: &Run) -> Result<Vec<u32>> {
 /// Has triangles stay that are nearer to the boxes around bad ones than so many of their longest edges. Returns whether there are more of them now,
 /// and not too many.
 pub(super) fn stay_around(stays: &mut [bool], bad: &[Aabb], part: &TriMesh, reach: f64) -> bool {
-    // With a larger share it is no matter of places.
+    /// Where more than one triangle in this many would stay it is no matter of places.
     const MOST: usize = 10;
     let tree = Bvh::new(bad.iter().map(|b| b.grown(reach * b.diagonal())).collect());
     let mut more = false;

@@ -37,8 +37,8 @@ const SLIVER: f64 = 1.0 / 40.0;
 /// them but needles, as edges twice their width would be shorter than [`NARROWEST`].
 const NEEDLES: f64 = 0.5 * NARROWEST / LEAST_SHARE;
 
-/// Where that does not do it is tried with this share of it.
-const STRICTER: f64 = 0.85;
+/// Where that does not do it is tried with this share of it. Volumes are as distances are: so much of what would just do is asked for.
+pub(super) const STRICTER: f64 = 0.85;
 /// How often what is too far from the surface is meshed finer.
 const ROUNDS: usize = 4;
 /// Where more than this share of the triangles cross others of their body the faces of the model do, and the mesh stays as it

@@ -6,18 +6,15 @@ use serde::Serialize;
 
 use super::brep_info::short;
 use crate::error::Result;
+use crate::numeric::{ROUNDING, SEVEN_DIGITS};
 use crate::parametric::audit::{BodyAudit, Flaw, FlawKind, audit};
 use crate::parametric::brep::Brep;
 use crate::parametric::step::StepModel;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
-/// Without a tolerance of its own a model has this share of its size.
-const TOLERANCE: f64 = 1e-6;
-/// No tolerance is smaller than this share of the size: rounding of coordinates is no fault.
-const ROUNDING: f64 = 1e-9;
 /// Faults of one kind and body the text lists.
-const LISTED: usize = 8;
+pub(super) const LISTED: usize = 8;
 
 /// One thing that is wrong with a model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -99,7 +96,8 @@ pub fn diagnose_step(model: &StepModel, run: &Run) -> Result<BrepDiagnosis> {
 pub fn diagnose_brep(brep: &Brep, tolerance: Option<f64>, run: &Run) -> Result<BrepDiagnosis> {
     let size = size(brep);
     let own = tolerance.filter(|t| *t >= 0.0 && t.is_finite());
-    let tolerance = own.unwrap_or(TOLERANCE * size).max(ROUNDING * size);
+    // No tolerance is smaller: rounding of coordinates is no fault.
+    let tolerance = own.unwrap_or(SEVEN_DIGITS * size).max(ROUNDING * size);
     let found = audit(brep, tolerance, run)?;
     let faults: Vec<ModelFault> = found.flaws.iter().map(|f| named(brep, f)).collect();
     let body = |(b, told): (usize, &BodyAudit)| {

@@ -18,12 +18,9 @@ use crate::implicit::part::Part;
 use crate::implicit::{ImplicitOracle, features};
 use crate::mesh::{EditMesh, TriMesh};
 use crate::optimize::{Classes, Kind, Options, classify_by_curvature, improve_with};
-use crate::quality::Check;
+use crate::quality::{Check, SHARP_TRUE};
 use crate::render::View;
 use crate::run::Run;
-
-/// Edges with a smaller angle between their faces, degrees, are no place to look at.
-const SHARP: f64 = 40.0;
 
 /// The smallest angle between two faces with a crease between them, degrees: what the operators take.
 const CREASE: f64 = 20.0;
@@ -116,7 +113,8 @@ pub fn compare(part: &Part, options: &MeshOptions, run: &Run) -> Result<Comparis
         rows.push(Row { method, stage, check, classes, mesh });
     }
     let truth = features(&ready.model, 0.5 * ready.size, run)?;
-    let edges = truth.samples.iter().filter(|s| s.angle > SHARP).map(|s| s.point);
+    // Edges with a smaller angle between their faces are no place to look at.
+    let edges = truth.samples.iter().filter(|s| s.angle > SHARP_TRUE).map(|s| s.point);
     let places = if truth.corners.is_empty() { edges.collect() } else { truth.corners.clone() };
     let towards = View::default().towards;
     let focus = places.into_iter().max_by(|a, b| a.dot(towards).total_cmp(&b.dot(towards)));

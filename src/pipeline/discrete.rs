@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::bodies::NAMED;
 use super::budget::{covering, measurable};
 use super::faults::{Touching, keep_shells};
 use super::heal::told;
@@ -18,7 +19,7 @@ use super::soup_ladder::{LadderEnd, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::source::MeshOrigin;
 use super::wish::{DEFAULT_SIZE, Wish};
-use crate::discrete::{Discrete, DiscreteOptions, Limits};
+use crate::discrete::{Discrete, DiscreteOptions, Limits, TORN_WIDTH};
 use crate::error::{Error, Result};
 use crate::heal::{HealOptions, absorb_fillings, heal};
 use crate::implicit::part::SizeRequest;
@@ -29,8 +30,6 @@ use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::run::Run;
 
-/// How many things of one kind a report names.
-const NAMED: usize = 20;
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;
 /// Where more than one triangle in this many stays from the beginning, all connected parts do on which some stay.
@@ -40,12 +39,12 @@ const LEAST_BESIDE: f64 = 0.125;
 /// Where a mesh whose edges may be farther from the surface than else is at fault, they may still be so many times as far: what would
 /// have to be nearer is noise. An armadillo gets three times the triangles with 1.
 const STRICT: f64 = 2.5;
-/// How often a mesh is made to come to a number of nodes, and how near to it is near enough.
+/// How often a mesh is made to come to a number of nodes.
 const TRIALS: usize = 5;
+/// How near to that number is near enough, as a share of it.
 const NEAR: f64 = 0.03;
-/// Fillings of less area than this many squares of the size, or narrower than this many sizes, are no faces of their own.
+/// Fillings of less area than this many squares of the size are no faces of their own,
 const LEAST_FILLING: f64 = 1.0;
-const LEAST_WIDTH: f64 = 0.3;
 /// Geometric edges that end within a face and are shorter than this many sizes are noise to a mesh of that size.
 const STUB: f64 = 2.0;
 /// The same for edges that end within a face on both sides.
@@ -99,7 +98,7 @@ impl Prepared {
     pub(super) fn at(&self, size: f64) -> Cow<'_, TriMesh> {
         let mut mesh = Cow::Borrowed(&self.mesh);
         if !self.healed.is_empty() {
-            absorb_fillings(mesh.to_mut(), LEAST_FILLING * size * size, LEAST_WIDTH * size);
+            absorb_fillings(mesh.to_mut(), LEAST_FILLING * size * size, TORN_WIDTH * size);
         }
         mesh
     }

@@ -10,11 +10,8 @@ use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::parametric::Parametric;
-use crate::run::Run;
+use crate::run::{PORTION, Run};
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
-
-/// Triangles worked on between two looks at the cancel flag.
-const CHUNK: usize = 512;
 
 /// The largest distances between a mesh and the model it is of, in the model's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -70,12 +67,12 @@ pub(super) fn distances(solid: &Parametric, mesh: &TriMesh, limit: f64, run: &Ru
         out
     };
     let chunks: Result<Vec<Vec<[f64; 4]>>> = run.install(|| {
-        (0..count.div_ceil(CHUNK))
+        (0..count.div_ceil(PORTION))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
                 let mut most = 0.0;
-                Ok((c * CHUNK..((c + 1) * CHUNK).min(count)).map(|t| one(t, &mut most)).collect())
+                Ok((c * PORTION..((c + 1) * PORTION).min(count)).map(|t| one(t, &mut most)).collect())
             })
             .collect()
     });
@@ -107,5 +104,5 @@ pub(super) fn from_edges(solid: &Parametric, mesh: &TriMesh) -> f64 {
     let points: Vec<DVec3> = solid.edge_points(|f| used[f as usize]);
     // Of points not as far away as others nothing more is asked.
     let farthest = |points: &[DVec3]| points.iter().fold(0.0, |known, p| farther(*p, known));
-    points.par_chunks(CHUNK).map(farthest).reduce(|| 0.0, f64::max).sqrt()
+    points.par_chunks(PORTION).map(farthest).reduce(|| 0.0, f64::max).sqrt()
 }

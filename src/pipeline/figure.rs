@@ -22,15 +22,13 @@ use crate::implicit::part::{Part, SizeRequest, glob};
 use crate::implicit::{Implicit, ImplicitOracle, Solid, check_plane};
 use crate::io::{ClosedLine, Outline};
 use crate::mesh::TriMesh;
+use crate::numeric::ROUNDING;
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
 /// The slab is this many sizes thick.
 const THICKNESS: f64 = 4.0;
-
-/// The top is flat up to this share of the figure's diagonal: its nodes are put on z = 0.
-const FLAT: f64 = 1e-9;
 
 /// Edges of borders are compared with the curves at this many points inside each.
 const SAMPLES: usize = 3;
@@ -247,7 +245,8 @@ impl Top {
         if mesh.triangles.is_empty() {
             return Err(Error::Failed("the figure has no triangle: ask for a smaller --size".into()));
         }
-        if let Some(p) = mesh.nodes.iter().find(|p| !(p.z.abs() <= FLAT * diagonal)) {
+        // The top is flat up to this: its nodes are put on z = 0.
+        if let Some(p) = mesh.nodes.iter().find(|p| !(p.z.abs() <= ROUNDING * diagonal)) {
             let what = format!("the borders of the figure were not found: its mesh is not flat at ({}, {})", p.x, p.y);
             return Err(Error::Failed(format!("{what}; ask for a smaller --size")));
         }

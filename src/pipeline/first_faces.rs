@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{TriMesh, self_intersections};
 use crate::optimize::Sizing;
 use crate::parametric::Parametric;
-use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy};
+use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy, THINNEST};
 use crate::quality::Fault;
 use crate::run::Run;
 use crate::spatial::Graded;
@@ -33,9 +33,10 @@ const NARROW: f64 = 0.25;
 pub(super) const NARROWEST: f64 = 0.05;
 /// Bends narrower than the least length make edges shorter than it down to this share of it.
 const DEEP: f64 = 0.5;
-/// What leaves its chord by more than this many times what edges shall is followed further, down to the next share of the least
-/// length: it would be too far away, not only rough.
+/// What leaves its chord by more than this many times what edges shall is followed further, down to [`SAGGING`]: it would be too far away,
+/// not only rough.
 const SAGITTA: f64 = 1.6;
+/// The share of the least length edges have there, at least: an eighth of the length makes chords 64 times as near.
 const SAGGING: f64 = 0.125;
 /// With more than so many times the triangles the size alone asks for lengths grow faster, as most triangles are then where they
 /// grow.
@@ -49,12 +50,10 @@ const DEEPLY: f64 = 0.5;
 
 /// With a distance asked for curvature makes edges at most this many times shorter than the size.
 const FINEST: f64 = 256.0;
-/// How often lengths are halved where triangles of one body cross each other, as long as that leaves at most the next share of
-/// them: faces of a model that cross go on crossing.
+/// How often lengths are halved where triangles of one body cross each other, as long as that helps.
 const HALVINGS: usize = 5;
+/// It helps if at most this share of them is left: faces of a model that cross go on crossing.
 const LEFT: f64 = 0.7;
-/// Without a least length narrow places are followed down to this share of the size.
-const UNHELD: f64 = 1.0 / 400.0;
 
 /// Faces triangulated for the first time.
 pub(super) struct First {
@@ -246,7 +245,8 @@ impl FaceLadder<'_> {
             let (least, deepest) = if held {
                 (share(sizing, NARROW) * narrow, share(sizing, narrowest) * narrow)
             } else {
-                (UNHELD * size, UNHELD * size)
+                // Without a least length narrow places are followed as far down as tubes are.
+                (THINNEST * size, THINNEST * size)
             };
             let sizes = MeshSizes {
                 size,

@@ -7,13 +7,10 @@ use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Result};
 use crate::geometry::SurfaceOracle;
-use crate::heal::heal_onto;
 pub use crate::heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
+use crate::heal::{ENOUGH, heal_onto};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-
-/// A mesh whose healing keeps less than this share of it is not healed but another one.
-const LEAST_KEPT: f64 = 0.98;
 
 /// Heals a mesh the stages left open, no manifold, or intersecting itself (`intersecting`: how many triangles do, where that
 /// is known), and brings what it fills holes with to the oracle's surface; without an oracle no hole is filled, only borders
@@ -34,7 +31,7 @@ pub(super) fn heal_made(
         Err(_) => Ok(None),
         Ok(h) => {
             let r = &h.report;
-            Ok((!r.repairs.is_empty() && r.is_sound() && r.kept >= LEAST_KEPT).then_some(h))
+            Ok((!r.repairs.is_empty() && r.is_sound() && r.kept >= ENOUGH).then_some(h))
         }
     }
 }

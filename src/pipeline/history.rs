@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::bodies::NAMED;
 use super::ladder::Change;
 use super::report::Report;
 use crate::implicit::{Arranged, OpenCell, Unproved};
@@ -29,9 +30,6 @@ pub enum Tried {
     /// Operands of set operations joined, and remeshed between their exact borders.
     Joined,
 }
-
-/// How many places that were not proved are named.
-const NAMED: usize = 20;
 
 /// What intervals showed of the arrangement of a part's leaves.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]

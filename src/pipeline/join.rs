@@ -9,12 +9,9 @@ use super::discrete::load_mesh;
 use crate::error::{Error, Result};
 pub use crate::merge::{JoinReport, Joined, join};
 use crate::mesh::TriMesh;
+use crate::numeric::SEVEN_DIGITS;
 use crate::run::Run;
 use crate::spatial::Aabb;
-
-/// Nodes within this share of the diagonal are one unless another distance is asked for: some ten times what single precision
-/// leaves of a coordinate.
-const MATCH: f64 = 1e-6;
 
 /// Reads mesh files and [joins](join) them, by default within a millionth of the diagonal of all. A face whose name another file
 /// has, too, is called after its file: `lid.surface` for `surface` of `lid.stl`. Groups of the same name are one.
@@ -32,7 +29,8 @@ pub fn join_files(paths: &[PathBuf], within: Option<SizeRequest>, run: &Run) -> 
         meshes.push(mesh);
     }
     let diagonal = meshes.iter().fold(Aabb::EMPTY, |b, m| b.union(&m.bounds())).diagonal();
-    let within = match within.unwrap_or(SizeRequest::Share(MATCH)) {
+    // Nodes this near to each other are one unless another distance is asked for.
+    let within = match within.unwrap_or(SizeRequest::Share(SEVEN_DIGITS)) {
         SizeRequest::Length(length) => length,
         SizeRequest::Share(share) => share * diagonal,
     };

@@ -15,7 +15,7 @@ use crate::geometry::Pieces;
 use crate::implicit::{Implicit, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
-use crate::numeric::Sets;
+use crate::numeric::{NONE, Sets};
 use crate::optimize::exact::{ExactMesh, ExactOptions, InPieces, patch_open_pieces, remesh_open};
 use crate::parametric::Parametric;
 use crate::quality::Fault;
@@ -27,8 +27,6 @@ const MOST: f64 = 2e7;
 /// A node lies on a surface if it is nearer to it than this share of the diagonal: where surfaces touch nodes are known to the root of the
 /// rounding only, and nodes where a solid touches itself are drawn back by a billionth.
 const ON: f64 = 1e-7;
-
-const NONE: u32 = u32::MAX;
 
 fn bits(p: DVec3) -> [u64; 3] {
     p.to_array().map(f64::to_bits)

@@ -9,6 +9,7 @@ use super::groups::check_groups;
 use super::mesh::Ready;
 use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
+use crate::heal::SAMPLES;
 use crate::implicit::part::Part;
 use crate::implicit::{ExtractOptions, Implicit, RSystem, Sampling, evaluate, extract};
 use crate::mesh::TriMesh;
@@ -17,9 +18,6 @@ use crate::run::Run;
 /// The systems every comparison shows; the first is what the others are compared with. The part's own is added.
 const SYSTEMS: [RSystem; 5] =
     [RSystem::MinMax, RSystem::R0, RSystem::RAlpha(-0.5), RSystem::RAlpha(0.5), RSystem::R0m(2)];
-
-/// Points of the boundary that are looked at: enough for the shares told, and no time.
-const POINTS: usize = 20_000;
 
 /// How far from the boundary the function is looked at, as shares of the size, on both sides.
 const DEPTHS: [f64; 2] = [0.1, 0.5];
@@ -108,7 +106,8 @@ pub fn compare_rsystems(part: &Part, options: &MeshOptions, run: &Run) -> Result
     let models: Vec<Implicit> = systems.iter().map(model).collect::<Result<_>>()?;
     let first = ready.extract(ready.size, options, run)?.mesh;
     let how = ExtractOptions { size: ready.size, root_tolerance: options.root_tolerance, memory: options.memory };
-    let on: Vec<DVec3> = first.nodes.iter().step_by(first.nodes.len().div_ceil(POINTS).max(1)).copied().collect();
+    // Points of the boundary that are looked at: enough for the shares told, and no time.
+    let on: Vec<DVec3> = first.nodes.iter().step_by(first.nodes.len().div_ceil(SAMPLES).max(1)).copied().collect();
     let normals: Vec<DVec3> = {
         let found = evaluate(&models[0], &on, Sampling { gradients: true, faces: false }, run)?;
         found.gradients.iter().map(|g| g.normalize_or_zero()).collect()

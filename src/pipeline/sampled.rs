@@ -16,7 +16,8 @@ use crate::error::{Error, Place, Result};
 use crate::implicit::part::Part;
 use crate::implicit::{Boundary, Foreign, Implicit, Primitive, RSystem, Sampling, Solid, evaluate};
 use crate::io::{PointRows, PointSample, SampledGrid, no_rows, write_rows};
-use crate::run::Run;
+use crate::numeric::ROUNDING;
+use crate::run::{GIB, Run};
 
 /// Rows read before they are evaluated and written: some megabytes, and enough for all threads.
 const ROWS: usize = 1 << 16;
@@ -32,9 +33,6 @@ const CELLS: u32 = 64;
 
 /// The room around a part's box without a wish for it, as a share of the diagonal.
 const MARGIN: f64 = 0.05;
-
-/// Sides may be this share longer than whole steps without another cell: what rounding makes of a side that fits.
-const ROUNDING: f64 = 1e-9;
 
 /// A part that is the solid in a STEP file or inside closed triangles, whose faces keep their names. Nothing is read yet.
 pub fn boundary_part(path: &Path) -> Part {
@@ -200,12 +198,12 @@ pub fn sample_grid(model: &Implicit, options: &GridOptions, run: &Run) -> Result
             "a grid needs a positive step and a margin of at least 0, not {step} and {margin}"
         )));
     }
+    // Sides may be a little longer than whole steps without another cell: what rounding makes of a side that fits.
     let cells = (side / step * (1.0 - ROUNDING)).ceil().max(DVec3::ONE);
     let count = (cells + 1.0).element_product();
     let each = 8 + if options.gradients { 24 } else { 0 } + if options.faces { 4 } else { 0 };
     let needed = count * f64::from(each);
     if needed > options.memory as f64 || cells.max_element() > f64::from(i32::MAX) {
-        const GIB: f64 = (1u64 << 30) as f64;
         return Err(Error::Usage(format!(
             "a grid with step {step:e} has {count:.3e} points and needs {:.3} GiB of memory, more than the {:.3} allowed",
             needed / GIB,

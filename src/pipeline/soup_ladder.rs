@@ -12,11 +12,12 @@ use crate::run::Run;
 
 /// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.
 const SLIM: usize = 500;
-/// How often edges are halved around places where the result intersects itself; up to which attempt triangles of the input are
-/// kept around them; and the attempt that keeps all connected parts with such places as they are.
-const HALVINGS: usize = 4;
+/// How often edges are halved around places where the result intersects itself, or is turned over.
+pub(super) const HALVINGS: usize = 4;
+/// Up to this attempt triangles of the input are kept around them instead, farther around with each.
 const ATTEMPTS: usize = 7;
-const LAST: usize = 8;
+/// The attempt that keeps all connected parts with such places as they are.
+const LAST: usize = ATTEMPTS + 1;
 /// How often they are halved around folds and slim triangles alone.
 const FOLDED: usize = 2;
 /// Where more than one triangle in this many intersects others it is no matter of sizes. Thin parts of coarse meshes may well be a

@@ -8,18 +8,19 @@ use crate::discrete::Discrete;
 use crate::optimize::Sizing;
 use crate::optimize::exact::ExactOptions;
 
-/// Where bends of others make more than this many times the triangles that the size alone would, edges may be up to so many times as far
-/// from the surface as else.
+/// Where bends of others make more than this many times the triangles that the size alone would, edges may be farther from the surface.
 const CROWDED: f64 = 1.12;
+/// How many times as far as else, at most: the first that is enough is taken.
 const RELAXED: [f64; 9] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.5, 7.5];
 /// Lengths grow by this much per length where bends may be noise: with a fifth an armadillo gets 13 % more triangles, between bends
 /// that say little.
 const ROUGH_GRADING: f64 = 0.3;
 /// Features close to each other make edges at most this many times shorter than the size.
 const LEAST_FEATURE: f64 = 20.0;
-/// Where features alone ask for this many times the nodes that the area does, and for `MOST_NODES` more, they are too many to
+/// Where features alone ask for this many times the nodes that the area does, and for [`MOST_NODES`] more, they are too many to
 /// be resolved.
 const MOST_FEATURES: f64 = 2.0;
+/// Nodes that are few enough to be made in any case: small meshes resolve all of their features.
 const MOST_NODES: f64 = 5e3;
 
 pub(super) fn sizing(size: f64, diagonal: f64, options: &MeshOptions) -> Sizing {

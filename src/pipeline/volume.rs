@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::brep::mesh_tolerant;
+use super::brep::{STRICTER, mesh_tolerant};
 use super::distance::distances;
 use super::ladder::{Attempts, Change, Ladder, LadderState, MeshAttempt, climb};
 use super::mesh::Meshed;
@@ -19,8 +19,6 @@ use crate::run::Run;
 
 /// How often a finer mesh is made.
 const ROUNDS: usize = 6;
-/// Volumes are as distances are; so much of what would just do is asked for.
-const STRICTER: f64 = 0.85;
 /// Distances shrink by at most this factor each time.
 const FINER: f64 = 0.02;
 

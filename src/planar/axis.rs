@@ -10,15 +10,12 @@ use glam::DVec2;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::numeric::Sets;
+use crate::numeric::{FOUND_TWICE, Sets};
 use crate::spatial::{Aabb, Bvh};
 
 /// A branch is kept where the way along the contour is this many times longer than the way across: it leads to no corner of
 /// more than 2 asin(1 / this) = 47 degrees.
 const AROUND: f64 = 2.5;
-
-/// Places of the axis nearer to each other than this share of the spacing are one.
-const SAME: f64 = 1e-3;
 
 /// More samples than this are not made.
 const MOST: f64 = 2e6;
@@ -184,7 +181,7 @@ pub(super) fn axis_of(rows: &[Vec<ContourSample>], spacing: f64) -> Option<Axis>
         });
         segments.push(ends);
     }
-    Some(lines(places, segments, SAME * spacing))
+    Some(lines(places, segments, FOUND_TWICE * spacing))
 }
 
 /// Steps 3 and 4: places at one point become one, segments that are there twice go, and what is left is split into lines

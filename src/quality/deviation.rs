@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::TriMesh;
-use crate::run::Run;
+use crate::run::{PORTION, Run};
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
 /// Points the distance is measured at, spread evenly over the area, beside nodes and centroids: one for so many triangles,
@@ -24,9 +24,6 @@ const SIDE: f64 = 0.1;
 /// That distance is at least this share of the mean edge: a triangle far smaller than others may be nearer to a side behind it, for
 /// which no other is fine enough. What is as near to a sharp edge counts as on it.
 const NEAR: f64 = 0.02;
-
-/// Points worked on between two looks at the cancel flag.
-const CHUNK: usize = 512;
 
 /// Distance and angle between a mesh and the true surface, seen from the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -116,11 +113,11 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     let near = NEAR * mesh.mean_edge_length();
     let distances = |n: usize, at: &(dyn Fn(usize) -> DVec3 + Sync)| -> Result<Vec<Option<f64>>> {
         let chunks: Result<Vec<Vec<Option<f64>>>> = run.install(|| {
-            (0..n.div_ceil(CHUNK))
+            (0..n.div_ceil(PORTION))
                 .into_par_iter()
                 .map(|c| {
                     run.check()?;
-                    let points: Vec<DVec3> = (c * CHUNK..((c + 1) * CHUNK).min(n)).map(at).collect();
+                    let points: Vec<DVec3> = (c * PORTION..((c + 1) * PORTION).min(n)).map(at).collect();
                     let feet = oracle.project_all(&points, reach);
                     Ok(points.iter().zip(feet).map(|(p, f)| f.map(|f| f.point.distance(*p))).collect())
                 })
@@ -136,12 +133,12 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
     let square: f64 = hits.iter().map(|d| d * d).sum();
     run.progress("normals", 0.0);
     let normals: Result<Vec<Facing>> = run.install(|| {
-        (0..areas.len().div_ceil(CHUNK))
+        (0..areas.len().div_ceil(PORTION))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
                 let mut all = Facing::default();
-                let some = c * CHUNK..((c + 1) * CHUNK).min(areas.len());
+                let some = c * PORTION..((c + 1) * PORTION).min(areas.len());
                 let some: Vec<usize> = some.filter(|t| areas[*t] > 0.0).collect();
                 let middles: Vec<DVec3> = some.iter().map(|t| mesh.centroid(*t)).collect();
                 let feet = oracle.project_all(&middles, reach);
@@ -197,7 +194,7 @@ pub fn node_distances(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> 
     let near = |q: DVec3, p: DVec3| from(p, oracle.project(q, reach));
     run.progress("distance", 0.0);
     let chunks: Result<Vec<Vec<f64>>> = run.install(|| {
-        let chunks = mesh.nodes.par_chunks(CHUNK);
+        let chunks = mesh.nodes.par_chunks(PORTION);
         let away = |nodes: &[DVec3]| {
             run.check()?;
             let feet = oracle.project_all(nodes, reach);
@@ -233,11 +230,11 @@ pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Res
     let reach = REACH * mesh.mean_edge_length();
     let opposes = |t: usize, foot: Option<Foot>| foot.is_some_and(|foot| mesh.normal(t).dot(foot.normal) <= 0.0);
     let chunks: Result<Vec<Vec<u32>>> = run.install(|| {
-        (0..mesh.triangles.len().div_ceil(CHUNK))
+        (0..mesh.triangles.len().div_ceil(PORTION))
             .into_par_iter()
             .map(|c| {
                 run.check()?;
-                let list = c * CHUNK..((c + 1) * CHUNK).min(mesh.triangles.len());
+                let list = c * PORTION..((c + 1) * PORTION).min(mesh.triangles.len());
                 let list: Vec<usize> = list.filter(|t| mesh.normal(*t).length_squared() > 0.0).collect();
                 let middles: Vec<DVec3> = list.iter().map(|t| mesh.centroid(*t)).collect();
                 let feet = oracle.project_all(&middles, reach);
@@ -267,7 +264,7 @@ fn from_surface(mesh: &TriMesh, points: &[DVec3], run: &Run) -> Result<Option<f6
     let tree = Bvh::new((0..mesh.triangles.len()).map(|t| Aabb::around(mesh.corners(t))).collect());
     let far: Result<Vec<f64>> = run.install(|| {
         points
-            .par_chunks(CHUNK)
+            .par_chunks(PORTION)
             .map(|chunk| {
                 run.check()?;
                 let farthest = |known: f64, p: &DVec3| {

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
+use crate::numeric::ROUNDING;
 
 use super::options::{AXES, ClipPlane, KeptHalf};
 
@@ -21,14 +22,13 @@ impl<'a> Clipping<'a> {
     /// Prepares the planes for a camera in direction `towards`. Errors: usage, for two planes that keep the same half of an
     /// axis, a plane that does not cut the mesh, and planes that leave nothing of it.
     pub(super) fn new(mesh: &'a TriMesh, clips: &[ClipPlane], towards: DVec3) -> Result<Self> {
-        /// The direction counts as along the plane below this share of its length.
-        const ALONG: f64 = 1e-9;
+        // The direction counts as along the plane below that share of its length.
         let mut planes: Vec<ClipPlane> = Vec::new();
         for clip in clips {
             if clip.axis > 2 || !clip.position.is_finite() {
                 return Err(Error::Usage("a clipping plane needs an axis from 0 to 2 and a finite position".into()));
             }
-            let behind = if towards[clip.axis] < -ALONG { KeptHalf::Above } else { KeptHalf::Below };
+            let behind = if towards[clip.axis] < -ROUNDING { KeptHalf::Above } else { KeptHalf::Below };
             let plane = ClipPlane { keep: Some(clip.keep.unwrap_or(behind)), ..*clip };
             if planes.iter().any(|p| (p.axis, p.keep) == (plane.axis, plane.keep)) {
                 let axis = AXES[plane.axis];

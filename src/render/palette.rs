@@ -56,8 +56,9 @@ const LOST: Rgb = [0.85, 0.25, 0.85];
 
 /// The most faces a legend lists.
 const LEGEND_FACES: usize = 16;
-/// The most characters of a name a legend shows, and the fewest that are worth it.
+/// The most characters of a name a legend shows.
 const LEGEND_CHARS: usize = 22;
+/// Where there is room for fewer characters of a name than this there is no legend.
 const LEGEND_LEAST: usize = 5;
 /// The most a legend takes from the picture's width, as a share.
 const LEGEND_SHARE: f32 = 0.4;

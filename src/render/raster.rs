@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::mesh::TriMesh;
+use crate::numeric::NONE;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -16,16 +17,15 @@ use super::picture::Picture;
 
 /// Pixel rows of a band: few enough that its samples stay in the cache, many enough that few triangles lie in two.
 const BAND: usize = 16;
-/// Marks a sample no triangle covers.
-const NOTHING: u32 = u32::MAX;
 /// How bright a triangle is that the light grazes; the rest up to 1 goes with the cosine.
 const AMBIENT: f32 = 0.5;
 /// Lets sides that face the camera rather than the light keep the clean color of the legend.
 const EXPOSURE: f32 = 1.1;
 /// The share of ink on the edges of large triangles.
 const WIRE_STRENGTH: f32 = 0.30;
-/// Mean triangle edges, in pixels, from which on edges begin to show by themselves, and are fully drawn.
+/// Mean triangle edges, in pixels, from which on edges begin to show by themselves,
 const WIRE_FROM: f32 = 5.0;
+/// and from which on they are fully drawn.
 const WIRE_FULL: f32 = 14.0;
 
 /// Half the width in pixels and the color of a line, and how much it covers.
@@ -161,7 +161,7 @@ impl<'a> Scene<'a> {
         let top = number * BAND * n;
         let band = Band { top, columns, rows };
         let mut depth = vec![f32::NEG_INFINITY; columns * rows];
-        let mut owner = vec![NOTHING; columns * rows];
+        let mut owner = vec![NONE; columns * rows];
         for &t in &self.triangles_of_band[number] {
             self.cover(t, &band, &mut depth, &mut owner);
         }
@@ -169,7 +169,7 @@ impl<'a> Scene<'a> {
             .iter()
             .enumerate()
             .map(|(i, t)| match *t {
-                NOTHING => self.ground,
+                NONE => self.ground,
                 t => {
                     let ink = self.wire_at(t, self.sample(i % columns, top + i / columns));
                     solid(mix(self.colors[t as usize], INK, ink))

@@ -4,6 +4,7 @@ use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
 use super::{Aabb, Bvh, triangle_distance_squared};
+use crate::numeric::{COS_60, NONE};
 
 /// Items a cell of even triangles shall hold, about: smaller cells do not get cheaper, they only get more.
 const ITEMS: f64 = 1.5;
@@ -34,10 +35,6 @@ struct CellTriangles {
     first: u32,
     count: u32,
 }
-
-const NONE: u32 = u32::MAX;
-/// Cosine of the angle up to which items face the same way as their mean: 60 degrees.
-const SAME_WAY: f64 = 0.5;
 
 fn key(c: IVec3) -> u64 {
     (c.x as u64) | (c.y as u64) << 21 | (c.z as u64) << 42
@@ -165,7 +162,8 @@ impl TriangleCells {
             let away = |i: u32| triangle_distance_squared(center, triangles[i as usize]);
             let nearest =
                 own.iter().copied().map(|i| (away(i), i)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let even = own.iter().all(|i| normal(*i).dot(mean) > SAME_WAY);
+            // Items face the same way as their mean up to this angle.
+            let even = own.iter().all(|i| normal(*i).dot(mean) > COS_60);
             if let (Some(n), true, Some(cell)) = (nearest, even, self.of_cell.get_mut(&key)) {
                 cell.1 = n.1;
             }

@@ -10,8 +10,6 @@ use super::super::slopes::{Slopes, share, slope};
 use super::{Formula, Op};
 use crate::numeric::Interval;
 
-const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
-const ONE: Interval = Interval { lo: 1.0, hi: 1.0 };
 /// What an operand counts where it may be the one that a minimum or maximum takes.
 const SOME: Interval = Interval { lo: 0.0, hi: 1.0 };
 
@@ -42,14 +40,14 @@ impl Formula {
     /// Bounds by those of all operations over the box and in its middle, from which the box reaches `half` each way; nothing where the
     /// formula may jump. Where an operation is infinitely steep, as a root at zero is, the change of its value is one more variable.
     pub(super) fn backwards(&self, bounds: &[Slopes], middle: &[Interval], half: &[f64; 3]) -> Option<Backwards> {
-        let mut gradient = [ZERO; 3];
-        let mut change = ZERO;
+        let mut gradient = [Interval::ZERO; 3];
+        let mut change = Interval::ZERO;
         let mut steep = false;
-        let mut weights = vec![ZERO; bounds.len()];
-        *weights.last_mut()? = ONE;
+        let mut weights = vec![Interval::ZERO; bounds.len()];
+        *weights.last_mut()? = Interval::ONE;
         for (i, op) in self.ops.iter().enumerate().rev() {
             let weight = weights[i];
-            if weight == ZERO {
+            if weight == Interval::ZERO {
                 continue;
             }
             let value = |a: u32| bounds[a as usize].value;
@@ -68,12 +66,12 @@ impl Formula {
                     gradient[k as usize % 3] = weight;
                     continue;
                 }
-                Op::Square(a) => [(a, value(a).scale(2.0)), (a, ZERO)],
-                Op::Unary(u, a) => [(a, slope(u, value(a), bounds[i].value)?), (a, ZERO)],
+                Op::Square(a) => [(a, value(a).scale(2.0)), (a, Interval::ZERO)],
+                Op::Unary(u, a) => [(a, slope(u, value(a), bounds[i].value)?), (a, Interval::ZERO)],
                 Op::Turn(u, a, b) => {
                     // One of the two angles does not jump here.
                     let x = if bounds[a as usize].gradient.iter().all(is_finite) { a } else { b };
-                    [(x, slope(u, value(x), bounds[i].value)?), (x, ZERO)]
+                    [(x, slope(u, value(x), bounds[i].value)?), (x, Interval::ZERO)]
                 }
                 Op::Binary(op, a, b) => {
                     let [of_a, of_b] = partials(op, [value(a), value(b)], bounds[i].value)?;
@@ -82,15 +80,15 @@ impl Formula {
                 Op::Select(c, a, b) | Op::Joined(c, a, b) => {
                     let c = value(c);
                     match op {
-                        _ if c.lo >= 0.0 => [(a, ONE), (b, ZERO)],
-                        _ if c.hi < 0.0 => [(a, ZERO), (b, ONE)],
+                        _ if c.lo >= 0.0 => [(a, Interval::ONE), (b, Interval::ZERO)],
+                        _ if c.hi < 0.0 => [(a, Interval::ZERO), (b, Interval::ONE)],
                         Op::Joined(..) => [(a, SOME), (b, SOME)],
                         _ => return None,
                     }
                 }
             };
             if parts.iter().all(|p| is_finite(&p.1)) {
-                parts.into_iter().filter(|p| p.1 != ZERO).for_each(|p| add(p.0, p.1));
+                parts.into_iter().filter(|p| p.1 != Interval::ZERO).for_each(|p| add(p.0, p.1));
             } else {
                 steep = true;
                 change = change + weight * (bounds[i].value - middle[i]);
@@ -106,16 +104,16 @@ impl Formula {
 /// Bounds of the derivatives by both operands; nothing where the operation may jump.
 fn partials(op: Binary, [a, b]: [Interval; 2], value: Interval) -> Option<[Interval; 2]> {
     Some(match op {
-        Binary::Add => [ONE, ONE],
-        Binary::Sub => [ONE, -ONE],
+        Binary::Add => [Interval::ONE, Interval::ONE],
+        Binary::Sub => [Interval::ONE, -Interval::ONE],
         Binary::Mul => [b, a],
-        Binary::Div => [ONE / b, -(value / b)],
-        Binary::Pow if b.lo == b.hi => [a.pow(Interval::point(b.lo - 1.0)) * b, ZERO],
+        Binary::Div => [Interval::ONE / b, -(value / b)],
+        Binary::Pow if b.lo == b.hi => [a.pow(Interval::point(b.lo - 1.0)) * b, Interval::ZERO],
         Binary::Pow => [value * (b / a), value * a.ln()],
-        Binary::Min if a.hi < b.lo => [ONE, ZERO],
-        Binary::Min if b.hi < a.lo => [ZERO, ONE],
-        Binary::Max if a.lo > b.hi => [ONE, ZERO],
-        Binary::Max if b.lo > a.hi => [ZERO, ONE],
+        Binary::Min if a.hi < b.lo => [Interval::ONE, Interval::ZERO],
+        Binary::Min if b.hi < a.lo => [Interval::ZERO, Interval::ONE],
+        Binary::Max if a.lo > b.hi => [Interval::ONE, Interval::ZERO],
+        Binary::Max if b.lo > a.hi => [Interval::ZERO, Interval::ONE],
         Binary::Min | Binary::Max => [SOME, SOME],
         Binary::Atan2 if value.lo <= -PI && value.hi >= PI => return None,
         Binary::Atan2 => {
@@ -125,7 +123,7 @@ fn partials(op: Binary, [a, b]: [Interval; 2], value: Interval) -> Option<[Inter
         Binary::Hypot => [share(a, value), share(b, value)],
         Binary::Mod => {
             let steps = (a / b).floor();
-            [(steps.lo == steps.hi).then_some(ONE)?, -steps]
+            [(steps.lo == steps.hi).then_some(Interval::ONE)?, -steps]
         }
     })
 }

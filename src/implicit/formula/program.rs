@@ -12,6 +12,7 @@ use multiversion::multiversion;
 
 use super::super::expr::{Binary, Unary};
 use super::Op;
+use crate::implicit::tape::RESULT;
 use crate::numeric::vector;
 
 /// Points of a block.
@@ -31,9 +32,6 @@ type Register = u32;
 
 /// The number of coordinates.
 const COORDINATES: u32 = 3;
-
-/// The register that stands for the batch's result.
-const RESULT: Register = u32::MAX;
 
 /// What a term is of its registers. Sums and products of two terms are the same either way round; the lesser kind comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

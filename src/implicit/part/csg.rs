@@ -14,12 +14,13 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::super::solid::Solid;
 use super::{Part, place};
 use crate::error::{Error, Place, Result, nearest};
+use crate::numeric::ROUNDING;
 use flat::Raise;
 use shapes::{Round, SIX_DIGITS, Shape};
 use tokens::{Argument, Token, Tokens, Value};
 
 /// Bytes of a file that is read.
-const MOST_BYTES: usize = 64 << 20;
+pub(super) const MOST_BYTES: usize = 64 << 20;
 
 /// Cylinders with a `$fn` up to this are meant to have flat sides: nuts, triangles, square posts.
 const FEW_SIDES: f64 = 8.0;
@@ -44,8 +45,9 @@ const KNOWN: [&str; 16] = [
     "polygon",
 ];
 
-/// What is a solid, and what is a figure of the plane.
+/// What is a solid.
 const SOLIDS: [&str; 6] = ["cube", "sphere", "cylinder", "polyhedron", "linear_extrude", "rotate_extrude"];
+/// What is a figure of the plane.
 const FIGURES: [&str; 3] = ["square", "circle", "polygon"];
 
 /// Operations of OpenSCAD that are not read here.
@@ -441,12 +443,10 @@ impl<'a> Call<'a> {
         let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
         // What flattens to six digits may do so by rounding alone.
         let lengths = column(0).length() * column(1).length() * column(2).length();
-        if !(matrix3.determinant().abs() > FLAT * lengths) {
+        // A matrix flattens if the volume of its columns is next to nothing of that of a box of their lengths.
+        if !(matrix3.determinant().abs() > ROUNDING * lengths) {
             return wrong("this matrix makes everything flat");
         }
         Ok(DAffine3 { matrix3, translation: column(3) })
     }
 }
-
-/// A matrix flattens if the volume of its columns is less than this share of that of a box of their lengths.
-const FLAT: f64 = 1e-9;

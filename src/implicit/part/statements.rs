@@ -6,13 +6,10 @@ use ruff_python_ast::{self as ast, Expr, Stmt};
 use ruff_text_size::Ranged;
 
 use super::interpreter::Interpreter;
-use super::operators;
-use super::refused;
 use super::value::{Function, Value};
+use super::{operators, refused};
 use crate::error::{Error, Result};
-
-/// Loops and conditions stand in one another this deep at most.
-const DEEPEST: usize = 64;
+use crate::run::DEEPEST;
 
 /// What comes after a statement.
 enum Flow<'a> {

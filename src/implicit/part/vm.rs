@@ -7,11 +7,9 @@ use rustc_hash::FxHashMap;
 
 use super::super::expr::{Binary, Expr, ExprNode, Unary};
 use super::super::solid::Solid;
+use super::csg::MOST_BYTES;
 use super::{Part, place};
 use crate::error::{Error, Place, Result, nearest};
-
-/// Bytes of a file that is read.
-const MOST_BYTES: usize = 64 << 20;
 
 /// Operations with the number of their operands, for messages.
 const OPERATIONS: [(&str, usize); 32] = [

@@ -2,7 +2,7 @@
 
 use super::super::leaf::Leaf;
 use super::{EVERYTHING, Op, Pruned, Scratch, Tape};
-use crate::numeric::Interval;
+use crate::numeric::{Interval, NONE};
 use crate::spatial::Aabb;
 
 /// Operands with more operations than this are not compared: cases of formulas have a handful where little can be decided.
@@ -15,11 +15,10 @@ impl Tape {
         self.ranges(leaves, cell, r);
         // `renumber[i]`: what stands for operation i. An operand that is decided never is needed: if it decided the
         // operation, that would be decided too, and so on up to the root, which is not.
-        const UNUSED: u32 = u32::MAX;
         let n = self.ops.len();
         let alias = &mut scratch.renumber;
         alias.clear();
-        alias.resize(2 * n, UNUSED);
+        alias.resize(2 * n, NONE);
         let (alias, needed) = alias.split_at_mut(n);
         for (i, op) in self.ops.iter().enumerate() {
             // What is known of operands by their opposites is not yet in the range.
@@ -49,7 +48,7 @@ impl Tape {
         needed[top] = 0;
         let mut count = 0;
         for i in (0..=top).rev() {
-            if needed[i] == UNUSED {
+            if needed[i] == NONE {
                 continue;
             }
             count += 1;
@@ -63,7 +62,7 @@ impl Tape {
         }
         let mut ops = Vec::with_capacity(count);
         for i in 0..=top {
-            if needed[i] == UNUSED {
+            if needed[i] == NONE {
                 continue;
             }
             let at = |a: u32, needed: &[u32]| needed[alias[a as usize] as usize];

@@ -18,22 +18,30 @@ use crate::run::Run;
 
 use vertices::{FacePatch, VertexNumbers};
 
-/// The magic number, and the types of the two chunks.
+/// The magic number of the file,
 const MAGIC: &[u8; 4] = b"glTF";
+/// the types of its two chunks, of text
 const JSON: &[u8; 4] = b"JSON";
+/// and of numbers,
 const BIN: &[u8; 4] = b"BIN\0";
+/// and the version of the format.
 const VERSION: u32 = 2;
-/// Bytes of the file's header and of that of a chunk.
+/// Bytes of the file's header,
 const HEADER: usize = 12;
+/// and of that of a chunk.
 const CHUNK_HEADER: usize = 8;
 /// Bytes of three numbers, be they coordinates or corners.
 const THREE: usize = 12;
 
-/// Types of numbers and targets of views, as OpenGL numbers them.
+/// OpenGL's number of whole numbers of 32 bits,
 const UNSIGNED_INT: u32 = 5125;
+/// of floating-point ones,
 const FLOAT: u32 = 5126;
+/// of a view that holds vertices,
 const ARRAY_BUFFER: u32 = 34962;
+/// of one that holds corners,
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+/// and of lists of triangles.
 const TRIANGLES: u32 = 4;
 
 /// Writes a mesh; the coordinates are its own, and the node above it turns and scales them.

@@ -5,7 +5,7 @@ use rayon::slice::ParallelSliceMut;
 
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::numeric::Sets;
+use crate::numeric::{COS_30, Sets};
 use crate::run::Run;
 
 /// Which corners of triangles are one vertex; corner `k` of triangle `t` has the number `3 t + k`.
@@ -27,9 +27,6 @@ pub(super) struct FacePatch {
     pub(super) indices: Vec<u32>,
 }
 
-/// The cosine of 30 degrees: edges that turn by more are sharp in pictures, too.
-const SHARP: f64 = 0.866_025_403_784_438_6;
-
 /// The corner that follows in its triangle.
 fn next(corner: u32) -> u32 {
     if corner % 3 == 2 { corner - 2 } else { corner + 1 }
@@ -41,7 +38,8 @@ impl VertexNumbers {
         let label = |corner: u32| mesh.labels[corner as usize / 3];
         let turns = |a: u32, b: u32| {
             let [m, n] = [a, b].map(|corner| mesh.area_vector(corner as usize / 3));
-            m.dot(n) < SHARP * m.length() * n.length()
+            // Edges that turn by more are sharp in pictures, too.
+            m.dot(n) < COS_30 * m.length() * n.length()
         };
         let mut sharp: Vec<[u32; 2]> = seams.iter().map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
         sharp.sort_unstable();

@@ -5,12 +5,10 @@ use roxmltree::{Document, Node};
 use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Place, Result};
+use crate::run::DEEPEST;
 
 /// An element of the model.
 pub(crate) type Xml<'a> = Node<'a, 'a>;
-
-/// Components inside components; more are a circle.
-const MOST_DEPTH: usize = 64;
 
 /// Objects of the build, counted through all components.
 const MOST_PLACED: usize = 100_000;
@@ -159,8 +157,8 @@ impl<'a> Model<'a> {
         let mut stack: Vec<_> = self.items.iter().rev().map(|n| (*n, DAffine3::IDENTITY, 0)).collect();
         while let Some((node, outer, depth)) = stack.pop() {
             steps += 1;
-            if depth > MOST_DEPTH {
-                let what = format!("components are inside each other more than {MOST_DEPTH} times, or in a circle");
+            if depth > DEEPEST {
+                let what = format!("components are inside each other more than {DEEPEST} times, or in a circle");
                 return Err(wrong(node, what));
             }
             if found.len() >= MOST_PLACED || steps > 2 * MOST_PLACED {

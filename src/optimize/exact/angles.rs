@@ -5,8 +5,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::moves::CALM;
-use super::remesh::{Rank, Remesher, SHARE};
+use super::remesh::{Rank, Remesher};
 use crate::error::Result;
+use crate::numeric::COS_30;
+use crate::run::PORTION;
 
 /// Triangles with an angle of a cosine above this, 49 degrees, are poor, and pay for it.
 const SMALL: f64 = 0.656;
@@ -42,9 +44,9 @@ const FREE: Effort = Effort { weight: 14.0, round: 0.0, steps: [0.1, 0.03], pass
 
 /// Places looked at around a node, at equal angles from each other in the plane its moves lie in.
 const AROUND: usize = 6;
-const SINE: f64 = 0.866_025_403_784_438_6;
+/// The directions, unit vectors.
 const DIRECTIONS: [[f64; 2]; AROUND] =
-    [[1.0, 0.0], [0.5, SINE], [-0.5, SINE], [-1.0, 0.0], [-0.5, -SINE], [0.5, -SINE]];
+    [[1.0, 0.0], [0.5, COS_30], [-0.5, COS_30], [-1.0, 0.0], [-0.5, -COS_30], [0.5, -COS_30]];
 
 /// A triangle at a node by the ends of its side across from there: each by its coordinates in the plane the node moves in, from
 /// where that is now, and its squared distance from there; and by the length of that side.
@@ -175,7 +177,7 @@ impl Remesher<'_> {
         let this = &*self;
         let m = &this.work.mesh;
         let poor: Vec<u32> = this.run.install(|| {
-            let list = seen.par_iter().with_min_len(SHARE);
+            let list = seen.par_iter().with_min_len(PORTION);
             list.copied().filter(|&t| !this.work.is_kept(t) && is_poor(m.corner_points(t), effort)).collect()
         });
         let mut nodes: Vec<u32> = poor.into_iter().flat_map(|t| m.corners(t)).collect();

@@ -5,14 +5,13 @@ use glam::DVec3;
 use super::patchwork::PieceSet;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, edit::NONE, edit::next};
+use crate::numeric::COS_60;
 
 /// An apex this many cells from the nearest node of its piece gets that node;
 const REACH: f64 = 2.0;
 /// one farther away, up to this many cells, only if what is made so faces the way the piece does: the tip of a cone of two
 /// degrees is thinner than a cell for this long.
 const FAR: f64 = 30.0;
-/// Triangles that turn by more than this from their piece (cosine), 60 degrees, close a tip that was cut off.
-const CLOSES: f64 = 0.5;
 /// A tip is closed by no more triangles than this.
 const MOST: usize = 64;
 /// Where the triangles around an apex have smaller angles there than this, radians, they get rings of nodes: the remesher splits
@@ -82,7 +81,8 @@ impl PieceApex<'_> {
         let wide = around.iter().flat_map(|w| mesh.outgoing(*w)).filter(|h| self.is_own(of, *h));
         let side = wide.map(|h| self.facing(mesh, h / 3)).sum::<f64>().signum();
         mesh.set_point(v, self.apex);
-        let closes = |m: &EditMesh, t: u32| side * self.facing(m, t) < CLOSES * m.area_vector(t).length();
+        // Triangles that turn by more than this from their piece close a tip that was cut off.
+        let closes = |m: &EditMesh, t: u32| side * self.facing(m, t) < COS_60 * m.area_vector(t).length();
         for _ in 0..MOST {
             let rim: Vec<u32> = mesh.outgoing(v).map(next).collect();
             let taken = rim.into_iter().any(|h| {

@@ -81,6 +81,7 @@ impl Remesher<'_> {
     /// Moves a node towards the place where the worst triangle around it is equilateral, as far as that helps, again and
     /// again. Returns where it is then, the worst shape there, the [normal](Self::normal_within), and the [bow](Self::bow).
     fn climbed_to_apex(&mut self, v: u32, limit: f64, reach: f64, set: &PieceSet) -> Climb {
+        /// Moves in a row: the worst triangle may be another after each, and more of them gain little.
         const STEPS: usize = 4;
         let mut p = self.point(v);
         let up = if self.rank[v as usize] == Rank::Face { self.work.worst_now(self.surface, v).1 } else { None };

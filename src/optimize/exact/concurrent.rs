@@ -4,10 +4,7 @@
 use super::joints::Pieced;
 use super::patchwork::PieceSet;
 use crate::mesh::EditMesh;
-
-/// Nodes that lie on pieces to rounding are at one place when they are nearer than this share of a cell: a cell is a thousandth of a
-/// part or more, and Newton's method ends within 1e-15 of the part's size.
-const SAME: f64 = 1e-9;
+use crate::numeric::ROUNDING;
 
 /// Corners at one place are looked for along so many edges of the border between them.
 const STEPS: usize = 6;
@@ -21,10 +18,11 @@ impl Pieced<'_> {
         corners.sort_by(|a, b| x(self.mesh, *a).total_cmp(&x(self.mesh, *b)).then(a.cmp(b)));
         for (k, &a) in corners.iter().enumerate() {
             for &b in &corners[k + 1..] {
-                if !self.mesh.is_node(a) || x(self.mesh, b) - x(self.mesh, a) > SAME * self.cell {
+                // Nodes that lie on pieces to rounding are at one place when they are this near to each other: cells are far larger.
+                if !self.mesh.is_node(a) || x(self.mesh, b) - x(self.mesh, a) > ROUNDING * self.cell {
                     break;
                 }
-                if self.mesh.is_node(b) && self.mesh.point(a).distance(self.mesh.point(b)) <= SAME * self.cell {
+                if self.mesh.is_node(b) && self.mesh.point(a).distance(self.mesh.point(b)) <= ROUNDING * self.cell {
                     self.join(a, b);
                 }
             }

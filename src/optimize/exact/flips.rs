@@ -7,9 +7,11 @@ use super::MEND;
 use super::fans::Fan;
 use super::field::COARSE;
 use super::patchwork::TriangleShape;
-use super::remesh::{FAIR, GOOD, LONG, Remesher, SHARE, SHORT, SLIVER};
+use super::remesh::{FAIR, GOOD, LONG, Remesher, SHORT, SLIVER};
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
+use crate::numeric::COS_60;
+use crate::run::PORTION;
 
 /// No flip makes an edge that is longer than this many wanted lengths and longer than all around it.
 const FARTHEST: f64 = 2.0 * LONG;
@@ -17,12 +19,10 @@ const FARTHEST: f64 = 2.0 * LONG;
 const EVENER: f64 = 0.02;
 /// Passes over all edges when flipping; later ones see only what earlier ones changed.
 const FLIP_PASSES: usize = 6;
-/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length; what turns by less than
-/// this share of that is not worth a look.
+/// Flips of edges far longer than wanted leave them this near to the surface, as a share of the wanted length.
 const OFF: f64 = 0.05;
+/// What turns by less than this share of that is not worth a look.
 const FOLD: f64 = 0.02;
-/// Cosine from which on two triangles bend an edge so much that it must not leave the surface, either: 60 degrees.
-const BENT: f64 = 0.5;
 
 impl Remesher<'_> {
     /// Flips edges where that raises the smaller shape, until nothing changes.
@@ -54,7 +54,7 @@ impl Remesher<'_> {
                 !other_way && this.should_flip(*h, fans.as_deref())
             };
             let edges: Vec<u32> = self.run.install(|| {
-                let sides = list.par_iter().with_min_len(SHARE).flat_map_iter(|t| 3 * t..3 * t + 3);
+                let sides = list.par_iter().with_min_len(PORTION).flat_map_iter(|t| 3 * t..3 * t + 3);
                 sides.filter(wanted).collect()
             });
             list.iter().for_each(|&t| listed[t as usize] = false);
@@ -151,7 +151,8 @@ impl Remesher<'_> {
         let now = left.seen(normal).min(right.seen(normal));
         let then = above.seen(normal).min(below.seen(normal));
         let better = if evener { then > GOOD } else { then > now + 1e-9 };
-        let bent = left.area.dot(right.area) < BENT * left.area.length() * right.area.length();
+        // From here on two triangles bend an edge so much that it must not leave the surface, either.
+        let bent = left.area.dot(right.area) < COS_60 * left.area.length() * right.area.length();
         better
             && !(bent
                 && self.work.is_smooth_by_angles()

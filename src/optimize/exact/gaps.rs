@@ -6,17 +6,15 @@ use rayon::prelude::*;
 use super::patchwork::Patchwork;
 use super::remesh::{Rank, Remesher};
 use crate::error::Result;
+use crate::geometry::INTO;
+use crate::numeric::COS_26;
 use crate::optimize::size::Sizing;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// One row of equilateral triangles across a strip has edges of this many times its width.
 pub(super) const ROW: f64 = 1.15;
-/// Borders lie across from each other where the way between them leaves both within about 25 degrees of straight.
-const ACROSS: f64 = 0.9;
-/// A corner's border may lead away from the way across: the same, within about 70 degrees.
-const INTO: f64 = 0.3;
-/// Where that is less than the least size edges are up to this many times as long as a strip is wide: angles of 34 degrees.
+/// Where a strip is narrower than the least size edges are up to this many times as long as a strip is wide: angles of 34 degrees.
 const EASE: f64 = 1.5;
 
 /// What a gap asks for at a node on a border.
@@ -66,7 +64,8 @@ impl Remesher<'_> {
         // The width of the gap at a node, and what lies across there.
         let gap = |(rim, end): (&Rim, usize)| {
             let (v, p) = (rim.ends[end], rim.points[end]);
-            let level = if self.rank[v as usize] == Rank::Corner { INTO } else { ACROSS };
+            // Borders lie across from each other where the way between them leaves both about straight.
+            let level = if self.rank[v as usize] == Rank::Corner { INTO } else { COS_26 };
             let own = &of[rim.label as usize];
             let there = |k: u32| &rims[own[k as usize] as usize];
             let foot_on = |k: u32| segment_foot(p, there(k).points);
@@ -77,7 +76,7 @@ impl Remesher<'_> {
                 }
                 let way = foot_on(k) - p;
                 let d = way.length();
-                let facing = way.dot(rim.inward) > level * d && -way.dot(other.inward) > ACROSS * d;
+                let facing = way.dot(rim.inward) > level * d && -way.dot(other.inward) > COS_26 * d;
                 if range.contains(&d) && facing { d * d } else { f64::INFINITY }
             });
             let Some((k, squared)) = across else { return Vec::new() };

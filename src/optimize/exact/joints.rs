@@ -10,6 +10,7 @@ use super::patchwork::PieceSet;
 use crate::geometry::{Pieces, common_normal};
 use crate::mesh::EditMesh;
 use crate::mesh::edit::NONE;
+use crate::numeric::FOUND_TWICE;
 use crate::numeric::predicates::orient2d;
 
 /// Pieces at a smaller angle than this (its cosine) to each other may touch nearby.
@@ -20,12 +21,11 @@ const REACH: f64 = 3.0;
 const APART: f64 = 1.0;
 /// Starts tried for two pieces: along a seam at which they touch everywhere all of them fail.
 const TRIES: usize = 64;
-/// Joints nearer to each other than this share of the cell are one that was found twice.
-const SAME: f64 = 1e-3;
 /// Pieces touch where they are nearer to each other than this share of the cell.
 const TOUCHING: f64 = 1e-8;
-/// The surroundings are looked at this many cells away, in so many directions.
+/// The surroundings are looked at this many cells away,
 const RADIUS: f64 = 0.5;
+/// in so many directions, 15 degrees apart.
 const DIRECTIONS: usize = 24;
 /// So many sectors the two pieces have around a joint, and so many arms the border.
 const WIDE: usize = 4;
@@ -87,7 +87,7 @@ impl Pieced<'_> {
         let mut done: Vec<DVec3> = Vec::new();
         for (pair, start) in thinned(found, self.cell) {
             let Some(joint) = touching(surface, pair, start, self.cell) else { continue };
-            if done.iter().all(|p| p.distance(joint.at) > SAME * self.cell) {
+            if done.iter().all(|p| p.distance(joint.at) > FOUND_TWICE * self.cell) {
                 done.push(joint.at);
                 if self.holds(&joint) {
                     self.pinch_at(&joint);
@@ -122,7 +122,7 @@ impl Pieced<'_> {
         if ends.is_empty() {
             return true;
         }
-        if ends.iter().any(|p| p.distance(joint.at) <= SAME * self.cell) {
+        if ends.iter().any(|p| p.distance(joint.at) <= FOUND_TWICE * self.cell) {
             return false;
         }
         let (e, f) = joint.normal.any_orthonormal_pair();

@@ -32,6 +32,7 @@ mod tips;
 pub use field::asked_triangles;
 use open::polish_beyond_ends;
 pub use open::{Laid, remesh_open};
+pub(crate) use patches::BAND;
 pub use patchwork::{ExactTarget, Filling, Patchwork, PiecePatch, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
 pub use thaw::Off;
@@ -39,6 +40,7 @@ pub use thaw::Off;
 use glam::DVec3;
 
 use super::region::Region;
+use super::sequence::TINY;
 use super::size::Sizing;
 use crate::error::{Error, Result};
 use crate::mesh::edit::NONE;
@@ -48,23 +50,21 @@ use crate::spatial::{Aabb, Graded};
 use patchwork::plain_shape;
 use remesh::{Rank, Remesher, SHORT};
 
-/// Edges shorter than this share of the wanted length are what extraction and cutting leave; they go before anything else.
-const TINY: f64 = 0.3;
 /// How often borders are spaced: what is in the way of a node at first may be gone later.
 const SPACINGS: usize = 3;
-/// Rounds of flips and relaxation after packing.
-const ROUNDS: usize = 2;
-/// Nodes are taken out and put in for the sake of even angles where more than a share of a patch's triangles have a shape below this,
-/// that of 45 degrees between equal sides: packing leaves fewer where there is room.
+/// Nodes are taken out and put in for the sake of even angles where too many of a patch's triangles have a shape below this, that of 45
+/// degrees between equal sides: packing leaves fewer where there is room.
 const EVEN: f64 = 0.93;
+/// Too many are more than this share.
 const UNEVEN: f64 = 0.025;
-/// Rounds of flips and relaxation across borders after that.
+/// Rounds of flips and relaxation after packing, and of those across borders after that.
 const LAST: usize = 2;
 /// The same where places were refined; also the passes of mending triangles one by one.
 const POLISH: usize = 4;
 /// Shapes below this are what cutting and spacing leave where things are tight: 7 degrees.
 const POOR: f64 = 0.2;
-/// Once borders of raw triangles are spaced only triangles of a smaller shape than this are mended: packing leaves few of the others.
+/// A triangle of a smaller shape than this is flat: its height is below 3 % of its length. Once borders of raw triangles are spaced only such
+/// ones are mended: packing leaves few of the others.
 const FLAT: f64 = 0.05;
 /// Rounds of split, collapse, flip and relaxation where a packing folds.
 const PLAIN: usize = 3;
@@ -474,12 +474,12 @@ fn mend_folds(r: &mut Remesher<'_>) -> Result<()> {
 }
 
 fn even_out(r: &mut Remesher<'_>) -> Result<()> {
-    for _ in 0..ROUNDS {
+    for _ in 0..LAST {
         r.flip_evenly()?;
         r.relax()?;
     }
     r.look_beyond_ends();
-    for _ in 0..ROUNDS {
+    for _ in 0..LAST {
         if r.share_below(EVEN) < UNEVEN || r.even_fans()? == 0 {
             break;
         }

@@ -3,11 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::SLIM;
 use super::patchwork::{PieceSet, plain_shape};
-use super::remesh::{FAIR, LONG, Rank, Remesher, SHARE, SLIVER};
+use super::remesh::{FAIR, LONG, Rank, Remesher, SLIVER};
+use super::{FLAT, SLIM};
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
+use crate::run::PORTION;
 
 /// Nodes that would move by less than this share of their size stay.
 const STILL: f64 = 0.01;
@@ -29,9 +30,6 @@ const BETTER: f64 = 0.02;
 
 /// Triangles whose directions differ by less than this (cosine) lie on the surface, or none of them does: 11 degrees.
 const EVEN: f64 = 0.98;
-
-/// A triangle of a smaller shape than this is flat: its height is below 3 % of its length.
-const FLAT: f64 = 0.05;
 
 impl Remesher<'_> {
     /// Moves every free node: inside faces to the mean of the places where its triangles would be equilateral on the edges
@@ -58,7 +56,7 @@ impl Remesher<'_> {
             nodes.retain(|v| due[*v as usize]);
             let this = &*self;
             let places: Vec<Option<DVec3>> =
-                self.run.install(|| nodes.par_iter().with_min_len(SHARE).map(|&v| this.relaxed(v)).collect());
+                self.run.install(|| nodes.par_iter().with_min_len(PORTION).map(|&v| this.relaxed(v)).collect());
             for (&v, place) in nodes.iter().zip(places) {
                 if let Some(p) = place {
                     self.put(v, p, &mut due);
@@ -257,7 +255,7 @@ impl Remesher<'_> {
     pub(super) fn worse_than(&mut self, limit: f64, among: &[u32]) -> Vec<u32> {
         let this = &*self;
         let mut list: Vec<(f64, u32)> = self.run.install(|| {
-            let suspects = among.par_iter().with_min_len(SHARE).filter(|&&t| !this.is_surely_better(t, limit));
+            let suspects = among.par_iter().with_min_len(PORTION).filter(|&&t| !this.is_surely_better(t, limit));
             suspects.map(|&t| (this.shape(t), t)).collect()
         });
         // Of all triangles of a soup; a few of them are not worth it.

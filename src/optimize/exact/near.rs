@@ -3,11 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::remesh::{FAIR, Remesher, SHARE};
+use super::remesh::{FAIR, Remesher};
 use super::{AROUND, LAST, MEND, POLISH, STUCK};
 use crate::error::Result;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;
+use crate::run::PORTION;
 
 /// Where more than this share of the triangles are too far away it is a matter of sizes.
 const FEW: f64 = 0.01;
@@ -96,7 +97,7 @@ impl Remesher<'_> {
             (most > limit).then(|| (most, c[k], c[(k + 1) % 3]))
         };
         let mut list: Vec<TooFar> =
-            self.run.install(|| seen.par_iter().with_min_len(SHARE).filter_map(|t| one(*t)).collect());
+            self.run.install(|| seen.par_iter().with_min_len(PORTION).filter_map(|t| one(*t)).collect());
         if list.len() as f64 > FEW * m.triangle_count() as f64 {
             return Vec::new();
         }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashSet;
 
+use super::patches::CHORD_ROUNDS;
 use super::patchwork::{Patchwork, PieceSet};
 use super::remesh::{Remesher, SLIVER};
 use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, POLISH, check_options, finish, polish, remesh};
@@ -11,9 +12,6 @@ use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
 use crate::mesh::edit::NONE;
 use crate::run::Run;
-
-/// Rounds of splitting edges that might fall together with others' edges: a loop of two edges takes two.
-const CHORD_ROUNDS: usize = 4;
 
 /// Of the edges up to which triangles are made anew so many are polished all the same: nodes of the last row stay, and those of the row
 /// before have had their say in where they are.

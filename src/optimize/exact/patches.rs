@@ -29,10 +29,10 @@ struct Done {
 const LARGE: f64 = 6000.0;
 
 /// Edges around a cut within which patches are worked on again.
-const BAND: usize = 4;
+pub(crate) const BAND: usize = 4;
 
 /// Rounds of splitting edges that would fall together: a loop of two edges takes two.
-const CHORD_ROUNDS: usize = 4;
+pub(super) const CHORD_ROUNDS: usize = 4;
 
 /// An edge of a patch that might fall together with another.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::geometry::Pieces;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh};
+use crate::numeric::COS_26;
 
 /// The pieces a node lies on, ascending. More than three at a corner are cut to the first four.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -165,9 +166,6 @@ const TURNED: f64 = 0.05;
 /// within the length of an edge no place of a node would turn it nearer.
 const FACING: f64 = 0.7;
 
-/// Triangles whose directions differ by less than this (cosine), 26 degrees, are far from turned over against each other.
-const ALIKE: f64 = 0.9;
-
 /// What a mesh is to be exact to.
 #[derive(Clone, Copy)]
 pub struct ExactTarget<'a> {
@@ -321,7 +319,8 @@ impl Patchwork {
     fn plain_among_alike(&self, t: u32) -> Option<f64> {
         let patch = &self.patches[self.mesh.label(t) as usize];
         let asked = self.is_smooth_by_angles() && patch.piece != NONE && patch.plane.is_none();
-        (asked && self.neighbors_alike(t, ALIKE)? > 0).then(|| plain_shape(self.mesh.corner_points(t)))
+        // Triangles that face much the same way are far from turned over against each other.
+        (asked && self.neighbors_alike(t, COS_26)? > 0).then(|| plain_shape(self.mesh.corner_points(t)))
     }
 
     /// How many neighbors of its patch a triangle has, if each of them and it face ways whose angle has a cosine of at least

@@ -9,6 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
+use crate::numeric::COS_60;
 
 /// A ring around an apex is no shorter than this share of a cell. The shortest edges on bends are a 32nd of a cell: four of them.
 const SHORTEST: f64 = 0.125;
@@ -16,8 +17,6 @@ const SHORTEST: f64 = 0.125;
 const FAR: f64 = 4.0;
 /// Each ring tried is this many times farther away than the one before.
 const STEP: f64 = 1.25;
-/// Triangles of a fan and beside it turn from their piece by less than 60 degrees.
-const FACES: f64 = 0.5;
 /// So many times as far as the ring they are looked at.
 const BESIDE: f64 = 1.5;
 
@@ -195,7 +194,8 @@ impl ApexFan<'_> {
     }
 
     fn faces_well(&self, c: [DVec3; 3], side: f64) -> bool {
-        side * self.facing(c) > FACES * (c[1] - c[0]).cross(c[2] - c[0]).length()
+        // Triangles of a fan and beside it turn from their piece by less.
+        side * self.facing(c) > COS_60 * (c[1] - c[0]).cross(c[2] - c[0]).length()
     }
 
     /// Whether a ring goes around its axis once: all of its triangles face the same way, so that it does not turn back.

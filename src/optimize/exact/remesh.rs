@@ -12,12 +12,9 @@ use super::tips::BorderTip;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::edit::{ChangeReader, NONE};
+pub(super) use crate::optimize::density::{LONG, SHORT};
 use crate::run::Run;
 
-/// Edges longer than this many wanted lengths are split: halves are then no worse than the whole.
-pub(super) const LONG: f64 = 4.0 / 3.0;
-/// Edges shorter than this many wanted lengths are collapsed, for the same reason.
-pub(super) const SHORT: f64 = 4.0 / 5.0;
 /// Edges longer than this many times what either end wants leave the surface where it turns.
 const STRETCHED: f64 = 1.8;
 /// A collapse or split that makes things worse must still leave shapes of at least this.
@@ -28,9 +25,6 @@ pub(super) const GOOD: f64 = 0.6;
 /// No flip makes a triangle of a smaller shape than this, whichever way it faces, if there was none: beside creases normals
 /// may mislead.
 pub(super) const SLIVER: f64 = 0.004;
-
-/// Edges or nodes that one thread looks at at a time, at least.
-pub(super) const SHARE: usize = 512;
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,25 +5,22 @@ use glam::DVec3;
 
 use super::curves::BorderChain;
 use super::remesh::Remesher;
-use crate::geometry::{ALIKE, FIRST, Pair, Strips};
+use crate::geometry::{ALIKE, ALONG, FIRST, Pair, Strips, WIDEST};
 use crate::mesh::edit::NONE;
+use crate::numeric::COS_60;
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
-/// Borders at most this many wanted lengths apart have one row of triangles between them.
-const WIDEST: f64 = 1.3;
-/// Borders across from each other along this share of their lengths go together.
-const ALONG: f64 = 0.7;
 /// The way along a border is looked at over this many steps to each side.
 const BESIDE: f64 = 0.1;
-/// The way across leaves a border at more than 60 degrees (cosine).
-const LEVEL: f64 = 0.5;
 /// A segment that turns by more from end to end than this (sine of half of it), 120 degrees, is no arc.
 const MOST_BENT: f64 = 0.87;
 /// Segments of more than so many steps are what spacing left.
 const SPACED: f64 = 0.5;
-/// Places looked at along a border: per step, and at least and at most.
+/// Places looked at along a border: per step,
 const PER_STEP: f64 = 2.0;
+/// at least,
 const FEWEST_PLACES: f64 = 6.0;
+/// and at most.
 const MOST_PLACES: f64 = 64.0;
 /// Steps between nodes that lie between others are within these shares of an even step.
 const EVEN: [f64; 2] = [0.5, 1.7];
@@ -219,7 +216,8 @@ impl Remesher<'_> {
                         return f64::INFINITY;
                     }
                     let way = segment_foot(p, segment) - p;
-                    if way.dot(ahead).abs() > LEVEL * way.length() { f64::INFINITY } else { way.length_squared() }
+                    // The way across leaves a border at more than 60 degrees.
+                    if way.dot(ahead).abs() > COS_60 * way.length() { f64::INFINITY } else { way.length_squared() }
                 };
                 let nearest = tree.nearest(p, WIDEST * want, away).filter(|n| n.1.is_finite());
                 found.extend(nearest.map(|n| segments[n.0 as usize].1));

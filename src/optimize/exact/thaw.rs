@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
+use super::SLIM;
 use super::remesh::{FAIR, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, is_flat, triangles_cross};
+use crate::numeric::ROUNDING;
 use crate::spatial::{Aabb, Bvh};
 
-/// Shapes below this are put right: angles of 20 degrees.
-const POOR: f64 = 0.55;
 /// Steps raise the worst shape around them by at least this much: they end.
 const GAIN: f64 = 1e-3;
 /// Passes over all that is poor; hardly anything changes after that many.
@@ -19,9 +19,6 @@ const PASSES: usize = 10;
 const MOST_MOVED: usize = 1024;
 /// Shares of the way to the middle of its neighbors that a node is moved by.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
-
-/// What is farther from its place than this share of the mesh is not on its surface.
-const ROUNDING: f64 = 1e-9;
 
 /// A node that is not on its surfaces, as triangles would cross if it were.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,6 +113,7 @@ impl Remesher<'_> {
         nodes.sort_unstable();
         nodes.dedup();
         nodes.iter().for_each(|v| self.mark_around(*v));
+        // What is farther from its place than this is not on its surface.
         let rounding = ROUNDING * Aabb::around(self.work.mesh.nodes().map(|v| self.point(v))).diagonal();
         let mut guard = CrossingGuard::new(&self.work.mesh);
         for _ in 0..PASSES {
@@ -128,7 +126,7 @@ impl Remesher<'_> {
             let m = &self.work.mesh;
             let shape = |t: u32| self.work.shape_at(self.surface, m.label(t), m.corner_points(t));
             let mut poor: Vec<(f64, u32)> =
-                m.triangles().filter(|t| zone[*t as usize]).map(|t| (shape(t), t)).filter(|x| x.0 < POOR).collect();
+                m.triangles().filter(|t| zone[*t as usize]).map(|t| (shape(t), t)).filter(|x| x.0 < SLIM).collect();
             poor.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for (_, t) in poor {
                 steps += usize::from(self.work.mesh.is_triangle(t) && self.put_right(t, &mut guard, &mut zone));

@@ -3,6 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::geometry::{Foot, SurfaceOracle};
+use crate::numeric::ROUNDING;
 use crate::numeric::svd::Qef;
 
 /// A primitive with exact distance, negative outside.
@@ -48,9 +49,6 @@ pub struct TestPart {
     leaves: Vec<(TestLeaf, f64)>,
     pub half: f64,
 }
-
-/// How far from zero a distance may be for a point to count as on the boundary: rounding of a few units.
-const ON: f64 = 1e-9;
 
 impl TestPart {
     pub fn sphere(r: f64) -> Self {
@@ -122,7 +120,8 @@ impl TestPart {
                 break;
             }
         }
-        (self.value(q).abs() < ON && set.iter().all(|&k| self.leaves[k].0.distance(q).abs() < ON)).then_some(q)
+        (self.value(q).abs() < ROUNDING && set.iter().all(|&k| self.leaves[k].0.distance(q).abs() < ROUNDING))
+            .then_some(q)
     }
 
     fn outward(&self, p: DVec3, k: usize) -> DVec3 {
@@ -214,6 +213,7 @@ impl SurfaceOracle for TestPart {
 
     fn project_along(&self, p: DVec3, direction: DVec3, reach: f64) -> Option<Foot> {
         let f = |t: f64| self.value(p + t * direction);
+        /// Steps to each side in which a change of sign is looked for.
         const STEPS: i32 = 16;
         let at = |k: i32| reach * f64::from(k) / f64::from(STEPS);
         let mut best: Option<f64> = None;

@@ -4,13 +4,11 @@ use glam::{DVec2, DVec3};
 
 use super::wire::{Wire, refuse};
 use crate::error::Result;
+use crate::numeric::EIGHT_DIGITS;
 use crate::parametric::brep::{Body, Brep, Coedge, Edge, Face};
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::Frame;
 use crate::parametric::surface::Surface;
-
-/// A cap may be this share of its size off its plane.
-const FLAT: f64 = 1e-7;
 
 /// An edge in a direction; `None` where it is a point.
 pub(super) type Along = Option<Coedge>;
@@ -106,14 +104,15 @@ impl Assembly {
         let area = wires[0].area_vector();
         let bounds = wires[0].bounds();
         let size = bounds.diagonal();
-        if !(area.length() > FLAT * size * size) {
+        // A cap may be a little off its plane.
+        if !(area.length() > EIGHT_DIGITS * size * size) {
             return refuse(format!("the contour around {} encloses no area: it cannot be capped", bounds.center()));
         }
         let normal = area.normalize();
         let origin = wires[0].start();
         for p in wires.iter().flat_map(Wire::samples) {
             let off = (p - origin).dot(normal).abs();
-            if off > FLAT * size {
+            if off > EIGHT_DIGITS * size {
                 return refuse(format!(
                     "the {name} contour is not flat and cannot be capped: {p} is {off} off its plane"
                 ));
@@ -185,7 +184,7 @@ pub(super) fn region(wires: &[Wire], up: DVec3) -> Result<Vec<Wire>> {
             return refuse(format!("a solid needs a closed contour; this one has {gap}"));
         }
         let turn = w.area_vector().dot(up);
-        if !(turn.abs() > FLAT * w.bounds().diagonal().powi(2)) {
+        if !(turn.abs() > EIGHT_DIGITS * w.bounds().diagonal().powi(2)) {
             return refuse(format!(
                 "the contour around {} lies along its own path: it encloses nothing",
                 w.bounds().center()

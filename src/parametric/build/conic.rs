@@ -6,13 +6,9 @@ use glam::{DVec2, DVec3};
 
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
+use crate::numeric::{FEW_ROUNDINGS, SEVEN_DIGITS};
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::Frame;
-
-/// Numbers below this share of the terms they are the difference of are rounding.
-const NOTHING: f64 = 1e-12;
-/// An end may be this share of the curve's size off the curve.
-const OFF: f64 = 1e-6;
 
 /// One edge over a range that may fall, which is run through backwards then.
 fn arc(curve: Curve, [from, to]: [f64; 2]) -> Result<Wire> {
@@ -75,11 +71,12 @@ impl Wire {
         });
         for (p, t) in ends.iter().zip(t) {
             let off = curve.at(t).distance(p.extend(0.0));
-            if !(off <= OFF * (p.distance(frame.origin.truncate()) + ends[0].distance(ends[1]))) {
+            // An end may be a little off the curve.
+            if !(off <= SEVEN_DIGITS * (p.distance(frame.origin.truncate()) + ends[0].distance(ends[1]))) {
                 return refuse(format!("{p} is not on the curve: it is {off} off"));
             }
         }
-        if !(ends[0].distance(ends[1]) > OFF * local[0].length().max(local[1].length())) {
+        if !(ends[0].distance(ends[1]) > SEVEN_DIGITS * local[0].length().max(local[1].length())) {
             return refuse("the arc starts and ends at one place");
         }
         let round = matches!(curve, Curve::Ellipse { .. }) && t[1] < t[0];
@@ -108,10 +105,11 @@ fn curve([a, b, c, d, e, f]: [f64; 6]) -> Result<Curve> {
     let bend = [along(x), along(y)];
     let slope = DVec2::new(d, e);
     let place = |center: DVec2, x: DVec2| Frame::new(center.extend(0.0), DVec3::Z, Some(x.extend(0.0)));
-    if let Some(k) = (0..2).find(|k| bend[*k].abs() <= NOTHING * size) {
+    // Numbers below this share of the terms they are the difference of are rounding.
+    if let Some(k) = (0..2).find(|k| bend[*k].abs() <= FEW_ROUNDINGS * size) {
         let (axis, across, bend) = if k == 0 { (x, y, bend[1]) } else { (y, x, bend[0]) };
         let (gx, gy) = (slope.dot(axis), slope.dot(across));
-        if !(gx.abs() > NOTHING * slope.length()) {
+        if !(gx.abs() > FEW_ROUNDINGS * slope.length()) {
             return lines();
         }
         let off = -gy / (2.0 * bend);
@@ -122,7 +120,7 @@ fn curve([a, b, c, d, e, f]: [f64; 6]) -> Result<Curve> {
     let center = x * (-0.5 * slope.dot(x) / bend[0]) + y * (-0.5 * slope.dot(y) / bend[1]);
     let middle = 0.5 * slope.dot(center);
     let rest = -(f + middle);
-    if !(rest.abs() > NOTHING * (f.abs() + middle.abs())) {
+    if !(rest.abs() > FEW_ROUNDINGS * (f.abs() + middle.abs())) {
         return lines();
     }
     let squares = bend.map(|k| rest / k);

@@ -5,14 +5,12 @@ use glam::DVec3;
 use super::assembly::{Along, Assembly, BodyChain, Side, region, side_by_foot};
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
+use crate::numeric::FEW_ROUNDINGS;
 use crate::parametric::brep::Brep;
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::nurbs::NurbsSurface;
 use crate::parametric::surface::Surface;
-
-/// Two directions whose sine is below this are parallel.
-const PARALLEL: f64 = 1e-12;
 
 /// How edges are extruded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +117,8 @@ impl ExtrudedStrip {
         match &p.curve {
             Curve::Line { .. } => {
                 let z = along.cross(by.point(p.at(0.0)) - p.at(0.0));
-                if !(z.length() > PARALLEL * along.length() * self.shift.length()) {
+                // Two directions whose sine is below this are parallel.
+                if !(z.length() > FEW_ROUNDINGS * along.length() * self.shift.length()) {
                     return refuse(format!("the edge from {} to {} is extruded along itself", p.at(0.0), p.at(1.0)));
                 }
                 return Ok(side_by_foot(Surface::Plane { frame: Frame::new(p.at(0.0), z, Some(along)) }, middle, out));
@@ -127,7 +126,7 @@ impl ExtrudedStrip {
             Curve::Ellipse { frame, a, b } if a == b => {
                 let axis = by.point(frame.origin) - frame.origin;
                 let height = axis.dot(frame.z());
-                if axis.cross(frame.z()).length() <= PARALLEL * axis.length() {
+                if axis.cross(frame.z()).length() <= FEW_ROUNDINGS * axis.length() {
                     let frame = Frame { axes: frame.axes, ..*frame };
                     let grown = (self.scale - 1.0) * a;
                     return Ok(side_by_foot(

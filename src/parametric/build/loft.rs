@@ -5,14 +5,13 @@ use glam::{DVec3, DVec4};
 use super::assembly::{Along, Assembly, BodyChain, Side, side_by_foot};
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
+use crate::numeric::EIGHT_DIGITS;
 use crate::parametric::brep::Brep;
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::Frame;
 use crate::parametric::nurbs::{EndSlopes, NurbsCurve, NurbsSurface, compatible};
 use crate::parametric::surface::Surface;
 
-/// Rims of neighboring faces may differ by this share of the body.
-const SAME_RIM: f64 = 1e-7;
 /// Slope of a round end: a cubic that starts with this many times its way to the side is next to a quarter of an ellipse.
 const ROUND: f64 = 1.656_854_249_492_380_5;
 
@@ -229,7 +228,8 @@ pub(super) fn rails(a: &mut Assembly, surfaces: &[NurbsSurface], [from, to]: [&B
             for k in 0..=8 {
                 let v = x + (y - x) * f64::from(k) / 8.0;
                 let (p, q) = (rim.jet(v)[0], other.jet(v)[0]);
-                if p.distance(q) > SAME_RIM * size {
+                // Rims of neighboring faces may differ by a little.
+                if p.distance(q) > EIGHT_DIGITS * size {
                     return refuse(format!(
                         "neighboring faces of the loft part at {p}: the edges' weights differ there"
                     ));

@@ -6,6 +6,7 @@ use super::assembly::{Along, Assembly};
 use super::sew::sew;
 use super::wire::{Wire, refuse};
 use crate::error::Result;
+use crate::numeric::{ROUNDING, SEVEN_DIGITS};
 use crate::parametric::basis::Knots;
 use crate::parametric::brep::{Brep, Coedge};
 use crate::parametric::curve::Curve;
@@ -15,12 +16,6 @@ use crate::parametric::surface::Surface;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
-/// Corners nearer to each other than this share of the patch are one: as near as borders that are points.
-const SAME: f64 = 1e-6;
-/// A patch whose area is below this share of its size squared is a line.
-const NO_AREA: f64 = 1e-9;
-/// The legs of a fillet may differ by this share of their length.
-const LEGS: f64 = 1e-6;
 /// Steps along and across at which a patch is looked at.
 const STEPS: u32 = 16;
 
@@ -124,7 +119,8 @@ fn fillet(curves: Vec<NurbsCurve>) -> Result<SheetPatch> {
         let u = f64::from(k) / f64::from(STEPS);
         let [p, q, r] = [from, apex, to].map(|c| c.jet(u)[0]);
         let (one, two, chord) = (p.distance(q), q.distance(r), p.distance(r));
-        if !((one - two).abs() <= LEGS * (one + two) && chord > LEGS * (one + two)) {
+        // The legs of a fillet are equally long up to this.
+        if !((one - two).abs() <= SEVEN_DIGITS * (one + two) && chord > SEVEN_DIGITS * (one + two)) {
             return refuse(format!(
                 "no arc touches both legs of the fillet at {q}: they must be of one length and not fall together, \
                  and are {one} and {two} long"
@@ -194,10 +190,12 @@ fn face(surface: Surface, rims: [NurbsCurve; 4], name: String) -> Result<Brep> {
         }
     }
     let size = bounds.diagonal();
-    if !(size.is_finite() && area > NO_AREA * size * size) {
+    // A patch with less area is a line.
+    if !(size.is_finite() && area > ROUNDING * size * size) {
         return refuse("the surface has no area: its points or curves lie along one line");
     }
-    let mut a = Assembly { touch: Some(SAME * size), ..Assembly::default() };
+    // Corners nearer to each other are one: as near as borders that are points.
+    let mut a = Assembly { touch: Some(SEVEN_DIGITS * size), ..Assembly::default() };
     let poles = surface.poles();
     let closed = surface.periods().map(|p| p.is_some());
     let sides = [(1, v[0]), (0, u[1]), (1, v[1]), (0, u[0])];

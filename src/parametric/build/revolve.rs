@@ -7,13 +7,11 @@ use glam::{DMat3, DQuat, DVec3};
 use super::assembly::{Along, Assembly, BodyChain, Side, side_by_foot};
 use super::wire::{Piece, Wire, refuse};
 use crate::error::Result;
+use crate::numeric::FEW_ROUNDINGS;
 use crate::parametric::brep::Brep;
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::surface::Surface;
-
-/// Two directions whose sine is below this are parallel; lengths below this share of the chain are none.
-const PARALLEL: f64 = 1e-12;
 
 /// A line in space with a direction, about which turns are counter-clockwise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +57,7 @@ pub fn revolve_edges(wire: &Wire, axis: &Axis, degrees: f64, solid: bool) -> Res
     let turn = Turn { axis, angle: if degrees == 360.0 { TAU } else { degrees.to_radians() } };
     let mut wire = wire.clone();
     let reach = turn.reach(&wire);
-    let touch = wire.tolerance().max(PARALLEL * reach);
+    let touch = wire.tolerance().max(FEW_ROUNDINGS * reach);
     if !(reach > touch) {
         return refuse("all edges are on the axis");
     }
@@ -191,14 +189,14 @@ impl Turn {
         match &p.curve {
             Curve::Line { direction, .. } => {
                 let d = direction.normalize();
-                let skew = k.cross(middle - foot).normalize().dot(d).abs() > PARALLEL;
+                let skew = k.cross(middle - foot).normalize().dot(d).abs() > FEW_ROUNDINGS;
                 let rise = d.dot(k);
                 let radial = d.dot((middle - foot).normalize());
                 if skew {
                     general()
-                } else if rise.abs() <= PARALLEL {
+                } else if rise.abs() <= FEW_ROUNDINGS {
                     by_foot(Surface::Plane { frame: frame(foot) })
-                } else if radial.abs() <= PARALLEL {
+                } else if radial.abs() <= FEW_ROUNDINGS {
                     by_foot(Surface::Cylinder { frame: frame(foot), radius: reach })
                 } else {
                     by_foot(Surface::Cone { frame: frame(foot), radius: reach, slope: radial / rise })
@@ -207,9 +205,9 @@ impl Turn {
             Curve::Ellipse { frame: f, a, b } if a == b => {
                 let center = self.axis.foot(f.origin);
                 let major = center.distance(f.origin);
-                let upright =
-                    f.z().dot(k).abs() <= PARALLEL && (f.origin - origin).dot(f.z()).abs() <= PARALLEL * (a + major);
-                if upright && major <= PARALLEL * a {
+                let upright = f.z().dot(k).abs() <= FEW_ROUNDINGS
+                    && (f.origin - origin).dot(f.z()).abs() <= FEW_ROUNDINGS * (a + major);
+                if upright && major <= FEW_ROUNDINGS * a {
                     by_foot(Surface::Sphere { frame: frame(center), radius: *a })
                 } else if upright && major > *a {
                     by_foot(Surface::Torus { frame: frame(center), major, minor: *a })

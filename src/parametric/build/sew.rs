@@ -5,13 +5,12 @@ use glam::DVec3;
 use super::assembly::{Assembly, BodyChain, region};
 use super::wire::{Wire, refuse};
 use crate::error::Result;
+use crate::numeric::EIGHT_DIGITS;
 use crate::parametric::brep::{Body, Brep, Coedge, Edge};
 use crate::parametric::mesh::Parametric;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
-/// Points nearer to each other than this share of the model are one, where no tolerance is given.
-const NEAR: f64 = 1e-7;
 /// Points at which two edges are compared.
 const SAMPLES: u32 = 7;
 
@@ -63,7 +62,8 @@ pub fn sew(models: Vec<Brep>, tolerance: Option<f64>, solid: bool, run: &Run) ->
     let mut b = Brep::together(models);
     let bounds = Aabb::around(b.vertices.iter().copied());
     let points = b.edges.iter().flat_map(|e| e.curve.pieces(e.range).into_iter().map(|t| e.curve.at(t)));
-    let near = tolerance.unwrap_or(NEAR * bounds.union(&Aabb::around(points)).diagonal());
+    // Points this near to each other are one, where no tolerance is given.
+    let near = tolerance.unwrap_or(EIGHT_DIGITS * bounds.union(&Aabb::around(points)).diagonal());
     join_vertices(&mut b, near);
     join_edges(&mut b, near);
     let (parts, open) = oriented(&mut b)?;

@@ -3,16 +3,12 @@
 use glam::DVec3;
 
 use crate::error::{Error, Place, Result};
+use crate::numeric::ROUNDING;
 use crate::parametric::curve::Curve;
+use crate::parametric::curve::PARTS;
 use crate::parametric::frame::{Frame, Similarity};
 use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
 use crate::spatial::Aabb;
-
-/// Ends nearer to each other than this share of the chain's size are one point: what rounding leaves of coordinates
-/// somebody computed.
-const JOIN: f64 = 1e-9;
-/// Samples of a curve in every one of its [`pieces`](Curve::pieces).
-const SAMPLES: u32 = 8;
 
 pub(super) fn refuse<T>(what: impl Into<String>) -> Result<T> {
     Err(Error::input(Place::Unknown, what.into()))
@@ -72,9 +68,8 @@ impl Piece {
     /// Points along the piece, ends included.
     pub(super) fn samples(&self) -> Vec<DVec3> {
         let ends = self.curve.pieces(self.range);
-        let inner = ends
-            .windows(2)
-            .flat_map(|w| (0..SAMPLES).map(move |k| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(SAMPLES)));
+        let inner =
+            ends.windows(2).flat_map(|w| (0..PARTS).map(move |k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
         let mut out: Vec<DVec3> = inner.chain([self.range[1]]).map(|t| self.curve.at(t)).collect();
         if !self.forward {
             out.reverse();
@@ -132,7 +127,8 @@ impl Wire {
             return refuse("a chain of edges without an edge");
         }
         let size = Aabb::around(pieces.iter().flat_map(Piece::samples)).diagonal();
-        let tolerance = JOIN * size;
+        // Ends nearer to each other are one point: coordinates are what somebody computed.
+        let tolerance = ROUNDING * size;
         for (i, p) in pieces.iter().enumerate() {
             if !(p.curve.length(p.range) > tolerance) || !size.is_finite() {
                 return refuse(format!("edge {} of the chain has no length", i + 1));

@@ -2,16 +2,16 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::numeric::COS_60;
 use crate::parametric::chart::Chart;
 
 /// Cosine of the angle between normals at neighbors of the net of samples beyond which a bend is looked for: 40 degrees.
 const TURNED: f64 = 0.766;
-/// Places that are looked at between them, again and again.
+/// Places that are looked at between them, again and again,
 const PLACES: usize = 16;
+/// so many times. Each leaves three of the sixteen parts: a 4000th of the way in the end, less than a bend is wide.
 const ROUNDS: usize = 5;
-/// Cosine of the angle by which a bend turns, 60 degrees,
-const BENT: f64 = 0.5;
-/// on a way of this share of the length of the line across it;
+/// A bend turns by 60 degrees and more on a way of this share of the length of the line across it;
 const WAY: f64 = 1.0 / 1000.0;
 /// on both sides the face goes on by this many times as much.
 const BEYOND: f64 = 20.0;
@@ -63,6 +63,7 @@ fn sharpest(chart: &Chart, axis: usize, [mut a, mut b]: [f64; 2]) -> f64 {
 
 /// The length of a line across between two values.
 fn length(chart: &Chart, axis: usize, [from, to]: [f64; 2], share: f64) -> f64 {
+    /// Chords the line is measured by.
     const STEPS: usize = 64;
     let place = |k: usize| chart.surface.at(at(chart, axis, from + (to - from) * k as f64 / STEPS as f64, share));
     (0..STEPS).map(|k| place(k).distance(place(k + 1))).sum()
@@ -93,5 +94,5 @@ fn is_bend(chart: &Chart, axis: usize, t: f64, share: f64) -> bool {
         }
         chart.surface.normal(at(chart, axis, near, share))
     };
-    goes_on && matches!((end(a), end(b)), (Some(m), Some(n)) if m.dot(n) < BENT)
+    goes_on && matches!((end(a), end(b)), (Some(m), Some(n)) if m.dot(n) < COS_60)
 }

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::loops::{Contour, Corner, POLE_COPIES};
 use super::rings::TipRing;
+use crate::numeric::NONE;
 use crate::numeric::predicates::orient2d;
 use crate::parametric::chart::Chart;
 
@@ -14,9 +15,6 @@ use crate::parametric::chart::Chart;
 const MOST_CUTS: usize = 400;
 /// Places that are tried for a cut of a surface that is closed by itself.
 const PLACES: usize = 32;
-
-/// A cut's end where it is not at a corner.
-const NO_EDGE: u32 = u32::MAX;
 
 /// A face's domain as polygons that do not wind, and the nodes the cuts brought.
 #[derive(Debug, Clone, Default)]
@@ -175,6 +173,7 @@ impl Cutter<'_> {
 
     /// Nodes along a straight cut of the domain, without its ends; `back` leads to the surface's own axes.
     fn cut(&mut self, a: DVec2, b: DVec2, back: &dyn Fn(DVec2) -> DVec2) -> Vec<(DVec2, u32)> {
+        /// Chords the cut is measured by: its length decides how many nodes it gets, no more.
         const SAMPLES: usize = 32;
         let at = |t: f64| a.lerp(b, t);
         let points: Vec<DVec3> = (0..=SAMPLES).map(|k| self.chart.at(back(at(k as f64 / SAMPLES as f64)))).collect();
@@ -238,9 +237,9 @@ impl Cutter<'_> {
             let across = self.cut(p, q, back);
             let right = DVec2::new(period, 0.0);
             let mut out = wound(a, i, period, 1.0, DVec2::ZERO);
-            out.extend(across.iter().map(|&(uv, node)| Corner { uv: uv + right, node, edge: NO_EDGE }));
+            out.extend(across.iter().map(|&(uv, node)| Corner { uv: uv + right, node, edge: NONE }));
             out.extend(wound(&b, j, period, -1.0, right + DVec2::new(shift, 0.0)));
-            out.extend(across.iter().rev().map(|&(uv, node)| Corner { uv, node, edge: NO_EDGE }));
+            out.extend(across.iter().rev().map(|&(uv, node)| Corner { uv, node, edge: NONE }));
             return Ok(out);
         }
         Err("no cut between the contours was found".into())
@@ -309,12 +308,12 @@ impl Cutter<'_> {
             let node = self.pole(point);
             let by = DVec2::new(side * period, 0.0);
             let mut out = wound(a, i, period, side, DVec2::ZERO);
-            out.extend(up.iter().map(|&(uv, node)| Corner { uv: uv + by, node, edge: NO_EDGE }));
+            out.extend(up.iter().map(|&(uv, node)| Corner { uv: uv + by, node, edge: NONE }));
             for k in 0..=POLE_COPIES {
                 let uv = q + by * (1.0 - k as f64 / POLE_COPIES as f64);
-                out.push(Corner { uv, node, edge: NO_EDGE });
+                out.push(Corner { uv, node, edge: NONE });
             }
-            out.extend(up.iter().rev().map(|&(uv, node)| Corner { uv, node, edge: NO_EDGE }));
+            out.extend(up.iter().rev().map(|&(uv, node)| Corner { uv, node, edge: NONE }));
             return Ok(out);
         }
         Err("no cut to the pole was found".into())
@@ -365,13 +364,9 @@ impl Cutter<'_> {
         let (s, n) = (self.pole(low.point), self.pole(high.point));
         let right = DVec2::new(period, 0.0);
         let line = |from: DVec2, by: DVec2, node: u32| {
-            (0..=POLE_COPIES).map(move |k| Corner {
-                uv: from + by * k as f64 / POLE_COPIES as f64,
-                node,
-                edge: NO_EDGE,
-            })
+            (0..=POLE_COPIES).map(move |k| Corner { uv: from + by * k as f64 / POLE_COPIES as f64, node, edge: NONE })
         };
-        let side = |by: DVec2| up.iter().map(move |&(uv, node)| Corner { uv: uv + by, node, edge: NO_EDGE });
+        let side = |by: DVec2| up.iter().map(move |&(uv, node)| Corner { uv: uv + by, node, edge: NONE });
         let mut out: Vec<Corner> = line(a, right, s).collect();
         out.extend(side(right));
         out.extend(line(b + right, -right, n));
@@ -395,9 +390,9 @@ impl Cutter<'_> {
         if row.len() < 2 || column.len() < 2 {
             return Err("the size is too large for a torus".into());
         }
-        let one = |uv: DVec2| Corner { uv, node: corner, edge: NO_EDGE };
+        let one = |uv: DVec2| Corner { uv, node: corner, edge: NONE };
         let line = |l: &[(DVec2, u32)], by: DVec2| -> Vec<Corner> {
-            l.iter().map(|&(uv, node)| Corner { uv: uv + by, node, edge: NO_EDGE }).collect()
+            l.iter().map(|&(uv, node)| Corner { uv: uv + by, node, edge: NONE }).collect()
         };
         let mut out = vec![one(o)];
         out.extend(line(&row, DVec2::ZERO));
@@ -432,6 +427,6 @@ fn wound(c: &[Corner], i: usize, period: f64, way: f64, by: DVec2) -> Vec<Corner
             Corner { uv: c[j].uv + by + DVec2::new(turn, 0.0), ..c[j] }
         })
         .collect();
-    out.push(Corner { uv: c[i].uv + by + DVec2::new(way * period, 0.0), node: c[i].node, edge: NO_EDGE });
+    out.push(Corner { uv: c[i].uv + by + DVec2::new(way * period, 0.0), node: c[i].node, edge: NONE });
     out
 }

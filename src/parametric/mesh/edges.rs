@@ -383,11 +383,12 @@ pub(super) fn least_parts(brep: &Brep) -> Vec<usize> {
 
 /// Points along an edge, several on each of its smooth pieces; none where the curve knows its feet in closed form.
 pub(super) fn samples_of(e: &Edge) -> Vec<(f64, DVec3)> {
-    const PARTS: usize = 4;
     if e.curve.has_closed_foot() {
         return Vec::new();
     }
     let pieces = e.curve.pieces(e.range);
-    let inner = pieces.windows(2).flat_map(|w| (0..PARTS).map(|k| w[0] + (w[1] - w[0]) * k as f64 / PARTS as f64));
+    let inner = pieces
+        .windows(2)
+        .flat_map(|w| (0..LEAST_SAMPLES).map(|k| w[0] + (w[1] - w[0]) * k as f64 / LEAST_SAMPLES as f64));
     inner.chain([e.range[1]]).map(|t| (t, e.curve.at(t))).collect()
 }

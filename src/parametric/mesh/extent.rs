@@ -20,9 +20,11 @@ use crate::spatial::Aabb;
 const SAMPLES: i32 = 16;
 /// Surfaces that reach beyond the edges of the model by less than this share of their size are not looked at.
 const BEYOND: f64 = 0.002;
-/// Edges of the mesh that is looked at otherwise, as shares of what may be the size; and by how much neighbors turn.
+/// Edges of the mesh that is looked at otherwise are at most this share of what may be the size,
 const LONGEST: f64 = 0.2;
+/// and at least this one: a face then has some hundred triangles, whatever its bends.
 const SHORTEST: f64 = 0.05;
+/// By how much neighbors turn there, radians: chords of it are off by less than a percent of a radius.
 const TURN: f64 = 0.25;
 /// How often a face is tried, each time with twice as many edges around it.
 const ATTEMPTS: usize = 3;

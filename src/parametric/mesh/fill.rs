@@ -390,6 +390,7 @@ impl Filler<'_> {
         found: &mut Vec<(DVec2, DVec3, f64)>,
         chains: &mut Vec<[DVec3; 2]>,
     ) {
+        /// Nodes along one line, at most: where lengths vanish steps do not get on.
         const MOST_STEPS: usize = 100_000;
         let InnerRoom { lo, hi, inside, clear } = *room;
         let (axis, other) = (sheets.axis, 1 - sheets.axis);

@@ -20,6 +20,7 @@ pub(super) fn mean_metric(chart: &Chart, corners: &[DVec2]) -> DVec2 {
 
 /// How many times as long as elsewhere a unit of u may be, in units of v; borders count where the face goes on beyond them.
 pub(super) fn distortion(chart: &Chart, [lo, hi]: [DVec2; 2]) -> f64 {
+    /// Share of the range beside a border at which it is asked for: on the border itself, units may vanish.
     const BESIDE: f64 = 1e-3;
     let shares = [0, 1].map(|k| {
         let ends = chart.periods[k].map(|_| [BESIDE, 1.0 - BESIDE]).into_iter().flatten();

@@ -31,6 +31,7 @@ use super::brep::Brep;
 use super::chart::Chart;
 use crate::error::Result;
 use crate::mesh::TriMesh;
+use crate::numeric::SEVEN_DIGITS;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use domain::Cutter;
@@ -50,12 +51,7 @@ const HALVINGS: usize = 5;
 /// Edges around a tube: lengths grow from its seam, so there may be one less.
 const ROUND: f64 = 4.0;
 /// Tubes are followed down to edges of this share of the size.
-const THINNEST: f64 = 1.0 / 400.0;
-/// A node this near to a pole, as a share of the face's size, is on it.
-const AT_POLE: f64 = 1e-6;
-
-/// Vertices of a face nearer to each other than this share of its size are one.
-pub(super) const SAME_PLACE: f64 = 1e-9;
+pub(crate) const THINNEST: f64 = 1.0 / 400.0;
 
 /// What edge lengths are wanted.
 pub struct MeshSizes<'a> {
@@ -364,6 +360,7 @@ impl Parametric {
         plan: &Plan<'_>,
         run: &Run,
     ) -> Result<Vec<Result<Filled, Unfilled>>> {
+        /// A face that is filled anew may double an edge of another one: each round settles those of the last.
         const ROUNDS: usize = 8;
         plan.count.store(0, Ordering::Relaxed);
         let first = plan.borders.points.len() as u32;
@@ -464,7 +461,8 @@ impl Parametric {
         let Plan { sizes, field, rings, borders, count } = plan;
         let Borders { points, chains, .. } = borders;
         let face = &self.brep.faces[f as usize];
-        let near = AT_POLE * self.boxes[f as usize].diagonal();
+        // A node this near to a pole is on it.
+        let near = SEVEN_DIGITS * self.boxes[f as usize].diagonal();
         let unroller = Unroller { brep: &self.brep, chains, points, chart, near };
         let contours: Vec<Contour> = face.loops.iter().map(|l| unroller.contour(l, face.outward)).collect();
         let own = (sizes.face_size)(f);

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::edges::{Lead, Sampled};
 use super::sizes::SizeField;
-use super::{AT_POLE, MeshSizes, Parametric};
+use super::{MeshSizes, Parametric};
+use crate::numeric::SEVEN_DIGITS;
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Pole;
 use crate::run::Run;
@@ -19,8 +20,9 @@ const PARTS: f64 = 5.0;
 const ACUTE: f64 = 0.51;
 /// Samples around a tip.
 const AROUND: usize = 24;
-/// The search for the ring begins at this share of the way along the face, goes on by this factor,
+/// The search for the ring begins at this share of the way along the face,
 const NEAREST: f64 = 1e-4;
+/// goes on by this factor,
 const FURTHER: f64 = 1.08;
 /// and ends at this share.
 const FARTHEST: f64 = 0.6;
@@ -92,7 +94,7 @@ impl Parametric {
     /// One edge reaches from a tip to its ring.
     fn reach_rings(&self, rings: &[Vec<TipRing>], sampled: &[Sampled], leads: &mut [[Lead; 2]]) {
         for (f, ring) in rings.iter().enumerate().flat_map(|(f, list)| list.iter().map(move |r| (f, r))) {
-            let (chart, near) = (&self.charts[f], AT_POLE * self.boxes[f].diagonal());
+            let (chart, near) = (&self.charts[f], SEVEN_DIGITS * self.boxes[f].diagonal());
             for c in self.brep.faces[f].loops.iter().flatten() {
                 let (edge, s) = (&self.brep.edges[c.edge as usize], &sampled[c.edge as usize]);
                 for end in 0..2 {

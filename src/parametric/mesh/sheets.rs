@@ -6,11 +6,10 @@
 use glam::DVec2;
 
 use super::bends::bends;
+use crate::numeric::{COS_20, FOUND_TWICE};
 use crate::parametric::chart::Chart;
 use crate::parametric::surface::Surface;
 
-/// Cosine of the angle between normals on both sides of a crease: 20 degrees.
-const CREASED: f64 = 0.94;
 /// Normals beside a line are taken this share of the parameter's range away from it.
 const BESIDE: f64 = 1e-6;
 /// Lines across which normals are looked at.
@@ -19,8 +18,6 @@ const LOOKS: usize = 9;
 const PLACES: usize = 64;
 /// A sheet's chart goes on beyond a line that is no crease by this share of its range.
 const BEYOND: f64 = 0.05;
-/// Lines nearer to each other than this share of the parameter's range are one.
-const NEAR: f64 = 1e-3;
 /// A chart ends this share of its range before a crease, so that it knows one side only.
 const INSET: f64 = 1e-9;
 
@@ -55,7 +52,7 @@ impl Sheets {
             .collect();
         let mut seam = period.is_some() && creased(chart, axis, [b, a]);
         for t in bends(chart, axis) {
-            let near = |x: f64| (t - x).abs() < NEAR * (b - a);
+            let near = |x: f64| (t - x).abs() < FOUND_TWICE * (b - a);
             if period.is_some() && (near(a) || near(b)) {
                 seam = true;
             } else if !lines.iter().any(|l| near(l.0)) {
@@ -127,7 +124,7 @@ fn creased(chart: &Chart, axis: usize, [below, above]: [f64; 2]) -> bool {
     (0..LOOKS).any(|k| {
         let at = line(chart, axis, k, LOOKS);
         let normal = |t: f64| chart.surface.normal(at(t));
-        matches!((normal(below - step), normal(above + step)), (Some(m), Some(n)) if m.dot(n) < CREASED)
+        matches!((normal(below - step), normal(above + step)), (Some(m), Some(n)) if m.dot(n) < COS_20)
     })
 }
 

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::MeshSizes;
 use super::edges::{Lead, Sampled, place};
 use crate::error::Result;
-use crate::geometry::{ALIKE, Pair, Strips};
+use crate::geometry::{ALIKE, ALONG, INTO, Pair, Strips, WIDEST};
 use crate::parametric::brep::Brep;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh, Graded, ViewCone};
@@ -17,11 +17,7 @@ use crate::spatial::{Aabb, Bvh, Graded, ViewCone};
 const ACROSS: f64 = 1.1;
 /// The same where the nodes of both sides lie between each other: angles of 55 degrees.
 const STAGGERED: f64 = 1.4;
-/// Strips that are this many times as wide as the size are made of one row of triangles too.
-const WIDEST: f64 = 1.3;
-/// Edges across from each other along this share of their lengths go together.
-const ALONG: f64 = 0.7;
-/// Where their ends are at most this many times as far from each other as the strip is wide.
+/// Edges go together where their ends are at most this many times as far from each other as the strip is wide.
 const ENDS: f64 = 1.5;
 /// Where that is less than the least length they are at most this many times as long: angles of 27 degrees.
 pub(super) const EASE: f64 = 2.0;
@@ -38,8 +34,6 @@ const MOST_POINTS: f64 = 64.0;
 /// Two places of one loop lie across from each other where the way along the loop is this many times their distance;
 /// beside a corner of 37 degrees it is.
 const AROUND: f64 = 3.0;
-/// The same where the way over leads into the face on both sides: the cosine of its angle with the normal of the border.
-const INTO: f64 = 0.3;
 
 /// The field of wanted lengths.
 pub(super) struct SizeField<'a> {

@@ -1,6 +1,6 @@
 //! Vertices of a face at one place are made one.
 
-use super::SAME_PLACE;
+use crate::numeric::ROUNDING;
 use crate::parametric::brep::{Brep, Edge};
 use crate::spatial::Aabb;
 
@@ -14,7 +14,8 @@ pub(super) fn join_vertices(brep: &mut Brep) {
         let at = |v: u32| brep.vertices[v as usize];
         let middle = |e: &Edge| e.curve.at(0.5 * (e.range[0] + e.range[1]));
         let middles = f.loops.iter().flatten().map(|c| middle(&brep.edges[c.edge as usize]));
-        let near = SAME_PLACE * Aabb::around(own.iter().map(|v| at(*v)).chain(middles)).diagonal();
+        // Vertices of a face this near to each other are one.
+        let near = ROUNDING * Aabb::around(own.iter().map(|v| at(*v)).chain(middles)).diagonal();
         own.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
         for (i, &a) in own.iter().enumerate() {
             for &b in own[i + 1..].iter().take_while(|b| at(**b).x - at(a).x <= near) {

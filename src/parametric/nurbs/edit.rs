@@ -4,8 +4,9 @@
 use glam::DVec3;
 use nalgebra::DMatrix;
 
-use super::{CLOSED, NurbsCurve};
+use super::NurbsCurve;
 use crate::error::{Error, Place, Result};
+use crate::numeric::SEVEN_DIGITS;
 use crate::parametric::basis::ANY;
 
 /// What a curve is to do.
@@ -94,13 +95,13 @@ pub fn edited(curve: &NurbsCurve, edits: &[CurveEdit]) -> Result<NurbsCurve> {
     let size = curve.control().fold(0.0, |s: f64, p| s.max(p.abs().max_element()));
     let size = asked.iter().fold(size, |s, x| s.max(x.1.abs().max_element()));
     match change {
-        Some(change) if (&rows * &change - &wanted).amax() <= CLOSED * size => {
+        Some(change) if (&rows * &change - &wanted).amax() <= SEVEN_DIGITS * size => {
             let mut edited = curve.clone();
             for (i, p) in edited.points.iter_mut().enumerate() {
                 let by = DVec3::new(change[(i, 0)], change[(i, 1)], change[(i, 2)]);
                 *p += (by * p.w).extend(0.0);
             }
-            edited.closed = edited.jet(a)[0].distance(edited.jet(b)[0]) <= CLOSED * size;
+            edited.closed = edited.jet(a)[0].distance(edited.jet(b)[0]) <= SEVEN_DIGITS * size;
             Ok(edited)
         }
         _ => wrong(format!("{} control points do not allow all that is asked of the curve", curve.points.len())),

@@ -8,11 +8,9 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::{NurbsCurve, NurbsSurface, SplineEnds, slopes};
 use crate::error::{Error, Place, Result};
+use crate::numeric::ROUNDING;
 use crate::parametric::basis::Knots;
 use crate::parametric::curve::Curve;
-
-/// Knots nearer to each other than this share of the domain are one.
-const SAME_KNOT: f64 = 1e-9;
 
 fn wrong<T>(what: impl Into<String>) -> Result<T> {
     Err(Error::input(Place::Unknown, what.into()))
@@ -217,7 +215,8 @@ pub fn compatible(curves: &[NurbsCurve]) -> Result<Vec<NurbsCurve>> {
     let mut knots: Vec<(f64, usize)> = Vec::new();
     for c in &all {
         for k in c.knots.breaks() {
-            if !knots.iter().any(|x| (x.0 - k).abs() <= SAME_KNOT) {
+            // Knots this near to each other are one.
+            if !knots.iter().any(|x| (x.0 - k).abs() <= ROUNDING) {
                 knots.push((k, 0));
             }
         }

@@ -6,18 +6,17 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::{NurbsCurve, NurbsSurface};
 use crate::error::{Error, Place, Result};
+use crate::numeric::ROUNDING;
 use crate::parametric::basis::Knots;
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::Frame;
 use crate::parametric::surface::Surface;
 
-/// Ranges may be longer than a turn by this much: files and sums of angles have rounding in them.
-const TURN_SLACK: f64 = 1e-9;
-
 /// The curve turned around the z axis from the angle `a` to `b`: a rational quadratic for each quarter (L. Piegl, W. Tiller, "The
 /// NURBS Book", 8.5). Along u it turns, v is the curve's parameter; u runs over 0..=1.
 fn turned(profile: &NurbsCurve, [a, b]: [f64; 2]) -> Result<NurbsSurface> {
-    let parts = ((b - a) / (0.5 * PI) - TURN_SLACK).ceil().max(1.0);
+    // Ranges may be longer than a turn by a little: files and sums of angles have rounding in them.
+    let parts = ((b - a) / (0.5 * PI) - ROUNDING).ceil().max(1.0);
     let half = 0.5 * (b - a) / parts;
     let mut points = Vec::new();
     let mut knots = vec![0.0; 3];
@@ -86,7 +85,7 @@ impl Surface {
             _ => return wrong("only as a whole, over its domain, it has an exact form as NURBS"),
         };
         let around = matches!(self, Surface::Torus { .. } | Surface::Sphere { .. });
-        if u[1] - u[0] > TAU + TURN_SLACK || around && v[1] - v[0] > TAU + TURN_SLACK {
+        if u[1] - u[0] > TAU + ROUNDING || around && v[1] - v[0] > TAU + ROUNDING {
             return wrong("the part is longer than a turn");
         }
         Ok(turned(&profile.to_nurbs(range)?, u)?.map(|p| frame.point(p)))

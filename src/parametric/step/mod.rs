@@ -17,12 +17,10 @@ use super::frame::Similarity;
 use crate::error::{Error, Place, Result};
 use crate::io::step::{Record, StepFile, Value};
 use crate::numeric::Sets;
-use crate::run::Run;
+use crate::run::{DEEPEST, Run};
 use topology::{BODIES, BodyBuilder, Units};
 use values::{Args, Lookup, Read, note};
 
-/// Assemblies deeper than this are refused.
-const DEEPEST: usize = 64;
 /// No more placed bodies than this are made: small files can ask for any number.
 const MOST_BODIES: usize = 100_000;
 /// Millimeters in a meter.

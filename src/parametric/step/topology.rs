@@ -4,14 +4,11 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::values::{Args, Lookup, Read, note};
+use crate::numeric::{EIGHT_DIGITS, ROUNDING};
 use crate::parametric::brep::{Body, Brep, Coedge, Edge, Face, Note};
 use crate::parametric::curve::Curve;
 use crate::parametric::frame::Similarity;
-use crate::parametric::mesh::SAME_PLACE;
 use crate::spatial::Aabb;
-
-/// An edge whose curve is shorter than this share of the body is a point: files write degenerate edges this way.
-const POINT: f64 = 1e-7;
 
 /// Names of records that are bodies.
 pub(super) const BODIES: [&str; 7] = [
@@ -79,7 +76,8 @@ impl BodyBuilder<'_> {
                 }
             };
             let color = self.colors.get(&shell).copied().or(color);
-            placed.point = POINT * self.extent(&list) * place.scale;
+            // An edge whose curve is shorter than this is a point: files write degenerate edges this way.
+            placed.point = EIGHT_DIGITS * self.extent(&list) * place.scale;
             for f in list {
                 match self.face(f, flipped, &mut placed, color) {
                     Ok(face) => {
@@ -218,7 +216,8 @@ impl BodyBuilder<'_> {
             let e = &self.brep.edges[c.edge as usize];
             e.curve.at(0.5 * (e.range[0] + e.range[1]))
         };
-        let near = SAME_PLACE * Aabb::around(list.iter().flat_map(|c| [at(ends(c)[0]), middle(c)])).diagonal();
+        // Vertices of a face this near to each other are one.
+        let near = ROUNDING * Aabb::around(list.iter().flat_map(|c| [at(ends(c)[0]), middle(c)])).diagonal();
         let same = |a: u32, b: u32| a == b || at(a).distance(at(b)) <= near;
         let gaps = |l: &[Coedge]| (0..n).filter(|&i| !same(ends(&l[i])[1], ends(&l[(i + 1) % n])[0])).count();
         if n == 0 || gaps(&list) == 0 {

@@ -44,10 +44,10 @@ use tree::Operand;
 pub(super) use tree::{files_of, holds_foreign, is_foreign_alone};
 use work::{Numbers, PreparedWork, align, coinciding, misfit, prepare};
 
-/// An endless solid of R-functions is kept in a box that is larger than where it matters by this share of the diagonal on every side, and
-/// by a little more for every operand, so that no two boxes coincide. Each percent more is several percent more triangles that are made
-/// for nothing.
+/// An endless solid of R-functions is kept in a box that is larger than where it matters by this share of the diagonal on every side. Each
+/// percent more is several percent more triangles that are made for nothing.
 const BEYOND: f64 = 0.011;
+/// By this much more for every operand, so that no two boxes coincide.
 const MORE: f64 = 0.0007;
 /// What has an end is kept in a box, too, if that is at most this share of the box around it: less is gained by a larger one than its
 /// walls may cost.

@@ -25,14 +25,12 @@ use crate::geometry::Pieces;
 use crate::implicit::part::{Part, SizeRequest};
 use crate::implicit::{Boundary, Extracted, Implicit, ImplicitOracle, Placement, Solid};
 use crate::mesh::{Group, TriMesh};
+use crate::numeric::ROUNDING;
 use crate::parametric::mesh::Place as Lies;
 use crate::parametric::{Parametric, Similarity};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
 use crate::spatial::Aabb;
-
-/// A node this near to a point without a normal, as a share of the operand, is on it.
-const AT_TIP: f64 = 1e-9;
 
 /// A solid given by its boundary, as read.
 pub(super) enum Loaded {
@@ -288,7 +286,8 @@ fn of_faces(solid: Box<Parametric>, wanted: &OperandGoal<'_>, report: &mut Repor
     sound(&mesh, run)?;
     let corners = solid.corners();
     let tips = solid.tips();
-    let near = AT_TIP * solid.bounds().diagonal();
+    // A node this near to a point without a normal is on it.
+    let near = ROUNDING * solid.bounds().diagonal();
     let is_tip = |p: DVec3| tips.iter().any(|t| t.1.distance(p) <= near);
     let pinned = made.places.iter().zip(&mesh.nodes).map(|(place, p)| match place {
         Lies::Vertex(x) => corners.get(*x as usize).copied().unwrap_or(true) || is_tip(*p),
@@ -356,7 +355,7 @@ pub(super) fn make_functions(
             sizes[v] = sizes[v].min(bend);
         }
     }
-    let near = AT_TIP * mesh.bounds().diagonal();
+    let near = ROUNDING * mesh.bounds().diagonal();
     for (_, apex) in oracle.apexes() {
         pinned.iter_mut().zip(&mesh.nodes).for_each(|(pin, p)| *pin |= p.distance(apex) <= near);
     }

@@ -6,11 +6,10 @@ use super::joint::OperandPieces;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, Patchwork, remesh_patches, remesh_patchwork};
+use crate::pipeline::soup_ladder::HALVINGS;
 use crate::run::Run;
 use crate::spatial::Aabb;
 
-/// How often edges are halved around triangles that cross others or are turned over.
-const HALVINGS: usize = 4;
 /// They do not get shorter than this share of the size.
 const LEAST: f64 = 1.0 / 64.0;
 /// Edges this many times as long as a fault's box around it are halved.
@@ -67,6 +66,7 @@ impl Ladder for Remeshing<'_> {
     }
 
     fn next(&mut self, seen: &LadderState<'_, Self::Made>) -> Option<(Change, &'static str)> {
+        /// Why another attempt is made, for those who listen.
         const WHY: &str = "triangles are at fault";
         let last = &seen.last.0;
         if faults(last) == 0 {

@@ -11,7 +11,7 @@ use crate::geometry::Pieces;
 use crate::heal::Joined;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh};
-use crate::numeric::Sets;
+use crate::numeric::{ROUNDING, Sets};
 use crate::optimize::exact::{Patchwork, PiecePatch, PieceSet};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
@@ -64,15 +64,15 @@ pub(super) fn align(made: &mut [PreparedOperand], scale: f64) {
     }
 }
 
-/// A node on the other operand's surface, to this share of the size, with its normal: so many are no chance.
-const SAME: f64 = 1e-9;
+/// So many such nodes are no chance: one or two may be where surfaces merely touch or cross.
 const CHANCE: usize = 3;
 /// Cosine of the angle between triangles that may lie on one surface: 30 degrees.
 const FACING: f64 = 0.86;
 
 /// A place where curved or slanting surfaces of two operands coincide. Their triangles would cut each other all over by chance alone.
 pub(super) fn coinciding(made: &[PreparedOperand], scale: f64, run: &Run) -> Result<Option<DVec3>> {
-    let near = SAME * scale;
+    // A node this near to the other operand's surface that has its normal lies on it.
+    let near = ROUNDING * scale;
     for a in made {
         for b in made.iter().filter(|b| !std::ptr::eq(*b, a)) {
             let (asked, of_a) = (b.surface.asked(), a.surface.asked());

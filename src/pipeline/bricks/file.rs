@@ -15,6 +15,7 @@ use super::plan::BrickPlan;
 use crate::error::{Error, Place};
 use crate::implicit::{EndKey, Unproved};
 use crate::io::write_atomic;
+pub(super) use crate::numeric::NONE;
 
 type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -23,9 +24,6 @@ const MAGIC: [u8; 8] = *b"RVBRICK2";
 
 /// Surfaces a node may lie on.
 pub(super) const MOST_ON: usize = 4;
-
-/// Nothing there.
-pub(super) const NONE: u32 = u32::MAX;
 
 /// What a node is called in all pieces: three points of the grid and two leaves, or the piece and the number it was made with.
 pub(super) type NodeId = EndKey;
@@ -113,10 +111,14 @@ const FIRST: u64 = 2048;
 /// Why a file is no good.
 pub(super) type Bad = &'static str;
 
+/// It ends before what its head announces.
 const CUT: Bad = "it is cut short";
+/// Digests or lengths do not fit what is there.
 const DAMAGED: Bad = "it is damaged, or cut short";
+/// What is read is whole and makes no sense.
 const UNFIT: Bad = "its lists do not fit together";
 
+/// Reasons by the numbers they have in a file; no number may ever change.
 const REASONS: [Unproved; 4] = [Unproved::Bent, Unproved::Touching, Unproved::Dependent, Unproved::Crowded];
 
 /// How many bytes the head and the index of a file take, with their digest, by its first bytes.

@@ -19,11 +19,9 @@ use super::portions::{Firsts, PiecewiseMesh, Span, portion};
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriMesh;
 use crate::mesh::portion::{Joined, Joining};
+use crate::pipeline::brep_check::LISTED;
 use crate::quality::{Check, SHARP_MESH, Sums};
 use crate::run::Run;
-
-/// How many missing bricks an error names.
-const NAMED: usize = 8;
 
 /// A mesh of bricks that stays on disk, and what is known about it.
 pub struct MergedBricks<'a> {
@@ -185,8 +183,8 @@ pub(super) fn all_there(plan: &BrickPlan, store: &Store<'_>, rounds: usize) -> R
     if missing.is_empty() {
         return Ok(());
     }
-    let names: Vec<String> = missing.iter().take(NAMED).map(|w| w.name()).collect();
-    let more = if missing.len() > NAMED { format!(" and {} more", missing.len() - NAMED) } else { String::new() };
+    let names: Vec<String> = missing.iter().take(LISTED).map(|w| w.name()).collect();
+    let more = if missing.len() > LISTED { format!(" and {} more", missing.len() - LISTED) } else { String::new() };
     let e = Error::input(Place::Unknown, format!("not made: {}{more}", names.join(", ")));
     Err(match store.place() {
         Some(folder) => {

@@ -22,14 +22,11 @@ use crate::implicit::{CellGrid, ImplicitOracle, arranged};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
-use crate::optimize::exact::{InPieces, Laid, patch_open_pieces, remesh_open};
+use crate::optimize::exact::{BAND, InPieces, Laid, patch_open_pieces, remesh_open};
 use crate::run::Run;
 
 /// Rounds: the bricks of the grid, shifted by half, by a quarter.
 pub const ROUNDS: usize = 3;
-
-/// Edges from a wall within which triangles are handed on, as the remesher works again along the cuts between its own parts.
-const BAND: usize = 4;
 
 /// Rounds in which notches of what is handed on are filled: each takes one triangle into a notch.
 const NOTCHES: usize = 4;

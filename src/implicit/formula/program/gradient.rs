@@ -14,9 +14,10 @@ use crate::numeric::{Dual, vector};
 pub(super) struct Slope(pub(super) [f64; 4]);
 
 /// Where a slope has its value.
-const VALUE: usize = 3;
+pub(super) const VALUE: usize = 3;
 
 impl Slope {
+    /// Of the constant 0.
     const ZERO: Slope = Slope([0.0; 4]);
 
     #[inline(always)]

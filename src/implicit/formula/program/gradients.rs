@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use multiversion::multiversion;
 
 use super::super::super::expr::{Binary, Unary};
-use super::gradient::{Slope, Turns};
+use super::gradient::{Slope, Turns, VALUE};
 use super::{COORDINATES, Kind, Program, RESULT, Register, Term, Work};
 use crate::numeric::vector;
 
@@ -25,10 +25,8 @@ type Lanes = [f64; LANES];
 #[repr(C, align(64))]
 struct Slopes([Lanes; 4]);
 
-/// Where slopes have their values.
-const VALUE: usize = 3;
-
 impl Slopes {
+    /// Of the constant 0.
     const ZERO: Slopes = Slopes([[0.0; LANES]; 4]);
 
     #[inline(always)]

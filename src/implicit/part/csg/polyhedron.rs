@@ -8,10 +8,8 @@ use super::super::super::solid::Solid;
 use super::shapes::{ROOM, SIX_DIGITS};
 use super::{AS_TRIANGLES, Call};
 use crate::error::Result;
+use crate::implicit::part::limits::STEPS;
 use crate::spatial::Aabb;
-
-/// Faces times points of a polyhedron that is looked at.
-const MOST_TESTS: usize = 20_000_000;
 
 /// A plane with the number of the face it is of.
 struct Side {
@@ -62,7 +60,8 @@ impl Call<'_> {
         if faces.len() < 4 || faces.iter().any(|f| f.len() < 3) {
             return bad("a polyhedron needs four faces or more, of three points or more each");
         }
-        if faces.len().saturating_mul(points.len()) > MOST_TESTS {
+        // Faces times points: each pair is looked at.
+        if faces.len().saturating_mul(points.len()) > STEPS {
             return bad("the polyhedron is too large to be read");
         }
         // Points that are written twice are one.

@@ -4,13 +4,11 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::super::super::expr::{Binary, Expr, Unary};
 use super::super::super::solid::{Placement, Primitive, Solid};
+pub(super) use crate::implicit::written::ROOM;
 use crate::spatial::Aabb;
 
 /// OpenSCAD writes numbers with six digits: what differs by less, as a matrix from a rotation with a factor, is meant to be the same.
 pub(super) const SIX_DIGITS: f64 = 5e-6;
-
-/// How far walls stand off the box they tell the bounds of, as a share of its diagonal.
-pub(super) const ROOM: f64 = 0.01;
 
 /// A primitive where it was made, before it is placed. Cylinders and their kin stand on `bottom`.
 #[derive(Debug, Clone, Copy)]

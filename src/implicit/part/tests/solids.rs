@@ -6,6 +6,7 @@ use approx::abs_diff_eq;
 
 type Points = &'static [[f64; 3]];
 
+/// The origin.
 const O: [f64; 3] = [0.0; 3];
 
 /// Solids, with points inside and outside of them.

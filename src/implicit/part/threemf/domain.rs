@@ -5,13 +5,11 @@ use glam::{DAffine3, DVec3};
 use super::super::super::solid::{Primitive, Solid};
 use crate::error::Result;
 use crate::io::threemf::{Model, Placed, child, corners_of, number, wrong};
+use crate::numeric::SEVEN_DIGITS;
 use crate::spatial::Aabb;
 
 /// Planes of a convex mesh: more would make a part of that many leaves.
 const MOST_PLANES: usize = 1000;
-
-/// How far corners may stand off planes through others, as a share of the mesh's diagonal: what rounding to seven digits does.
-const FLAT: f64 = 1e-6;
 
 /// The solid that a level set is cut off by, where it is placed.
 pub(super) fn within(model: &Model<'_>, placed: &Placed<'_>) -> Result<Solid> {
@@ -31,12 +29,13 @@ pub(super) fn within(model: &Model<'_>, placed: &Placed<'_>) -> Result<Solid> {
     if matches!(shape.attribute("meshbboxonly"), Some("true" | "1")) {
         return Ok(whole);
     }
-    let slack = FLAT * bounds.diagonal();
+    // Corners may stand this far off planes through others.
+    let slack = SEVEN_DIGITS * bounds.diagonal();
     let mut planes: Vec<[DVec3; 2]> = Vec::new();
     for t in &corners.triangles {
         let [a, b, c] = t.map(|v| corners.nodes[v as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        let known = |p: &[DVec3; 2]| p[0].distance(normal) < FLAT && p[0].dot(a - p[1]).abs() < slack;
+        let known = |p: &[DVec3; 2]| p[0].distance(normal) < SEVEN_DIGITS && p[0].dot(a - p[1]).abs() < slack;
         if normal == DVec3::ZERO || planes.iter().any(known) {
             continue;
         }

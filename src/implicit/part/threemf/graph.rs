@@ -3,15 +3,10 @@
 use rustc_hash::FxHashMap;
 
 use super::super::super::expr::{Binary, Expr, Unary};
+use super::super::limits::{CALLS, NODES};
 use super::values::{Value, by_component, cross, dot, inputs_of, inverse, moved, transposed};
 use crate::error::{Error, Result, nearest};
 use crate::io::threemf::{Model, Xml, attribute, child, children, finite, number, place_of, real, wrong};
-
-/// Calls inside calls.
-const MOST_CALLS: usize = 64;
-
-/// Nodes that are computed, in all calls together.
-const MOST_NODES: usize = 2_000_000;
 
 /// The nodes that are read, beside those that work on each number by itself.
 const OTHERS: [&str; 18] = [
@@ -71,8 +66,8 @@ impl<'m, 'a> Graphs<'m, 'a> {
         if self.calls.contains(&id) {
             return Err(wrong(from, format!("function {id} calls itself")));
         }
-        if self.calls.len() >= MOST_CALLS {
-            return Err(wrong(from, format!("functions call each other more than {MOST_CALLS} deep")));
+        if self.calls.len() >= CALLS {
+            return Err(wrong(from, format!("functions call each other more than {CALLS} deep")));
         }
         for input in child(node, "in").into_iter().flat_map(children) {
             let name = attribute(input, "identifier")?;
@@ -131,8 +126,8 @@ impl<'m, 'a> Graphs<'m, 'a> {
                 return Err(wrong(by, format!("the nodes form a circle through {:?}", name_of(node))));
             }
             self.nodes += 1;
-            if self.nodes > MOST_NODES {
-                return Err(wrong(node, format!("the functions have more than {MOST_NODES} nodes: that is the limit")));
+            if self.nodes > NODES {
+                return Err(wrong(node, format!("the functions have more than {NODES} nodes: that is the limit")));
             }
             open[i] = true;
             stack.push((i, true, by));

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::edges::DividedEdge;
 use crate::error::Result;
+use crate::numeric::COS_60;
 use crate::parametric::brep::{Brep, Edge, Face};
 use crate::parametric::chart::Chart;
 use crate::run::Run;
@@ -27,9 +28,6 @@ const CHORD: f64 = 1.0 / 16.0;
 const PARTS: [usize; 2] = [3, 20_000];
 /// Two places of one loop lie across from each other where the way along the loop is this many times the way over.
 const AROUND: f64 = 4.0;
-/// Faces beyond a narrow region are the two sides of a wall, or of a groove, where the cosine of the angle between their
-/// normals is below this.
-const OPPOSITE: f64 = -0.5;
 /// Regions of one face that are cut off, at most.
 const MOST: usize = 64;
 
@@ -139,7 +137,7 @@ fn is_wall(brep: &Brep, face: u32, region: &NarrowRegion) -> bool {
     let at = |share: usize| region.pairs[(region.pairs.len() - 1) * share / 4];
     [1, 2, 3].into_iter().any(|k| {
         let both = [normal(0, at(k)), normal(1, at(k))];
-        matches!(both, [Some(a), Some(b)] if a.dot(b) < OPPOSITE)
+        matches!(both, [Some(a), Some(b)] if a.dot(b) < -COS_60)
     })
 }
 

@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use super::{EdgeLines, LONG};
+use crate::numeric::{NONE, SEVEN_DIGITS};
 use crate::parametric::brep::Brep;
 use crate::parametric::chart::Chart;
-use crate::parametric::mesh::AT_POLE;
 use crate::parametric::mesh::domain::Cutter;
 use crate::parametric::mesh::edges::ways;
 use crate::parametric::mesh::loops::{Contour, Corner, Unroller};
@@ -13,8 +13,6 @@ use crate::parametric::mesh::metric::mean_metric;
 use crate::planar::{self, Refusal, Spot};
 use crate::spatial::{Aabb, segment_foot};
 
-/// A cut of the domain, a seam, or a pole: no border of the face.
-const NO_EDGE: u32 = u32::MAX;
 /// Regions are looked at in this many places of a side, at most.
 const PLACES: f64 = 4000.0;
 /// The domain shows lengths as they are in the mean: across, a region may be this much wider in space.
@@ -74,7 +72,7 @@ impl RegionSide {
         let mut out = Self { points: vec![self.points[0]], vertices: vec![self.vertices[0]], legs: Vec::new() };
         for (i, leg) in self.legs.iter().enumerate() {
             let [p, q] = [self.points[i], self.points[i + 1]];
-            let parts = if leg.edge == NO_EDGE { 1 } else { (p.distance(q) / spacing).ceil().max(1.0) as usize };
+            let parts = if leg.edge == NONE { 1 } else { (p.distance(q) / spacing).ceil().max(1.0) as usize };
             let at = |k: usize| leg.t[0] + (leg.t[1] - leg.t[0]) * k as f64 / parts as f64;
             for k in 1..=parts {
                 let last = k == parts;
@@ -127,7 +125,7 @@ pub(super) fn find(
     let of = |e: u32| lines.chains[e as usize].nodes.iter().map(|v| lines.points[*v as usize]);
     let around = Aabb::around(f.loops.iter().flatten().flat_map(|c| of(c.edge)));
     let chart = Chart::new(f.surface.clone(), &around);
-    let near = AT_POLE * around.diagonal();
+    let near = SEVEN_DIGITS * around.diagonal();
     let unroller = Unroller { brep, chains: &lines.chains, points: &lines.points, chart: &chart, near };
     let contours: Vec<Contour> = f.loops.iter().map(|l| unroller.contour(l, f.outward)).collect();
     let first = lines.points.len() as u32;
@@ -201,8 +199,8 @@ impl Polygons<'_> {
     fn leg(&self, polygon: &[Corner], i: usize) -> Leg {
         let (a, b) = (&polygon[i], &polygon[(i + 1) % polygon.len()]);
         let edge = a.edge;
-        if edge == NO_EDGE || self.seams.contains(&edge) {
-            return Leg { edge: NO_EDGE, t: [0.0; 2] };
+        if edge == NONE || self.seams.contains(&edge) {
+            return Leg { edge: NONE, t: [0.0; 2] };
         }
         let chain = &self.lines.chains[edge as usize];
         let first = self.lines.first[edge as usize];
@@ -218,7 +216,7 @@ impl Polygons<'_> {
         };
         match (index(a.node, b.node), index(b.node, a.node)) {
             (Some(i), Some(j)) => Leg { edge, t: [chain.t[i], chain.t[j]] },
-            _ => Leg { edge: NO_EDGE, t: [0.0; 2] },
+            _ => Leg { edge: NONE, t: [0.0; 2] },
         }
     }
 
@@ -231,7 +229,7 @@ impl Polygons<'_> {
         let at = |(i, share): (usize, f64)| {
             let leg = self.leg(p, i);
             let here = self.point(p[i].node);
-            if share == 0.0 || leg.edge == NO_EDGE {
+            if share == 0.0 || leg.edge == NONE {
                 return (here, self.vertex(p[i].node), leg.t[0]);
             }
             let t = leg.t[0] + share * (leg.t[1] - leg.t[0]);
@@ -272,7 +270,7 @@ impl Polygons<'_> {
             return here;
         }
         for _ in 0..n {
-            if self.leg(p, i).edge == NO_EDGE {
+            if self.leg(p, i).edge == NONE {
                 break;
             }
             left -= part * length(i);
@@ -300,7 +298,7 @@ impl Polygons<'_> {
             [c] if self.polygons.len() == 1 => {
                 let p = &self.polygons[c as usize];
                 let n = p.len();
-                let real = |i: usize| self.leg(p, i % n).edge != NO_EDGE;
+                let real = |i: usize| self.leg(p, i % n).edge != NONE;
                 // Runs of edges between cuts or poles.
                 let starts: Vec<usize> = (0..n).filter(|&i| real(i) && !real(i + n - 1)).collect();
                 let run = |s: usize| {
@@ -352,8 +350,8 @@ fn step(a: &[DVec3], [i, j]: [usize; 2], b: &[DVec3], [next_i, next_j]: [usize; 
 /// The two sides of a region that ends inside a side, or in a cut of the domain that this side crosses.
 fn folded(side: RegionSide) -> [RegionSide; 2] {
     let n = side.points.len();
-    if let Some(first) = side.legs.iter().position(|l| l.edge == NO_EDGE) {
-        let last = side.legs.iter().rposition(|l| l.edge == NO_EDGE).unwrap_or(first);
+    if let Some(first) = side.legs.iter().position(|l| l.edge == NONE) {
+        let last = side.legs.iter().rposition(|l| l.edge == NONE).unwrap_or(first);
         return [side.part(0, first), side.part(last + 1, n - 1).reversed()];
     }
     let (mut i, mut j) = (0, n - 1);
@@ -370,7 +368,7 @@ fn joined(sides: [RegionSide; 2], open: [bool; 2], width: f64) -> Result<Option<
     if a.points.len() < 2 || b.points.len() < 2 || a.length().min(b.length()) < LONG * width {
         return Ok(None);
     }
-    if sides.iter().any(|s| s.legs.iter().any(|l| l.edge == NO_EDGE) || s.points.iter().any(|p| !p.is_finite())) {
+    if sides.iter().any(|s| s.legs.iter().any(|l| l.edge == NONE) || s.points.iter().any(|p| !p.is_finite())) {
         return Ok(None);
     }
     let last = [a.points.len() - 1, b.points.len() - 1];

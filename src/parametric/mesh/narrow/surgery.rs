@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::regions::{Leg, NarrowRegion, RegionSide};
 use crate::numeric::Sets;
 use crate::parametric::brep::{Brep, Coedge, Edge};
-use crate::parametric::curve::Curve;
+use crate::parametric::curve::{Curve, PARTS};
 use crate::parametric::nurbs::{NurbsCurve, SplineEnds};
 
 /// Pieces of edges shorter than this many widths, on both sides, become a point.
@@ -106,7 +106,6 @@ pub(super) fn close(brep: &Brep, face: u32, region: &NarrowRegion, width: f64) -
 
 /// About how long an edge is.
 fn length(e: &Edge) -> f64 {
-    const PARTS: usize = 8;
     let at = |k: usize| e.curve.at(e.range[0] + (e.range[1] - e.range[0]) * k as f64 / PARTS as f64);
     (0..PARTS).map(|k| at(k).distance(at(k + 1))).sum()
 }
