@@ -39,8 +39,8 @@ const OWED: Debts = Debts {
     tuples_taken: 0,
     names_in_rooms: 18,
     spread: 5,
-    constants: 1047,
-    bare_constants: 4,
+    constants: 1049,
+    bare_constants: 0,
 };
 
 /// What is found in files that are read one after the other, tests left out.

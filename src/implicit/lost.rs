@@ -231,6 +231,7 @@ impl Seen {
 
     /// The cells of a brick that have triangles of faces of formulas, or are next to some.
     fn near(&self, cell: &Cell) -> Layers {
+        /// A brick and a cell on either side of it.
         const WIDE: usize = BRICK + 2;
         // Rows of the brick and of one cell around it.
         let mut rows = [[0u16; WIDE]; WIDE];

@@ -34,7 +34,8 @@ pub(super) const ARRANGED: f64 = 2.0;
 pub(super) const COARSER: u8 = 1;
 /// How often cells around what came out at fault are halved more than elsewhere, one attempt after the other.
 const SMALLER: [u8; 4] = [0, 2, 4, 6];
-/// With fewer triangles smaller cells cost a second or two: they are tried before an arrangement is healed.
+/// With fewer triangles smaller cells cost a second or two: they are tried before an arrangement is healed. Around faults they are tried once
+/// in larger meshes, too, as they part surfaces that run side by side.
 pub(super) const CHEAP: usize = 20_000;
 /// An arrangement is healed if at most one triangle in so many is at fault.
 const MOST_HEALED: usize = 20;
@@ -56,8 +57,9 @@ pub(super) const LOOSE: f64 = 2.0;
 const LACKING: f64 = 0.125;
 /// They are not halved again where that many times the cells were not enough: an arrangement takes a quarter of the time of an attempt.
 const MOST_GROWN: usize = 2;
-/// How often triangles stay around what is at fault, and how far around it each time, as a share of the edges there.
+/// How often triangles stay around what is at fault,
 const KEPT: usize = 4;
+/// and how far around it each time, as a share of the edges there.
 const ROOM: f64 = 0.5;
 /// Crossings are in a row where so many edges fit between them: with one edge two random trees took a third attempt, with two none.
 const IN_A_ROW: f64 = 2.0;
@@ -574,11 +576,8 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        if goes_on
-            && !last.start.keeps()
-            && last.exact.mesh.triangles.len() <= CHEAP
-            && self.start.times + 1 < SMALLER.len()
-        {
+        let is_worth_it = self.start.times == 0 || last.exact.mesh.triangles.len() <= CHEAP;
+        if goes_on && !last.start.keeps() && is_worth_it && self.start.times + 1 < SMALLER.len() {
             self.start.times += 1;
             let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
             self.start.places.extend(places);

@@ -75,6 +75,7 @@ pub(super) struct Crossed<'a> {
     pub(super) values: &'a [[f64; 4]],
 }
 
+/// The corners of each face, a bit each: all but the one across.
 const FACES: [u8; 4] = [0b1110, 0b1101, 0b1011, 0b0111];
 
 impl Crossed<'_> {
@@ -99,7 +100,7 @@ impl Crossed<'_> {
 
     /// The zero set of a leaf, counterclockwise seen from its negative side.
     fn zero_set(&self, leaf: u8) -> Polygon {
-        // Even permutations of the corners that bring those of the positive side to the front.
+        /// Even permutations of the corners that bring those of the positive side to the front.
         const ORDERS: [[usize; 4]; 16] = [
             [0, 1, 2, 3],
             [0, 1, 2, 3],

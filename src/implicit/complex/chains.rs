@@ -6,16 +6,10 @@ use rustc_hash::FxHashMap;
 use super::super::lockstep;
 use super::super::newton::nearest;
 use super::assemble::Triangle;
-use super::settle::Nodes;
+use super::settle::{Nodes, SWEEPS};
 use crate::error::Result;
-use crate::numeric::Sets;
+use crate::numeric::{EIGHT_DIGITS, Sets};
 use crate::run::Run;
-
-/// Sweeps in which nodes of edges that go backward move. A run of `k` nodes takes about `k` squared of them, and no curve within a few
-/// cells has more than six in a row.
-const SWEEPS: usize = 40;
-/// Surfaces at a smaller angle than this do not tell which way their curve goes: its sine, as their slopes have it to rounding.
-const UNTOLD: f64 = 1e-7;
 
 /// An edge between two leaves, as the triangle of the lower one runs along it.
 struct Link {
@@ -94,7 +88,8 @@ impl Nodes<'_> {
             if link.plus[k] { -n } else { n }
         };
         let way = out(0).cross(out(1));
-        if way.length() > UNTOLD { (b - a).normalize_or_zero().dot(way.normalize()) } else { 0.0 }
+        // At a smaller angle slopes, rounded as they are, do not tell.
+        if way.length() > EIGHT_DIGITS { (b - a).normalize_or_zero().dot(way.normalize()) } else { 0.0 }
     }
 
     /// Has curves go on where they go back: nodes of edges that do move to the middle of their neighbors on the curve, all at once. Which way

@@ -10,11 +10,9 @@ use super::super::leaf::Leaf;
 use super::super::newton::nearest;
 use super::super::tape::Tape;
 use super::assemble::Triangle;
+use super::settle::FLAT;
 use glam::DVec3;
 
-/// A triangle has come together if twice its area is less than this share of the square of its longest side, or turned if the cosine of the
-/// angle to where it was is less: those of patches on one line are, to rounding.
-const TURNED: f64 = 0.02;
 /// A patch that is hidden where surfaces touch has at most so many triangles: a few tetrahedra show it, and a larger one would be seen in
 /// smaller cells.
 const MOST_HIDDEN: usize = 64;
@@ -85,7 +83,7 @@ impl Guises<'_> {
             ((b - a).cross(c - a), long)
         };
         let ((before, _), (after, long)) = (area(self.linear), area(places));
-        after.length() < TURNED * long || before.dot(after) < TURNED * before.length() * after.length()
+        after.length() < FLAT * long || before.dot(after) < FLAT * before.length() * after.length()
     }
 
     /// The nodes of a patch on the leaf around it, if its border has gone astray and that leaf bounds the solid there.

@@ -14,14 +14,15 @@ use crate::run::Run;
 
 /// A triangle lies badly on its leaf if twice its area, seen along the leaf's normal, is less than this share of the square of
 /// its longest side.
-const FLAT: f64 = 0.02;
+pub(super) const FLAT: f64 = 0.02;
 /// Rounds in which nodes around such triangles move: one or two do, on all parts measured, where all is proved.
 const ROUNDS: usize = 8;
 /// Rounds end when fewer than this share of the bad triangles go.
 const GOES: f64 = 0.1;
 
-/// Sweeps in which nodes around triangles that are left move together: a row of nodes is passed on by one in each.
-const SWEEPS: usize = 12;
+/// Sweeps in which nodes move together, those of a curve or those inside a face: a run of `k` nodes on a curve takes about `k` squared of
+/// them, and no curve within a few cells has more than six in a row. Most take two or three.
+pub(super) const SWEEPS: usize = 40;
 
 /// Nodes, what they lie on, and how far they may be from it.
 pub(super) struct Nodes<'a> {
@@ -174,7 +175,7 @@ impl Nodes<'_> {
             let touched: BTreeSet<u32> = before.keys().flat_map(star).collect();
             let bad_now = |this: &Self| touched.iter().filter(|t| this.is_bad(&triangles[**t as usize])).count();
             let after = bad_now(self);
-            let moved: Vec<(u32, DVec3)> = before.iter().map(|(v, _)| (*v, self.places[*v as usize])).collect();
+            let moved: Vec<(u32, DVec3)> = before.keys().map(|v| (*v, self.places[*v as usize])).collect();
             before.iter().for_each(|(v, p)| self.places[*v as usize] = *p);
             if after < bad_now(self) {
                 moved.iter().for_each(|(v, p)| self.places[*v as usize] = *p);
