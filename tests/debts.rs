@@ -34,7 +34,7 @@ struct Debts {
 
 /// What there is today.
 const OWED: Debts = Debts {
-    long_lists: 4,
+    long_lists: 0,
     tuples_returned: 70,
     tuples_taken: 0,
     names_in_rooms: 18,

@@ -18,6 +18,7 @@ pub(super) struct Batch {
     pub(super) y: Vec<f64>,
     pub(super) z: Vec<f64>,
     pub(super) values: Vec<f64>,
+    scratch: Scratch,
 }
 
 impl Batch {
@@ -48,7 +49,8 @@ impl Batch {
         }
     }
 
-    pub(super) fn eval(&mut self, tape: &Tape, model: &Implicit, scratch: &mut Scratch) -> Result<()> {
+    pub(super) fn eval(&mut self, tape: &Tape, model: &Implicit) -> Result<()> {
+        let scratch = &mut self.scratch;
         self.values.resize(self.x.len(), 0.0);
         scratch.not_finite = false;
         tape.eval(&model.leaves, [&self.x, &self.y, &self.z], &mut self.values, scratch);
@@ -68,54 +70,64 @@ impl Batch {
         }
         Ok(())
     }
+
+    /// The face that decides at each point.
+    pub(super) fn faces(&mut self, tape: &Tape, model: &Implicit, out: &mut [u32]) {
+        tape.faces(&model.leaves, [&self.x, &self.y, &self.z], out, &mut self.scratch);
+    }
 }
 
-/// Finds the change of sign between the two ends of every edge, to a share `tolerance` of the edge. The signs at the ends
-/// must differ.
-pub(super) fn find_roots(
-    model: &Implicit,
-    tolerance: f64,
-    tape: &Tape,
-    ends: &[[DVec3; 2]],
-    out: &mut [DVec3],
-    scratch: &mut Scratch,
-    batch: &mut Batch,
-) -> Result<()> {
-    batch.clear();
-    ends.iter().for_each(|e| batch.push(e[0]));
-    ends.iter().for_each(|e| batch.push(e[1]));
-    batch.eval(tape, model, scratch)?;
-    let n = ends.len();
-    let mut brackets: Vec<(usize, f64, Bracket)> = Vec::with_capacity(n);
-    for i in 0..n {
-        let (f0, f1) = (batch.values[i], batch.values[n + i]);
-        let b = Bracket::new(f0, f1, tolerance);
-        brackets.push((i, f0.abs().max(f1.abs()), b));
-    }
-    while !brackets.is_empty() {
+/// How roots of a function are looked for along edges.
+pub(super) struct RootSearch<'a> {
+    pub(super) model: &'a Implicit,
+    pub(super) tape: &'a Tape,
+    /// How near they are found, as a share of the edge.
+    pub(super) tolerance: f64,
+}
+
+impl RootSearch<'_> {
+    /// Finds the change of sign between the two ends of every edge. The signs at the ends must differ.
+    pub(super) fn find(&self, ends: &[[DVec3; 2]], out: &mut [DVec3], batch: &mut Batch) -> Result<()> {
+        let Self { model, tape, tolerance } = *self;
         batch.clear();
-        let probes: Vec<f64> = brackets.iter().map(|(_, _, b)| b.probe()).collect();
-        for ((i, _, _), t) in brackets.iter().zip(&probes) {
-            batch.push(ends[*i][0].lerp(ends[*i][1], *t));
+        ends.iter().for_each(|e| batch.push(e[0]));
+        ends.iter().for_each(|e| batch.push(e[1]));
+        batch.eval(tape, model)?;
+        let n = ends.len();
+        let mut brackets: Vec<(usize, f64, Bracket)> = Vec::with_capacity(n);
+        for i in 0..n {
+            let (f0, f1) = (batch.values[i], batch.values[n + i]);
+            let b = Bracket::new(f0, f1, tolerance);
+            brackets.push((i, f0.abs().max(f1.abs()), b));
         }
-        batch.eval(tape, model, scratch)?;
-        for (((_, _, b), t), v) in brackets.iter_mut().zip(&probes).zip(&batch.values) {
-            b.update(*t, *v);
-        }
-        let mut pole = None;
-        brackets.retain(|(i, before, b)| {
-            if !b.done() {
-                return true;
+        while !brackets.is_empty() {
+            batch.clear();
+            let probes: Vec<f64> = brackets.iter().map(|(_, _, b)| b.probe()).collect();
+            for ((i, _, _), t) in brackets.iter().zip(&probes) {
+                batch.push(ends[*i][0].lerp(ends[*i][1], *t));
             }
-            out[*i] = ends[*i][0].lerp(ends[*i][1], b.root());
-            if b.residual() > 1e3 * before {
-                pole = Some(out[*i]);
+            batch.eval(tape, model)?;
+            for (((_, _, b), t), v) in brackets.iter_mut().zip(&probes).zip(&batch.values) {
+                b.update(*t, *v);
             }
-            false
-        });
-        if let Some(p) = pole {
-            return Err(Error::input(Place::Point(p), "a formula has a pole (division by zero) where it changes sign"));
+            let mut pole = None;
+            brackets.retain(|(i, before, b)| {
+                if !b.done() {
+                    return true;
+                }
+                out[*i] = ends[*i][0].lerp(ends[*i][1], b.root());
+                if b.residual() > 1e3 * before {
+                    pole = Some(out[*i]);
+                }
+                false
+            });
+            if let Some(p) = pole {
+                return Err(Error::input(
+                    Place::Point(p),
+                    "a formula has a pole (division by zero) where it changes sign",
+                ));
+            }
         }
+        Ok(())
     }
-    Ok(())
 }

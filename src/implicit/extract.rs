@@ -7,11 +7,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::batch::{Batch, SIDE, find_roots};
+use super::batch::{Batch, RootSearch, SIDE};
 use super::mc33;
 use super::model::Implicit;
 use super::octree::{BRICK, Bricks, Cell};
-use super::tape::{Scratch, Tape};
+use super::tape::Tape;
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
@@ -164,6 +164,13 @@ struct Extractor<'a> {
     run: &'a Run,
 }
 
+/// Bricks, what was counted in each, and the number of the first node of each.
+struct Numbered<'a> {
+    bricks: &'a Bricks,
+    counted: &'a [Counted],
+    first: &'a [u32],
+}
+
 /// The parts of the final arrays one brick writes.
 struct Target<'m> {
     nodes: &'m mut [DVec3],
@@ -217,28 +224,19 @@ impl Extractor<'_> {
             .cells
             .par_iter()
             .enumerate()
-            .map_init(
-                || (Scratch::default(), Batch::default()),
-                |(scratch, batch), (i, cell)| {
-                    if i % 64 == 0 {
-                        self.run.check()?;
-                        self.run.progress("signs", i as f64 / total as f64);
-                    }
-                    self.signs_of(bricks, cell, scratch, batch)
-                },
-            )
+            .map_init(Batch::default, |batch, (i, cell)| {
+                if i % 64 == 0 {
+                    self.run.check()?;
+                    self.run.progress("signs", i as f64 / total as f64);
+                }
+                self.signs_of(bricks, cell, batch)
+            })
             .collect()
     }
 
-    fn signs_of(
-        &self,
-        bricks: &Bricks,
-        cell: &Cell,
-        scratch: &mut Scratch,
-        batch: &mut Batch,
-    ) -> Result<Option<Box<Rows>>> {
+    fn signs_of(&self, bricks: &Bricks, cell: &Cell, batch: &mut Batch) -> Result<Option<Box<Rows>>> {
         batch.corners(&bricks.grid, cell.at);
-        batch.eval(&cell.tape, self.model, scratch)?;
+        batch.eval(&cell.tape, self.model)?;
         let mut rows = [0u16; SIDE * SIDE];
         let (mut any, mut all) = (0, 0x1ff);
         for (row, v) in rows.iter_mut().zip(batch.values.chunks_exact(SIDE)) {
@@ -342,33 +340,22 @@ impl Extractor<'_> {
             targets.push(Target { nodes: n, triangles: t, first_node: *first_node });
         }
         let total = targets.len().max(1);
+        let numbered = Numbered { bricks, counted, first };
         targets
             .into_par_iter()
             .enumerate()
-            .map_init(
-                || (Scratch::default(), Batch::default()),
-                |(scratch, batch), (i, target)| {
-                    if i % 64 == 0 {
-                        self.run.check()?;
-                        self.run.progress("surface", i as f64 / total as f64);
-                    }
-                    self.fill_brick(bricks, counted, first, i, target, scratch, batch)
-                },
-            )
+            .map_init(Batch::default, |batch, (i, target)| {
+                if i % 64 == 0 {
+                    self.run.check()?;
+                    self.run.progress("surface", i as f64 / total as f64);
+                }
+                self.fill_brick(&numbered, i, target, batch)
+            })
             .collect()
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn fill_brick(
-        &self,
-        bricks: &Bricks,
-        counted: &[Counted],
-        first: &[u32],
-        index: usize,
-        target: Target<'_>,
-        scratch: &mut Scratch,
-        batch: &mut Batch,
-    ) -> Result<()> {
+    fn fill_brick(&self, of: &Numbered<'_>, index: usize, target: Target<'_>, batch: &mut Batch) -> Result<()> {
+        let Numbered { bricks, counted, first } = *of;
         let (cell, me) = (&bricks.cells[index], &counted[index]);
         // ranks of this brick and of those at its upper sides, made when first asked for
         let mut ranks: [Option<(u32, Ranks)>; 8] = [const { None }; 8];
@@ -379,7 +366,7 @@ impl Extractor<'_> {
         };
         let own = Ranks::new(&me.rows);
         let edges = u32::from(own.edges);
-        self.place_nodes(bricks, cell, &own, target.nodes, scratch, batch)?;
+        self.place_nodes(bricks, cell, &own, target.nodes, batch)?;
         ranks[0] = Some((target.first_node, own));
         let mut number = |axis: usize, at: [usize; 3]| -> u32 {
             let which = (0..3).fold(0, |w, k| w | usize::from(at[k] == BRICK) << k);
@@ -424,6 +411,10 @@ impl Extractor<'_> {
         Ok(())
     }
 
+    fn roots<'b>(&'b self, cell: &'b Cell) -> RootSearch<'b> {
+        RootSearch { model: self.model, tape: &cell.tape, tolerance: self.tolerance() }
+    }
+
     /// Puts the brick's nodes where the sign changes along their edges.
     fn place_nodes(
         &self,
@@ -431,7 +422,6 @@ impl Extractor<'_> {
         cell: &Cell,
         ranks: &Ranks,
         out: &mut [DVec3],
-        scratch: &mut Scratch,
         batch: &mut Batch,
     ) -> Result<()> {
         let grid = &bricks.grid;
@@ -450,7 +440,7 @@ impl Extractor<'_> {
             }
         }
         out[ends.len()..].fill(DVec3::ZERO); // interior nodes wait for the crossings around them
-        find_roots(self.model, self.tolerance(), &cell.tape, &ends, out, scratch, batch)
+        self.roots(cell).find(&ends, out, batch)
     }
 
     /// Puts interior nodes where their cell's triangles want them, then onto the surface where it is met inside the cell on
@@ -464,7 +454,7 @@ impl Extractor<'_> {
         mesh: &mut TriMesh,
     ) -> Result<()> {
         let h = self.options.size;
-        let (mut scratch, mut batch) = (Scratch::default(), Batch::default());
+        let mut batch = Batch::default();
         let mut triangle = 0;
         for ((cell, c), first) in bricks.cells.iter().zip(counted).zip(first) {
             if c.special.iter().all(|s| s.interior == 0) {
@@ -506,7 +496,7 @@ impl Extractor<'_> {
                 (0..ends.len()).partition(|i| side(ends[*i][0]) != side(ends[*i][1]));
             let mut found = vec![DVec3::ZERO; crossing.len()];
             let ends_of: Vec<[DVec3; 2]> = crossing.iter().map(|i| ends[*i]).collect();
-            find_roots(self.model, self.tolerance(), &cell.tape, &ends_of, &mut found, &mut scratch, &mut batch)?;
+            self.roots(cell).find(&ends_of, &mut found, &mut batch)?;
             for (i, p) in crossing.iter().zip(found) {
                 mesh.nodes[moves[*i].0] = p;
             }
@@ -530,23 +520,20 @@ impl Extractor<'_> {
             work.push((cell, a, b));
         }
         work.into_par_iter()
-            .map_init(
-                || (Scratch::default(), Batch::default()),
-                |(scratch, batch), (cell, triangles, labels)| {
-                    self.run.check()?;
-                    if let Some(face) = cell.tape.only_face() {
-                        labels.fill(face);
-                        return Ok(());
-                    }
-                    batch.clear();
-                    for t in triangles {
-                        let [a, b, c] = t.map(|v| nodes[v as usize]);
-                        batch.push((a + b + c) / 3.0);
-                    }
-                    cell.tape.faces(&self.model.leaves, [&batch.x, &batch.y, &batch.z], labels, scratch);
-                    Ok(())
-                },
-            )
+            .map_init(Batch::default, |batch, (cell, triangles, labels)| {
+                self.run.check()?;
+                if let Some(face) = cell.tape.only_face() {
+                    labels.fill(face);
+                    return Ok(());
+                }
+                batch.clear();
+                for t in triangles {
+                    let [a, b, c] = t.map(|v| nodes[v as usize]);
+                    batch.push((a + b + c) / 3.0);
+                }
+                batch.faces(&cell.tape, self.model, labels);
+                Ok(())
+            })
             .collect()
     }
 }

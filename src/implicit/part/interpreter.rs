@@ -444,7 +444,7 @@ impl<'a> Interpreter<'a> {
         {
             let object = self.eval(&a.value)?;
             let arguments = self.arguments(c)?;
-            return methods::call(self, range, object, a.attr.as_str(), a.attr.range, arguments);
+            return methods::call(self, range, object, &a.attr, arguments);
         }
         let f = self.eval(&c.func)?;
         let arguments = self.arguments(c)?;

@@ -1,6 +1,7 @@
 //! Methods of solids: placement, names, sizes.
 
 use glam::{DMat3, DVec3};
+use ruff_python_ast::Identifier;
 use ruff_text_size::TextRange;
 
 use super::super::solid::{Placement, Solid};
@@ -18,10 +19,10 @@ pub(super) fn call<'a>(
     it: &Interpreter<'a>,
     range: TextRange,
     object: Value<'a>,
-    name: &str,
-    name_range: TextRange,
+    method: &Identifier,
     arguments: Vec<Argument<'a>>,
 ) -> Result<Value<'a>> {
+    let (name, name_range) = (method.as_str(), method.range);
     let Some(method) = NAMES.iter().find(|n| **n == name) else {
         return Err(it
             .error(name_range, format!("there is no method {name:?}"))
