@@ -226,3 +226,18 @@ fn sharp_rims_elsewhere_are_as_sharp_beside_fillets() {
         assert_eq!(c.euler, 4);
     }
 }
+
+#[test]
+fn a_fillet_that_ends_in_a_slanted_face_needs_one_attempt() {
+    // Near the line where the fillet ends in the block's upper face, interpolants of the fillet dip below that face, here and there.
+    let block = cuboid([-1.0, 0.0, -1.0], [1.0, 1.75, 1.5]).name("block");
+    let (half, at) = (DVec3::new(0.91, 0.37, 0.46), DVec3::new(0.47, 1.4, -0.19));
+    let rotation = DMat3::from_rotation_x(17f64.to_radians());
+    let bar = Solid::cuboid(at - half, at + half).placed(Placement { rotation, ..Placement::IDENTITY });
+    for size in [0.2, 0.3, 0.4, 0.55, 0.6] {
+        let report = made(block.clone().blend(bar.clone(), 0.1), size).report;
+        assert_eq!((report.shortfalls, report.warnings), (Vec::new(), Vec::new()), "at {size}");
+        assert_eq!(report.attempts.len(), 1, "at {size}: {:?}", report.attempts);
+        assert!(report.check.unwrap().certificate.is_sound(), "at {size}");
+    }
+}

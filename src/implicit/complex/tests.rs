@@ -7,7 +7,6 @@ use super::cell::{Crossed, Facet, Named, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
 use crate::implicit::{Expr, Placement, Primitive, RSystem, Solid};
-use crate::numeric::Sets;
 use crate::spatial::Aabb;
 
 /// Boolean functions of up to three sides: meeting, joining, differences, touching sectors.
@@ -493,44 +492,6 @@ fn surfaces_beside_each_other_show_no_patches_of_the_hidden_one() {
     assert!(seen > 50, "{seen}");
 }
 
-/// How many patches each leaf has.
-fn patches(a: &Arranged) -> Vec<usize> {
-    let TriMesh { triangles, labels, .. } = &a.made.mesh;
-    let mut edges: Vec<([u32; 2], u32)> = Vec::new();
-    for (t, nodes) in (0..).zip(triangles) {
-        let of = |k: usize| [nodes[k], nodes[(k + 1) % 3]];
-        edges.extend((0..3).map(|k| ([of(k)[0].min(of(k)[1]), of(k)[0].max(of(k)[1])], t)));
-    }
-    edges.sort_unstable();
-    let mut sets = Sets::new(triangles.len());
-    for pair in edges.windows(2).filter(|w| w[0].0 == w[1].0) {
-        let [s, t] = [pair[0].1, pair[1].1];
-        if labels[s as usize] == labels[t as usize] {
-            sets.join(s, t);
-        }
-    }
-    let mut count = vec![0; a.made.mesh.faces.len()];
-    for t in 0..triangles.len() as u32 {
-        count[labels[t as usize] as usize] += usize::from(sets.find(t) == t);
-    }
-    count
-}
-
-#[test]
-fn a_fillet_that_ends_in_a_plane_has_no_islands_of_it() {
-    // Where it ends the fillet lies on the plane as well as it can, and linear interpolants of it dip below in places.
-    let ground = Solid::half_space(DVec3::Y, DVec3::ZERO);
-    for (angle, size) in [(17.0f64, 0.4), (17.0, 0.3), (25.0, 0.4), (35.0, 0.35), (50.0, 0.5)] {
-        let (sin, cos) = angle.to_radians().sin_cos();
-        let ramp = Solid::half_space(DVec3::new(0.0, cos, sin), DVec3::new(0.0, 0.0, -0.21));
-        let a = made(&(ground.clone().blend(ramp, 0.2) & Solid::cuboid(DVec3::NEG_ONE, DVec3::ONE)), size);
-        sound(&a);
-        let count = patches(&a);
-        assert!(count.iter().all(|n| *n <= 1), "{angle} {size}: {count:?}");
-    }
-}
-
-/// Leaves that are planes, nodes on them, and triangles of which the lower leaf has one half.
 fn plane(n: DVec3) -> Leaf {
     Leaf::Plane { n, d: 0.0 }
 }
