@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::crossed::{ROOM, crossed, intersecting, with_all_along};
 use super::history::{Attempt, Proof, Tried};
 use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use super::leaf::exact_options;
@@ -22,7 +23,7 @@ use crate::optimize::exact::{
 };
 use crate::quality::Fault;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::Aabb;
 
 /// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
 pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -57,52 +58,10 @@ pub(super) const LOOSE: f64 = 2.0;
 const LACKING: f64 = 0.125;
 /// They are not halved again where that many times the cells were not enough: an arrangement takes a quarter of the time of an attempt.
 const MOST_GROWN: usize = 2;
-/// How often triangles stay around what is at fault,
+/// How often triangles stay around what is at fault.
 const KEPT: usize = 4;
-/// and how far around it each time, as a share of the edges there.
-const ROOM: f64 = 0.5;
-/// Crossings are in a row where so many edges fit between them: with one edge two random trees took a third attempt, with two none.
-const IN_A_ROW: f64 = 2.0;
 /// Beside triangles that stay edges are as long as theirs, but not shorter than this share of the size.
 const LEAST_BESIDE: f64 = 0.05;
-
-/// How many triangles intersect others.
-fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
-    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    bad.sort_unstable();
-    bad.dedup();
-    Ok(bad.len())
-}
-
-/// Boxes around places where triangles cross, and around those that are folded, with the length of edges there. Of a long triangle that is
-/// a small part.
-fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
-    let ExactMesh { mesh, report, .. } = made;
-    if report.self_intersections + report.inverted == 0 {
-        return Ok(Vec::new());
-    }
-    let pairs = self_intersections(mesh, run)?.into_iter().map(|pair| mesh.meeting(pair));
-    let folded = report.faults.iter().skip(report.self_intersections).map(|b| (*b, b.size().max_element()));
-    Ok(pairs.chain(folded).collect())
-}
-
-/// Places, and where triangles of an arrangement cross in a row from one of them. Surfaces run into each other along a line: where it
-/// stays as it comes at one end, triangles cross beside that next.
-fn with_all_along(arranged: &TriMesh, mut places: Vec<Aabb>, run: &Run) -> Result<Vec<Aabb>> {
-    let pairs = self_intersections(arranged, run)?.into_iter().map(|pair| arranged.meeting(pair));
-    let (crossed, beside): (Vec<_>, Vec<_>) = pairs.map(|(b, l)| (b.grown(ROOM * l), b.grown(IN_A_ROW * l))).unzip();
-    let (tree, mut known) = (Bvh::new(beside), vec![false; crossed.len()]);
-    let mut next = 0;
-    while let Some(place) = places.get(next).copied() {
-        tree.overlapping(&place, |k| {
-            if !std::mem::replace(&mut known[k as usize], true) {
-                places.push(crossed[k as usize]);
-            }
-        });
-        next += 1;
-    }
-    Ok(places)
-}
 
 /// Cells that are tried: which [share](CELLS) of the size, and how much smaller around places that came out at fault.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -450,6 +409,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             scout.look(&made, self.ready, run)?;
         }
         let made = self.with_what_lacks(cell, made, run)?;
+        let made = self.with_what_crosses(cell, made, run)?;
         // Where all is proved at those places cells are as they were, and the rest would be, too.
         let as_before = self.arranged.as_ref().is_some_and(|b| b.1.made.mesh == made.made.mesh && !self.start.keeps());
         if as_before || made.made.mesh.triangles.is_empty() {
@@ -498,6 +458,23 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             }
         }
         self.start = best;
+        Ok(made)
+    }
+
+    /// An arrangement with smaller cells where its triangles cross, as long as fewer do, if there are more than can be healed: what is made of
+    /// such a one has as many faults.
+    fn with_what_crosses(&mut self, cell: f64, mut made: Arranged, run: &Run) -> Result<Arranged> {
+        let too_many = |made: &Arranged| MOST_HEALED * made.crossed > made.made.mesh.triangles.len();
+        while too_many(&made) && !made.unproved.is_empty() && self.start.times + 1 < SMALLER.len() {
+            let mesh = &made.made.mesh;
+            let pairs = self_intersections(mesh, run)?.into_iter().map(|pair| mesh.meeting(pair));
+            let mut start = Start { times: self.start.times + 1, ..self.start.clone() };
+            start.places.extend(pairs.map(|(b, length)| b.grown(length)));
+            match self.arrange_once(cell, &start, run)? {
+                Some(finer) if finer.crossed < made.crossed => (made, self.start) = (finer, start),
+                _ => break,
+            }
+        }
         Ok(made)
     }
 
@@ -599,29 +576,6 @@ impl Ladder for CellLadder<'_, '_> {
 mod tests {
     use super::*;
     use crate::implicit::{ExtractOptions, Implicit, RSystem, Solid, extract};
-
-    #[test]
-    fn crossings_in_a_row_stay_together() {
-        // Pairs of triangles that cross, 1.5 edges apart from each other, but for the last one.
-        let mut mesh = TriMesh::default();
-        for x in [0.0, 2.5, 5.0, 12.0] {
-            for corners in [
-                [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-                [[0.2, 0.2, -0.5], [0.4, 0.2, -0.5], [0.3, 0.3, 0.5]],
-            ] {
-                let first = mesh.nodes.len() as u32;
-                mesh.nodes.extend(corners.map(|c| DVec3::from(c) + x * DVec3::X));
-                mesh.triangles.push([first, first + 1, first + 2]);
-                mesh.labels.push(0);
-            }
-        }
-        let at = |x: f64| Aabb::around([DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 1.0, 0.1)]);
-        let kept = with_all_along(&mesh, vec![at(0.0)], &Run::new()).unwrap();
-        assert_eq!(kept.len(), 4);
-        assert!(kept.iter().any(|b| b.overlaps(&at(5.0))) && !kept.iter().any(|b| b.overlaps(&at(12.0))));
-        let alone = with_all_along(&mesh, vec![at(20.0)], &Run::new()).unwrap();
-        assert_eq!(alone, [at(20.0)]);
-    }
 
     #[test]
     fn nothing_is_joined_where_triangles_stay() {

@@ -13,6 +13,7 @@ mod built;
 mod cells;
 mod compare;
 mod compare_soup;
+mod crossed;
 mod discrete;
 mod distance;
 mod faults;

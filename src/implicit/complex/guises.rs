@@ -27,6 +27,8 @@ pub(super) struct Guises<'a> {
     pub(super) reach: &'a [f64],
     /// The size of the part.
     pub(super) scale: f64,
+    /// Whether patches with triangles that were turned over are looked at, too.
+    pub(super) turned: bool,
 }
 
 /// A patch that is to be another leaf's.
@@ -49,7 +51,8 @@ impl Guises<'_> {
     ) {
         let mut lost = vec![false; places.len()];
         astray.iter().for_each(|v| lost[*v as usize] = true);
-        let is_seed = |t: &Triangle| t.nodes.iter().any(|v| lost[*v as usize]) || self.is_turned(t, places);
+        let is_seed =
+            |t: &Triangle| t.nodes.iter().any(|v| lost[*v as usize]) || self.turned && self.is_turned(t, places);
         let seeds: Vec<u32> = (0..triangles.len() as u32).filter(|t| is_seed(&triangles[*t as usize])).collect();
         if seeds.is_empty() {
             return;
@@ -59,7 +62,8 @@ impl Guises<'_> {
             let Some(around) = around(&patch, triangles) else { continue };
             let of = &triangles[around as usize];
             let moved = self.astray(&patch, of, &Known { places, on, lost: &lost, triangles });
-            let moved = moved.or_else(|| self.hidden(&patch, of, on, triangles));
+            let hidden = || if self.turned { self.hidden(&patch, of, on, triangles) } else { None };
+            let moved = moved.or_else(hidden);
             found.extend(moved.map(|moved| Other { triangles: patch.triangles, beside: around, moved }));
         }
         for other in found {

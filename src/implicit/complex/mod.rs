@@ -46,7 +46,7 @@ use super::model::Implicit;
 use super::newton::leaves_of;
 use super::tape::{Op, Tape};
 use crate::error::{Error, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{TriMesh, self_intersections};
 use crate::run::Run;
 use crate::spatial::Aabb;
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted, walls};
@@ -98,6 +98,8 @@ pub(crate) struct Arranged {
     pub(crate) cells: usize,
     /// Those in which the arrangement is not proved.
     pub(crate) unproved: Vec<OpenCell>,
+    /// How many pairs of its triangles cross; not looked at of a block.
+    pub(crate) crossed: usize,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
     pub(crate) astray: Vec<u32>,
     /// Where the linear interpolants vanish, for each node; empty of a block.
@@ -200,15 +202,27 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let mut astray = nodes.settle();
         if block.is_none() {
             let mut places = nodes.places;
-            let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale };
+            let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale, turned: false };
             guises.lift(&mut places, &mut on, &mut triangles, &mut astray);
             nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
         }
-        if block.is_none() {
-            nodes.straighten(&linear, &triangles, run)?;
-        }
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;
+        let mut crossed = if block.is_none() { crossings(&places, &triangles, run)? } else { 0 };
+        if crossed > 0 {
+            // What goes farther is taken back where that leaves as many.
+            let (mut put, mut put_on, mut put_triangles) = (places.clone(), on.clone(), triangles.clone());
+            let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale, turned: true };
+            guises.lift(&mut put, &mut put_on, &mut put_triangles, &mut astray);
+            let mut nodes = Nodes { places: put, on: &put_on, reach: &reach, leaves, scale, stay: &stay, common };
+            nodes.straighten(&linear, &put_triangles, run)?;
+            nodes.untangle_together(&put_triangles, run)?;
+            let left = crossings(&nodes.places, &put_triangles, run)?;
+            if left < crossed {
+                (places, triangles, crossed) = (nodes.places, put_triangles, left);
+                on = put_on;
+            }
+        }
         let mut ends = Vec::new();
         if drop_islands(&places, &on, &mut triangles) || block.is_some() {
             let kept = own_nodes(&mut triangles, places.len());
@@ -234,11 +248,19 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             touches: copies.len() > keys.len(),
             cells: held.len(),
             unproved,
+            crossed,
             astray,
             linear,
             ends,
         })
     })
+}
+
+/// How many pairs of triangles cross.
+fn crossings(places: &[DVec3], triangles: &[Triangle], run: &Run) -> Result<usize> {
+    let triangles = triangles.iter().map(|t| t.nodes).collect();
+    let mesh = TriMesh { nodes: places.to_vec(), triangles, ..TriMesh::default() };
+    Ok(self_intersections(&mesh, run)?.len())
 }
 
 /// The leaves as they are taken in cells of about a size, if that is another for any of them.

@@ -56,6 +56,15 @@ struct Stars<'a> {
     around: &'a [Vec<u32>],
 }
 
+/// The triangles around each node.
+fn stars(triangles: &[Triangle], nodes: usize) -> Vec<Vec<u32>> {
+    let mut around: Vec<Vec<u32>> = vec![Vec::new(); nodes];
+    for (t, triangle) in (0..).zip(triangles) {
+        triangle.nodes.iter().for_each(|v| around[*v as usize].push(t));
+    }
+    around
+}
+
 impl Nodes<'_> {
     /// Puts each node where its leaves vanish, if that is near. Those for which it is not stay, and are returned.
     pub(super) fn settle(&mut self) -> Vec<u32> {
@@ -85,14 +94,11 @@ impl Nodes<'_> {
     /// Moves nodes around triangles that are turned over or flat, along what they lie on, to the middle of their neighbors there
     /// or part of the way, as long as the worst triangle around them gets better.
     pub(super) fn untangle(&mut self, triangles: &[Triangle], run: &Run) -> Result<()> {
-        let mut around: Vec<Vec<u32>> = vec![Vec::new(); self.places.len()];
-        for (t, triangle) in triangles.iter().enumerate() {
-            triangle.nodes.iter().for_each(|v| around[*v as usize].push(t as u32));
-        }
+        let around = stars(triangles, self.places.len());
         let stars = Stars { triangles, around: &around };
         let Some(Common { walls, .. }) = self.common else {
-            let bad = self.rounds(&stars, |_| true, GOES, run)?;
-            return self.smooth(bad, &stars, run);
+            self.rounds(&stars, |_| true, GOES, run)?;
+            return Ok(());
         };
         for most in (1..=3).rev() {
             // How many go is another share in the block beside, where the same nodes must move as often.
@@ -100,6 +106,14 @@ impl Nodes<'_> {
         }
         self.rounds(&stars, |v| walls[v as usize] == 0, GOES, run)?;
         Ok(())
+    }
+
+    /// Moves nodes like [`untangle`](Self::untangle), then those around triangles that are left together.
+    pub(super) fn untangle_together(&mut self, triangles: &[Triangle], run: &Run) -> Result<()> {
+        let around = stars(triangles, self.places.len());
+        let stars = Stars { triangles, around: &around };
+        let bad = self.rounds(&stars, |_| true, GOES, run)?;
+        self.smooth(bad, &stars, run)
     }
 
     /// Moves some of the nodes, until fewer than a share of the bad triangles around them go. Returns those that are left.

@@ -1,0 +1,79 @@
+//! Where triangles cross, in a mesh and all along a row of places in an arrangement.
+
+use crate::error::Result;
+use crate::mesh::{TriMesh, self_intersections};
+use crate::optimize::exact::ExactMesh;
+use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
+
+/// How far around what is at fault triangles stay, once more each time, as a share of the edges there.
+pub(super) const ROOM: f64 = 0.5;
+/// Crossings are in a row where so many edges fit between them: with one edge two random trees took a third attempt, with two none.
+const IN_A_ROW: f64 = 2.0;
+
+/// How many triangles intersect others.
+pub(super) fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    Ok(bad.len())
+}
+
+/// Boxes around places where triangles cross, and around those that are folded, with the length of edges there. Of a long triangle that is
+/// a small part.
+pub(super) fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
+    let ExactMesh { mesh, report, .. } = made;
+    if report.self_intersections + report.inverted == 0 {
+        return Ok(Vec::new());
+    }
+    let pairs = self_intersections(mesh, run)?.into_iter().map(|pair| mesh.meeting(pair));
+    let folded = report.faults.iter().skip(report.self_intersections).map(|b| (*b, b.size().max_element()));
+    Ok(pairs.chain(folded).collect())
+}
+
+/// Places, and where triangles of an arrangement cross in a row from one of them. Surfaces run into each other along a line: where it
+/// stays as it comes at one end, triangles cross beside that next.
+pub(super) fn with_all_along(arranged: &TriMesh, mut places: Vec<Aabb>, run: &Run) -> Result<Vec<Aabb>> {
+    let pairs = self_intersections(arranged, run)?.into_iter().map(|pair| arranged.meeting(pair));
+    let (crossed, beside): (Vec<_>, Vec<_>) = pairs.map(|(b, l)| (b.grown(ROOM * l), b.grown(IN_A_ROW * l))).unzip();
+    let (tree, mut known) = (Bvh::new(beside), vec![false; crossed.len()]);
+    let mut next = 0;
+    while let Some(place) = places.get(next).copied() {
+        tree.overlapping(&place, |k| {
+            if !std::mem::replace(&mut known[k as usize], true) {
+                places.push(crossed[k as usize]);
+            }
+        });
+        next += 1;
+    }
+    Ok(places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn crossings_in_a_row_stay_together() {
+        // Pairs of triangles that cross, 1.5 edges apart from each other, but for the last one.
+        let mut mesh = TriMesh::default();
+        for x in [0.0, 2.5, 5.0, 12.0] {
+            for corners in [
+                [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                [[0.2, 0.2, -0.5], [0.4, 0.2, -0.5], [0.3, 0.3, 0.5]],
+            ] {
+                let first = mesh.nodes.len() as u32;
+                mesh.nodes.extend(corners.map(|c| DVec3::from(c) + x * DVec3::X));
+                mesh.triangles.push([first, first + 1, first + 2]);
+                mesh.labels.push(0);
+            }
+        }
+        let at = |x: f64| Aabb::around([DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 1.0, 0.1)]);
+        let kept = with_all_along(&mesh, vec![at(0.0)], &Run::new()).unwrap();
+        assert_eq!(kept.len(), 4);
+        assert!(kept.iter().any(|b| b.overlaps(&at(5.0))) && !kept.iter().any(|b| b.overlaps(&at(12.0))));
+        let alone = with_all_along(&mesh, vec![at(20.0)], &Run::new()).unwrap();
+        assert_eq!(alone, [at(20.0)]);
+    }
+}
