@@ -208,6 +208,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         }
         nodes.untangle(&triangles, run)?;
         let mut places = nodes.places;
+        let mut dropped = drop_islands(&places, &on, &mut triangles);
         let mut crossed = if block.is_none() { crossings(&places, &triangles, run)? } else { 0 };
         if crossed > 0 {
             // What goes farther is taken back where that leaves as many.
@@ -221,10 +222,11 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             if left < crossed {
                 (places, triangles, crossed) = (nodes.places, put_triangles, left);
                 on = put_on;
+                dropped |= drop_islands(&places, &on, &mut triangles);
             }
         }
         let mut ends = Vec::new();
-        if drop_islands(&places, &on, &mut triangles) || block.is_some() {
+        if dropped || block.is_some() {
             let kept = own_nodes(&mut triangles, places.len());
             ends = at_ends(&triangles).into_iter().map(|v| (v, names[kept[v as usize] as usize].packed())).collect();
             places = kept.iter().map(|v| places[*v as usize]).collect();
