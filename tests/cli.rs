@@ -239,8 +239,8 @@ fn mistakes_with_sequences_name_their_place_and_write_nothing() {
 #[test]
 fn verbose_tells_of_every_attempt_and_stage() {
     let dir = TempDir::new().unwrap();
-    let source = "part(sphere(1) | cylinder(0.004, height=4))\n";
-    let run = mesh_source(dir.path(), source, &["--size", "0.3", "-v", "-q", "--report", "r.json"]).success();
+    let source = "part(sphere(1) | cylinder(0.0015, height=4))\n";
+    let run = mesh_source(dir.path(), source, &["--size", "0.15", "-v", "-q", "--report", "r.json"]).success();
     let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
     let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
     let attempts = report["attempts"].as_array().unwrap();
@@ -249,7 +249,7 @@ fn verbose_tells_of_every_attempt_and_stage() {
     assert_eq!(attempts.iter().filter(|a| a["kept"] == true).count(), 1, "{report}");
     assert_eq!(text.lines().filter(|l| l.starts_with("attempt: ")).count(), attempts.len(), "{text}");
     // They are told as they end, in the order of time, before anybody knows which one is kept.
-    assert!(text.contains(" s: a face is passed over") && text.contains("stage: check: "), "{text}");
+    assert!(text.contains(" s: some of the surface is not in the mesh") && text.contains("stage: check: "), "{text}");
     let order = ["attempt: ", "stage: mesh: ", "stage: check: ", "kept: "].map(|s| text.find(s).unwrap());
     assert!(order.is_sorted() && text.matches("kept: ").count() == 1, "{text}");
     assert_eq!(attempts.last().unwrap()["triangles"], report["check"]["triangles"]);

@@ -102,7 +102,7 @@ fn low_caps_and_shallow_dents_have_their_faces() {
 
 #[test]
 fn faces_too_small_for_all_cells_are_named() {
-    let solid = ball(1.0, [0.0; 3]) & Solid::half_space(DVec3::Z, DVec3::Z * 0.99999);
+    let solid = ball(1.0, [0.0; 3]) & Solid::half_space(DVec3::Z, DVec3::Z * 0.9999999);
     let options = MeshOptions { size: Some(SizeRequest::Length(0.2)), ..MeshOptions::default() };
     let made = mesh_part(&Part::from_solid(solid), &options, &Run::new()).unwrap();
     assert!(
