@@ -165,7 +165,7 @@ struct Extractor<'a> {
 }
 
 /// Bricks, what was counted in each, and the number of the first node of each.
-struct Numbered<'a> {
+struct NumberedBricks<'a> {
     bricks: &'a Bricks,
     counted: &'a [Counted],
     first: &'a [u32],
@@ -340,7 +340,7 @@ impl Extractor<'_> {
             targets.push(Target { nodes: n, triangles: t, first_node: *first_node });
         }
         let total = targets.len().max(1);
-        let numbered = Numbered { bricks, counted, first };
+        let numbered = NumberedBricks { bricks, counted, first };
         targets
             .into_par_iter()
             .enumerate()
@@ -354,8 +354,8 @@ impl Extractor<'_> {
             .collect()
     }
 
-    fn fill_brick(&self, of: &Numbered<'_>, index: usize, target: Target<'_>, batch: &mut Batch) -> Result<()> {
-        let Numbered { bricks, counted, first } = *of;
+    fn fill_brick(&self, of: &NumberedBricks<'_>, index: usize, target: Target<'_>, batch: &mut Batch) -> Result<()> {
+        let NumberedBricks { bricks, counted, first } = *of;
         let (cell, me) = (&bricks.cells[index], &counted[index]);
         // ranks of this brick and of those at its upper sides, made when first asked for
         let mut ranks: [Option<(u32, Ranks)>; 8] = [const { None }; 8];
