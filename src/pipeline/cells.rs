@@ -553,7 +553,13 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        let is_worth_it = self.start.times == 0 || last.exact.mesh.triangles.len() <= CHEAP;
+        // Where all is proved around faults cells would stay as they are.
+        let open = self.arranged.iter().flat_map(|(_, made)| &made.unproved);
+        let is_open = || {
+            let mut at = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
+            at.any(|b| open.clone().any(|u| u.cell.overlaps(&b)))
+        };
+        let is_worth_it = last.exact.mesh.triangles.len() <= CHEAP || (self.start.times == 0 && is_open());
         if goes_on && !last.start.keeps() && is_worth_it && self.start.times + 1 < SMALLER.len() {
             self.start.times += 1;
             let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
