@@ -1,4 +1,4 @@
-//! Meshes with exact edges and corners, for surfaces known as [pieces](Pieces): cut the extracted mesh along the borders
+//! Meshes with exact edges and corners, for surfaces known as [pieces](InPieces): cut the extracted mesh along the borders
 //! of the pieces, put every node where its pieces meet, and remesh each patch between its borders.
 
 mod angles;
