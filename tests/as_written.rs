@@ -301,6 +301,24 @@ fn a_wall_that_bends_across_a_plane_leaves_no_islands() {
     near(c.volume, PI * (8.8 * 8.8 - 7.2 * 7.2) * 8.0, 2e-3, text);
 }
 
+/// A Fresnel lens whose last step lies on its rim: the formula has a sheet without thickness there, which is no part of the solid.
+#[test]
+fn a_step_on_the_rim_leaves_nothing_lost() {
+    let text = "r = hypot(x, y)\n\
+                ring = floor(r / 1.5)\n\
+                h = 2.6 - 0.02 * (r**2 - (1.5 * ring)**2)\n\
+                part(solid(z <= h) & solid(z >= 0) & cylinder(9, height=20))\n\
+                mesh(size='2%')\n";
+    let c = at_once(text);
+    assert_eq!((c.components, c.euler), (1, 2));
+    let ring = |k: i32| {
+        let (a, b) = (1.5 * f64::from(k), 1.5 * f64::from(k + 1));
+        let area = b * b - a * a;
+        PI * (2.6 * area - 0.01 * (b.powi(4) - a.powi(4)) + 0.02 * a * a * area)
+    };
+    near(c.volume, (0..6).map(ring).sum(), 1e-3, text);
+}
+
 /// Between a block, by its distance, and a ball: where the ball is outside, the surface is within the block and has its edges. Elsewhere
 /// these are rounded off by as much as the surface is away from the block. And a block with waves on it, whose edges are sharp where they are
 /// dents.

@@ -47,12 +47,25 @@ pub(crate) struct SurfacePoint {
 
 impl SurfacePoint {
     /// Whether the solid, or what is outside of it, is so thin here that it is a matter of rounding: nothing a [`THINNEST`] of the part away
-    /// is on another side than the rest.
+    /// is on another side than the rest. A sheet along the face that is no thicker than rounding is on the side of what it lies in.
     pub(crate) fn is_in_passing(&self, model: &Implicit) -> bool {
-        let reach = THINNEST * model.bounds().diagonal();
+        let scale = model.bounds().diagonal();
+        let across = |op: &Op| match op {
+            Op::Leaf { leaf, face, .. } if *face == self.face => {
+                let leaf = &model.leaves[*leaf as usize];
+                leaf.passes(self.at, APART * scale).then(|| leaf.slope(self.at).normalize_or_zero() * APART * scale)
+            }
+            _ => None,
+        };
+        let across: Vec<DVec3> = model.tape.ops.iter().filter_map(across).collect();
+        let is_inside = |p: DVec3| {
+            let here = model.inside(p);
+            let is_sheet = |d: &DVec3| model.inside(p + *d) != here && model.inside(p - *d) != here;
+            here != across.iter().any(is_sheet)
+        };
         let beside = |k: usize| DVec3::new((k % 3) as f64 - 1.0, (k / 3 % 3) as f64 - 1.0, (k / 9) as f64 - 1.0);
-        let places = (0..27).filter(|k| *k != 13).map(|k| self.at + reach * beside(k).normalize());
-        let inside = places.filter(|p| model.inside(*p)).count();
+        let places = (0..27).filter(|k| *k != 13).map(|k| self.at + THINNEST * scale * beside(k).normalize());
+        let inside = places.filter(|p| is_inside(*p)).count();
         inside == 0 || inside == 26
     }
 

@@ -228,7 +228,7 @@ pub(super) fn triangulate(mut ring: Vec<(u32, DVec3)>, out: &mut dyn FnMut([u32;
 }
 
 /// Sides of triangles by edge, ascending: the edge's nodes, then three times the triangle and which of its sides.
-fn sides(triangles: &[Triangle]) -> Vec<([u32; 2], u32)> {
+pub(super) fn sides(triangles: &[Triangle]) -> Vec<([u32; 2], u32)> {
     let mut all: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32)
         .into_par_iter()
         .with_min_len(4096)

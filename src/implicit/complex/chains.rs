@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::super::lockstep;
 use super::super::newton::nearest;
-use super::assemble::Triangle;
+use super::assemble::{Triangle, sides};
 use super::settle::{Nodes, SWEEPS};
 use crate::error::Result;
 use crate::numeric::{EIGHT_DIGITS, Sets};
@@ -57,25 +57,18 @@ impl Links {
 
 /// Edges whose triangles are of two leaves, ascending by their nodes.
 fn links(on: &[Vec<u32>], triangles: &[Triangle]) -> Vec<Link> {
-    let is_border = |v: u32| on[v as usize].len() > 1;
-    let mut sides: Vec<([u32; 2], u32)> = Vec::new();
-    for (t, triangle) in (0..).zip(triangles) {
-        let [a, b, c] = triangle.nodes;
-        let borders = [[a, b], [b, c], [c, a]].into_iter().filter(|e| e.iter().all(|v| is_border(*v)));
-        sides.extend(borders.map(|[u, v]| ([u.min(v), u.max(v)], t)));
-    }
-    sides.sort_unstable();
+    let is_border = |ends: [u32; 2]| ends.iter().all(|v| on[*v as usize].len() > 1);
     let link = |pair: &[([u32; 2], u32)]| {
-        let &[(ends, s), (_, t)] = pair else { return None };
-        let mut both = [&triangles[s as usize], &triangles[t as usize]];
-        both.sort_by_key(|t| t.leaf);
-        let [one, other] = both;
-        let runs_so = (0..3).any(|k| [one.nodes[k], one.nodes[(k + 1) % 3]] == ends);
-        let ends = if runs_so { ends } else { [ends[1], ends[0]] };
+        let &[(ends, s), (_, o)] = pair else { return None };
+        let leaf = |side: u32| triangles[(side / 3) as usize].leaf;
+        let mut both = [s, o];
+        both.sort_by_key(|side| leaf(*side));
+        let [one, other] = both.map(|side| &triangles[(side / 3) as usize]);
+        let ends = if one.nodes[(both[0] % 3) as usize] == ends[0] { ends } else { [ends[1], ends[0]] };
         let link = Link { ends, leaves: [one.leaf, other.leaf], plus: [one.plus, other.plus] };
-        (one.leaf != other.leaf).then_some(link)
+        (one.leaf != other.leaf && is_border(ends)).then_some(link)
     };
-    sides.chunk_by(|a, b| a.0 == b.0).filter_map(link).collect()
+    sides(triangles).chunk_by(|a, b| a.0 == b.0).filter_map(link).collect()
 }
 
 impl Nodes<'_> {

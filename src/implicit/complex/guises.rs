@@ -6,12 +6,14 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
+
 use super::super::leaf::Leaf;
 use super::super::newton::nearest;
 use super::super::tape::Tape;
-use super::assemble::Triangle;
+use super::assemble::{Triangle, sides};
 use super::settle::FLAT;
-use glam::DVec3;
+use super::uncrossed::Boundary;
 
 /// A patch that is hidden where surfaces touch has at most so many triangles: a few tetrahedra show it, and a larger one would be seen in
 /// smaller cells.
@@ -27,8 +29,15 @@ pub(super) struct Guises<'a> {
     pub(super) reach: &'a [f64],
     /// The size of the part.
     pub(super) scale: f64,
-    /// Whether patches with triangles that were turned over are looked at, too.
-    pub(super) turned: bool,
+}
+
+/// What patches are looked for from.
+#[derive(Clone, Copy)]
+pub(super) enum Seeds {
+    /// Triangles with nodes that have gone astray.
+    Astray,
+    /// Triangles that have come together or are turned over.
+    Turned,
 }
 
 /// A patch that is to be another leaf's.
@@ -42,28 +51,26 @@ struct Other {
 
 impl Guises<'_> {
     /// Gives such patches to the surfaces around them. Nodes that were astray on their borders no longer are.
-    pub(super) fn lift(
-        &self,
-        places: &mut [DVec3],
-        on: &mut [Vec<u32>],
-        triangles: &mut [Triangle],
-        astray: &mut Vec<u32>,
-    ) {
+    pub(super) fn lift(&self, of: &mut Boundary, seeds: Seeds) {
+        let Boundary { places, on, triangles, astray, .. } = of;
         let mut lost = vec![false; places.len()];
         astray.iter().for_each(|v| lost[*v as usize] = true);
-        let is_seed =
-            |t: &Triangle| t.nodes.iter().any(|v| lost[*v as usize]) || self.turned && self.is_turned(t, places);
-        let seeds: Vec<u32> = (0..triangles.len() as u32).filter(|t| is_seed(&triangles[*t as usize])).collect();
-        if seeds.is_empty() {
+        let is_seed = |t: &Triangle| match seeds {
+            Seeds::Astray => t.nodes.iter().any(|v| lost[*v as usize]),
+            Seeds::Turned => self.is_turned(t, places),
+        };
+        let first: Vec<u32> = (0..triangles.len() as u32).filter(|t| is_seed(&triangles[*t as usize])).collect();
+        if first.is_empty() {
             return;
         }
         let mut found = Vec::new();
-        for patch in patches(triangles, &seeds) {
+        for patch in patches(triangles, &first) {
             let Some(around) = around(&patch, triangles) else { continue };
             let of = &triangles[around as usize];
-            let moved = self.astray(&patch, of, &Known { places, on, lost: &lost, triangles });
-            let hidden = || if self.turned { self.hidden(&patch, of, on, triangles) } else { None };
-            let moved = moved.or_else(hidden);
+            let moved = match seeds {
+                Seeds::Astray => self.astray(&patch, of, &Known { places, on, lost: &lost, triangles }),
+                Seeds::Turned => self.hidden(&patch, of, on, triangles),
+            };
             found.extend(moved.map(|moved| Other { triangles: patch.triangles, beside: around, moved }));
         }
         for other in found {
@@ -172,22 +179,11 @@ struct LeafPatch {
 
 /// The patches of some triangles.
 fn patches(triangles: &[Triangle], seeds: &[u32]) -> Vec<LeafPatch> {
-    let mut edges: Vec<[u32; 3]> = Vec::with_capacity(3 * triangles.len());
-    for (t, of) in (0..).zip(triangles) {
-        let [a, b, c] = of.nodes;
-        edges.extend([[a, b], [b, c], [c, a]].map(|[u, v]| [u.min(v), u.max(v), t]));
-    }
-    edges.sort_unstable();
     let mut beside = vec![[u32::MAX; 3]; triangles.len()];
-    let mut note = |t: u32, other: u32| {
-        if let Some(free) = beside[t as usize].iter_mut().find(|b| **b == u32::MAX) {
-            *free = other;
-        }
-    };
-    for pair in edges.chunk_by(|a, b| a[..2] == b[..2]) {
-        if let &[[.., s], [.., t]] = pair {
-            note(s, t);
-            note(t, s);
+    for pair in sides(triangles).chunk_by(|a, b| a.0 == b.0) {
+        if let &[(_, s), (_, o)] = pair {
+            beside[(s / 3) as usize][(s % 3) as usize] = o / 3;
+            beside[(o / 3) as usize][(o % 3) as usize] = s / 3;
         }
     }
     let mut seen = vec![false; triangles.len()];

@@ -32,6 +32,7 @@ mod shared;
 #[cfg(test)]
 mod tests;
 mod twins;
+mod uncrossed;
 
 use std::iter::once;
 
@@ -46,7 +47,7 @@ use super::model::Implicit;
 use super::newton::leaves_of;
 use super::tape::{Op, Tape};
 use crate::error::{Error, Result};
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::TriMesh;
 use crate::run::Run;
 use crate::spatial::Aabb;
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted, walls};
@@ -54,13 +55,13 @@ use cell::{Boolean, Crossed, Named};
 use differences::Differences;
 pub(crate) use grid::{GridBlock, cells_along, origin};
 use grid::{Octree, Tetrahedron, Wanted};
-use guises::Guises;
-use islands::drop_islands;
+use guises::{Guises, Seeds};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
 use settle::{Common, Nodes};
 use shared::{Curves, Shared, beside, existing, with};
 use twins::Twins;
+use uncrossed::Boundary;
 
 /// How often cells of the size asked for are halved where the leaves are not shown to be arranged simply: down to a 16th, which shows pins and gaps
 /// a 20th of a cell wide, as in `data/small_features.py`.
@@ -168,7 +169,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         });
         let known: Vec<Judged> = known.into_iter().flatten().collect();
         let open = |(i, j): (&u32, &Judged)| Some(OpenCell { cell: box_of(i), reason: j.unproved? });
-        let unproved = held.iter().zip(&known).filter_map(open).collect();
+        let unproved: Vec<OpenCell> = held.iter().zip(&known).filter_map(open).collect();
         let with_curves = held.iter().zip(known).filter(|x| !x.1.shared.is_empty());
         let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared)).collect();
         let mut tetrahedra = tree.tetrahedra();
@@ -197,34 +198,30 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let walls = if block.is_some() { walls(&triangles, places.len()) } else { Vec::new() };
         let common = block.is_some().then_some(Common { names: &names, walls: &walls });
         let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
-        let (mut on, mut linear) = (on, linear);
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
-        let mut astray = nodes.settle();
+        let astray = nodes.settle();
+        let mut made = Boundary { places: nodes.places, on, triangles, astray, crossed: 0 };
+        let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale };
         if block.is_none() {
-            let mut places = nodes.places;
-            let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale, turned: false };
-            guises.lift(&mut places, &mut on, &mut triangles, &mut astray);
-            nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
+            guises.lift(&mut made, Seeds::Astray);
         }
-        nodes.untangle(&triangles, run)?;
-        let mut places = nodes.places;
-        let mut dropped = drop_islands(&places, &on, &mut triangles);
-        let mut crossed = if block.is_none() { crossings(&places, &triangles, run)? } else { 0 };
-        if crossed > 0 {
-            // What goes farther is taken back where that leaves as many.
-            let (mut put, mut put_on, mut put_triangles) = (places.clone(), on.clone(), triangles.clone());
-            let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale, turned: true };
-            guises.lift(&mut put, &mut put_on, &mut put_triangles, &mut astray);
-            let mut nodes = Nodes { places: put, on: &put_on, reach: &reach, leaves, scale, stay: &stay, common };
-            nodes.straighten(&linear, &put_triangles, run)?;
-            nodes.untangle_together(&put_triangles, run)?;
-            let left = crossings(&nodes.places, &put_triangles, run)?;
-            if left < crossed {
-                (places, triangles, crossed) = (nodes.places, put_triangles, left);
-                on = put_on;
-                dropped |= drop_islands(&places, &on, &mut triangles);
+        let places = std::mem::take(&mut made.places);
+        let mut nodes = Nodes { places, on: &made.on, reach: &reach, leaves, scale, stay: &stay, common };
+        nodes.untangle(&made.triangles, run)?;
+        made.places = nodes.places;
+        let mut dropped = made.drop_islands();
+        // Where all is proved it is chords that cross, which shorter edges part.
+        if block.is_none() && !unproved.is_empty() {
+            made.count_crossings(run)?;
+            if made.crossed > 0
+                && let Some(better) = guises.uncrossed(&made, run)?
+            {
+                made = better;
+                dropped |= made.drop_islands();
             }
         }
+        let Boundary { mut places, mut on, mut triangles, mut astray, crossed } = made;
+        let mut linear = linear;
         let mut ends = Vec::new();
         if dropped || block.is_some() {
             let kept = own_nodes(&mut triangles, places.len());
@@ -256,13 +253,6 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             ends,
         })
     })
-}
-
-/// How many pairs of triangles cross.
-fn crossings(places: &[DVec3], triangles: &[Triangle], run: &Run) -> Result<usize> {
-    let triangles = triangles.iter().map(|t| t.nodes).collect();
-    let mesh = TriMesh { nodes: places.to_vec(), triangles, ..TriMesh::default() };
-    Ok(self_intersections(&mesh, run)?.len())
 }
 
 /// The leaves as they are taken in cells of about a size, if that is another for any of them.

@@ -97,18 +97,16 @@ impl Nodes<'_> {
         let around = stars(triangles, self.places.len());
         let stars = Stars { triangles, around: &around };
         let Some(Common { walls, .. }) = self.common else {
-            self.rounds(&stars, |_| true, GOES, run)?;
-            return Ok(());
+            return self.rounds(&stars, |_| true, GOES, run).map(drop);
         };
         for most in (1..=3).rev() {
             // How many go is another share in the block beside, where the same nodes must move as often.
             self.rounds(&stars, |v| walls[v as usize] == most, f64::NEG_INFINITY, run)?;
         }
-        self.rounds(&stars, |v| walls[v as usize] == 0, GOES, run)?;
-        Ok(())
+        self.rounds(&stars, |v| walls[v as usize] == 0, GOES, run).map(drop)
     }
 
-    /// Moves nodes like [`untangle`](Self::untangle), then those around triangles that are left together.
+    /// Moves nodes like [`untangle`](Self::untangle), but of no block, then those around triangles that are left together.
     pub(super) fn untangle_together(&mut self, triangles: &[Triangle], run: &Run) -> Result<()> {
         let around = stars(triangles, self.places.len());
         let stars = Stars { triangles, around: &around };
@@ -167,7 +165,7 @@ impl Nodes<'_> {
             run.check()?;
             let mut before: BTreeMap<u32, DVec3> = BTreeMap::new();
             for _ in 0..SWEEPS {
-                let is_free = |v: &u32| self.on[*v as usize].len() == 1 && self.stay.binary_search(v).is_err();
+                let is_free = |v: &u32| self.on[*v as usize].len() == 1;
                 let free: BTreeSet<u32> =
                     bad.iter().flat_map(|t| triangles[*t as usize].nodes).filter(is_free).collect();
                 for &v in &free {
