@@ -159,6 +159,9 @@ pub mod merge;
 pub mod optimize;
 
 #[doc(hidden)]
+pub mod remesh;
+
+#[doc(hidden)]
 pub mod pipeline;
 
 // What everything needs.

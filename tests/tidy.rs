@@ -24,6 +24,7 @@ const ROOMS: &[&[&str]] = &[
     &["io", "render", "page"],
     &["implicit", "parametric", "discrete"],
     &["merge", "heal", "optimize"],
+    &["remesh"],
     &["pipeline"],
 ];
 

@@ -14,6 +14,9 @@ use crate::model::tests::torus;
 use crate::model::{
     BorderNodes, Cells, Coedge, Cut, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex, from_mesh,
 };
+use crate::quality::{self, Expectation};
+use crate::render::{RenderOptions, render};
+use crate::run::Run;
 
 fn merged(cut: &Cut) -> Merged {
     Merged::new(cut.model.clone(), cut.fragments.clone()).unwrap()
@@ -302,6 +305,24 @@ fn a_sphere_has_poles_and_is_closed() {
         assert_eq!(mesh.topology(&defects).genus, Some(0));
         assert!(mesh.volume() > 0.0);
     }
+}
+
+#[test]
+fn merged_meshes_are_checked_and_drawn_as_they_are() {
+    let (model, mut fragments) = turned(8, 5, true);
+    let mut face = fragments.face(0).to_fragment();
+    face.collapse_poles();
+    fragments.set_face(0, &face).unwrap();
+    let view = Merged::new(model, fragments).unwrap();
+    let (mesh, run) = (TriMesh::from_view(&view), Run::new());
+    let expected = Expectation::default();
+    let by_view = quality::check(&view, expected, None, &run).unwrap();
+    assert_eq!(by_view, quality::check(&mesh, expected, None, &run).unwrap());
+    assert!(by_view.certificate.is_sound());
+    assert_eq!(quality::quality(&view), quality::quality(&mesh));
+    let options = RenderOptions { width: 64, height: 64, ..RenderOptions::default() };
+    let [a, b] = [&view as &dyn MeshView, &mesh].map(|m| render(m, &options, &run).unwrap().rgb);
+    assert!(a == b && a.iter().any(|c| *c < 200));
 }
 
 /// A square cut along its diagonal into a triangle of one triangle and a polygon, the second with its border anywhere.

@@ -1,8 +1,9 @@
 //! A surface mesh as it is read, however it is kept: in arrays, or as fragments that are merged on the fly.
 //!
-//! Writers take a [`MeshView`]; measures and stages take a [`TriMesh`], which [`TriMesh::from_view`] makes of one. Nodes and
+//! Writers, checks, measures and pictures take a [`MeshView`]; stages take a [`TriMesh`], which [`TriMesh::from_view`] makes of one. Nodes and
 //! cells come in runs, in ascending order, so the price of finding where one is kept is paid per run.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -116,6 +117,11 @@ pub trait MeshView: Sync {
     /// Where the range reaches beyond the cells.
     fn read_cells(&self, range: Range<usize>, take: &mut dyn FnMut(CellRun) -> Result<()>) -> Result<()>;
 
+    /// The mesh itself, where it is kept in arrays.
+    fn in_arrays(&self) -> Option<&TriMesh> {
+        None
+    }
+
     /// Refuses what cannot be read as the other functions promise.
     ///
     /// # Errors
@@ -193,6 +199,10 @@ impl MeshView for TriMesh {
         &self.groups
     }
 
+    fn in_arrays(&self) -> Option<&TriMesh> {
+        Some(self)
+    }
+
     fn node(&self, i: usize) -> DVec3 {
         self.nodes[i]
     }
@@ -221,6 +231,11 @@ impl MeshView for TriMesh {
 }
 
 impl TriMesh {
+    /// A mesh in arrays: as it is where it is kept so, else a [copy](Self::from_view).
+    pub fn of_view(view: &dyn MeshView) -> Cow<'_, TriMesh> {
+        view.in_arrays().map_or_else(|| Cow::Owned(Self::from_view(view)), Cow::Borrowed)
+    }
+
     /// A copy of a mesh in arrays, on rayon's threads. Cells of more than three corners become fans around their first.
     pub fn from_view(view: &dyn MeshView) -> TriMesh {
         let mut mesh =

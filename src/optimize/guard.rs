@@ -170,11 +170,7 @@ pub(super) fn ask_all<T: Send>(
 }
 
 /// [`ask_all`] of what no oracle is asked for.
-pub(super) fn find_all<T: Send>(
-    run: &Run,
-    count: usize,
-    find: impl Fn(u32) -> Option<T> + Sync,
-) -> Result<Vec<Option<T>>> {
+pub fn find_all<T: Send>(run: &Run, count: usize, find: impl Fn(u32) -> Option<T> + Sync) -> Result<Vec<Option<T>>> {
     in_parts(run, count, 4, find, |count, question| (0..count).for_each(question))
 }
 

@@ -26,7 +26,6 @@ pub mod classify;
 pub mod crease;
 pub mod density;
 pub mod dual;
-pub mod exact;
 pub mod flips;
 pub mod grammar;
 pub mod guard;

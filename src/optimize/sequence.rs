@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::classify::{Classes, classify_by_curvature, classify_by_edges};
 use super::crease::{CreaseReport, cut_creases, mark_sharp, settle_creases};
 use super::density::{
-    DEGENERATE_ANGLE, Edits, SHORT, ShortEdges, collapse_short, densify, relax_worst, remove_degenerate,
+    DEGENERATE_ANGLE, Edits, SHORT, ShortEdges, TINY, collapse_short, densify, relax_worst, remove_degenerate,
 };
 use super::dual::snap_to_planes;
 use super::flips::{flip_for_angles, flip_for_normals};
@@ -24,9 +24,6 @@ use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::run::Run;
 
-/// Edges shorter than this share of the wanted length are what marching cubes leaves where the surface passes close to a corner of the
-/// grid, and what cutting leaves; they are removed before anything that looks at normals.
-pub(super) const TINY: f64 = 0.3;
 /// A flip for angles may not bend the surface by more than this (degrees) away from the true normals: on a surface
 /// with eight nodes per radius two neighboring triangles already differ by this much.
 const BEND: f64 = 10.0;

@@ -10,10 +10,10 @@ use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh};
 use crate::numeric::{ROUNDING, Sets};
-use crate::optimize::exact::{ExactOptions, Patchwork, PiecePatch, PieceSet, asked_triangles};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::quality::Fault;
+use crate::remesh::{ExactOptions, Patchwork, PiecePatch, PieceSet, Policy, asked_triangles};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
@@ -324,7 +324,7 @@ pub(super) fn patchwork(
     if some {
         frozen.extend(count..2 * count);
     }
-    Patchwork { sizes, spaced: true, by_angles: true, frozen, ..Patchwork::new(mesh, sets, patches) }
+    Patchwork { sizes, policy: Policy::of_faces(), frozen, ..Patchwork::new(mesh, sets, patches) }
 }
 
 /// Gives every fan of triangles around a node a node of its own: solids may touch themselves in a vertex.
@@ -376,12 +376,12 @@ mod tests {
 
     use super::*;
     use crate::optimize::Sizing;
-    use crate::optimize::exact::{ExactTarget, remesh_patchwork};
     use crate::optimize::size::GRADATION;
     use crate::parametric::Frame;
     use crate::parametric::build::{Extrusion, Wire, extrude_edges};
     use crate::parametric::mesh::MeshSizes;
     use crate::pipeline::body_ladder::stay_around;
+    use crate::remesh::{ExactTarget, remesh_patchwork};
     use crate::spatial::Aabb;
 
     #[test]

@@ -11,9 +11,9 @@ use super::history::{Attempt, Tried};
 use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use crate::error::{Error, Result};
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Place;
+use crate::remesh::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 

@@ -18,10 +18,10 @@ use crate::implicit::{
     Arranged, CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points,
 };
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::{
-    ExactMesh, ExactReport, ExactTarget, InPieces, Observer, Patchwork, patch_pieces, remesh_patches,
-};
 use crate::quality::Fault;
+use crate::remesh::{
+    ExactMesh, ExactReport, ExactTarget, InPieces, Observer, Patchwork, patch_pieces, remesh_patchwork,
+};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -175,7 +175,7 @@ impl Scout {
         let wanted = exact_options(ready, options, self.finest)?;
         let oracle = ImplicitOracle::new(&ready.asked, &self.extracted);
         let target = ExactTarget { surface: &oracle, names: &self.extracted.mesh };
-        let mut exact = remesh_patches(work, target, &wanted, run, observer.as_deref_mut())?;
+        let mut exact = remesh_patchwork(work, target, &wanted, run, observer.as_deref_mut())?;
         if !Arc::ptr_eq(&ready.asked, &ready.model) {
             let reach = IN_PLACE * ready.size;
             run.install(|| ready.model.put_in_place(&mut exact.mesh, &exact.pieces, reach));

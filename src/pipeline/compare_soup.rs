@@ -11,8 +11,8 @@ use super::wish::Wish;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactTarget, Filling, Patchwork, remesh_patchwork};
 use crate::quality::{Against, Expectation, check};
+use crate::remesh::{ExactTarget, Filling, remesh_patchwork};
 use crate::render::View;
 use crate::run::Run;
 
@@ -43,7 +43,8 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     row("input", "as understood", named.clone())?;
     for (method, filling) in [("poisson", Filling::Random), ("frontal", Filling::Front)] {
         let nothing = vec![false; solid.mesh.triangle_capacity()];
-        let work = Patchwork { filling, ..patchwork(&solid, sizes.clone(), &nothing, 0.0) };
+        let mut work = patchwork(&solid, sizes.clone(), &nothing, 0.0);
+        work.policy.filling = filling;
         let target = ExactTarget { surface: &solid, names: &named };
         row(method, "flips", remesh_patchwork(work, target, &exact, run, None)?.mesh)?;
     }

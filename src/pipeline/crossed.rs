@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::ExactMesh;
+use crate::remesh::ExactMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 

@@ -26,8 +26,8 @@ use crate::implicit::part::SizeRequest;
 use crate::io::threemf::has_levelset;
 use crate::io::{self, Format};
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::exact::{ExactMesh, ExactOptions};
 use crate::quality::{Against, Expectation, Fault, check_tested};
+use crate::remesh::{ExactMesh, ExactOptions};
 use crate::run::Run;
 
 /// Where healing left more than one triangle in this many that touches others, all stay.

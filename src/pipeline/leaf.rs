@@ -11,9 +11,9 @@ use crate::error::Result;
 use crate::implicit::part::SizeRequest;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, Off};
 use crate::optimize::improve;
 use crate::quality::Fault;
+use crate::remesh::{ExactMesh, ExactOptions, Off};
 use crate::run::Run;
 use crate::spatial::Graded;
 

@@ -18,7 +18,7 @@ pub enum Method {
     /// Marching cubes, then [`cut_sequence`]: creases are cut where normals differ, the rest smooths, divides and flips.
     Cut,
     /// Edges and corners exactly where the tree's leaves meet, from their arrangement on an adaptive grid, and a remesher that keeps them:
-    /// [`optimize::exact`](crate::optimize::exact).
+    /// [`remesh`](crate::remesh).
     #[default]
     Leaf,
 }

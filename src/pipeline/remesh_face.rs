@@ -16,9 +16,9 @@ use crate::implicit::{Implicit, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::{NONE, Sets};
-use crate::optimize::exact::{ExactMesh, ExactOptions, InPieces, patch_open_pieces, remesh_open};
 use crate::parametric::Parametric;
 use crate::quality::Fault;
+use crate::remesh::{ExactMesh, ExactOptions, InPieces, Judge, patch_open_pieces, remesh_open};
 use crate::run::Run;
 use crate::spatial::{Aabb, NodeTree};
 
@@ -127,7 +127,7 @@ impl Meshed {
         }
         let on = alone.lay_on(piece as u32);
         let made = alone.remesh(
-            &OnPieces { on, by_angles: true, ..OnPieces::default() },
+            &OnPieces { on, judge: Judge::Angles, ..OnPieces::default() },
             solid,
             &of_faces(solid, size),
             run,
@@ -152,7 +152,8 @@ impl Meshed {
         }
         let ends: FxHashSet<u32> = self.corners.iter().copied().collect();
         let corners = (0..alone.from.len() as u32).filter(|v| ends.contains(&alone.from[*v as usize])).collect();
-        let laid = OnPieces { on, creases, corners, lines_from: Some(solid.face_count() as u32), by_angles: false };
+        let laid =
+            OnPieces { on, creases, corners, lines_from: Some(solid.face_count() as u32), judge: Judge::Normals };
         let made = alone.remesh(&laid, solid, &of_triangles(solid, size), run)?;
         Ok((made, alone))
     }
@@ -190,8 +191,8 @@ struct OnPieces {
     corners: Vec<u32>,
     /// Pieces from this number on are lines within a piece.
     lines_from: Option<u32>,
-    /// Whether triangles are judged by their own angles alone.
-    by_angles: bool,
+    /// How triangles are judged.
+    judge: Judge,
 }
 
 /// The triangles of one face as a mesh of their own.
@@ -323,7 +324,7 @@ impl Alone {
         let given = InPieces { mesh: &self.mesh, on: &laid.on, faces: &faces, stays: &[] };
         let mut work = patch_open_pieces(&given, surface, self.mesh.mean_edge_length())?;
         work.sizes = self.sizes();
-        work.by_angles = laid.by_angles;
+        work.policy.judge = laid.judge;
         work.lines_from = laid.lines_from.unwrap_or(work.lines_from);
         for [a, b] in &laid.creases {
             if let Some(h) = work.mesh.edge_between(*a, *b) {

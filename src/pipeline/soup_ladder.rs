@@ -7,7 +7,7 @@ use super::soup_patches::patchwork;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
+use crate::remesh::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
 use crate::run::Run;
 
 /// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.

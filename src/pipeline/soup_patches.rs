@@ -2,7 +2,7 @@
 
 use crate::discrete::Discrete;
 use crate::geometry::Pieces;
-use crate::optimize::exact::{Patchwork, PiecePatch, PieceSet};
+use crate::remesh::{Patchwork, PiecePatch, PieceSet, Policy};
 
 /// The triangles with what the remesher needs; those that stay are patches of their own, beside which edges are as long as
 /// theirs, but not shorter than `least`.
@@ -14,7 +14,7 @@ pub(super) fn patchwork(solid: &Discrete, sizes: Vec<f64>, kept: &[bool], least:
         (0..faces).map(|f| PiecePatch { piece: f, outward: 1.0, plane: solid.plane(f), face: u32::MAX }).collect();
     let kept: Vec<u32> = mesh.triangles().filter(|t| kept[*t as usize]).collect();
     let plain = Patchwork::new(mesh, sets, patches.into());
-    let mut work = Patchwork { lines_from: faces, sizes, raw: true, fine: solid.smooth, ..plain };
+    let mut work = Patchwork { lines_from: faces, sizes, policy: Policy::of_triangles(solid.smooth), ..plain };
     work.freeze(&kept, least);
     work
 }
@@ -24,11 +24,11 @@ mod tests {
     use super::*;
     use crate::DVec3;
     use crate::mesh::TriMesh;
-    use crate::optimize::exact::{ExactOptions, ExactTarget, remesh_patchwork};
     use crate::pipeline::discrete::discrete_options;
     use crate::pipeline::soup_sizes::sizing;
     use crate::pipeline::wish::GRADING;
     use crate::pipeline::{MeshOptions, SoupOptions};
+    use crate::remesh::{ExactOptions, ExactTarget, remesh_patchwork};
     use crate::run::Run;
 
     /// A bumpy square of n x n nodes, open.

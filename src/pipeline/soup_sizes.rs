@@ -6,7 +6,7 @@ use super::report::Report;
 use super::wish::{GRADING, LEAST_SHARE, Wish};
 use crate::discrete::Discrete;
 use crate::optimize::Sizing;
-use crate::optimize::exact::ExactOptions;
+use crate::remesh::ExactOptions;
 
 /// Where bends of others make more than this many times the triangles that the size alone would, edges may be farther from the surface.
 const CROWDED: f64 = 1.12;

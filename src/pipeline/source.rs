@@ -18,9 +18,9 @@ use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::implicit::{Implicit, ImplicitOracle};
 use crate::mesh::TriMesh;
-use crate::optimize::exact::ExactOptions;
 use crate::parametric::Parametric;
 use crate::quality::{Against, Check, Expectation, Fault, check};
+use crate::remesh::ExactOptions;
 use crate::run::Run;
 
 /// Cells that tell which surfaces are near are between these shares of the diagonal, however large the edges are.

@@ -11,7 +11,7 @@ use super::features::{FeatureRecovery, SHARP_MESH, recovery};
 use super::metrics::{Quality, shapes, summed_up};
 use crate::error::Result;
 use crate::geometry::{Features, Pieces, SurfaceOracle};
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::{MeshView, TriMesh, self_intersections};
 use crate::run::Run;
 
 /// What a mesh is measured against.
@@ -88,9 +88,12 @@ pub struct Check {
 
 /// Measures a mesh, independently of how it was made, and judges it by what is expected of it.
 ///
+/// A mesh that is not kept in arrays is [copied](TriMesh::of_view) for it.
+///
 /// Errors: a mesh that is not [valid](TriMesh::validate); cancellation.
-pub fn check(mesh: &TriMesh, expected: Expectation, against: Option<Against<'_>>, run: &Run) -> Result<Check> {
-    check_tested(mesh, None, expected, against, run)
+pub fn check(mesh: &dyn MeshView, expected: Expectation, against: Option<Against<'_>>, run: &Run) -> Result<Check> {
+    mesh.check()?;
+    check_tested(&run.install(|| TriMesh::of_view(mesh)), None, expected, against, run)
 }
 
 /// Like [`check`], for a mesh that [`self_intersections`] has been asked about already: `intersecting` triangles were found

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
 
 /// Shape of one triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,9 +50,9 @@ pub struct Quality {
     pub below_20: f64,
 }
 
-/// Sums up the shape of a mesh's triangles.
-pub fn quality(mesh: &TriMesh) -> Quality {
-    summed_up(&shapes(mesh))
+/// Sums up the shape of a mesh's triangles; cells of more than three corners count as fans around their first.
+pub fn quality(mesh: &dyn MeshView) -> Quality {
+    summed_up(&shapes(&TriMesh::of_view(mesh)))
 }
 
 pub(super) fn shapes(mesh: &TriMesh) -> Vec<TriangleMeasures> {

@@ -22,18 +22,18 @@ mod raster;
 mod tests;
 
 use crate::error::{Error, Place, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshView, TriMesh};
 use crate::run::Run;
 
 pub use options::{ClipPlane, ColorBy, KeptHalf, MAX_SIDE, RenderOptions, View};
 pub use picture::{Picture, sheet};
 
-/// Draws a mesh.
+/// Draws a mesh. One that is not kept in arrays is [copied](TriMesh::of_view) for it, and cells of more than three corners become fans.
 ///
 /// # Errors
 /// [`Error::Usage`] for options out of range, and for clipping planes that cut nothing away or leave nothing; [`Error::Input`] for a mesh without triangles, with nodes that are not finite
 /// or with indices out of range; [`Error::Cancelled`].
-pub fn render(mesh: &TriMesh, options: &RenderOptions, run: &Run) -> Result<Picture> {
+pub fn render(mesh: &dyn MeshView, options: &RenderOptions, run: &Run) -> Result<Picture> {
     let sides = 1..=MAX_SIDE;
     if !sides.contains(&options.width) || !sides.contains(&options.height) {
         let size = format!("{} x {}", options.width, options.height);
@@ -46,6 +46,8 @@ pub fn render(mesh: &TriMesh, options: &RenderOptions, run: &Run) -> Result<Pict
         return Err(Error::Usage("the ball in focus needs a finite center and a positive radius".into()));
     }
     let axes = options.view.axes().ok_or_else(|| Error::Usage("the view direction must be finite and not 0".into()))?;
+    mesh.check()?;
+    let mesh = &*run.install(|| TriMesh::of_view(mesh));
     check(mesh)?;
     if let ColorBy::Distance(d) = &options.color_by
         && d.len() != mesh.nodes.len()

@@ -213,7 +213,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         // Where all is proved it is chords that cross, which shorter edges part.
         if block.is_none() && !unproved.is_empty() {
             made.count_crossings(run)?;
-            if made.crossed > 0
+            if made.crosses_here_and_there()
                 && let Some(better) = guises.uncrossed(&made, run)?
             {
                 made = better;

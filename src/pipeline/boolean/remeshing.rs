@@ -5,8 +5,8 @@ use super::super::ladder::{Attempts, Change, Ladder, LadderState};
 use super::joint::OperandPieces;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::optimize::exact::{ExactMesh, ExactOptions, ExactTarget, Patchwork, remesh_patches, remesh_patchwork};
 use crate::pipeline::soup_ladder::HALVINGS;
+use crate::remesh::{ExactMesh, ExactOptions, ExactTarget, Patchwork, remesh_patchwork};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -22,8 +22,6 @@ pub(super) struct Remeshing<'a> {
     exact: &'a ExactOptions,
     size: f64,
     work: Patchwork,
-    /// Whether narrow faces and bends of borders are heeded.
-    narrow: bool,
     halved: usize,
 }
 
@@ -35,7 +33,7 @@ impl<'a> Remeshing<'a> {
         size: f64,
         work: Patchwork,
     ) -> Self {
-        Self { names, joint, exact, size, work, narrow: true, halved: 0 }
+        Self { names, joint, exact, size, work, halved: 0 }
     }
 }
 
@@ -51,11 +49,7 @@ impl Ladder for Remeshing<'_> {
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
         let Self { names, joint, exact, .. } = *self;
         let target = ExactTarget { surface: joint, names };
-        let made = if self.narrow {
-            remesh_patches(self.work.clone(), target, exact, run, None)?
-        } else {
-            remesh_patchwork(self.work.clone(), target, exact, run, None)?
-        };
+        let made = remesh_patchwork(self.work.clone(), target, exact, run, None)?;
         let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
         let number = attempts.add(attempt, run);
         Ok(Some((made, number)))
@@ -73,7 +67,7 @@ impl Ladder for Remeshing<'_> {
             return None;
         }
         // Where surfaces touch faces narrow without end, and so short edges meet there that their triangles cross.
-        if std::mem::take(&mut self.narrow) {
+        if std::mem::take(&mut self.work.policy.narrow) {
             return Some((Change::OtherWay, WHY));
         }
         self.halved += 1;

@@ -12,7 +12,7 @@ use crate::heal::Joined;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh};
 use crate::numeric::{ROUNDING, Sets};
-use crate::optimize::exact::{Patchwork, PiecePatch, PieceSet};
+use crate::remesh::{Patchwork, PiecePatch, PieceSet, Policy};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -317,7 +317,8 @@ pub(super) fn prepare(
         }
     }
     let sets = around.iter().map(|l| PieceSet::of(l)).collect();
-    let patchwork = Patchwork { sizes, raw: true, ..Patchwork::new(edit, sets, patches.into()) };
+    let policy = Policy { narrow: true, ..Policy::of_triangles(false) };
+    let patchwork = Patchwork { sizes, policy, ..Patchwork::new(edit, sets, patches.into()) };
     Ok(PreparedWork { patchwork, tangent, astray })
 }
 

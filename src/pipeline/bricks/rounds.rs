@@ -22,7 +22,7 @@ use crate::implicit::{CellGrid, ImplicitOracle, arranged};
 use crate::mesh::TriMesh;
 use crate::mesh::sides::sides;
 use crate::numeric::Sets;
-use crate::optimize::exact::{BAND, InPieces, Laid, patch_open_pieces, remesh_open};
+use crate::remesh::{BAND, InPieces, Laid, patch_open_pieces, remesh_open};
 use crate::run::Run;
 
 /// Rounds: the bricks of the grid, shifted by half, by a quarter.
@@ -291,7 +291,7 @@ impl Maker<'_> {
         let pieces = InPieces { mesh: &given.mesh, on: &given.on, faces: &given.faces, stays: &[] };
         let mut work = patch_open_pieces(&pieces, &oracle, ready.size)?;
         // All of it is made anew: a brick of the first round has no end that is remeshed.
-        work.made_anew = if which.round == 0 { BAND } else { 0 };
+        work.policy.made_anew = if which.round == 0 { BAND } else { 0 };
         if which.round > 0 {
             work.sizes = sizes_at_ends(&given);
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patchwork::Patchwork;
-use super::remesh::{Rank, Remesher};
+use super::remesher::{Rank, Remesher};
 use crate::error::Result;
 use crate::geometry::INTO;
 use crate::numeric::COS_26;

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::SLIM;
-use super::remesh::{FAIR, Rank, Remesher};
+use super::remesher::{FAIR, Rank, Remesher};
+use super::stages::SLIM;
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, is_flat, triangles_cross};
@@ -306,9 +306,9 @@ mod tests {
     use crate::geometry::Pieces;
     use crate::implicit::{ExtractOptions, Implicit, ImplicitOracle, RSystem, Solid, extract};
     use crate::mesh::{TriMesh, self_intersections};
-    use crate::optimize::exact::ExactOptions;
-    use crate::optimize::exact::patchwork::{Patchwork, PiecePatch, PieceSet};
     use crate::optimize::size::Sizing;
+    use crate::remesh::ExactOptions;
+    use crate::remesh::patchwork::{Patchwork, PiecePatch, PieceSet};
     use crate::run::Run;
 
     /// The top of a cylinder in eight triangles, the node in their middle below it at the height of a chord. Something stands where it

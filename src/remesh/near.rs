@@ -3,8 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::remesh::{FAIR, Remesher};
-use super::{AROUND, LAST, MEND, POLISH, STUCK};
+use super::remesher::{FAIR, Remesher};
+use super::stages::{AROUND, LAST, MEND, POLISH, STUCK};
 use crate::error::Result;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::edit::NONE;

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::STUCK;
+use super::judge::{NodeAt, plain_shape};
 use super::moves::CALM;
-use super::patchwork::{NodeAt, PieceSet, plain_shape};
-use super::remesh::{Rank, Remesher};
+use super::patchwork::PieceSet;
+use super::remesher::{Rank, Remesher};
+use super::stages::STUCK;
 
 /// Mending makes edges of borders at most this many times longer or shorter than wanted.
 const UNEVEN: f64 = 1.1;
@@ -70,7 +71,7 @@ impl Remesher<'_> {
     fn bow(&self, v: u32, alike: bool) -> Option<[f64; 2]> {
         let m = &self.work.mesh;
         let flat = |h: u32| self.work.patches[m.label(h / 3) as usize].plane.is_some();
-        match (self.rank[v as usize], self.work.by_angles) {
+        match (self.rank[v as usize], self.work.policy.judge.is_by_angles()) {
             (Rank::Face, _) if m.outgoing(v).next().is_some_and(flat) => Some([0.0; 2]),
             (Rank::Face, true) if alike => Some([BOWED[0], BENT]),
             (Rank::Face, _) => Some([f64::INFINITY, BENT]),
@@ -86,7 +87,7 @@ impl Remesher<'_> {
         let mut p = self.point(v);
         let up = if self.rank[v as usize] == Rank::Face { self.work.worst_now(self.surface, v).1 } else { None };
         let mut normal = up.or_else(|| self.normal_within(v, p));
-        let bow = self.bow(v, up.is_some()).filter(|_| self.work.by_angles || normal.is_some());
+        let bow = self.bow(v, up.is_some()).filter(|_| self.work.policy.judge.is_by_angles() || normal.is_some());
         let (mut best, mut worst) =
             self.work.worst_triangle(self.surface, NodeAt { node: v, point: p, normal }, f64::NEG_INFINITY);
         for _ in 0..STEPS {
@@ -144,7 +145,7 @@ impl Remesher<'_> {
             let q = self.point(n);
             self.stretches(m.label(h / 3), [v, n], q.distance(p), q.distance(x))
         };
-        self.work.raw && m.outgoing(v).any(stretches)
+        self.work.policy.is_raw() && m.outgoing(v).any(stretches)
     }
 
     /// Whether a move of a node that leaves a triangle around it turned over, of a shape below 0, makes the longest edge there longer, and far
@@ -173,7 +174,7 @@ impl Remesher<'_> {
             return false;
         }
         // What borders were spaced for here stays but for bad shapes; those spaced before had no look at what lies beside.
-        let limit = if rank == Rank::Curve && !self.work.spaced { limit.min(STUCK) } else { limit };
+        let limit = if rank == Rank::Curve && !self.work.policy.spaced { limit.min(STUCK) } else { limit };
         let start = self.point(v);
         let reach = self.reach(v);
         let (mut p, mut best, mut normal, bow) = self.climbed_to_apex(v, limit, reach, &set);
@@ -236,7 +237,7 @@ impl Remesher<'_> {
     /// Takes a node back to where it was if more triangles around it are folded now, by the normals at their middles: where the
     /// surface turns around a narrow edge the normal at the node says little of them. Returns whether it stayed.
     pub(super) fn stays_unfolded(&mut self, v: u32, start: DVec3) -> bool {
-        if !self.work.by_angles {
+        if !self.work.policy.judge.is_by_angles() {
             return true;
         }
         let m = &self.work.mesh;

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::gaps::fitting;
-use super::remesh::{FAIR, Rank, Remesher};
+use super::policy::Given;
+use super::remesher::{FAIR, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::find_all;
@@ -41,7 +42,7 @@ impl Remesher<'_> {
     /// What every node wants for itself: the size asked for, its faces' own sizes, and what curvature asks for; where
     /// `narrow`, what gaps between borders do, too.
     pub(super) fn ask_sizes(&mut self, narrow: bool) -> Result<()> {
-        if self.work.spaced {
+        if self.work.policy.spaced {
             self.own = std::mem::take(&mut self.work.sizes);
             return self.grade();
         }
@@ -245,7 +246,7 @@ impl Remesher<'_> {
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
-        if self.work.fine {
+        if self.work.policy.given == Given::RawFine {
             self.coarsen()?;
         }
         for _ in 0..HALVINGS {

@@ -4,7 +4,7 @@
 //! graphics" (1986); after enough of them the sampling is close to a maximal one.
 
 use super::pack::Seed;
-use super::remesh::Remesher;
+use super::remesher::Remesher;
 use crate::error::Result;
 
 /// Nodes keep this many wanted lengths apart: a maximal sampling then has about as many as a packing.

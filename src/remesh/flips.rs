@@ -3,11 +3,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::MEND;
 use super::fans::Fan;
 use super::field::COARSE;
-use super::patchwork::TriangleShape;
-use super::remesh::{FAIR, GOOD, LONG, Remesher, SHORT, SLIVER};
+use super::judge::TriangleShape;
+use super::remesher::{FAIR, GOOD, LONG, Remesher, SHORT, SLIVER};
+use super::stages::MEND;
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
 use crate::numeric::COS_60;
@@ -155,7 +155,7 @@ impl Remesher<'_> {
         let bent = left.area.dot(right.area) < COS_60 * left.area.length() * right.area.length();
         better
             && !(bent
-                && self.work.is_smooth_by_angles()
+                && self.work.policy.is_smooth_by_angles()
                 && self.folds(label, [[p, q, r], [q, p, s]], [[p, s, r], [s, q, r]]))
             && !self.leaves_surface(h, [p, q, r, s], up, bent)
     }
@@ -174,7 +174,7 @@ impl Remesher<'_> {
         let patch = &self.work.patches[self.work.mesh.label(h / 3) as usize];
         // Around borders alone, flips untangle.
         let long = || self.focus.is_none() && r.distance(s) > COARSE * self.wanted(h);
-        let far = bent || (self.work.raw && !self.work.by_angles && long());
+        let far = bent || (self.work.policy.is_raw() && !self.work.policy.judge.is_by_angles() && long());
         if !far || patch.plane.is_some() || patch.piece == NONE {
             return false;
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::remesh::{Rank, Remesher};
+use super::remesher::{Rank, Remesher};
 use super::strips::{Track, Zone};
 use crate::error::Result;
 use crate::mesh::edit::NONE;

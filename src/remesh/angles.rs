@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::moves::CALM;
-use super::remesh::{Rank, Remesher};
+use super::remesher::{Rank, Remesher};
 use crate::error::Result;
 use crate::numeric::COS_30;
 use crate::run::PORTION;
@@ -172,7 +172,7 @@ impl Remesher<'_> {
     /// Moves nodes of poor triangles to where less is missing around them. No shape gets worse than the worst one around
     /// was, or than what relaxation may leave.
     pub(super) fn raise_angles(&mut self) -> Result<()> {
-        let effort = if self.work.spaced { &SPACED } else { &FREE };
+        let effort = if self.work.policy.spaced { &SPACED } else { &FREE };
         let seen = self.seen();
         let this = &*self;
         let m = &this.work.mesh;
@@ -208,7 +208,7 @@ impl Remesher<'_> {
     fn raise_around(&mut self, v: u32, effort: &Effort, first: f64, ring: &mut Vec<OppositeSide>) -> bool {
         let rank = self.rank[v as usize];
         // What borders were spaced for here stays; those spaced before had no look at what lies beside.
-        if rank == Rank::Corner || (rank == Rank::Curve && !self.work.spaced) || !self.sees(v) {
+        if rank == Rank::Corner || (rank == Rank::Curve && !self.work.policy.spaced) || !self.sees(v) {
             return false;
         }
         let (m, start) = (&self.work.mesh, self.point(v));

@@ -8,6 +8,7 @@ use super::flat::{TriangleFacts, give_strips_away};
 use super::joints::Pieced;
 use super::patchwork::{Patchwork, PiecePatch, PieceSet};
 use super::pointed::fan_tips;
+use super::policy::Policy;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::{EditMesh, TriMesh, edit::NONE};
@@ -51,7 +52,7 @@ pub fn patch_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) -> Re
     hold(&mut edit, &held, true);
     straighten_borders(&mut edit, &sets);
     hold(&mut edit, &held, false);
-    Ok(Patchwork::new(edit, sets, patches.into()))
+    Ok(Patchwork { policy: Policy::of_functions(), ..Patchwork::new(edit, sets, patches.into()) })
 }
 
 /// The nodes of triangles whose boxes meet some boxes.
@@ -74,7 +75,7 @@ fn hold(mesh: &mut EditMesh, nodes: &[u32], held: bool) {
 /// *Errors*: [`Error::Input`](crate::Error::Input) for a mesh that is no oriented manifold.
 pub fn patch_open_pieces(given: &InPieces<'_>, surface: &dyn Pieces, cell: f64) -> Result<Patchwork> {
     let mut work = patch_pieces(given, surface, cell)?;
-    work.goes_on = true;
+    work.policy.goes_on = true;
     for h in 0..3 * work.mesh.triangle_capacity() as u32 {
         if work.mesh.is_triangle(h / 3) && work.mesh.opposite(h) == NONE {
             work.mesh.set_sharp(h, false);

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::curves::BorderChain;
 use super::gaps::{BorderGap, ROW};
-use super::remesh::{Rank, Remesher};
+use super::remesher::{Rank, Remesher};
 use super::strips::Zone;
 use crate::error::Result;
 use crate::mesh::edit::{next, prev};

@@ -10,8 +10,9 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 use glam::DVec3;
 
 use super::grid::PointGrid;
-use super::patchwork::{NodeAt, PieceSet};
-use super::remesh::{Rank, Remesher};
+use super::judge::NodeAt;
+use super::patchwork::PieceSet;
+use super::remesher::{Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, next};
 
@@ -309,7 +310,7 @@ impl Remesher<'_> {
         }
         let worst = |p: DVec3| {
             m.outgoing(v)
-                .map(|h| self.work.judged([p, self.point(m.target(h)), self.point(m.apex(h))], n))
+                .map(|h| self.work.policy.judge.shape([p, self.point(m.target(h)), self.point(m.apex(h))], n))
                 .fold(f64::INFINITY, f64::min)
         };
         if worst(q) < POOR {
@@ -368,12 +369,12 @@ impl Remesher<'_> {
                     let [from, now] = [self.point(v), q].map(|p| p.distance(self.point(x)));
                     self.stretches(label, [to, x], from, now)
                 };
-                if !self.work.by_angles && m.neighbors(v).any(long) {
+                if !self.work.policy.judge.is_by_angles() && m.neighbors(v).any(long) {
                     return f64::NEG_INFINITY;
                 }
                 m.outgoing(v)
                     .filter(|e| !dying.contains(&(e / 3)))
-                    .map(|e| self.work.judged([q, self.point(m.target(e)), self.point(m.apex(e))], n))
+                    .map(|e| self.work.policy.judge.shape([q, self.point(m.target(e)), self.point(m.apex(e))], n))
                     .fold(f64::INFINITY, f64::min)
             };
             let mut tries: Vec<(f64, u32)> =

@@ -142,7 +142,7 @@ impl<'a> Remesher<'a> {
 
     /// Whether a node is known to other parts of the mesh.
     pub(super) fn stays(&self, v: u32) -> bool {
-        (self.alone || self.work.goes_on) && self.work.mesh.is_boundary(v)
+        (self.alone || self.work.policy.goes_on) && self.work.mesh.is_boundary(v)
     }
 
     pub(super) fn point(&self, v: u32) -> DVec3 {
@@ -387,7 +387,7 @@ impl<'a> Remesher<'a> {
             let m = &self.work.mesh;
             let o = m.opposite(h);
             let line = m.is_sharp(h) && self.work.lines_from != u32::MAX && self.edge_set(h).len() == 2;
-            let sharp = if o == NONE { !self.work.goes_on } else { m.label(h / 3) != m.label(o / 3) || line };
+            let sharp = if o == NONE { !self.work.policy.goes_on } else { m.label(h / 3) != m.label(o / 3) || line };
             self.work.mesh.set_sharp(h, sharp);
         }
         self.rank[v as usize] = self.rank_of(v);

@@ -36,7 +36,7 @@ impl Patchwork {
         let kept = self.meeting(places);
         if !kept.is_empty() {
             self.freeze(&kept, least);
-            self.thaws = true;
+            self.policy.thaws = true;
         }
     }
 
@@ -100,7 +100,7 @@ impl Patchwork {
 mod tests {
     use super::*;
     use crate::mesh::{EditMesh, TriMesh};
-    use crate::optimize::exact::patchwork::{PiecePatch, PieceSet};
+    use crate::remesh::patchwork::{PiecePatch, PieceSet};
 
     /// Squares of side 1 in two triangles each, nine along each side.
     fn field() -> Patchwork {
@@ -133,6 +133,6 @@ mod tests {
         assert!(!work.halve_near(&place, 1.0, 0.25));
         work.freeze_near(&place, 0.1);
         let frozen = |t: &u32| work.is_kept(*t);
-        assert_eq!((work.mesh.triangles().filter(frozen).count(), work.thaws), (8, true));
+        assert_eq!((work.mesh.triangles().filter(frozen).count(), work.policy.thaws), (8, true));
     }
 }

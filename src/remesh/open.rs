@@ -5,8 +5,9 @@ use rustc_hash::FxHashSet;
 
 use super::patches::CHORD_ROUNDS;
 use super::patchwork::{Patchwork, PieceSet};
-use super::remesh::{Remesher, SLIVER};
-use super::{AROUND, ExactMesh, ExactOptions, ExactReport, LAST, POLISH, check_options, finish, polish, remesh};
+use super::remesher::{Remesher, SLIVER};
+use super::stages::{AROUND, LAST, POLISH, finish, polish, remesh};
+use super::{ExactMesh, ExactOptions, check_options};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -47,7 +48,7 @@ pub fn remesh_open(
     check_options(options)?;
     let r = Remesher::new(work, surface, options, run)?;
     let before: FxHashSet<Ends> = r.inner_chords().into_iter().map(|(_, ends)| ends).collect();
-    let (mut made, mut r) = run.install(|| remesh(names, r, true, ExactReport::default(), None))?;
+    let (mut made, mut r) = run.install(|| remesh(names, r, None))?;
     if run.install(|| part_and_mend(&mut r, &before))? {
         made.mesh = finish(names, &r);
     }
@@ -64,7 +65,7 @@ pub(super) fn polish_beyond_ends(r: &mut Remesher<'_>) -> Result<()> {
     r.look_beyond_ends();
     polish(r, LAST)?;
     r.look_everywhere();
-    if r.work.made_anew > 0 {
+    if r.work.policy.made_anew > 0 {
         r.mend_worst(SLIVER, POLISH)?;
     }
     Ok(())
@@ -82,7 +83,7 @@ fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool>
         }
         r.look_around((0..capacity).map(|v| v >= first).collect(), AROUND);
         first = capacity;
-        if r.work.made_anew > 0 {
+        if r.work.policy.made_anew > 0 {
             // Whoever makes them anew needs them unfolded only.
             if !last {
                 r.mend_worst(SLIVER, POLISH)?;
@@ -104,7 +105,7 @@ fn part_and_mend(r: &mut Remesher<'_>, before: &FxHashSet<Ends>) -> Result<bool>
 impl Remesher<'_> {
     /// Has what follows leave out the nodes that are [made anew](Patchwork::made_anew), if any are; of a part those along its cuts, too.
     pub(super) fn look_beyond_ends(&mut self) {
-        let Some(rings) = self.work.made_anew.checked_sub(KEPT) else { return };
+        let Some(rings) = self.work.policy.made_anew.checked_sub(KEPT) else { return };
         let m = &self.work.mesh;
         let at_end = |v: u32| if self.alone { self.is_open(v) } else { m.is_node(v) && m.is_boundary(v) };
         let ends = (0..m.node_capacity() as u32).map(at_end).collect();

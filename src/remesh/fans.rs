@@ -5,8 +5,9 @@ use std::f64::consts::FRAC_PI_3;
 
 use glam::DVec3;
 
-use super::patchwork::{PieceSet, TriangleShape};
-use super::remesh::{LONG, Rank, Remesher};
+use super::judge::TriangleShape;
+use super::patchwork::PieceSet;
+use super::remesher::{LONG, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, next, prev};
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::patchwork::PieceSet;
-use super::remesh::Remesher;
+use super::remesher::Remesher;
 use crate::mesh::edit::NONE;
 
 impl Remesher<'_> {

@@ -3,9 +3,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::patchwork::{PieceSet, plain_shape};
-use super::remesh::{FAIR, LONG, Rank, Remesher, SLIVER};
-use super::{FLAT, SLIM};
+use super::judge::plain_shape;
+use super::patchwork::PieceSet;
+use super::remesher::{FAIR, LONG, Rank, Remesher, SLIVER};
+use super::stages::{FLAT, SLIM};
 use crate::error::Result;
 use crate::mesh::edit::{ChangeReader, NONE};
 use crate::run::PORTION;
@@ -118,7 +119,7 @@ impl Remesher<'_> {
         let old = self.point(v);
         let target = if self.rank[v as usize] == Rank::Curve {
             let [a, b] = self.work.along(v)[..] else { return None };
-            if self.work.spaced {
+            if self.work.policy.spaced {
                 // Spaced without a look at what lies beside; as with nodes inside, no size is favored.
                 let along = (self.point(b) - self.point(a)).normalize_or_zero();
                 old + along.dot(self.towards_equilateral(v)?.0) * along
@@ -259,7 +260,10 @@ impl Remesher<'_> {
             suspects.map(|&t| (this.shape(t), t)).collect()
         });
         // Of all triangles of a soup; a few of them are not worth it.
-        if self.work.raw && self.work.by_angles && among.len() == self.work.mesh.triangle_count() {
+        if self.work.policy.is_raw()
+            && self.work.policy.judge.is_by_angles()
+            && among.len() == self.work.mesh.triangle_count()
+        {
             self.shapes.resize(self.work.mesh.triangle_capacity(), 0.0);
             list.iter().for_each(|(shape, t)| self.shapes[*t as usize] = *shape);
             (0..self.work.mesh.node_capacity() as u32).for_each(|v| self.work.mesh.set_seen(v, ChangeReader::Facing));
@@ -272,7 +276,7 @@ impl Remesher<'_> {
     /// Whether a triangle faces the way of its three neighbors and has a shape to spare: the surface need not be asked then.
     fn is_surely_better(&self, t: u32, limit: f64) -> bool {
         let m = &self.work.mesh;
-        if self.work.by_angles || self.work.patches[m.label(t) as usize].plane.is_some() {
+        if self.work.policy.judge.is_by_angles() || self.work.patches[m.label(t) as usize].plane.is_some() {
             return false;
         }
         EVEN * plain_shape(m.corner_points(t)) >= limit && self.work.neighbors_alike(t, EVEN) == Some(3)
@@ -411,7 +415,7 @@ impl Remesher<'_> {
         let nodes = [m.origin(h), m.target(h), m.apex(h), m.apex(o)];
         let places = nodes.map(|v| self.point(v));
         let [along, across] = [places[0].distance(places[1]), places[2].distance(places[3])];
-        if self.work.raw && self.stretches(m.label(h / 3), [nodes[2], nodes[3]], along, across) {
+        if self.work.policy.is_raw() && self.stretches(m.label(h / 3), [nodes[2], nodes[3]], along, across) {
             return false;
         }
         let worst =
@@ -488,7 +492,11 @@ impl Remesher<'_> {
         // By angles, triangles that are turned over get a turn of their own.
         let plain = |h: u32| plain_shape(m.corner_points(h / 3)) > FAIR;
         let fair = |v: &u32| {
-            if self.work.by_angles { m.outgoing(*v).all(plain) } else { self.work.worst_now(self.surface, *v).0 > FAIR }
+            if self.work.policy.judge.is_by_angles() {
+                m.outgoing(*v).all(plain)
+            } else {
+                self.work.worst_now(self.surface, *v).0 > FAIR
+            }
         };
         if own > SLIM && ends.iter().all(fair) {
             return false;

@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patchwork::{Patchwork, PieceSet};
-use super::remesh::{Rank, Remesher};
-use super::{BORDERED, PACKED};
+use super::remesher::{Rank, Remesher};
+use super::stages::{BORDERED, PACKED};
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Regions};
 use crate::mesh::{EditMesh, TriMesh};
@@ -125,7 +125,7 @@ impl Remesher<'_> {
 
     /// Whether a node lies at an open edge, and on no border between patches.
     fn ends_inside(&self, v: u32) -> bool {
-        self.work.goes_on && self.work.mesh.is_boundary(v) && self.work.mesh.sharp_neighbors(v).next().is_none()
+        self.work.policy.goes_on && self.work.mesh.is_boundary(v) && self.work.mesh.sharp_neighbors(v).next().is_none()
     }
 
     /// The label of every triangle.
@@ -205,7 +205,7 @@ impl Remesher<'_> {
         // Nodes of borders between patches have a rank of their own.
         let within = |v: u32| self.rank[part.nodes[v as usize] as usize] == Rank::Face;
         // Rows that left a ragged end would be no better than it is, all the way to the next border.
-        let ends = |v: u32| self.work.made_anew > 0 && self.ends_inside(part.nodes[v as usize]);
+        let ends = |v: u32| self.work.policy.made_anew > 0 && self.ends_inside(part.nodes[v as usize]);
         let cut = |v: u32| part.mesh.is_boundary(v) && (open && within(v) || ends(v));
         let open = (0..part.nodes.len() as u32).map(cut).collect();
         let r = Remesher {
@@ -227,16 +227,9 @@ impl Remesher<'_> {
                 sizes: Vec::new(),
                 patches: self.work.patches.clone(),
                 lines_from: self.work.lines_from,
-                by_angles: self.work.by_angles,
-                spaced: false,
                 frozen: Vec::new(),
                 thawed: Vec::new(),
-                thaws: false,
-                filling: self.work.filling,
-                raw: false,
-                fine: false,
-                goes_on: false,
-                made_anew: self.work.made_anew,
+                policy: self.work.policy.of_part(),
             },
         };
         (r, part.nodes)
@@ -313,7 +306,7 @@ impl Remesher<'_> {
                 // Both ends of a cut may lie on a border, too.
                 let [a, b] = ends.map(|v| part.nodes[v as usize]);
                 let m = &self.work.mesh;
-                let open = self.work.goes_on;
+                let open = self.work.policy.goes_on;
                 let cut = m.edge_between(a, b).is_some_and(|h| (open || m.opposite(h) != NONE) && !m.is_sharp(h));
                 if !cut {
                     borders.push(ends.map(|v| number[v as usize]));

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::curves::BorderChain;
-use super::remesh::Remesher;
+use super::remesher::Remesher;
 use crate::geometry::{ALIKE, ALONG, FIRST, Pair, Strips, WIDEST};
 use crate::mesh::edit::NONE;
 use crate::numeric::COS_60;
