@@ -297,6 +297,41 @@ fn damage_is_healed_and_told() {
     assert_eq!(made.mesh.faces.len(), 8);
 }
 
+/// A shell whose half was moved by what single precision rounds: there are slits between the halves, narrower than the wall by far.
+#[test]
+fn slits_that_rounding_left_are_no_borders() {
+    let profile = |r: f64, up: f64| {
+        let at = |i: i32| (PI * f64::from(i) / 24.0).sin_cos();
+        let between = (1..24).map(|i| [r * at(i).0, -up * r * at(i).1]);
+        std::iter::once([0.0, -up * r]).chain(between).chain([[0.0, up * r]]).collect::<Vec<_>>()
+    };
+    let [outer, inner] = [(1.0, 1.0), (0.97, -1.0)].map(|(r, up)| revolved(&profile(r, up), 48, false));
+    let mut input = outer.clone();
+    let shift = input.nodes.len() as u32;
+    input.nodes.extend(&inner.nodes);
+    input.triangles.extend(inner.triangles.iter().map(|t| t.map(|v| v + shift)));
+    let whole = TriMesh::new(input.nodes.clone(), input.triangles.clone());
+    assert!(whole.defects().is_closed());
+    let count = input.nodes.len() as u32;
+    input.nodes.extend_from_within(..);
+    input.nodes[count as usize..].iter_mut().for_each(|p| *p *= 1.0 + 6e-8);
+    let is_moved = |t: &[u32; 3]| t.iter().map(|v| whole.nodes[*v as usize].y).sum::<f64>() > 0.0;
+    let moved = whole.triangles.iter().map(|t| if is_moved(t) { t.map(|v| v + count) } else { *t });
+    let torn = TriMesh::new(input.nodes, moved.collect());
+    assert!(!torn.defects().is_closed());
+    let made = meshed(&torn, 0.25, &SoupOptions::default(), 0);
+    let (report, check) = (&made.report, made.report.check.as_ref().unwrap());
+    assert!(check.certificate.is_sound() && report.shortfalls.is_empty(), "{report:?}");
+    assert_eq!((report.attempts.len(), check.components, check.genus), (1, 2, Some(0)));
+    assert!(report.warnings.iter().any(|w| w.starts_with("healed: near borders")), "{:?}", report.warnings);
+    assert_relative_eq!(check.volume.unwrap(), whole.volume(), max_relative = 0.1);
+    // A slit as wide as a thousandth is one, and stays.
+    let mut open = torn.clone();
+    open.nodes[count as usize..].iter_mut().for_each(|p| *p += 2e-3 * DVec3::Y);
+    let made = meshed(&open, 0.25, &SoupOptions::default(), 0);
+    assert!(made.report.warnings.iter().any(|w| w.contains("open")), "{:?}", made.report.warnings);
+}
+
 #[test]
 fn info_tells_the_model() {
     let info = soup_info(&cylinder(24), &MeshOptions::default(), &SoupOptions::default(), &Run::new()).unwrap();

@@ -90,7 +90,29 @@ pub fn heal(input: &TriMesh, options: &HealOptions, run: &Run) -> Result<Healed>
     heal_onto(input, options, None, run)
 }
 
-/// The same for a mesh of a surface somebody knows: new nodes are moved there, as far as nothing turns over or intersects.
+/// Joins borders that lie on each other but for rounding: where such a surface is open it was torn. `None` where nothing is joined.
+///
+/// # Errors
+/// Those of [`heal`].
+pub fn join_torn(input: &TriMesh, run: &Run) -> Result<Option<Healed>> {
+    input.validate()?;
+    let (mut mesh, mut report) = (input.clone(), HealReport::default());
+    let diagonal = used_bounds(input).diagonal();
+    clean::clean(&mut mesh, &mut report);
+    stitch::stitch(&mut mesh, diagonal, stitch::ROUNDED, &mut report, run)?;
+    if report.repairs.is_empty() || mesh.triangles.is_empty() {
+        return Ok(None);
+    }
+    clean::orient(&mut mesh, &mut report);
+    clean::turn_outward(&mut mesh, &mut report);
+    mesh.drop_unused_nodes();
+    let pairs = levels::crossings(&mesh, run)?;
+    let joined = Tangled { mesh, pairs };
+    judge(input, &joined, diagonal, &mut report, run);
+    Ok(Some(Healed { mesh: joined.mesh, report }))
+}
+
+/// Like [`heal`], for a mesh of a surface somebody knows: new nodes are moved there, as far as nothing turns over or intersects.
 ///
 /// # Errors
 /// Those of [`heal`].
@@ -110,7 +132,7 @@ pub fn heal_onto(
         return Err(Error::Failed("no triangle of the mesh has an area".into()));
     }
     run.progress("stitch", 0.0);
-    stitch::stitch(&mut mesh, diagonal, &mut report, run)?;
+    stitch::stitch(&mut mesh, diagonal, f64::INFINITY, &mut report, run)?;
     clean::drop_fins(&mut mesh, &mut report);
     clean::orient(&mut mesh, &mut report);
     run.progress("fill", 0.0);

@@ -16,6 +16,10 @@ use crate::spatial::{Aabb, Bvh};
 /// the last, which is how far the input may be left, a gap is a hole, not an inaccuracy.
 const LADDER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5, 2.5e-5, 5e-5, 1e-4];
 
+/// Nodes of one place that were rounded on their way are no farther apart than this share of the diagonal: single precision leaves a
+/// ten millionth of a coordinate, turning and scaling a few times that.
+pub(super) const ROUNDED: f64 = 1e-6;
+
 /// Up to this tolerance contours are joined still if each of their edges has its counterpart: a surface that was torn, with
 /// what single precision or another tool left of its nodes. Holes have edges at their ends.
 const TORN: f64 = 1e-3;
@@ -37,8 +41,9 @@ const LENGTH_PER_SCATTER: f64 = 2.0;
 const CELL_PER_GAP: f64 = 4.0;
 
 /// Joins borders step by step, from the smallest tolerance to the largest that open edges are left for: first edges that
-/// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for.
-pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport, run: &Run) -> Result<()> {
+/// run side by side, then T-junctions, which a border whose nodes are merely scattered would be taken for. No gap is joined that is wider
+/// than the share `most` of the diagonal.
+pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, most: f64, report: &mut HealReport, run: &Run) -> Result<()> {
     let mut open = Sides::of(&mesh.triangles).open();
     let scattered = open.len() as f64 >= MOSTLY_OPEN * 3.0 * mesh.triangles.len() as f64;
     for junctions in [false, true] {
@@ -46,6 +51,9 @@ pub(super) fn stitch(mesh: &mut TriMesh, diagonal: f64, report: &mut HealReport,
             run.check()?;
             if open.is_empty() {
                 return Ok(());
+            }
+            if *share > most {
+                break;
             }
             let beyond = *share > LADDER[LADDER.len() - 1];
             if beyond && !scattered && *share > TORN {

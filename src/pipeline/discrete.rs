@@ -21,7 +21,7 @@ use super::source::MeshOrigin;
 use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits, TORN_WIDTH};
 use crate::error::{Error, Result};
-use crate::heal::{HealOptions, absorb_fillings, heal};
+use crate::heal::{HealOptions, absorb_fillings, heal, join_torn};
 use crate::implicit::part::SizeRequest;
 use crate::io::threemf::has_levelset;
 use crate::io::{self, Format};
@@ -114,13 +114,19 @@ fn is_sound(mesh: &TriMesh, run: &Run) -> Result<bool> {
         && self_intersections(mesh, run)?.is_empty())
 }
 
-/// Heals what needs it: nothing, then what can be healed without closing contours, then everything.
+/// Heals what needs it: nothing, borders that lie on each other but for rounding, then what can be healed without closing contours, then everything.
 pub(super) fn prepare(input: &TriMesh, close: bool, run: &Run) -> Result<Prepared> {
     input.validate()?;
     run.progress("look", 0.0);
     let closed = |m: &TriMesh| m.defects().is_closed();
     let outward = |m: &TriMesh| !closed(m) || m.volume() > 0.0;
     if is_sound(input, run)? && outward(input) && (!close || closed(input)) {
+        if !closed(input)
+            && let Some(joined) = join_torn(input, run)?
+            && is_sound(&joined.mesh, run)?
+        {
+            return Ok(Prepared { healed: told(&joined.report), mesh: joined.mesh });
+        }
         let mut mesh = input.clone();
         mesh.drop_unused_nodes();
         return Ok(Prepared { mesh, healed: Vec::new() });

@@ -210,10 +210,10 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         nodes.untangle(&made.triangles, run)?;
         made.places = nodes.places;
         let mut dropped = made.drop_islands();
-        // Where all is proved it is chords that cross, which shorter edges part.
-        if block.is_none() && !unproved.is_empty() {
+        // Where all is proved it is chords that cross, which shorter edges part; where most is not, surfaces lie on each other all over.
+        if block.is_none() && !unproved.is_empty() && 2 * unproved.len() <= held.len() {
             made.count_crossings(run)?;
-            if made.crosses_here_and_there()
+            if made.crossed > 0
                 && let Some(better) = guises.uncrossed(&made, run)?
             {
                 made = better;

@@ -10,10 +10,6 @@ use crate::error::Result;
 use crate::mesh::{TriMesh, self_intersections};
 use crate::run::Run;
 
-/// Where there are more pairs of triangles that cross than one triangle in so many, surfaces lie on each other all over, and no node has a
-/// better place: a ball without one that is smaller by a ten millionth.
-const FEW: usize = 4;
-
 /// A boundary whose nodes are put in place.
 #[derive(Clone)]
 pub(super) struct Boundary {
@@ -31,11 +27,6 @@ impl Boundary {
     /// Drops [islands](drop_islands). Whether there were any.
     pub(super) fn drop_islands(&mut self) -> bool {
         drop_islands(&self.places, &self.on, &mut self.triangles)
-    }
-
-    /// Whether some triangles cross, but few.
-    pub(super) fn crosses_here_and_there(&self) -> bool {
-        self.crossed > 0 && FEW * self.crossed <= self.triangles.len()
     }
 
     /// Counts pairs of triangles that cross.
