@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
+use rvachev::discrete::{Discrete, DiscreteOptions};
+use rvachev::geometry::SurfaceOracle;
 use rvachev::mesh::TriMesh;
 use rvachev::pipeline::{MeshOptions, Meshed, SizeRequest, SoupOptions, compare_soup, load_mesh, mesh_soup, soup_info};
 use rvachev::{DVec3, Run};
@@ -330,6 +332,45 @@ fn slits_that_rounding_left_are_no_borders() {
     open.nodes[count as usize..].iter_mut().for_each(|p| *p += 2e-3 * DVec3::Y);
     let made = meshed(&open, 0.25, &SoupOptions::default(), 0);
     assert!(made.report.warnings.iter().any(|w| w.contains("open")), "{:?}", made.report.warnings);
+}
+
+/// A bar of which three edges are rounded: its sides are one face, with a right angle in it that ends nowhere. Beside that angle points of one
+/// plane are above the edge of the other, to rounding.
+#[test]
+fn planes_that_meet_at_a_right_angle_within_a_face_keep_their_normals() {
+    let round = |x: f64, y: f64, from: f64| {
+        (0..=6).map(move |k| {
+            let (s, c) = (from + PI / 12.0 * f64::from(k)).sin_cos();
+            [x + 0.3 * c, y + 0.3 * s]
+        })
+    };
+    let rounds = round(0.7, 0.3, -PI / 2.0).chain(round(0.7, 0.7, 0.0)).chain(round(0.3, 0.7, PI / 2.0));
+    let corners: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(rounds).collect();
+    let mut outline = Vec::new();
+    for (i, a) in corners.iter().enumerate() {
+        let b = corners[(i + 1) % corners.len()];
+        let n = ((a[0] - b[0]).hypot(a[1] - b[1]) / 0.07).ceil() as u32;
+        outline.extend((0..n).map(|k| [0, 1].map(|j| a[j] + (b[j] - a[j]) * f64::from(k) / f64::from(n))));
+    }
+    let input = prism(&outline, 1.0);
+    let input = meshed(&input, 0.1, &SoupOptions::default(), 0).mesh;
+    let options = DiscreteOptions { scale: 0.09, ..DiscreteOptions::default() };
+    let solid =
+        Discrete::new(&TriMesh::new(input.nodes.clone(), input.triangles.clone()), &options, &Run::new()).unwrap();
+    assert_eq!(solid.face_count(), 3);
+    for t in 0..input.triangles.len() {
+        let [a, b, c] = input.corners(t);
+        for (u, v) in (0..8).flat_map(|i| (0..8 - i).map(move |j| (i, j))) {
+            let [u, v] = [u, v].map(|k| (f64::from(k) + 1.0 / 3.0) / 8.0);
+            let p = a + u * (b - a) + v * (c - a);
+            let foot = solid.project(p, 1.0).unwrap();
+            assert!(foot.normal.dot(input.normal(t)) > 0.5, "{p} {} {foot:?}", input.normal(t));
+        }
+    }
+    for size in [0.2, 0.11, 0.07] {
+        let made = meshed(&input, size, &SoupOptions::default(), 0);
+        assert!(made.report.shortfalls.is_empty(), "{size} {:?}", made.report.shortfalls);
+    }
 }
 
 #[test]
