@@ -57,8 +57,9 @@ pub fn mark_feature_edges(mesh: &mut EditMesh, angle: f64) -> usize {
     count
 }
 
-/// Bridges gaps of at most `gap` between feature edges that end within a face: from the end on, the sharpest edges are
-/// followed that are not much blunter than `angle` and go on without a turn, and marked if they lead to another feature.
+/// Bridges gaps between feature edges that end within a face: from the end on, the sharpest edges are followed that are not much
+/// blunter than `angle` and go on without a turn, and marked if they lead to another feature. No gap is longer than `gap` or the
+/// feature that ends there: the rim of a tube that is cut aslant is blunt on one side.
 /// Returns how many edges were marked.
 pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
     let least = WEAK * angle.to_radians();
@@ -68,6 +69,7 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
         let Some(last) = mesh.sharp_neighbors(start).next().filter(|_| mesh.sharp_neighbors(start).count() == 1) else {
             continue;
         };
+        let gap = gap.max(length_from(mesh, start, last));
         let (mut v, mut length) = (start, 0.0);
         let mut direction = (mesh.point(v) - mesh.point(last)).normalize_or_zero();
         let mut path = Vec::new();
@@ -99,6 +101,21 @@ pub fn bridge_gaps(mesh: &mut EditMesh, angle: f64, gap: f64) -> usize {
         }
     }
     count
+}
+
+/// How long a feature is from its end to where it ends again or meets others.
+fn length_from(mesh: &EditMesh, end: u32, next: u32) -> f64 {
+    let (mut last, mut v) = (end, next);
+    let mut length = mesh.point(end).distance(mesh.point(next));
+    loop {
+        let mut onward = mesh.sharp_neighbors(v).filter(|x| *x != last);
+        let (Some(x), None) = (onward.next(), onward.next()) else { return length };
+        length += mesh.point(v).distance(mesh.point(x));
+        (last, v) = (v, x);
+        if v == end {
+            return length;
+        }
+    }
 }
 
 /// Unmarks feature edges that are none at a larger scale: those beside which the normals, averaged over triangles up to

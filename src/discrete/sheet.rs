@@ -9,9 +9,6 @@ use crate::spatial::{Aabb, Bvh, TriangleCells, segment_foot, triangle_foot};
 const OFF: f64 = 0.2;
 /// A walk is believed where it ends at most this share of a cell away.
 const TRUSTED: f64 = 0.75;
-/// A barycentric coordinate below this may be that of a point on the edge: what lies on a plane across a right angle has its foot there, but
-/// for rounding.
-const ON_EDGE: f64 = 1e-6;
 /// Triangles that are looked at around a corner, each way.
 const FAN: usize = 24;
 
@@ -82,7 +79,7 @@ impl FaceSheet {
         loop {
             let (_, t, w) = best;
             let beside = self.facets[t as usize].beside;
-            let next = match w.map(|x| x < ON_EDGE) {
+            let next = match w.map(|x| x == 0.0) {
                 [false, false, false] => None,
                 [true, false, false] => (beside[1] != NONE).then(|| at(beside[1])),
                 [false, true, false] => (beside[2] != NONE).then(|| at(beside[2])),

@@ -4,7 +4,7 @@ use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
 use super::{Aabb, Bvh, triangle_distance_squared};
-use crate::numeric::{COS_60, NONE};
+use crate::numeric::NONE;
 
 /// Items a cell of even triangles shall hold, about: smaller cells do not get cheaper, they only get more.
 const ITEMS: f64 = 1.5;
@@ -14,6 +14,9 @@ const ENTRIES: f64 = 16.0;
 const CROWDED: u32 = 24;
 /// Cells beyond this many in a direction are none: numbers of cells fit into 21 bits.
 const MOST: f64 = 1e6;
+/// Triangles face about the same way where each is nearer to their mean than this (cosine): 44 degrees, so that no two are 90 apart. From there on
+/// the foot of a point on one side of an edge lies within the other side, and a walk ends there.
+const EVEN: f64 = 0.72;
 
 /// Triangles by place, for points that lie close to them.
 #[derive(Debug, Clone)]
@@ -162,8 +165,7 @@ impl TriangleCells {
             let away = |i: u32| triangle_distance_squared(center, triangles[i as usize]);
             let nearest =
                 own.iter().copied().map(|i| (away(i), i)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            // Items face the same way as their mean up to this angle.
-            let even = own.iter().all(|i| normal(*i).dot(mean) > COS_60);
+            let even = own.iter().all(|i| normal(*i).dot(mean) > EVEN);
             if let (Some(n), true, Some(cell)) = (nearest, even, self.of_cell.get_mut(&key)) {
                 cell.1 = n.1;
             }
