@@ -169,7 +169,7 @@ pub(super) fn ask_all<T: Send>(
     in_parts(run, count, parts, ask, |count, question| oracle.in_turn(count, question))
 }
 
-/// [`ask_all`] of what no oracle is asked for.
+/// Answers for every id below `count`, of what no oracle is asked for.
 pub fn find_all<T: Send>(run: &Run, count: usize, find: impl Fn(u32) -> Option<T> + Sync) -> Result<Vec<Option<T>>> {
     in_parts(run, count, 4, find, |count, question| (0..count).for_each(question))
 }

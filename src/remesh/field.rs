@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::gaps::fitting;
-use super::policy::Given;
+use super::policy::Incoming;
 use super::remesher::{FAIR, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
@@ -246,7 +246,7 @@ impl Remesher<'_> {
     /// Halves edges of many wanted lengths, with flips in between, so that sizes are known everywhere: they grow as they may
     /// from where they are small, and no triangle is so long that what is inserted gets lost on it.
     pub(super) fn even_sizes(&mut self) -> Result<()> {
-        if self.work.policy.given == Given::RawFine {
+        if self.work.policy.incoming == Incoming::RawFine {
             self.coarsen()?;
         }
         for _ in 0..HALVINGS {

@@ -38,7 +38,7 @@ pub use open::{Laid, remesh_open};
 pub(crate) use patches::BAND;
 pub use patchwork::{ExactTarget, Patchwork, PiecePatch, PieceSet};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
-pub use policy::{Filling, Given, Policy};
+pub use policy::{Filling, Incoming, Policy};
 pub use thaw::Off;
 
 use glam::DVec3;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::patchwork::{Patchwork, PieceSet};
 use super::remesher::{Rank, Remesher};
-use super::stages::{BORDERED, PACKED};
+use super::stages::Reached;
 use crate::error::Result;
 use crate::mesh::edit::{NONE, Regions};
 use crate::mesh::{EditMesh, TriMesh};
@@ -100,7 +100,8 @@ impl Remesher<'_> {
         let told = |r: &mut Remesher<'_>| {
             work(r)?;
             let share = (ended.fetch_add(1, Ordering::Relaxed) + 1) as f64 / all;
-            run.progress("remesh", BORDERED + share * (PACKED - BORDERED));
+            let [from, to] = [Reached::Borders, Reached::Packed].map(Reached::share);
+            run.progress("remesh", from + share * (to - from));
             Ok(())
         };
         self.each_region(&regions, 0, true, told)?;

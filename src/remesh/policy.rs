@@ -16,7 +16,7 @@ pub enum Filling {
 
 /// What the triangles of a patchwork are like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Given {
+pub enum Incoming {
     /// About as large as they shall be.
     #[default]
     Sized,
@@ -34,7 +34,7 @@ pub struct Policy {
     /// How triangles are judged; raw ones by their angles once they are packed.
     pub judge: Judge,
     /// What they are like.
-    pub given: Given,
+    pub incoming: Incoming,
     /// Whether narrow gaps between borders, short borders, bends of borders and, where [asked for](super::ExactOptions::thickness), thin walls make
     /// edges shorter. Else whoever made the patchwork has seen to that.
     pub narrow: bool,
@@ -61,7 +61,7 @@ impl Policy {
 
     /// For triangles of any size and shape; `fine` where they tell how the surface bends within the lengths wanted.
     pub fn of_triangles(fine: bool) -> Self {
-        Self { given: if fine { Given::RawFine } else { Given::Raw }, ..Self::default() }
+        Self { incoming: if fine { Incoming::RawFine } else { Incoming::Raw }, ..Self::default() }
     }
 
     /// The same for a part of the patchwork, once triangles are about as large as they shall be.
@@ -72,7 +72,7 @@ impl Policy {
 
     /// Whether triangles may have any size and shape.
     pub(super) fn is_raw(&self) -> bool {
-        self.given != Given::Sized
+        self.incoming != Incoming::Sized
     }
 
     /// Whether triangles are judged by angles on a smooth surface: between the nodes of raw triangles its normals are as rough as these.

@@ -46,22 +46,41 @@ const REPAIRS: usize = 4;
 pub(super) const AROUND: usize = 2;
 /// Surroundings are not refined when more than one triangle in this many intersects others.
 const FEW: usize = 4;
-/// Refinement ends where it makes this many times as many of them.
-const WORSE: usize = 2;
-/// It ends when there are this many times more triangles than before: what intersects is then no matter of size.
+/// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
 const MOST_REPAIRED: usize = 3;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
-/// Shares of the remesher's time that have passed, roughly: when lengths are known,
-const SIZED: f64 = 0.1;
-/// when what the cut folded is untangled,
-const UNTANGLED: f64 = 0.2;
-/// when nodes of borders are in their places,
-pub(super) const BORDERED: f64 = 0.3;
-/// when patches are packed,
-pub(super) const PACKED: f64 = 0.75;
-/// and when what is poor has been mended.
-const POLISHED: f64 = 0.95;
+
+/// How far the work is.
+#[derive(Clone, Copy)]
+pub(super) enum Reached {
+    /// Nothing is done.
+    Start,
+    /// Lengths are known.
+    Sizes,
+    /// What the cut folded is untangled.
+    Untangled,
+    /// Nodes of borders are in their places.
+    Borders,
+    /// Patches are packed.
+    Packed,
+    /// What is poor has been mended.
+    Polished,
+}
+
+impl Reached {
+    /// The share of the time that has passed, roughly.
+    pub(super) fn share(self) -> f64 {
+        match self {
+            Reached::Start => 0.0,
+            Reached::Sizes => 0.1,
+            Reached::Untangled => 0.2,
+            Reached::Borders => 0.3,
+            Reached::Packed => 0.75,
+            Reached::Polished => 0.95,
+        }
+    }
+}
 
 /// A mesh as it is, and the triangles of it that intersect others, ascending.
 #[derive(Clone)]
@@ -77,9 +96,9 @@ impl Tested {
         Ok(Self { mesh, bad })
     }
 
-    /// Whether so few triangles intersect others that their surroundings are worth being refined, and not many more than at first.
+    /// Whether so few triangles intersect others that their surroundings are worth being refined, and no more than twice as many as at first.
     fn is_refined(&self, first: usize) -> bool {
-        !self.bad.is_empty() && FEW * self.bad.len() <= self.mesh.triangles.len() && self.bad.len() <= WORSE * first
+        !self.bad.is_empty() && FEW * self.bad.len() <= self.mesh.triangles.len() && self.bad.len() <= 2 * first
     }
 }
 
@@ -95,16 +114,16 @@ pub(super) fn remesh<'a>(
         }
     };
     prepare(&mut r, &mut show)?;
-    tell(&r, BORDERED);
+    tell(&r, Reached::Borders);
     match r.work.policy.filling {
         Filling::Mended => r.each_part(remesh_patch)?,
         Filling::Front => r.each_patch(|r| r.pack())?,
         Filling::Random => r.each_patch(|r| r.scatter())?,
     }
     show("pack", &r);
-    tell(&r, PACKED);
+    tell(&r, Reached::Packed);
     let tested = polished(names, &mut r)?;
-    tell(&r, POLISHED);
+    tell(&r, Reached::Polished);
     let mut report = ExactReport::default();
     let mut tested = refined(names, &mut r, tested, &mut report)?;
     if r.work.policy.thaws && tested.bad.is_empty() && !r.work.frozen.is_empty() {
@@ -124,9 +143,9 @@ pub(super) fn remesh<'a>(
 fn prepare(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> Result<()> {
     let policy = r.work.policy;
     r.merge_doubles();
-    tell(r, 0.0);
+    tell(r, Reached::Start);
     r.ask_sizes(policy.narrow)?;
-    tell(r, SIZED);
+    tell(r, Reached::Sizes);
     show("cut", r);
     if policy.is_raw() {
         r.even_sizes()?;
@@ -231,8 +250,8 @@ fn tell_faults(r: &Remesher<'_>, tested: &Tested, report: &mut ExactReport) {
 }
 
 /// Tells how much of the remesher's work is done, and how many triangles there are.
-fn tell(r: &Remesher<'_>, done: f64) {
-    r.run.progress("remesh", done);
+fn tell(r: &Remesher<'_>, reached: Reached) {
+    r.run.progress("remesh", reached.share());
     r.run.triangles(r.work.mesh.triangle_count());
 }
 
@@ -248,7 +267,7 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
     }
     r.join_alike();
     show("untangle", r);
-    tell(r, UNTANGLED);
+    tell(r, Reached::Untangled);
     if narrow {
         // While there are nodes enough to see them by.
         r.look_at_bends()?;

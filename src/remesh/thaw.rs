@@ -92,7 +92,7 @@ enum MendingStep {
 }
 
 /// What a step would do.
-struct Outcome {
+struct StepOutcome {
     new: Vec<Changed>,
     gone: Vec<u32>,
     /// The worst shapes now and then.
@@ -161,7 +161,8 @@ impl Remesher<'_> {
     /// Puts a node back on its surfaces; whether that could be.
     fn returns(&mut self, v: u32, q: DVec3, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let step = MendingStep::Move(v, q);
-        let fine = |o: &Outcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
+        let fine =
+            |o: &StepOutcome| o.worst[1] >= o.worst[0].min(FAIR) && !guard.crosses(&self.work.mesh, &o.new, &o.gone);
         let outcome = if self.work.mesh.is_pinned(v) { None } else { self.outcome(step).filter(fine) };
         outcome.is_some_and(|o| self.take(step, &o, guard, zone))
     }
@@ -174,7 +175,7 @@ impl Remesher<'_> {
             return false;
         }
         let into = |h: u32| MendingStep::Collapse(h, self.point(m.target(h)));
-        let fair = |o: &Outcome| o.worst[1] > 0.0 && o.worst[1] >= o.worst[0].min(FAIR);
+        let fair = |o: &StepOutcome| o.worst[1] > 0.0 && o.worst[1] >= o.worst[0].min(FAIR);
         let ways = m.outgoing(v).filter(|h| self.may_collapse(*h)).map(into);
         let all = ways.filter_map(|s| Some((s, self.outcome(s).filter(fair)?))).collect();
         self.take_best(all, guard, zone)
@@ -183,12 +184,12 @@ impl Remesher<'_> {
     /// Takes the step of the best shape of those after which nothing crosses; whether there is one.
     fn take_best(
         &mut self,
-        mut all: Vec<(MendingStep, Outcome)>,
+        mut all: Vec<(MendingStep, StepOutcome)>,
         guard: &mut CrossingGuard,
         zone: &mut [bool],
     ) -> bool {
         all.sort_by(|a, b| b.1.worst[1].total_cmp(&a.1.worst[1]));
-        let fits = |x: &&(MendingStep, Outcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
+        let fits = |x: &&(MendingStep, StepOutcome)| !guard.crosses(&self.work.mesh, &x.1.new, &x.1.gone);
         let Some(k) = all.iter().position(|x| fits(&x)) else { return false };
         let (step, outcome) = &all[k];
         self.take(*step, outcome, guard, zone)
@@ -204,7 +205,7 @@ impl Remesher<'_> {
     /// Takes the step that raises the worst shape around a triangle the most; whether there is one.
     fn put_right(&mut self, t: u32, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let steps: Vec<MendingStep> = (3 * t..3 * t + 3).flat_map(|h| self.steps(h)).collect();
-        let gains = |o: &Outcome| o.worst[1] > o.worst[0] + GAIN;
+        let gains = |o: &StepOutcome| o.worst[1] > o.worst[0] + GAIN;
         let all = steps.into_iter().filter_map(|s| Some((s, self.outcome(s).filter(gains)?))).collect();
         self.take_best(all, guard, zone)
     }
@@ -229,7 +230,7 @@ impl Remesher<'_> {
     }
 
     /// What a step would do, where the mesh allows it.
-    fn outcome(&self, step: MendingStep) -> Option<Outcome> {
+    fn outcome(&self, step: MendingStep) -> Option<StepOutcome> {
         let m = &self.work.mesh;
         let shape = |t: u32, at: [DVec3; 3]| self.work.shape_at(self.surface, m.label(t), at);
         let (mut new, mut then) = (Vec::new(), f64::INFINITY);
@@ -272,10 +273,10 @@ impl Remesher<'_> {
             }
         };
         let now = gone.iter().map(|t| shape(*t, m.corner_points(*t))).fold(f64::INFINITY, f64::min);
-        Some(Outcome { new, gone, worst: [now, then] })
+        Some(StepOutcome { new, gone, worst: [now, then] })
     }
 
-    fn take(&mut self, step: MendingStep, outcome: &Outcome, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
+    fn take(&mut self, step: MendingStep, outcome: &StepOutcome, guard: &mut CrossingGuard, zone: &mut [bool]) -> bool {
         let taken = match step {
             MendingStep::Flip(h) => self.work.mesh.flip(h),
             MendingStep::Move(v, p) => {
