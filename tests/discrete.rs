@@ -373,6 +373,24 @@ fn planes_that_meet_at_a_right_angle_within_a_face_keep_their_normals() {
     }
 }
 
+/// A cylinder cut at 55 degrees: along an eighth of its upper rim wall and cap make less than the feature angle.
+#[test]
+fn a_rim_that_is_blunt_on_one_side_is_whole() {
+    let mut input = cylinder(64);
+    let slope = 55f64.to_radians().tan();
+    input.nodes[64..].iter_mut().for_each(|p| p.z += slope * p.x);
+    for size in [0.1, 0.2, 0.8] {
+        let made = meshed(&input, size, &SoupOptions::default(), 0);
+        let check = made.report.check.as_ref().unwrap();
+        assert!(check.certificate.is_sound() && made.report.shortfalls.is_empty(), "{size} {:?}", made.report);
+        assert_eq!(made.mesh.faces.len(), 3, "{size}");
+        assert_eq!(made.model().unwrap().model.edges.len(), 2, "{size}");
+        // The rim is an ellipse; what lies farthest is on it.
+        let top = made.mesh.nodes.iter().map(|p| p.z).fold(0.0, f64::max);
+        assert_abs_diff_eq!(top, 2.0 + slope, epsilon = 0.02);
+    }
+}
+
 #[test]
 fn info_tells_the_model() {
     let info = soup_info(&cylinder(24), &MeshOptions::default(), &SoupOptions::default(), &Run::new()).unwrap();

@@ -334,7 +334,7 @@ impl SoupGoal<'_> {
         if !touching.is_empty() {
             report.shortfalls.push(Fault::Touching { triangles: touching.len() });
         }
-        report.judge(measured, 0.0);
+        report.judge(measured, wish.tolerance);
         report.stage("check", mesh.triangles.len(), &mut timer, run);
         let source = MeshOrigin::Triangles(Arc::new(solid));
         let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
