@@ -206,6 +206,43 @@ fn a_budget_counts_the_triangles_of_all_attempts() {
     }
 }
 
+/// A dented ball of radius 1 with a hollow whose dents lie beside those of the ball, nearest to its surface at one side.
+fn hollow(radius: f64, wall: f64) -> TriMesh {
+    let dented = |radius: f64, aside: f64| {
+        let ring = |k: u32| {
+            let (s, c) = (std::f64::consts::PI * f64::from(k) / 48.0).sin_cos();
+            [if k.is_multiple_of(48) { 0.0 } else { radius * s }, -radius * c]
+        };
+        let mut ball = revolved(&(0..=48).map(ring).collect::<Vec<_>>(), 96, false);
+        for p in &mut ball.nodes {
+            p.z += 0.1 * (6.0 * p.x).sin() * (5.0 * p.y).cos();
+            p.x += aside;
+        }
+        ball
+    };
+    let (TriMesh { mut nodes, mut triangles, .. }, inner) = (dented(1.0, 0.0), dented(radius, 1.0 - radius - wall));
+    let first = nodes.len() as u32;
+    triangles.extend(inner.triangles.iter().map(|[a, b, c]| [*a, *c, *b].map(|v| v + first)));
+    nodes.extend(inner.nodes);
+    TriMesh::new(nodes, triangles)
+}
+
+#[test]
+fn soups_need_shorter_edges_in_thin_walls_and_triangles_of_their_own_in_thinner_ones() {
+    let meshed = |input: &TriMesh| mesh_soup(input, &sized(0.5), &SoupOptions::default(), &Run::new()).unwrap();
+    let thin = hollow(0.997, 0.003);
+    let made = meshed(&thin);
+    let [before, after] = first_with(&made, Tried::Soup, Change::ShorterEdgesHere);
+    assert!(before.faults > 100 && after.faults == 0, "{before:?} {after:?}");
+    is_sound_by(&made, Change::ShorterEdgesHere);
+    assert_relative_eq!(made.mesh.volume(), thin.volume(), max_relative = 0.3);
+    let made = meshed(&hollow(0.9, 3e-4));
+    let [before, after] = first_with(&made, Tried::Soup, Change::KeepHere);
+    assert!(before.faults > 0 && !before.kept && after.faults == 0 && after.kept, "{before:?} {after:?}");
+    assert!(matches!(made.report.shortfalls[..], [Fault::Kept { .. }]), "{:?}", made.report.shortfalls);
+    assert!(made.report.check.unwrap().certificate.is_sound());
+}
+
 #[test]
 fn soups_need_other_edges_for_a_number_of_nodes() {
     let ring: Vec<[f64; 2]> = (0..24)
