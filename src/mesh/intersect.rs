@@ -12,6 +12,14 @@ use crate::numeric::predicates::{orient2d, orient3d};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
+/// Triangles that [intersect](self_intersections) others, ascending.
+pub fn intersecting_triangles(mesh: &TriMesh, run: &Run) -> Result<Vec<u32>> {
+    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
+    bad.sort_unstable();
+    bad.dedup();
+    Ok(bad)
+}
+
 /// Pairs of triangles that meet anywhere but in the nodes and edges they share, ascending.
 ///
 /// Triangles that share an edge intersect if they lie in one plane, folded onto each other; triangles that share a node

@@ -24,7 +24,7 @@ pub use defects::{Defects, Topology};
 pub use edit::EditMesh;
 pub use hexahedra::Hexahedra;
 pub(crate) use hexahedra::side_of;
-pub use intersect::{intersecting_groups, intersections_among, self_intersections};
+pub use intersect::{intersecting_groups, intersecting_triangles, intersections_among, self_intersections};
 pub(crate) use intersect::{is_flat, triangles_cross};
 pub use path::{MeshPath, shortest_path};
 pub use prisms::{OuterSide, Prisms};

@@ -21,7 +21,7 @@ use super::smooth::{ALONG, CreaseStep, smooth_all, smooth_edges, smooth_regular}
 use super::surface::{NormalDeviation, forget, normal_deviation, project, survey};
 use crate::error::{Error, Result};
 use crate::geometry::SurfaceOracle;
-use crate::mesh::{EditMesh, TriMesh, self_intersections};
+use crate::mesh::{EditMesh, TriMesh, intersecting_triangles};
 use crate::run::Run;
 
 /// A flip for angles may not bend the surface by more than this (degrees) away from the true normals: on a surface
@@ -211,9 +211,7 @@ struct Faults {
 }
 
 fn faults(mesh: &TriMesh, oracle: &dyn SurfaceOracle, reach: f64, run: &Run) -> Result<Faults> {
-    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    bad.sort_unstable();
-    bad.dedup();
+    let mut bad = intersecting_triangles(mesh, run)?;
     let intersecting = bad.len();
     let inverted = ask_all(oracle, run, mesh.triangles.len(), |t| {
         let t = t as usize;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::crossed::{ROOM, crossed, intersecting, with_all_along};
+use super::crossed::{ROOM, crossed, with_all_along};
 use super::history::{Attempt, Proof, Tried};
 use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use super::leaf::exact_options;
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::implicit::{
     Arranged, CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points,
 };
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::{TriMesh, intersecting_triangles, self_intersections};
 use crate::quality::Fault;
 use crate::remesh::{
     ExactMesh, ExactReport, ExactTarget, InPieces, Observer, Patchwork, patch_pieces, remesh_patchwork,
@@ -179,12 +179,12 @@ impl Scout {
         if !Arc::ptr_eq(&ready.asked, &ready.model) {
             let reach = IN_PLACE * ready.size;
             run.install(|| ready.model.put_in_place(&mut exact.mesh, &exact.pieces, reach));
-            exact.report.self_intersections = intersecting(&exact.mesh, run)?;
+            exact.report.self_intersections = intersecting_triangles(&exact.mesh, run)?.len();
         }
         let mut drawn = 0;
         if self.touches && exact.report.self_intersections > 0 {
             drawn = draw_apart(&mut exact.mesh, ready.model.bounds().diagonal(), run)?;
-            exact.report.self_intersections = intersecting(&exact.mesh, run)?;
+            exact.report.self_intersections = intersecting_triangles(&exact.mesh, run)?.len();
         }
         let missed = self.missed(&exact.mesh, ready, options);
         let flat = self.flat(&exact.mesh, ready);

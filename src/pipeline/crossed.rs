@@ -11,14 +11,6 @@ pub(super) const ROOM: f64 = 0.5;
 /// Crossings are in a row where so many edges fit between them: with one edge two random trees took a third attempt, with two none.
 const IN_A_ROW: f64 = 2.0;
 
-/// How many triangles intersect others.
-pub(super) fn intersecting(mesh: &TriMesh, run: &Run) -> Result<usize> {
-    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    bad.sort_unstable();
-    bad.dedup();
-    Ok(bad.len())
-}
-
 /// Boxes around places where triangles cross, and around those that are folded, with the length of edges there. Of a long triangle that is
 /// a small part.
 pub(super) fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {

@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::edit::NONE;
-use crate::mesh::{TriMesh, self_intersections};
+use crate::mesh::{TriMesh, intersecting_triangles, self_intersections};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -44,9 +44,7 @@ impl Touching {
 
     /// The other triangles of a mesh that intersect some, ascending.
     pub(super) fn others(&self, mesh: &TriMesh, run: &Run) -> Result<Vec<u32>> {
-        let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-        bad.sort_unstable();
-        bad.dedup();
+        let mut bad = intersecting_triangles(mesh, run)?;
         bad.retain(|t| !self.0.contains(&corner_bits(mesh.corners(*t as usize))));
         Ok(bad)
     }

@@ -7,9 +7,8 @@ use super::remesher::{Rank, Remesher, SHORT};
 use super::{ExactMesh, ExactReport, Observer};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
-use crate::mesh::{EditMesh, TriMesh, self_intersections};
+use crate::mesh::{EditMesh, TriMesh, intersecting_triangles};
 use crate::optimize::density::TINY;
-use crate::run::Run;
 use crate::spatial::Aabb;
 
 /// How often borders are spaced: what is in the way of a node at first may be gone later.
@@ -92,7 +91,7 @@ struct Tested {
 impl Tested {
     fn of(names: &TriMesh, r: &Remesher<'_>) -> Result<Self> {
         let mesh = finish(names, r);
-        let bad = intersecting(&mesh, r.run)?;
+        let bad = intersecting_triangles(&mesh, r.run)?;
         Ok(Self { mesh, bad })
     }
 
@@ -451,14 +450,6 @@ fn away_from_ends(r: &Remesher<'_>, bad: Vec<u32>) -> Vec<u32> {
     let m = &r.work.mesh;
     let all: Vec<u32> = m.triangles().collect();
     bad.into_iter().filter(|t| !m.corners(all[*t as usize]).into_iter().any(|v| m.is_boundary(v))).collect()
-}
-
-/// Triangles that intersect others, ascending.
-fn intersecting(mesh: &TriMesh, run: &Run) -> Result<Vec<u32>> {
-    let mut bad: Vec<u32> = self_intersections(mesh, run)?.into_iter().flatten().collect();
-    bad.sort_unstable();
-    bad.dedup();
-    Ok(bad)
 }
 
 /// The mesh with faces as labels.
