@@ -3,8 +3,9 @@
 //! Nothing here is global. A stage calls [`Run::check`] at least every few milliseconds of work and [`Run::progress`]
 //! as it goes; both cost one atomic load when nobody listens.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use crate::error::{Error, Result};
 
@@ -55,6 +56,41 @@ pub trait Progress: Send + Sync {
     fn note(&self, _kind: &str, _line: &str) {}
 }
 
+/// How long a stage took.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StageSeconds {
+    /// Its name, as progress is told with.
+    pub(crate) name: String,
+    /// Its seconds, of all times it was gone through.
+    pub(crate) seconds: f64,
+}
+
+/// Stages that progress was told of, with the time between one and the next.
+#[derive(Debug)]
+struct StageClock {
+    ended: Vec<StageSeconds>,
+    current: String,
+    since: Instant,
+}
+
+impl StageClock {
+    fn new() -> Self {
+        Self { ended: Vec::new(), current: String::new(), since: Instant::now() }
+    }
+
+    /// Ends the current stage, and begins another one.
+    fn begin(&mut self, name: &str) {
+        let now = Instant::now();
+        let seconds = now.duration_since(self.since).as_secs_f64();
+        match self.ended.iter_mut().find(|s| s.name == self.current) {
+            Some(stage) => stage.seconds += seconds,
+            None if self.current.is_empty() => {}
+            None => self.ended.push(StageSeconds { name: std::mem::take(&mut self.current), seconds }),
+        }
+        (self.current, self.since) = (name.to_string(), now);
+    }
+}
+
 /// What a triangle takes while its mesh is made, in bytes: measured at the peak of remeshing, of CAD models and of triangles.
 const BYTES_PER_TRIANGLE: f64 = 500.0;
 /// What files nest deeper than this is refused: no text can then exhaust the stack, and nothing that people write is as deep.
@@ -74,6 +110,8 @@ pub struct Run {
     partial: bool,
     /// How many bytes a mesh may take while it is made.
     memory: Option<u64>,
+    /// Which stages take how long, where that is asked for.
+    stages: Option<Arc<Mutex<StageClock>>>,
 }
 
 impl std::fmt::Debug for Run {
@@ -132,6 +170,12 @@ impl Run {
 
     /// Tells the listener, if any, that `done` (0..=1) of `stage` is finished.
     pub fn progress(&self, stage: &str, done: f64) {
+        if let Some(stages) = &self.stages {
+            let mut clock = stages.lock().unwrap_or_else(PoisonError::into_inner);
+            if clock.current != stage {
+                clock.begin(stage);
+            }
+        }
         if let Some(p) = &self.progress {
             p.report(stage, done.clamp(0.0, 1.0));
         }
@@ -183,6 +227,20 @@ impl Run {
             "{how} {count} triangles are expected, which need {needed:.3} GiB of memory, more than the {allowed:.3} allowed: \
              longer edges (--size, --size-min) need less, and --memory allows more"
         ))
+    }
+
+    /// Measures how long stages take, if `timed`: see [`stage_seconds`](Self::stage_seconds).
+    pub(crate) fn timed(mut self, timed: bool) -> Self {
+        self.stages = timed.then(|| Arc::new(Mutex::new(StageClock::new())));
+        self
+    }
+
+    /// How long each stage took since this was asked last, in the order they began; nothing where that is not measured.
+    pub(crate) fn stage_seconds(&self) -> Vec<StageSeconds> {
+        let Some(stages) = &self.stages else { return Vec::new() };
+        let mut clock = stages.lock().unwrap_or_else(PoisonError::into_inner);
+        clock.begin("");
+        std::mem::take(&mut clock.ended)
     }
 
     /// The listener, if any.

@@ -69,7 +69,11 @@ pub(super) fn displaced(e: &Expr, terms: &mut Terms) -> Option<Displaced> {
     let within = others.iter().position(|(a, _)| beside_zero(a, Binary::Min).is_some())?;
     let (within, factor) = others.swap_remove(within);
     let mut numbers = Vec::new();
-    faces_of(beside_zero(&within, Binary::Min)?, terms, &mut numbers, 0)?;
+    let greatest = beside_zero(&within, Binary::Min)?;
+    if has_number(greatest, 0) {
+        return None;
+    }
+    faces_of(greatest, terms, &mut numbers, 0)?;
     numbers.sort_unstable();
     for k in 0..others.len() {
         let mut beyond = Vec::new();
@@ -154,20 +158,34 @@ fn beside_zero(e: &Expr, op: Binary) -> Option<&Expr> {
     }
 }
 
-/// Notes the numbers of what a formula is the greatest of.
+/// Whether a formula is the greatest of a number and others.
+fn has_number(e: &Expr, depth: usize) -> bool {
+    match e.node() {
+        ExprNode::Binary(Binary::Max, a, b) if depth < DEEPEST => has_number(a, depth + 1) || has_number(b, depth + 1),
+        _ => e.as_constant().is_some(),
+    }
+}
+
+/// Notes the numbers of what a formula is the greatest of. A constant below zero is no face: it bounds the depth inside, as where a
+/// coordinate of a box is a number.
 fn faces_of(e: &Expr, terms: &mut Terms, faces: &mut Vec<u32>, depth: usize) -> Option<()> {
     (depth < DEEPEST).then_some(())?;
     if let ExprNode::Binary(Binary::Max, a, b) = e.node() {
         faces_of(a, terms, faces, depth + 1)?;
         return faces_of(b, terms, faces, depth + 1);
     }
-    faces.push(terms.number(e));
+    if e.as_constant().is_none_or(|c| c >= 0.0) {
+        faces.push(terms.number(e));
+    }
     Some(())
 }
 
 /// Notes the numbers of the formulas that are all at most zero exactly where this one is zero, if it is positive elsewhere.
 fn is_beyond(e: &Expr, terms: &mut Terms, beyond: &mut Vec<u32>, depth: usize) -> Option<()> {
     (depth < DEEPEST).then_some(())?;
+    if e.as_constant() == Some(0.0) {
+        return Some(());
+    }
     if let Some(a) = beside_zero(e, Binary::Max) {
         return faces_of(a, terms, beyond, depth + 1);
     }

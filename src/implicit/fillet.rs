@@ -4,6 +4,7 @@
 //! minima and maxima is the same minima and maxima of blends of two leaves. Where these are not the leaves themselves
 //! they are fillets. A tree of them has an edge wherever the operands have one, which a blend as one function would hide.
 
+mod cubic;
 mod parabola;
 mod turning;
 
@@ -14,6 +15,7 @@ use super::expr::Binary;
 use super::formula::Formula;
 use super::leaf::Leaf;
 use super::slopes::Slopes;
+use super::smooth::Kernel;
 use crate::numeric::{Dual, Interval, vector};
 use crate::spatial::Aabb;
 use parabola::SmoothMax;
@@ -81,11 +83,21 @@ impl Side {
 pub(crate) enum Profile {
     /// `|(r + a, r + b)| - r`, with a radius of any sign: where it is not positive this is the distance to what two faces share.
     Circle,
-    /// `|(r + a, r + b)| - r` with `(u + v + 2 sqrt(u² - uv + v²)) / 3` for the length: the zeros of the smooth maximum of that width that is
-    /// commonly used.
-    Parabola,
-    /// That smooth maximum itself, `max(a, b) + (r - |a - b|)² / (4r)` where `|a - b|` is below `r`, for other values than zero.
-    SmoothMax,
+    /// `|(r + a, r + b)| - r` with another length, such as `(u + v + 2 sqrt(u² - uv + v²)) / 3`: the zeros of a smooth maximum of that width.
+    Zeros(Kernel),
+    /// That smooth maximum itself, for other values than zero: as `max(a, b) + (r - |a - b|)² / (4r)` where `|a - b|` is below `r`.
+    SmoothMax(Kernel),
+}
+
+impl Profile {
+    /// What tells it from others.
+    pub(crate) fn number(self) -> f64 {
+        match self {
+            Profile::Circle => 0.0,
+            Profile::Zeros(kernel) => 1.0 + f64::from(kernel as u8),
+            Profile::SmoothMax(kernel) => -1.0 - f64::from(kernel as u8),
+        }
+    }
 }
 
 /// A fillet's value, and its partial derivatives by the values of its sides.
@@ -139,22 +151,27 @@ impl Fillet {
 
     /// The smooth maximum, if it is one.
     fn smooth_max(&self) -> Option<SmoothMax> {
-        (self.profile == Profile::SmoothMax).then_some(SmoothMax { width: self.radius, band: self.band })
+        let Profile::SmoothMax(kernel) = self.profile else { return None };
+        Some(SmoothMax { kernel, width: self.radius, band: self.band })
     }
 
     /// The length of two distances from where it ends.
     #[inline(always)]
     fn length(&self, u: f64, v: f64) -> f64 {
-        if self.profile == Profile::Parabola { parabola::length(u, v) } else { vector::hypot(u, v) }
+        match self.profile {
+            Profile::Zeros(Kernel::Square) => parabola::length(u, v),
+            Profile::Zeros(Kernel::Cube) => cubic::length(u, v),
+            _ => vector::hypot(u, v),
+        }
     }
 
     /// The partial derivatives of a length, given as that of the two distances.
     #[inline(always)]
     fn shares(&self, u: f64, v: f64, length: f64) -> [f64; 2] {
-        if self.profile == Profile::Parabola {
-            parabola::shares(u, v)
-        } else {
-            [u, v].map(|x| x / length.max(f64::MIN_POSITIVE))
+        match self.profile {
+            Profile::Zeros(Kernel::Square) => parabola::shares(u, v),
+            Profile::Zeros(Kernel::Cube) => cubic::shares(u, v, length),
+            _ => [u, v].map(|x| x / length.max(f64::MIN_POSITIVE)),
         }
     }
 
@@ -216,7 +233,7 @@ impl Fillet {
     /// Whether the fillet ends at a place nearer than `reach`, to first order.
     pub(crate) fn ends_near(&self, p: DVec3, reach: f64) -> bool {
         let [a, b] = self.sides.each_ref().map(|s| s.smooth(p));
-        if self.profile == Profile::SmoothMax {
+        if self.smooth_max().is_some() {
             return (self.radius - (a.v - b.v).abs()).abs() <= reach * (a.g - b.g).length();
         }
         let [a, b] = [a, b].map(|d| (self.radius + d.v) / d.g.length());
@@ -244,8 +261,8 @@ impl Fillet {
             for k in 0..n {
                 (u[k], v[k]) = (self.radius + s * a[k], self.radius + t * b[k]);
             }
-            if self.profile == Profile::Parabola {
-                (0..n).for_each(|k| whole[k] = parabola::length(u[k], v[k]));
+            if let Profile::Zeros(_) = self.profile {
+                (0..n).for_each(|k| whole[k] = self.length(u[k], v[k]));
             } else {
                 vector::hypot_many(&u[..n], &v[..n], &mut whole[..n]);
             }
@@ -302,8 +319,8 @@ impl Fillet {
     pub(crate) fn smooth(&self, p: DVec3) -> Dual {
         let r = self.radius;
         let [a, b] = self.sides.each_ref().map(|s| s.smooth(p));
-        if self.profile != Profile::Circle {
-            return parabola::smooth(r, a, b);
+        if let Profile::Zeros(kernel) | Profile::SmoothMax(kernel) = self.profile {
+            return parabola::smooth(kernel, r, a, b);
         }
         let (u, v) = (r + a.v, r + b.v);
         let length = vector::hypot(u, v);
@@ -325,7 +342,7 @@ impl Fillet {
         let bounds = Interval::new(lo - slack(lo), hi + slack(hi));
         // Where it has ended it may be anything below its surfaces: less lets the tree do without it. A smooth maximum that has ended is as
         // great as one side, which counts where it is the least of several.
-        let ended = self.profile != Profile::SmoothMax && self.radius + a.hi.min(b.hi) <= 0.0;
+        let ended = self.smooth_max().is_none() && self.radius + a.hi.min(b.hi) <= 0.0;
         if ended {
             let below = self.radius.abs();
             Interval::new(bounds.lo.min(a.lo.min(b.lo) - below), bounds.hi.min(a.hi.min(b.hi) - below))
@@ -336,12 +353,16 @@ impl Fillet {
 
     /// Bounds of the partial derivatives of [`join`](Self::join) by `u` and `v`, the distances to where it ends, where `u` is positive.
     fn weights(&self, u: Interval, v: Interval) -> [Interval; 2] {
-        if self.profile == Profile::Parabola {
+        if self.profile == Profile::Zeros(Kernel::Square) {
             return parabola::weights(u, v, self.band);
         }
         let (near, far) = (v.abs().lo, v.abs().hi.max(self.band));
         // A coordinate over the length rises with it, and falls when the other one rises.
-        let share = |lo: f64, other: f64| if lo.is_finite() { lo / vector::hypot(lo, other) } else { 1.0 };
+        let share = |lo: f64, other: f64| match self.profile {
+            Profile::Zeros(_) => cubic::share(lo, other),
+            _ if lo.is_finite() => lo / vector::hypot(lo, other),
+            _ => 1.0,
+        };
         let along = Interval::new(share(u.lo, far), share(u.hi, near));
         let beyond = Interval::point(2.0) - along;
         let of_u = if v.lo >= 0.0 {

@@ -1,17 +1,36 @@
 //! Formulas in forms that fall into fewer and smoother leaves than those they are written in.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::beyond::DEEPEST;
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::{Terms, never_negative};
 use super::steps::{linear, rewritten};
+use crate::numeric::FEW_ROUNDINGS;
 
 /// `|mod(a, m) - m/2|` as the absolute value of an angle, which falls into two leaves however many periods there are. Within a root of
-/// squares or a square it is folded: that has no jump. Where `a` is linear its periods are planes: steps are better there.
+/// squares or a square it is folded: that has no jump. Where `a` is linear its periods are planes: steps are better there. The smaller
+/// and the larger of `mod(a, m)` and `m - mod(a, m)` are the same wave, and so are `asin(sin(a))` and `acos(cos(a))`.
 pub(super) fn with_waves(e: &Expr) -> Expr {
     rewritten(e, |e| match e.node() {
         ExprNode::Unary(Unary::Abs, d) => wave(d),
+        ExprNode::Unary(Unary::Acos, c) => match c.node() {
+            ExprNode::Unary(Unary::Cos, a) => Some(triangle(a)),
+            _ => None,
+        },
+        ExprNode::Unary(Unary::Asin, s) => match s.node() {
+            ExprNode::Unary(Unary::Sin, a) => Some(Expr::constant(FRAC_PI_2) - triangle(&(a.clone() - FRAC_PI_2))),
+            _ => None,
+        },
+        ExprNode::Binary(op @ (Binary::Min | Binary::Max), a, b) => {
+            let (p, q) = (Saw::of(a, 0)?, Saw::of(b, 0)?);
+            if !(p.of == q.of && p.period == q.period && p.slope == -q.slope) {
+                return None;
+            }
+            let apart = Saw { slope: p.slope, shift: 0.5 * (p.shift - q.shift), ..p.clone() }.size()?;
+            let middle = Expr::constant(0.5 * (p.shift + q.shift));
+            Some(if *op == Binary::Min { middle - apart } else { middle + apart })
+        }
         ExprNode::Binary(Binary::Hypot, a, b) => {
             let (p, q) = (folded(a), folded(b));
             let is_other = p.is_some() || q.is_some();
@@ -35,23 +54,95 @@ fn folded(d: &Expr) -> Option<Expr> {
     k.as_constant().map(|k| Expr::unary(Unary::Fold, angle.clone()) * k)
 }
 
+/// The absolute value of `d`, if that is a wave.
 fn wave(d: &Expr) -> Option<Expr> {
-    let (rest, half) = match d.node() {
-        ExprNode::Binary(Binary::Sub, a, b) => (a, b.as_constant()?),
-        ExprNode::Binary(Binary::Add, a, b) => match (a.as_constant(), b.as_constant()) {
-            (_, Some(c)) => (a, -c),
-            (Some(c), _) => (b, -c),
-            _ => return None,
-        },
-        _ => return None,
-    };
-    let ExprNode::Binary(Binary::Mod, a, m) = rest.node() else { return None };
-    let m = m.as_constant()?;
-    if !(m.is_finite() && m != 0.0 && half == 0.5 * m) || linear(a, 0).is_some() {
-        return None;
+    Saw::of(d, 0)?.size()
+}
+
+/// The distance of an angle from whole turns.
+fn triangle(a: &Expr) -> Expr {
+    if linear(a, 0).is_some() {
+        let turn = Expr::constant(2.0 * PI);
+        return Expr::unary(Unary::Abs, Expr::binary(Binary::Mod, a.clone() + PI, turn) - PI);
     }
-    let turns = Expr::unary(Unary::Wrap, a.clone() * (2.0 * PI / m) - PI);
-    Some(Expr::unary(Unary::Abs, turns) * (m.abs() / (2.0 * PI)))
+    Expr::unary(Unary::Abs, Expr::unary(Unary::Wrap, a.clone()))
+}
+
+/// What is given as `slope * mod(of, period) + shift`.
+#[derive(Clone)]
+struct Saw {
+    of: Expr,
+    period: f64,
+    slope: f64,
+    shift: f64,
+}
+
+impl Saw {
+    /// Reads sums with numbers and products with them, around a `mod`, or around what is written `a - floor(a)`.
+    fn of(e: &Expr, depth: usize) -> Option<Self> {
+        if depth > DEEPEST {
+            return None;
+        }
+        let inner = |e: &Expr| Self::of(e, depth + 1);
+        let finite = |c: Option<f64>| c.filter(|c| c.is_finite());
+        match e.node() {
+            ExprNode::Binary(Binary::Mod, a, m) => {
+                let period = finite(m.as_constant()).filter(|m| *m != 0.0)?;
+                Some(Self { of: a.clone(), period, slope: 1.0, shift: 0.0 })
+            }
+            ExprNode::Unary(Unary::Neg, a) => Some(inner(a)?.scaled(-1.0)),
+            ExprNode::Binary(Binary::Add, a, b) => match (finite(a.as_constant()), finite(b.as_constant())) {
+                (_, Some(c)) => Some(inner(a)?.shifted(c)),
+                (Some(c), _) => Some(inner(b)?.shifted(c)),
+                _ => None,
+            },
+            ExprNode::Binary(Binary::Sub, a, b) => match (finite(a.as_constant()), finite(b.as_constant())) {
+                (_, Some(c)) => Some(inner(a)?.shifted(-c)),
+                (Some(c), _) => Some(inner(b)?.scaled(-1.0).shifted(c)),
+                _ => Self::of_floor(a, b),
+            },
+            ExprNode::Binary(Binary::Mul, a, b) => match (finite(a.as_constant()), finite(b.as_constant())) {
+                (_, Some(c)) if c != 0.0 => Some(inner(a)?.scaled(c)),
+                (Some(c), _) if c != 0.0 => Some(inner(b)?.scaled(c)),
+                _ => None,
+            },
+            ExprNode::Binary(Binary::Div, a, b) => {
+                let c = finite(b.as_constant()).filter(|c| *c != 0.0)?;
+                Some(inner(a)?.scaled(1.0 / c))
+            }
+            _ => None,
+        }
+    }
+
+    /// `a - floor(a + c)`, as also `round` has it, is `mod(a + c, 1) - c`.
+    fn of_floor(a: &Expr, floor: &Expr) -> Option<Self> {
+        let ExprNode::Unary(Unary::Floor, v) = floor.node() else { return None };
+        let c = match v.node() {
+            _ if v == a => 0.0,
+            ExprNode::Binary(Binary::Add, u, c) if u == a => c.as_constant()?,
+            ExprNode::Binary(Binary::Sub, u, c) if u == a => -c.as_constant()?,
+            _ => return None,
+        };
+        Some(Self { of: v.clone(), period: 1.0, slope: 1.0, shift: -c })
+    }
+
+    fn scaled(self, by: f64) -> Self {
+        Self { slope: by * self.slope, shift: by * self.shift, ..self }
+    }
+
+    fn shifted(self, by: f64) -> Self {
+        Self { shift: self.shift + by, ..self }
+    }
+
+    /// Its absolute value, if it is as far below zero at the beginning of a period as above at its end.
+    fn size(&self) -> Option<Expr> {
+        let half = 0.5 * self.slope * self.period;
+        if !(half.is_finite() && (self.shift + half).abs() <= FEW_ROUNDINGS * half.abs()) || linear(&self.of, 0).is_some() {
+            return None;
+        }
+        let turns = Expr::unary(Unary::Wrap, self.of.clone() * (2.0 * PI / self.period) - PI);
+        Some(Expr::unary(Unary::Abs, turns) * ((half / PI).abs()))
+    }
 }
 
 /// The sign of `c - k f^n` with an even `n` is that of `(c/k)^(1/n) - |f|`: a sheet about the zeros of `f` has two sides, and
@@ -201,6 +292,16 @@ mod tests {
             (bi(Binary::Hypot, un(Unary::Abs, modulo(turn.clone(), 1.0) - 0.5), z.clone()), true),
             (bi(Binary::Pow, modulo(turn.clone() - z.clone(), 0.7) - 0.35, Expr::constant(2.0)), true),
             (bi(Binary::Hypot, x.clone(), modulo(turn.clone(), 1.5) - 0.7), false),
+            (bi(Binary::Min, modulo(turn.clone(), 1.5), Expr::constant(1.5) - modulo(turn.clone(), 1.5)), true),
+            (bi(Binary::Max, modulo(turn.clone(), 0.6), -modulo(turn.clone(), 0.6) + 0.6), true),
+            (bi(Binary::Min, modulo(turn.clone(), 1.5), Expr::constant(1.4) - modulo(turn.clone(), 1.5)), false),
+            (un(Unary::Abs, modulo(turn.clone(), 1.0) * 2.0 - 1.0), true),
+            (un(Unary::Abs, Expr::constant(0.5) - modulo(turn.clone(), 1.0)), true),
+            (un(Unary::Abs, cubic.clone() - cubic.clone().round()), true),
+            (un(Unary::Abs, (cubic.clone() - un(Unary::Floor, cubic.clone())) / 3.0 - 1.0 / 6.0), true),
+            (un(Unary::Asin, un(Unary::Sin, cubic.clone() * 4.0)), true),
+            (un(Unary::Acos, un(Unary::Cos, cubic.clone() * 4.0)), true),
+            (un(Unary::Asin, un(Unary::Sin, x.clone() * 4.0)), true),
             (un(Unary::Abs, modulo(x.clone(), 1.0) - 0.5), false),
             (un(Unary::Abs, modulo(turn.clone(), 1.0) - 0.3), false),
         ] {

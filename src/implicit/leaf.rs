@@ -478,7 +478,7 @@ impl Leaf {
             Leaf::Fillet(f) => {
                 let side = |k: usize| 2.0 * f64::from(f.sides[k].number) + f64::from(u8::from(f.sides[k].negate));
                 let rest = f.rest.as_ref().map_or(0.0, |f| f64::from_bits(f.fingerprint() >> 12));
-                (8, vec![side(0), side(1), f.radius, f64::from(f.profile as u8), rest])
+                (8, vec![side(0), side(1), f.radius, f.profile.number(), rest])
             }
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! `h = clamp(0.5 + 0.5*(b - a)/k, 0, 1)` and `b*(1 - h) + a*h - k*h*(1 - h)`, or `min(a, b) - max(k - |a - b|, 0)**2/(4*k)`, or others:
 //! whatever the way of writing, it is a function of two formulas, whose difference something in it hangs on, and its values are those of
-//! `min(a, b)` less a square.
+//! `min(a, b)` less a square, or less a cube.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -21,8 +21,36 @@ const LARGEST: usize = 64;
 /// Pairs of numbers for which the values are compared.
 const COMPARED: u32 = 48;
 
+/// What a smooth maximum adds to the greater of two numbers that differ by less than its width.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kernel {
+    /// A quarter of a square, so that it goes over into both numbers without a jump of the slope.
+    Square,
+    /// A sixth of a cube: without a jump of how it bends.
+    Cube,
+}
+
+impl Kernel {
+    /// What is added, where so much of the width is left beside the difference, both in widths.
+    pub(crate) fn added(self, left: f64) -> f64 {
+        match self {
+            Kernel::Square => 0.25 * left * left,
+            Kernel::Cube => left * left * left / 6.0,
+        }
+    }
+
+    /// The derivative of that: the share of the lesser number in the slope.
+    pub(crate) fn share(self, left: f64) -> f64 {
+        match self {
+            Kernel::Square => 0.5 * left,
+            Kernel::Cube => 0.5 * left * left,
+        }
+    }
+}
+
 /// `min(a, b)` or `max(a, b)`, rounded off where the two differ by less than the width.
 pub(super) struct SmoothPair {
+    pub(super) kernel: Kernel,
     pub(super) sides: [Expr; 2],
     pub(super) width: f64,
     pub(super) is_max: bool,
@@ -36,8 +64,10 @@ impl SmoothPair {
         }
         differences(e).into_iter().find_map(|[a, b]| {
             let shown = in_terms_of(e, [a, b], terms)?;
-            let (width, is_max) = smooth(&shown)?;
-            Some(Self { sides: [a.clone(), b.clone()], width, is_max })
+            [Kernel::Square, Kernel::Cube].into_iter().find_map(|kernel| {
+                let (width, is_max) = smooth(&shown, kernel)?;
+                Some(Self { kernel, sides: [a.clone(), b.clone()], width, is_max })
+            })
         })
     }
 }
@@ -104,12 +134,12 @@ fn in_terms_of(e: &Expr, pair: [&Expr; 2], terms: &mut Terms) -> Option<Expr> {
     done.remove(&key(e))
 }
 
-/// The width of a function of x and y that is their smooth minimum, or maximum, and whether it is the maximum.
-fn smooth(of: &Expr) -> Option<(f64, bool)> {
+/// The width of a function of x and y that is their smooth minimum, or maximum, of a kind, and whether it is the maximum.
+fn smooth(of: &Expr, kernel: Kernel) -> Option<(f64, bool)> {
     let compiled = Formula::compile(of, &Placement::IDENTITY);
     let value = |a: f64, b: f64| compiled.value(DVec3::new(a, b, 0.0));
     let middle = value(0.0, 0.0);
-    let (width, sign) = (4.0 * middle.abs(), middle.signum());
+    let (width, sign) = (middle.abs() / kernel.added(1.0), middle.signum());
     if !(width > 0.0 && width.is_finite()) {
         return None;
     }
@@ -119,7 +149,7 @@ fn smooth(of: &Expr) -> Option<(f64, bool)> {
         let (d, s) = (3.2 * width * part(0.618_033_988_749_894_9), 8.0 * width * part(0.414_213_562_373_095_1));
         let (a, b) = (s + 0.5 * d, s - 0.5 * d);
         let left = (width - d.abs()).max(0.0);
-        let expected = sign * ((sign * a).max(sign * b) + left * left / (4.0 * width));
+        let expected = sign * ((sign * a).max(sign * b) + width * kernel.added(left / width));
         // Values agree up to the rounding of some ten operations.
         (value(a, b) - expected).abs() <= LAST_PLACES * (a.abs() + b.abs() + width)
     };
@@ -155,6 +185,10 @@ mod tests {
             let h = max(constant(k) - abs(a.clone() - b.clone()), constant(0.0)) / k;
             min(a.clone(), b.clone()) - Expr::binary(Binary::Pow, h, constant(3.0)) * (k / 6.0)
         };
+        let quartic = |a: &Expr, b: &Expr, k: f64| {
+            let h = max(constant(k) - abs(a.clone() - b.clone()), constant(0.0)) / k;
+            min(a.clone(), b.clone()) - Expr::binary(Binary::Pow, h, constant(4.0)) * (k / 16.0)
+        };
         let mut terms = Terms::default();
         for k in [0.2, 3.0] {
             for (e, expected) in [
@@ -163,7 +197,8 @@ mod tests {
                 (by_power(&a, &b, k), Some(true)),
                 (by_clamp(&by_square(&a, &b, 0.1), &b, k), Some(false)),
                 (-by_clamp(&a, &b, k), None),
-                (cubic(&a, &b, k), None),
+                (cubic(&a, &b, k), Some(false)),
+                (quartic(&a, &b, k), None),
                 (by_clamp(&a, &b, k) + 0.1, None),
                 (min(a.clone(), b.clone()), None),
                 (a.clone() - b.clone(), None),

@@ -6,7 +6,7 @@
 use super::beyond::{Displaced, displaced, distance_to_faces};
 use super::expr::{Binary, Expr, ExprNode, Unary};
 use super::roperation::Terms;
-use super::smooth::SmoothPair;
+use super::smooth::{Kernel, SmoothPair};
 use super::steps::flat;
 use super::switched::creased;
 
@@ -21,8 +21,8 @@ pub(crate) enum How {
     Max,
     /// `|(r + a, r + b)| - r` where both are above `-r`, else the greater: a distance less `r`, by distances to faces less `r`.
     Distance(f64),
-    /// The smooth maximum of a width.
-    Smooth(f64),
+    /// The smooth maximum of a kind and a width.
+    Smooth(Kernel, f64),
 }
 
 /// A formula's value.
@@ -50,7 +50,7 @@ impl<T> Valued<T> {
     fn is_rounded(&self) -> bool {
         match self {
             Valued::Piece(_) => false,
-            Valued::Joined { how, of, .. } => matches!(how, How::Smooth(_)) || of.iter().any(Valued::is_rounded),
+            Valued::Joined { how, of, .. } => matches!(how, How::Smooth(..)) || of.iter().any(Valued::is_rounded),
         }
     }
 
@@ -58,7 +58,7 @@ impl<T> Valued<T> {
     fn has_edges(&self) -> bool {
         match self {
             Valued::Piece(_) => false,
-            Valued::Joined { how, of, .. } => !matches!(how, How::Smooth(_)) || of.iter().any(Valued::has_edges),
+            Valued::Joined { how, of, .. } => !matches!(how, How::Smooth(..)) || of.iter().any(Valued::has_edges),
         }
     }
 }
@@ -150,7 +150,7 @@ impl Reader<'_> {
     }
 
     fn smooth(&mut self, found: &SmoothPair, at: Scaled<'_>, depth: usize) -> Option<Valued<Expr>> {
-        let how = How::Smooth(found.width * at.factor.abs());
+        let how = How::Smooth(found.kernel, found.width * at.factor.abs());
         let pieces = self.pieces;
         let joined = self.joined(how, found.is_max, found.sides.each_ref().map(|side| at.of(side)), depth)?;
         if joined.has_edges() {
@@ -258,6 +258,11 @@ mod tests {
             - h.clone() * k * (Expr::constant(1.0) - h)
     }
 
+    fn cubic_min(a: &Expr, b: &Expr, k: f64) -> Expr {
+        let h = max(Expr::constant(k) - abs(a.clone() - b.clone()), Expr::constant(0.0)) / k;
+        min(a.clone(), b.clone()) - h.clone() * h.clone() * h * (k / 6.0)
+    }
+
     fn smooth_max(a: &Expr, b: &Expr, k: f64) -> Expr {
         let h = max(Expr::constant(k) - abs(a.clone() - b.clone()), Expr::constant(0.0));
         max(a.clone(), b.clone()) + h.clone() * h / (4.0 * k)
@@ -290,6 +295,10 @@ mod tests {
         // What is inside where it is negative, and how many leaves there are.
         let cases = [
             ("union", smooth_min(&a, &c, 0.2)),
+            ("cubic", cubic_min(&a, &c, 0.2)),
+            ("cubic difference", -cubic_min(&-a.clone(), &c, 0.2)),
+            ("cubic of three", cubic_min(&smooth_min(&a, &b, 0.15), &c, 0.2)),
+            ("of three cubic", smooth_min(&cubic_min(&a, &b, 0.15), &c, 0.2)),
             ("difference", -smooth_min(&-a.clone(), &c, 0.2)),
             ("intersection", smooth_max(&a, &c, 0.25)),
             ("rounded block", smooth_min(&(a.clone() - 0.1), &c, 0.2)),

@@ -67,7 +67,7 @@ pub fn load_step(path: &Path, run: &Run) -> Result<StepModel> {
 /// [`Error::Input`] for a model too large to be measured; [`Error::Failed`] when no face can be meshed; cancellation.
 pub fn mesh_step(model: StepModel, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     options.for_boundary()?;
-    let run = &run.clone().with_memory(options.memory);
+    let run = &run.clone().with_memory(options.memory).timed(options.timed);
     let mut attempts = Attempts::new(options.timed);
     let made = match options.volume {
         Some(share) => mesh_within_volume(model, share, options, &mut attempts, run)?,

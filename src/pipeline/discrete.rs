@@ -171,7 +171,7 @@ pub fn mesh_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, run
     options.for_boundary()?;
     input.validate()?;
     measurable(&input.bounds())?;
-    let run = &run.clone().with_memory(options.memory);
+    let run = &run.clone().with_memory(options.memory).timed(options.timed);
     let options = &options.resolved(input.bounds().diagonal());
     let prepared = prepare(input, soup.close, run)?;
     let mut attempts = Attempts::new(options.timed);

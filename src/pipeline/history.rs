@@ -31,6 +31,9 @@ pub enum Tried {
     Joined,
 }
 
+/// Lines tell of stages that took at least so many seconds: what two decimals show.
+const TOLD: f64 = 0.005;
+
 /// What intervals showed of the arrangement of a part's leaves.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Proof {
@@ -120,6 +123,18 @@ pub struct Attempt {
     /// How long it took, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
+    /// Which of its stages took how long, where that was asked for, in the order they began.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<AttemptStage>,
+}
+
+/// How long one stage of an attempt took.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AttemptStage {
+    /// Its name, as progress is told with: `signs`, `surface`, `cells`, `arrange`, `settle`, `remesh` and others.
+    pub name: String,
+    /// In seconds, of all times it was gone through.
+    pub seconds: f64,
 }
 
 /// One stage on the way to the mesh that was kept.
@@ -165,6 +180,7 @@ impl Attempt {
             kept: false,
             why: String::new(),
             seconds: None,
+            stages: Vec::new(),
         }
     }
 
@@ -212,7 +228,7 @@ struct Figures<'a>(&'a Attempt);
 
 impl fmt::Display for Figures<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Attempt { faults, proof, seconds: took, .. } = self.0;
+        let Attempt { faults, proof, seconds: took, stages, .. } = self.0;
         f.write_str(&self.0.named())?;
         if !self.0.because.is_empty() {
             write!(f, " ({}: {})", self.0.change, self.0.because)?;
@@ -226,7 +242,10 @@ impl fmt::Display for Figures<'_> {
                 write!(f, " (the first near {:.4?}: {})", first.at, first.reason)?;
             }
         }
-        seconds(f, *took)
+        seconds(f, *took)?;
+        let told: Vec<String> =
+            stages.iter().filter(|s| s.seconds >= TOLD).map(|s| format!("{} {:.2}", s.name, s.seconds)).collect();
+        if told.is_empty() { Ok(()) } else { write!(f, " ({})", told.join(", ")) }
     }
 }
 

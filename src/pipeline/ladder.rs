@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::history::{Attempt, Clock};
+use super::history::{Attempt, AttemptStage, Clock};
 use super::mesh::Meshed;
 use super::report::Report;
 use crate::error::Result;
@@ -142,7 +142,9 @@ impl Attempts {
     /// Adds an attempt, and tells whoever listens: a run that is stopped later tells what it tried. Gives its number.
     pub(super) fn add(&mut self, attempt: Attempt, run: &Run) -> usize {
         let seconds = self.clock.lap();
-        let attempt = Attempt { change: self.change, because: self.because, seconds, ..attempt };
+        let stages = run.stage_seconds().into_iter().map(|s| AttemptStage { name: s.name, seconds: s.seconds });
+        let (change, because) = (self.change, self.because);
+        let attempt = Attempt { change, because, seconds, stages: stages.collect(), ..attempt };
         run.note("attempt", || attempt.ended());
         self.budget.spent += attempt.triangles;
         self.largest = self.largest.max(attempt.triangles).max(CHEAP);
@@ -174,6 +176,11 @@ impl Attempts {
     /// Whether any after the first so many had triangles at fault.
     pub(super) fn any_fault_since(&self, first: usize) -> bool {
         self.list.iter().skip(first).any(|a| a.faults > 0)
+    }
+
+    /// The smallest cells, or shortest edges, of those after the first so many.
+    pub(super) fn smallest_since(&self, first: usize) -> f64 {
+        self.list.iter().skip(first).map(|a| a.size).fold(f64::INFINITY, f64::min)
     }
 
     /// Puts itself into a report; the mesh is made of the attempts of some numbers.

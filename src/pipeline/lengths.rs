@@ -63,7 +63,9 @@ pub(super) struct LengthLadder<'a> {
     asked: MeshOptions,
     start: Start,
     aim: Aim,
-    /// The distance that edges are made for.
+    /// The smallest cells that any mesh was made with,
+    finest: f64,
+    /// and the distance that edges are made for.
     distance: f64,
 }
 
@@ -71,7 +73,7 @@ impl<'a> LengthLadder<'a> {
     pub(super) fn new(part: &'a Part, ready: Ready, options: &'a MeshOptions) -> Self {
         let (asked, start) = (options.clone(), Start::default());
         let distance = options.tolerance_length().unwrap_or(0.0);
-        Self { part, ready, options, asked, start, aim: Aim::First, distance }
+        Self { part, ready, options, asked, start, aim: Aim::First, finest: f64::INFINITY, distance }
     }
 
     /// The part as it was meshed last.
@@ -79,13 +81,13 @@ impl<'a> LengthLadder<'a> {
         &self.ready
     }
 
-    /// Smaller cells, where the best mesh is far from the surface and each step has halved that.
+    /// Smaller cells than any before, where the best mesh is far from the surface and each step has halved that.
     fn smaller_cells(&mut self, best: &FoundMesh, improved: bool) -> Option<(Change, &'static str)> {
         let near = (APART * self.ready.size).max(LOOSE * self.options.tolerance_length().unwrap_or(0.0));
         if !improved || apart(&best.meshed) <= near {
             return None;
         }
-        self.start = Start::below(best.cell, self.ready.size);
+        self.start = Start::below(self.finest, self.ready.size);
         (self.start.left() >= 2).then_some((Change::SmallerCells, "far from the surface"))
     }
 
@@ -127,7 +129,10 @@ impl Ladder for LengthLadder<'_> {
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<FoundMesh>> {
         let cells = CellLadder::new(&self.ready, &self.asked, self.start.clone());
-        let mut found = match mesh_by_cells(self.part, cells, attempts, run) {
+        let before = attempts.len();
+        let made = mesh_by_cells(self.part, cells, attempts, run);
+        self.finest = self.finest.min(attempts.smallest_since(before));
+        let mut found = match made {
             Ok(found) => found,
             Err(e) if matches!(self.aim, Aim::First) => return Err(e),
             Err(Error::Cancelled) => return Err(Error::Cancelled),

@@ -223,7 +223,7 @@ pub fn mesh_part(part: &Part, options: &MeshOptions, run: &Run) -> Result<Meshed
     if options.method == Method::Operators && options.sequence.is_none() {
         options.sequence = part_sequence(part)?;
     }
-    let options = &options;
+    let (options, run) = (&options, &run.clone().timed(options.timed));
     check_sequence(part, options)?;
     if let Some(brep) = build(part, run)? {
         return mesh_built(part, brep, options, run);
@@ -306,9 +306,7 @@ pub(super) struct FoundMesh {
     /// Whether it fell short where triangles cross or face away, as where curved walls are thinner than chords are high: with the
     /// places of those that face away, and half the length of their edges.
     pub(super) crowded: Crowded,
-    /// The cells' size,
-    pub(super) cell: f64,
-    /// and where in the ladder of cells it comes from.
+    /// Where in the ladder of cells it comes from.
     pub(super) start: Start,
     /// The number of its attempt.
     pub(super) number: usize,
@@ -477,7 +475,7 @@ pub(super) fn mesh_by_cells(
     };
     let source = MeshOrigin::Functions(ready.model.clone());
     let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
-    Ok(FoundMesh { meshed, crowded, cell, start, number, extracted })
+    Ok(FoundMesh { meshed, crowded, start, number, extracted })
 }
 
 /// Whether so few triangles face away, and so near to the surface, that another mesh is not worth its time.

@@ -73,7 +73,7 @@ pub use discrete::{SoupOptions, is_mesh, load_mesh, mesh_soup};
 pub use distance::Distance;
 pub use figure::{BorderLength, FigureReport};
 pub use heal::{Action, Defect, HealOptions, HealReport, Healed, Repair, heal};
-pub use history::{Attempt, Proof, Stage, Tried, UnprovedBrick, UnprovedPlace};
+pub use history::{Attempt, AttemptStage, Proof, Stage, Tried, UnprovedBrick, UnprovedPlace};
 pub use join::{JoinReport, Joined, join, join_files};
 pub use kind::{PartKind, part_kind};
 pub use ladder::{Budget, Change};

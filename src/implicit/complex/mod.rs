@@ -187,6 +187,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             all = skin(leaves, &tree, &Curves::default(), &share, run)?;
         }
         run.check()?;
+        run.progress("settle", 0.0);
         let Skin { mut keys, mut places, mut triangles, .. } = all;
         divided(&mut keys, &mut places, &mut triangles);
         let copies = parted(&places, &mut triangles);

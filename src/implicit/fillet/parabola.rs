@@ -1,15 +1,18 @@
 //! The smooth maximum of two numbers that is commonly used: `max(a, b) + max(k - |a - b|, 0)² / (4k)`, by itself where the bracket is positive.
+//! With `³ / (6k²)` in the place of the square it bends without a jump.
 //!
-//! Its zeros are a parabola, `(a - b)² + 2k(a + b) + k² = 0`. In `u = k + a` and `v = k + b` that is where a length of `(u, v)` is `k`, as a
+//! The zeros of the first one are a parabola, `(a - b)² + 2k(a + b) + k² = 0`. In `u = k + a` and `v = k + b` that is where a length of `(u, v)` is `k`, as a
 //! circle is where `|(u, v)|` is. So where zero alone counts it ends where `u` or `v` is zero, which lies along one of its surfaces.
 
 use super::{ENDS, Joined};
 use crate::implicit::slopes::Slopes;
+use crate::implicit::smooth::Kernel;
 use crate::numeric::{Dual, Interval};
 
 /// Where `|a - b|` is below the width it is the smooth maximum. Beyond, it goes on with the same slope to less than the greater number.
 /// Everywhere it rises in both, and the partial derivatives are one together.
 pub(super) struct SmoothMax {
+    pub(super) kernel: Kernel,
     pub(super) width: f64,
     /// See [`super::Fillet::band`].
     pub(super) band: f64,
@@ -21,15 +24,16 @@ impl SmoothMax {
         let (more, left) = (a.max(b), k - (a - b).abs());
         // What is added to the greater number, and the share of the lesser one in it.
         let (added, share) = if left.abs() < self.band {
-            ((left - ENDS * k) * self.band / (4.0 * k), self.band / (4.0 * k))
+            let slope = k * self.kernel.added(self.band / k) / self.band;
+            ((left - ENDS * k) * slope, slope)
         } else if left > ENDS * k {
-            (left * left / (4.0 * k), left / (2.0 * k))
+            (k * self.kernel.added(left / k), self.kernel.share(left / k))
         } else {
-            let beyond = (-left).max(0.0);
-            let (lost, share) = if beyond < k {
-                (beyond * beyond / (4.0 * k), beyond / (2.0 * k))
+            let beyond = (-left).max(0.0) / k;
+            let (lost, share) = if beyond < 1.0 {
+                (k * self.kernel.added(beyond), self.kernel.share(beyond))
             } else {
-                (0.5 * beyond - 0.25 * k, 0.5)
+                (k * (self.kernel.added(1.0) + 0.5 * (beyond - 1.0)), 0.5)
             };
             (-lost - ENDS * k, share)
         };
@@ -44,7 +48,7 @@ impl SmoothMax {
     /// The smooth maximum itself.
     pub(super) fn between(&self, a: f64, b: f64) -> f64 {
         let left = (self.width - (a - b).abs()).max(0.0);
-        a.max(b) + left * left / (4.0 * self.width)
+        a.max(b) + self.width * self.kernel.added(left / self.width)
     }
 
     /// Bounds of the partial derivative by the first number, where `a - b` has bounds.
@@ -52,7 +56,7 @@ impl SmoothMax {
         let k = self.width;
         // Exact, without a band: it falls to nothing at one end and rises to one at the other, and then goes back to a half.
         let at = |d: f64| {
-            let share = if d.abs() < k { 0.5 * (k - d.abs()) / k } else { (0.5 * (d.abs() - k) / k).min(0.5) };
+            let share = self.kernel.share(((k - d.abs()) / k).abs().min(1.0));
             if d >= 0.0 { 1.0 - share } else { share }
         };
         let mut all = Interval::point(at(d.lo)).hull(Interval::point(at(d.hi)));
@@ -61,7 +65,7 @@ impl SmoothMax {
                 all = all.hull(Interval::point(value));
             }
             if self.band > 0.0 && d.lo < end + self.band && d.hi > end - self.band {
-                let share = self.band / (4.0 * k);
+                let share = k * self.kernel.added(self.band / k) / self.band;
                 all = all.hull(Interval::point(if end > 0.0 { 1.0 - share } else { share }));
             }
         }
@@ -82,10 +86,16 @@ impl SmoothMax {
 }
 
 /// The polynomial that it is between its ends, everywhere.
-pub(super) fn smooth(k: f64, a: Dual, b: Dual) -> Dual {
+pub(super) fn smooth(kernel: Kernel, k: f64, a: Dual, b: Dual) -> Dual {
     let d = a.v - b.v;
-    let value = 0.5 * (a.v + b.v) + 0.25 * (k + d * d / k);
-    let of_first = 0.5 * (1.0 + d / k);
+    let t = d / k;
+    let (added, of_first) = match kernel {
+        Kernel::Square => (0.25 * (1.0 + t * t), 0.5 * (1.0 + t)),
+        Kernel::Cube => {
+            (1.0 / 6.0 + t * t * (0.5 - t.abs() / 6.0), 0.5 + t * (1.0 - 0.5 * t.abs()))
+        }
+    };
+    let value = 0.5 * (a.v + b.v) + k * added;
     Dual::new(value, a.g * of_first + b.g * (1.0 - of_first))
 }
 
@@ -175,11 +185,16 @@ mod tests {
     proptest! {
         #[test]
         fn bounds_hold_what_is_between_and_beyond_the_ends(
-            which in 0usize..3, c in prop::array::uniform3(-1.0f64..1.0), half in 0.001f64..0.5,
+            which in 0usize..5, c in prop::array::uniform3(-1.0f64..1.0), half in 0.001f64..0.5,
             t in prop::array::uniform3(-1.0f64..1.0), band in prop::sample::select(vec![0.0, 0.1, 0.25]),
         ) {
-            let (profile, radius) =
-                [(Profile::Parabola, 0.5), (Profile::SmoothMax, 0.5), (Profile::Circle, -0.1)][which];
+            let (profile, radius) = [
+                (Profile::Zeros(Kernel::Square), 0.5),
+                (Profile::SmoothMax(Kernel::Square), 0.5),
+                (Profile::Zeros(Kernel::Cube), 0.5),
+                (Profile::SmoothMax(Kernel::Cube), 0.5),
+                (Profile::Circle, -0.1),
+            ][which];
             let f = fillet(profile, radius, band);
             let c = DVec3::from_array(c);
             let (cell, p) = (Aabb::new(c - half, c + half), c + DVec3::from_array(t) * half);
@@ -203,13 +218,22 @@ mod tests {
         }
 
         #[test]
-        fn the_parabola_is_where_the_smooth_maximum_is_zero(a in -0.6f64..0.2, b in -0.6f64..0.2) {
+        fn zeros_are_where_the_smooth_maximum_is_zero(
+            a in -0.6f64..0.2, b in -0.6f64..0.2, kernel in prop::sample::select(vec![Kernel::Square, Kernel::Cube]),
+        ) {
             let k = 0.5;
-            let exact = a.max(b) + (k - (a - b).abs()).max(0.0).powi(2) / (4.0 * k);
+            let left = (k - (a - b).abs()).max(0.0);
+            let added = if kernel == Kernel::Square { left.powi(2) / (4.0 * k) } else { left.powi(3) / (6.0 * k * k) };
+            let exact = a.max(b) + added;
             prop_assume!(exact.abs() > 1e-9);
-            let max = SmoothMax { width: k, band: 0.0 };
+            let max = SmoothMax { kernel, width: k, band: 0.0 };
             prop_assert!((max.between(a, b) - exact).abs() < 1e-15);
-            let joined = fillet(Profile::Parabola, k, 0.0).joined([a, b], length(k + a, k + b)).value;
+            let zeros = fillet(Profile::Zeros(kernel), k, 0.0);
+            let joined = zeros.joined([a, b], zeros.length(k + a, k + b)).value;
+            if left > 0.0 {
+                let by_smooth = smooth(kernel, k, Dual::new(a, DVec3::X), Dual::new(b, DVec3::Y)).v;
+                prop_assert!((by_smooth - exact).abs() < 1e-14, "{} {}", by_smooth, exact);
+            }
             prop_assert_eq!(a.max(b).max(joined) > 0.0, exact > 0.0, "{} {}", joined, exact);
         }
     }

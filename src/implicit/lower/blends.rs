@@ -205,10 +205,8 @@ impl Lowerer {
     /// The number of the leaf with the zeros of another: a smooth maximum is asked for other values only by what it is a side of.
     pub(super) fn surface(&mut self, leaf: u32, face: u32) -> u32 {
         let Leaf::Fillet(f) = &self.leaves[leaf as usize] else { return leaf };
-        if f.profile != Profile::SmoothMax {
-            return leaf;
-        }
-        let zeros = Fillet { sides: f.sides.clone(), profile: Profile::Parabola, rest: None, ..**f };
+        let Profile::SmoothMax(kernel) = f.profile else { return leaf };
+        let zeros = Fillet { sides: f.sides.clone(), profile: Profile::Zeros(kernel), rest: None, ..**f };
         let op = self.leaf(Leaf::Fillet(Arc::new(zeros)), face, false);
         if let Op::Leaf { leaf, .. } = self.ops[op as usize] { leaf } else { leaf }
     }

@@ -195,8 +195,8 @@ impl Lowerer {
         let k = at.place.scale;
         let (radius, profile, near) = match how {
             How::Distance(r) => (r * k, Profile::Circle, Interval::new(-r * k, hi)),
-            How::Smooth(width) => {
-                let profile = if counts.is_sign() { Profile::Parabola } else { Profile::SmoothMax };
+            How::Smooth(kernel, width) => {
+                let profile = if counts.is_sign() { Profile::Zeros(kernel) } else { Profile::SmoothMax(kernel) };
                 (width * k, profile, Interval::new(lo - width * k, hi))
             }
             How::Max => (0.0, Profile::Circle, Interval::point(hi)),
@@ -244,10 +244,12 @@ impl Valued<Formula> {
             Valued::Joined { how, mirrored, of } => {
                 let turn = |r: Interval| if *mirrored { -r } else { r };
                 let [a, b] = of.each_ref().map(|v| turn(v.range(cell, scale)));
-                // None is more than a quarter of its width above the greater of both, or than that of both distances.
+                // None is farther above the greater of both than where they are equal, or above that of both distances.
                 turn(match how {
                     How::Max => a.max(b),
-                    How::Smooth(width) => Interval::new(a.max(b).lo, a.max(b).hi + 0.25 * width * scale),
+                    How::Smooth(kernel, width) => {
+                        Interval::new(a.max(b).lo, a.max(b).hi + kernel.added(1.0) * width * scale)
+                    }
                     How::Distance(r) => {
                         let r = Interval::point(r * scale);
                         let zero = Interval::point(0.0);

@@ -184,6 +184,14 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// The value of a name that the file gave one.
+    pub(super) fn variable(&mut self, name: &str) -> Option<&mut Value<'a>> {
+        match self.locals[self.frame..].iter().rposition(|(n, _)| n == name) {
+            Some(k) => self.locals.get_mut(self.frame + k).map(|(_, v)| v),
+            None => self.globals.get_mut(name),
+        }
+    }
+
     fn lookup(&self, name: &str, range: TextRange) -> Result<Value<'a>> {
         if let Some((_, v)) = self.locals[self.frame..].iter().rev().find(|(n, _)| n == name) {
             return Ok(v.clone());
@@ -442,6 +450,9 @@ impl<'a> Interpreter<'a> {
         if let Expr::Attribute(a) = &*c.func
             && self.module(&a.value).is_none()
         {
+            if let Some(grown) = self.grown(c)? {
+                return Ok(grown);
+            }
             let object = self.eval(&a.value)?;
             let arguments = self.arguments(c)?;
             return methods::call(self, range, object, &a.attr, arguments);
@@ -455,7 +466,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    fn arguments(&mut self, c: &'a ast::ExprCall) -> Result<Vec<Argument<'a>>> {
+    pub(super) fn arguments(&mut self, c: &'a ast::ExprCall) -> Result<Vec<Argument<'a>>> {
         let mut out = Vec::new();
         for e in &c.arguments.args {
             if let Expr::Starred(s) = e {

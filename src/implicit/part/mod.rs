@@ -14,6 +14,7 @@ mod foreign;
 mod functions;
 mod guard;
 mod interpreter;
+mod lists;
 mod methods;
 mod modules;
 mod operators;

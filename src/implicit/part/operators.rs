@@ -10,6 +10,7 @@ use super::super::solid::{Solid, SolidNode};
 use super::figures;
 use super::foreign;
 use super::interpreter::Interpreter;
+use super::lists;
 use super::value::Value;
 use crate::error::Result;
 
@@ -161,6 +162,10 @@ pub(super) fn compare<'a>(it: &It<'a>, range: TextRange, ops: &[CmpOp], values: 
     let mut conditions = Vec::new();
     for (op, pair) in ops.iter().zip(values.windows(2)) {
         let (a, b) = (&pair[0], &pair[1]);
+        if matches!(op, CmpOp::In | CmpOp::NotIn) {
+            truth &= lists::held(it, range, *op, a, b)?;
+            continue;
+        }
         if formulas {
             let (Some(a), Some(b)) = (a.formula(), b.formula()) else {
                 return Err(it.error(range, format!("{} and {} cannot be compared", a.kind(), b.kind())));

@@ -203,6 +203,14 @@ fn loops_conditions_and_imports_make_what_is_written_without() {
         ),
         ("for i in range(3):\n    pass\na = sphere(i)", "a = sphere(2)"),
         (
+            "s = []\nfor i in range(4):\n    if i not in (1, 'a'):\n        s.append(sphere(i + 1))\ns.extend([sphere(9)])\na = union(s)",
+            "a = union([sphere(1), sphere(3), sphere(4), sphere(9)])",
+        ),
+        (
+            "def f(n):\n    s = []\n    for i in range(n):\n        s.append((i, 'k'))\n    return s\na = sphere(1 if (2, 'k') in f(3) and 'd' in 'abcd' else 2)",
+            "a = sphere(1)",
+        ),
+        (
             "import math\nfrom rvachev import *\na = solid(math.sqrt(x) >= math.e)",
             "a = solid(sqrt(x) >= 2.718281828459045)",
         ),

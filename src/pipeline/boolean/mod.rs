@@ -82,7 +82,7 @@ pub(super) fn as_functions(part: &Part, solid: &Solid, run: &Run) -> Result<Soli
 /// operands whose triangles cannot be joined; cancellation.
 pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, run: &Run) -> Result<Meshed> {
     refuse(options)?;
-    let run = &run.clone().with_memory(options.memory);
+    let run = &run.clone().with_memory(options.memory).timed(options.timed);
     let solid = match part.domain {
         Some(d) => Solid::cuboid(d.lo, d.hi).name("domain") & solid.clone(),
         None => solid.clone(),
