@@ -95,9 +95,9 @@ impl Tested {
         Ok(Self { mesh, bad })
     }
 
-    /// Whether so few triangles intersect others that their surroundings are worth being refined, and no more than twice as many as at first.
-    fn is_refined(&self, first: usize) -> bool {
-        !self.bad.is_empty() && FEW * self.bad.len() <= self.mesh.triangles.len() && self.bad.len() <= 2 * first
+    /// Whether some triangles intersect others, so few that their surroundings are worth being refined.
+    fn is_few(&self) -> bool {
+        !self.bad.is_empty() && FEW * self.bad.len() <= self.mesh.triangles.len()
     }
 }
 
@@ -189,25 +189,32 @@ fn polished(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Tested> {
     Ok(tested)
 }
 
-/// Refines the surroundings of triangles that intersect others, where these are few.
+/// Refines the surroundings of triangles that intersect others, where these are few, as long as fewer are left. Chords that cross come apart by
+/// that; where the surfaces themselves lie on each other each round makes more.
 fn refined(names: &TriMesh, r: &mut Remesher<'_>, mut tested: Tested, report: &mut ExactReport) -> Result<Tested> {
     let most = MOST_REPAIRED * r.work.mesh.triangle_count();
-    let first = tested.bad.len();
-    let before = (r.work.policy.is_raw() && first > 0).then(|| (r.clone(), tested.clone()));
-    while tested.is_refined(first) && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
+    let is_raw = r.work.policy.is_raw();
+    let first = is_raw.then(|| (r.clone(), tested.clone()));
+    while tested.is_few() && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let corners = tested.bad.iter().flat_map(|t| tested.mesh.triangles[*t as usize]);
         let mut around: Vec<u32> = corners.map(|v| nodes[v as usize]).collect();
         around.sort_unstable();
         around.dedup();
+        let before = r.clone();
         if !refine_around(r, &around)? {
             break;
         }
         report.repairs += 1;
-        tested = Tested::of(names, r)?;
+        let now = Tested::of(names, r)?;
+        if now.bad.len() >= tested.bad.len() {
+            *r = before;
+            break;
+        }
+        tested = now;
     }
     // Who gives raw triangles can give them again with other sizes, and needs to know where it began.
-    if let Some((then, known)) = before.filter(|_| !tested.bad.is_empty()) {
+    if let Some((then, known)) = first.filter(|_| !tested.bad.is_empty()) {
         (*r, tested) = (then, known);
     }
     Ok(tested)
