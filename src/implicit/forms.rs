@@ -137,7 +137,9 @@ impl Saw {
     /// Its absolute value, if it is as far below zero at the beginning of a period as above at its end.
     fn size(&self) -> Option<Expr> {
         let half = 0.5 * self.slope * self.period;
-        if !(half.is_finite() && (self.shift + half).abs() <= FEW_ROUNDINGS * half.abs()) || linear(&self.of, 0).is_some() {
+        if !(half.is_finite() && (self.shift + half).abs() <= FEW_ROUNDINGS * half.abs())
+            || linear(&self.of, 0).is_some()
+        {
             return None;
         }
         let turns = Expr::unary(Unary::Wrap, self.of.clone() * (2.0 * PI / self.period) - PI);

@@ -323,8 +323,12 @@ pub(super) struct CellLadder<'a, 'o> {
     scout: Option<Scout>,
     /// The last arrangement of the same share, and of which cells it is.
     arranged: Option<(Start, Arranged)>,
-    /// The fewest faults with cells of the same share.
+    /// The fewest faults with cells of the same share,
     fewest: usize,
+    /// and with those of the shares before.
+    fewest_before: usize,
+    /// Whether smaller cells everywhere left no fewer triangles at fault.
+    pub(super) is_exhausted: bool,
     /// How often triangles stayed, and how many were at fault the last time.
     times_kept: usize,
     crossing: Option<usize>,
@@ -348,6 +352,8 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             scout: None,
             arranged: None,
             fewest: usize::MAX,
+            fewest_before: usize::MAX,
+            is_exhausted: false,
             times_kept: 0,
             crossing: None,
             over: false,
@@ -360,6 +366,11 @@ impl<'a, 'o> CellLadder<'a, 'o> {
     /// With someone who looks at meshes on their way.
     pub(super) fn observed(self, observer: Option<&'a mut Observer<'o>>) -> Self {
         Self { observer, ..self }
+    }
+
+    /// For a part of which smaller cells are known to leave no fewer triangles at fault: not tried again.
+    pub(super) fn exhausted(self) -> Self {
+        Self { fewest_before: 0, ..self }
     }
 
     /// The first attempt that comes out clean, otherwise the best one; none where most triangles cross with all cells.
@@ -376,13 +387,15 @@ impl<'a, 'o> CellLadder<'a, 'o> {
 
     fn go_on(&mut self) {
         self.start = Start { share: self.start.share + 1, ..Start::default() };
+        self.fewest_before = self.fewest.min(self.fewest_before);
         (self.scout, self.arranged, self.fewest, self.times_kept) = (None, None, usize::MAX, 0);
     }
 
-    /// The cells of the best attempt, with triangles that stay around those at fault in the last one.
+    /// The cells of the best attempt, with triangles that stay around those at fault in the last one. An attempt of larger cells is not gone
+    /// back to: it had its turn.
     fn keep(&mut self, best: &Trial, last: &Trial) -> Option<Start> {
         let again = last.start.keeps();
-        let now = if again { last } else { best };
+        let now = if again || best.start.share != last.start.share { last } else { best };
         let stuck = again && self.crossing == Some(now.faults());
         // Where all is proved it is chords that cross, of walls thinner than these are high: shorter edges part them.
         let is_proved = now.scout.proof.as_ref().is_some_and(|p| p.unproved == 0);
@@ -570,7 +583,9 @@ impl Ladder for CellLadder<'_, '_> {
             self.start = kept;
             return Some((Change::KeepHere, "triangles are at fault"));
         }
-        if self.over {
+        // Where smaller cells everywhere left no fewer triangles at fault, still smaller ones do not.
+        self.is_exhausted = self.fewest > 0 && self.fewest >= self.fewest_before;
+        if self.over || self.is_exhausted {
             return None;
         }
         self.go_on();

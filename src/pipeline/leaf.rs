@@ -39,6 +39,8 @@ pub(super) struct ByLeaf {
     pub(super) start: Start,
     /// Whether all is shown of the arrangement it is of: its leaves have no creases.
     pub(super) proved: bool,
+    /// Whether smaller cells everywhere left no fewer triangles at fault.
+    pub(super) is_exhausted: bool,
     /// Nodes that were drawn back where the solid touches itself.
     pub(super) drawn: usize,
     /// Nodes that are not on their surfaces, as triangles would cross if they were.
@@ -67,6 +69,7 @@ impl ByLeaf {
             number: 0,
             start: Start::default(),
             proved: false,
+            is_exhausted: false,
             drawn: 0,
             off: Vec::new(),
         }
@@ -129,6 +132,7 @@ pub(super) fn by_leaf(mut cells: CellLadder<'_, '_>, attempts: &mut Attempts, ru
             number,
             start,
             proved,
+            is_exhausted: cells.is_exhausted,
             drawn,
             off: report.off,
         });
@@ -149,5 +153,6 @@ pub(super) fn by_leaf(mut cells: CellLadder<'_, '_>, attempts: &mut Attempts, ru
         number = attempts.add(Attempt::new(Tried::MarchingCubes, ready.size, mesh.triangles.len(), 0), run);
     }
     let shortfalls = vec![Fault::OtherMethod { crossing, inverted, method: method.name() }];
-    Ok(ByLeaf { number, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
+    let is_exhausted = cells.is_exhausted;
+    Ok(ByLeaf { number, is_exhausted, ..ByLeaf::by_other(mesh, extracted, ready.size, method, shortfalls) })
 }

@@ -65,6 +65,8 @@ pub(super) struct LengthLadder<'a> {
     aim: Aim,
     /// The smallest cells that any mesh was made with,
     finest: f64,
+    /// whether smaller ones everywhere left no fewer triangles at fault,
+    is_exhausted: bool,
     /// and the distance that edges are made for.
     distance: f64,
 }
@@ -73,7 +75,17 @@ impl<'a> LengthLadder<'a> {
     pub(super) fn new(part: &'a Part, ready: Ready, options: &'a MeshOptions) -> Self {
         let (asked, start) = (options.clone(), Start::default());
         let distance = options.tolerance_length().unwrap_or(0.0);
-        Self { part, ready, options, asked, start, aim: Aim::First, finest: f64::INFINITY, distance }
+        Self {
+            part,
+            ready,
+            options,
+            asked,
+            start,
+            aim: Aim::First,
+            finest: f64::INFINITY,
+            is_exhausted: false,
+            distance,
+        }
     }
 
     /// The part as it was meshed last.
@@ -84,7 +96,7 @@ impl<'a> LengthLadder<'a> {
     /// Smaller cells than any before, where the best mesh is far from the surface and each step has halved that.
     fn smaller_cells(&mut self, best: &FoundMesh, improved: bool) -> Option<(Change, &'static str)> {
         let near = (APART * self.ready.size).max(LOOSE * self.options.tolerance_length().unwrap_or(0.0));
-        if !improved || apart(&best.meshed) <= near {
+        if !improved || self.is_exhausted || apart(&best.meshed) <= near {
             return None;
         }
         self.start = Start::below(self.finest, self.ready.size);
@@ -129,6 +141,7 @@ impl Ladder for LengthLadder<'_> {
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<FoundMesh>> {
         let cells = CellLadder::new(&self.ready, &self.asked, self.start.clone());
+        let cells = if self.is_exhausted { cells.exhausted() } else { cells };
         let before = attempts.len();
         let made = mesh_by_cells(self.part, cells, attempts, run);
         self.finest = self.finest.min(attempts.smallest_since(before));
@@ -139,6 +152,7 @@ impl Ladder for LengthLadder<'_> {
             // What there is stands.
             Err(_) => return Ok(None),
         };
+        self.is_exhausted |= found.is_exhausted;
         let told = match self.aim {
             Aim::Here(_) => {
                 Some(format!("curved walls are thin: edges are shorter at {} places", self.ready.finer.len()))

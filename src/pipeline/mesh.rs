@@ -308,6 +308,8 @@ pub(super) struct FoundMesh {
     pub(super) crowded: Crowded,
     /// Where in the ladder of cells it comes from.
     pub(super) start: Start,
+    /// Whether smaller cells everywhere left no fewer triangles at fault.
+    pub(super) is_exhausted: bool,
     /// The number of its attempt.
     pub(super) number: usize,
     extracted: Extracted,
@@ -378,6 +380,7 @@ pub(super) fn mesh_by_cells(
         shortfalls,
         number,
         start,
+        is_exhausted,
         drawn,
         off,
         ..
@@ -475,7 +478,7 @@ pub(super) fn mesh_by_cells(
     };
     let source = MeshOrigin::Functions(ready.model.clone());
     let meshed = Meshed { mesh, seams, corners, outline: None, report, source };
-    Ok(FoundMesh { meshed, crowded, start, number, extracted })
+    Ok(FoundMesh { meshed, crowded, start, is_exhausted, number, extracted })
 }
 
 /// Whether so few triangles face away, and so near to the surface, that another mesh is not worth its time.

@@ -91,9 +91,7 @@ pub(super) fn smooth(kernel: Kernel, k: f64, a: Dual, b: Dual) -> Dual {
     let t = d / k;
     let (added, of_first) = match kernel {
         Kernel::Square => (0.25 * (1.0 + t * t), 0.5 * (1.0 + t)),
-        Kernel::Cube => {
-            (1.0 / 6.0 + t * t * (0.5 - t.abs() / 6.0), 0.5 + t * (1.0 - 0.5 * t.abs()))
-        }
+        Kernel::Cube => (1.0 / 6.0 + t * t * (0.5 - t.abs() / 6.0), 0.5 + t * (1.0 - 0.5 * t.abs())),
     };
     let value = 0.5 * (a.v + b.v) + k * added;
     Dual::new(value, a.g * of_first + b.g * (1.0 - of_first))
