@@ -261,11 +261,16 @@ fn smooth_minima_of_blocks_have_the_edges_that_show() {
     let functions = "def smin(a, b, k):\n\
                      \x20   h = clamp(0.5 + 0.5*(b - a)/k, 0, 1)\n\
                      \x20   return b*(1 - h) + a*h - k*h*(1 - h)\n\
+                     def cubic(a, b, k):\n\
+                     \x20   h = max(k - abs(a - b), 0)/k\n\
+                     \x20   return min(a, b) - h*h*h*k/6\n\
                      def block(u, v, w, a, b, c):\n\
                      \x20   p, q, r = abs(u) - a, abs(v) - b, abs(w) - c\n\
                      \x20   return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)\n\
                      base = block(x, y, z, 1, 0.8, 0.6)\n";
-    let smooth_min = |a: f64, b: f64| a.min(b) - (0.2 - (a - b).abs()).max(0.0).powi(2) / 0.8;
+    let left = |a: f64, b: f64| (0.2 - (a - b).abs()).max(0.0);
+    let smooth_min = |a: f64, b: f64| a.min(b) - left(a, b).powi(2) / 0.8;
+    let cubic_min = |a: f64, b: f64| a.min(b) - left(a, b).powi(3) / 0.24;
     let block = |[x, y, z]: [f64; 3]| {
         let q = [x.abs() - 1.0, y.abs() - 0.8, z.abs() - 0.6];
         let beyond = q.map(|d| d.max(0.0));
@@ -275,11 +280,29 @@ fn smooth_minima_of_blocks_have_the_edges_that_show() {
     // What joins the ball to a face touches no edge. What is cut out of a corner leaves three edges from where it is farther than the
     // width; between the fillets they go on as creases, ever flatter, to the ball.
     let edges = 4.0 * (2.0 + 1.6 + 1.2);
-    let boss = |p| -smooth_min(block(p), ball(p, [0.0, 0.0, 0.7], 0.3));
-    let bite = |p| smooth_min(-block(p), ball(p, [1.0, 0.8, 0.6], 0.3));
+    let boss = |p| [block(p), ball(p, [0.0, 0.0, 0.7], 0.3)];
+    let bite = |p| [-block(p), ball(p, [1.0, 0.8, 0.6], 0.3)];
+    let volume = |join: &dyn Fn(f64, f64) -> f64, of: &dyn Fn([f64; 3]) -> [f64; 2], sign: f64| {
+        counted(1.3, |p| {
+            let [a, b] = of(p);
+            sign * join(a, b)
+        })
+    };
     let cases = [
-        ("smin(base, hypot(x, y, z - 0.7) - 0.3, 0.2)", edges, 0.0, counted(1.3, boss)),
-        ("-smin(-base, hypot(x - 1, y - 0.8, z - 0.6) - 0.3, 0.2)", edges - 3.0 * 0.5, 3.0 * 0.25, counted(1.3, bite)),
+        ("smin(base, hypot(x, y, z - 0.7) - 0.3, 0.2)", edges, 0.0, volume(&smooth_min, &boss, -1.0)),
+        ("cubic(base, hypot(x, y, z - 0.7) - 0.3, 0.2)", edges, 0.0, volume(&cubic_min, &boss, -1.0)),
+        (
+            "-smin(-base, hypot(x - 1, y - 0.8, z - 0.6) - 0.3, 0.2)",
+            edges - 3.0 * 0.5,
+            3.0 * 0.25,
+            volume(&smooth_min, &bite, 1.0),
+        ),
+        (
+            "-cubic(-base, hypot(x - 1, y - 0.8, z - 0.6) - 0.3, 0.2)",
+            edges - 3.0 * 0.5,
+            3.0 * 0.25,
+            volume(&cubic_min, &bite, 1.0),
+        ),
     ];
     for (formula, sharp, creases, volume) in cases {
         let source = format!("{functions}d = {formula}\npart(solid(d <= 0))\nmesh(size=0.06)\n");

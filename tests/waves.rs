@@ -199,3 +199,26 @@ fn treads_around_an_axis_need_no_box() {
     let volume = PI * (9.0 - 0.64) * 0.3;
     assert_relative_eq!(check.volume.unwrap(), volume, epsilon = 0.0, max_relative = 5e-3);
 }
+
+#[test]
+fn a_thread_is_exact_however_its_wave_is_written() {
+    // At each height the wave takes all its values evenly around the axis.
+    let section = PI * ((2.5f64.powi(3) - 1.6f64.powi(3)) / 3.6 + 0.25 * 6.25);
+    for wave in [
+        "w = mod(u, 2)\nwave = min(w, 2 - w)",
+        "wave = 2*abs(u/2 - round(u/2))",
+        "wave = abs(u - 2*floor(u/2) - 1)\nwave = 1 - wave",
+        "wave = acos(cos(pi*u))/pi",
+    ] {
+        let text = format!(
+            "u = z - atan2(y, x)/pi\n{wave}\nthread = solid(hypot(x, y) <= 1.6 + 1.2*wave)\n\
+             part(thread & cylinder(2.5, height=9).name('crest'))"
+        );
+        let (_, check) = meshed(&text, 0.04);
+        // Chords of a crest 22 edges around.
+        let share = check.volume.unwrap() / (9.0 * section);
+        assert!((0.98..1.0).contains(&share), "{wave}: {share}");
+        let features = check.features.unwrap();
+        assert!(features.recall > 0.99 && features.precision > 0.99, "{wave}: {features:?}");
+    }
+}

@@ -31,9 +31,6 @@ pub enum Tried {
     Joined,
 }
 
-/// Lines tell of stages that took at least so many seconds: what two decimals show.
-const TOLD: f64 = 0.005;
-
 /// What intervals showed of the arrangement of a part's leaves.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Proof {
@@ -243,8 +240,8 @@ impl fmt::Display for Figures<'_> {
             }
         }
         seconds(f, *took)?;
-        let told: Vec<String> =
-            stages.iter().filter(|s| s.seconds >= TOLD).map(|s| format!("{} {:.2}", s.name, s.seconds)).collect();
+        let figures = stages.iter().map(|s| (&s.name, format!("{:.2}", s.seconds)));
+        let told: Vec<String> = figures.filter(|f| f.1 != "0.00").map(|(name, s)| format!("{name} {s}")).collect();
         if told.is_empty() { Ok(()) } else { write!(f, " ({})", told.join(", ")) }
     }
 }

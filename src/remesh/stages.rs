@@ -45,8 +45,6 @@ const REPAIRS: usize = 4;
 pub(super) const AROUND: usize = 2;
 /// Surroundings are not refined when more than one triangle in this many intersects others.
 const FEW: usize = 4;
-/// Refinement ends when there are this many times more triangles than before: what intersects is then no matter of size.
-const MOST_REPAIRED: usize = 3;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
 
@@ -192,10 +190,9 @@ fn polished(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Tested> {
 /// Refines the surroundings of triangles that intersect others, where these are few, as long as fewer are left. Chords that cross come apart by
 /// that; where the surfaces themselves lie on each other each round makes more.
 fn refined(names: &TriMesh, r: &mut Remesher<'_>, mut tested: Tested, report: &mut ExactReport) -> Result<Tested> {
-    let most = MOST_REPAIRED * r.work.mesh.triangle_count();
     let is_raw = r.work.policy.is_raw();
     let first = is_raw.then(|| (r.clone(), tested.clone()));
-    while tested.is_few() && report.repairs < REPAIRS && r.work.mesh.triangle_count() <= most {
+    while tested.is_few() && report.repairs < REPAIRS {
         let nodes: Vec<u32> = r.work.mesh.nodes().collect();
         let corners = tested.bad.iter().flat_map(|t| tested.mesh.triangles[*t as usize]);
         let mut around: Vec<u32> = corners.map(|v| nodes[v as usize]).collect();

@@ -11,6 +11,7 @@ use rustc_hash::FxHashMap;
 
 use super::arguments::Argument;
 use super::builtins;
+use super::lists;
 use super::methods;
 use super::modules::Module;
 use super::operators;
@@ -450,7 +451,7 @@ impl<'a> Interpreter<'a> {
         if let Expr::Attribute(a) = &*c.func
             && self.module(&a.value).is_none()
         {
-            if let Some(grown) = self.grown(c)? {
+            if let Some(grown) = lists::grown(self, c)? {
                 return Ok(grown);
             }
             let object = self.eval(&a.value)?;

@@ -11,51 +11,46 @@ use super::operators;
 use super::value::Value;
 use crate::error::{Error, Result};
 
-/// Methods of lists.
-pub(super) const NAMES: [&str; 2] = ["append", "extend"];
-
-impl<'a> Interpreter<'a> {
-    /// Calls a method of the list that a name stands for; `None` where it is something else.
-    ///
-    /// A list that has a second name would grow under both in Python. Lists are values here, so that is an error rather than another part.
-    pub(super) fn grown(&mut self, c: &'a ast::ExprCall) -> Result<Option<Value<'a>>> {
-        let Expr::Attribute(a) = &*c.func else { return Ok(None) };
-        let Expr::Name(list) = &*a.value else { return Ok(None) };
-        let (name, range) = (list.id.as_str(), c.range());
-        let Some(Value::List(known)) = self.variable(name) else { return Ok(None) };
-        let length = known.len();
-        let method = a.attr.as_str();
-        if !NAMES.contains(&method) {
-            let e = self.error(a.attr.range, format!("there is no method {method:?} of lists"));
-            return Err(e.with_help(format!("methods of lists: {}", NAMES.join(", "))));
-        }
-        let mut arguments = self.arguments(c)?.into_iter();
-        let (Some(given), None) = (arguments.next().filter(|a| a.keyword.is_none()), arguments.next()) else {
-            return Err(self.error(range, format!(".{method}() takes 1 argument")));
-        };
-        let more = if method == "append" {
-            vec![given.value]
-        } else {
-            let all = operators::spread(self, given.range, given.value)?;
-            let no_list = || self.error(given.range, format!("a list is needed here, not {}", all.kind()));
-            all.items().ok_or_else(no_list)?.to_vec()
-        };
-        self.charge(range, more.len())?;
-        if length + more.len() > limits::ITEMS {
-            self.fits(range, length + more.len())?;
-        }
-        let Some(Value::List(list)) = self.variable(name) else { return Ok(None) };
-        match Rc::get_mut(list) {
-            Some(list) => list.extend(more),
-            None => return Err(self.shared(name, range)),
-        }
-        Ok(Some(Value::None))
+/// Calls a method of the list that a name stands for; `None` where it is something else.
+///
+/// A list that has a second name would grow under both in Python. Lists are values here, so that is an error rather than another part.
+pub(super) fn grown<'a>(it: &mut Interpreter<'a>, c: &'a ast::ExprCall) -> Result<Option<Value<'a>>> {
+    let Expr::Attribute(a) = &*c.func else { return Ok(None) };
+    let Expr::Name(list) = &*a.value else { return Ok(None) };
+    let (name, range) = (list.id.as_str(), c.range());
+    let Some(Value::List(known)) = it.variable(name) else { return Ok(None) };
+    let length = known.len();
+    let method = a.attr.as_str();
+    if !matches!(method, "append" | "extend") {
+        let e = it.error(a.attr.range, format!("there is no method {method:?} of lists"));
+        return Err(e.with_help("methods of lists: append, extend"));
     }
-
-    fn shared(&self, name: &str, range: TextRange) -> Error {
-        self.error(range, format!("the list {name} has another name, too, or a loop goes through it"))
-            .with_help(format!("make a new list: {name} = {name} + [item]"))
+    let mut arguments = it.arguments(c)?.into_iter();
+    let (Some(given), None) = (arguments.next().filter(|a| a.keyword.is_none()), arguments.next()) else {
+        return Err(it.error(range, format!(".{method}() takes 1 argument")));
+    };
+    let more = if method == "append" {
+        vec![given.value]
+    } else {
+        let all = operators::spread(it, given.range, given.value)?;
+        let no_list = || it.error(given.range, format!("a list is needed here, not {}", all.kind()));
+        all.items().ok_or_else(no_list)?.to_vec()
+    };
+    it.charge(range, more.len())?;
+    if length + more.len() > limits::ITEMS {
+        it.fits(range, length + more.len())?;
     }
+    let Some(Value::List(list)) = it.variable(name) else { return Ok(None) };
+    match Rc::get_mut(list) {
+        Some(list) => list.extend(more),
+        None => return Err(shared(it, name, range)),
+    }
+    Ok(Some(Value::None))
+}
+
+fn shared(it: &Interpreter<'_>, name: &str, range: TextRange) -> Error {
+    it.error(range, format!("the list {name} has another name, too, or a loop goes through it"))
+        .with_help(format!("make a new list: {name} = {name} + [item]"))
 }
 
 /// Whether `item` is in a list, a tuple or a text, for the operators `in` and `not in`.
