@@ -114,16 +114,30 @@ impl Saw {
         }
     }
 
-    /// `a - floor(a + c)`, as also `round` has it, is `mod(a + c, 1) - c`.
-    fn of_floor(a: &Expr, floor: &Expr) -> Option<Self> {
-        let ExprNode::Unary(Unary::Floor, v) = floor.node() else { return None };
-        let c = match v.node() {
-            _ if v == a => 0.0,
+    /// `a - m floor((a + c) / m)`, as also `round` has it, is `mod(a + c, m) - c`.
+    fn of_floor(a: &Expr, steps: &Expr) -> Option<Self> {
+        let (period, counted) = match steps.node() {
+            ExprNode::Unary(Unary::Floor, v) => (1.0, v),
+            ExprNode::Binary(Binary::Mul, p, q) => {
+                let (m, floor) = p.as_constant().map(|m| (m, q)).or(q.as_constant().map(|m| (m, p)))?;
+                let ExprNode::Unary(Unary::Floor, v) = floor.node() else { return None };
+                (m, v)
+            }
+            _ => return None,
+        };
+        let of = match counted.node() {
+            _ if period == 1.0 => counted,
+            ExprNode::Binary(Binary::Div, n, m) if m.as_constant() == Some(period) => n,
+            ExprNode::Binary(Binary::Mul, n, k) if k.as_constant() == Some(1.0 / period) => n,
+            _ => return None,
+        };
+        let c = match of.node() {
+            _ if of == a => 0.0,
             ExprNode::Binary(Binary::Add, u, c) if u == a => c.as_constant()?,
             ExprNode::Binary(Binary::Sub, u, c) if u == a => -c.as_constant()?,
             _ => return None,
         };
-        Some(Self { of: v.clone(), period: 1.0, slope: 1.0, shift: -c })
+        (period != 0.0).then(|| Self { of: of.clone(), period, slope: 1.0, shift: -c })
     }
 
     fn scaled(self, by: f64) -> Self {
@@ -301,6 +315,7 @@ mod tests {
             (un(Unary::Abs, Expr::constant(0.5) - modulo(turn.clone(), 1.0)), true),
             (un(Unary::Abs, cubic.clone() - cubic.clone().round()), true),
             (un(Unary::Abs, (cubic.clone() - un(Unary::Floor, cubic.clone())) / 3.0 - 1.0 / 6.0), true),
+            (un(Unary::Abs, turn.clone() - un(Unary::Floor, turn.clone() / 0.7) * 0.7 - 0.35), true),
             (un(Unary::Asin, un(Unary::Sin, cubic.clone() * 4.0)), true),
             (un(Unary::Acos, un(Unary::Cos, cubic.clone() * 4.0)), true),
             (un(Unary::Asin, un(Unary::Sin, x.clone() * 4.0)), true),
