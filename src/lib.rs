@@ -134,6 +134,8 @@ pub mod model;
 
 #[doc(hidden)]
 pub mod quality;
+#[doc(hidden)]
+pub mod sizing;
 
 #[doc(hidden)]
 pub mod io;

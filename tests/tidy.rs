@@ -20,7 +20,7 @@ const ROOMS: &[&[&str]] = &[
     &["mesh"],
     &["geometry"],
     &["model"],
-    &["quality"],
+    &["quality", "sizing"],
     &["io", "render", "page"],
     &["implicit", "parametric", "discrete"],
     &["merge", "heal", "optimize"],

@@ -9,15 +9,8 @@ use crate::error::Result;
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, edit::NONE};
 use crate::run::Run;
+use crate::sizing::LONG;
 
-/// An edge is too long above this multiple of the wanted size and too short below that one: halves of a too long edge
-/// are not too short, and two merged edges not too long (Botsch and Kobbelt 2004).
-pub const LONG: f64 = 4.0 / 3.0;
-/// See [`LONG`].
-pub const SHORT: f64 = 4.0 / 5.0;
-/// Edges shorter than this share of the wanted length are what marching cubes leaves where the surface passes close to a corner of the
-/// grid, and what cutting leaves; they are removed before anything that looks at normals.
-pub const TINY: f64 = 0.3;
 /// Rounds of splitting: each halves the longest edges, so this allows for a factor 1000.
 const ROUNDS: usize = 10;
 /// A collapse that serves the size alone may not leave an angle below this (degrees) unless it was there before.

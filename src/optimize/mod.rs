@@ -13,7 +13,7 @@
 //! | C, G (14, 15) | [`node_curvature`](crate::mesh::curvature::node_curvature); classes take normals over a disc instead |
 //! | P_corner, P_edge, P_regular (16, 17) | [`classify_by_curvature`] |
 //! | R_regular (18), R_edge (19, 20) | [`smooth_regular`], [`smooth_edges`] |
-//! | densification | [`densify`], [`Sizing`] |
+//! | densification | [`densify`], [`Sizing`](crate::sizing::Sizing) |
 //! | removal of degenerate elements | [`remove_degenerate`], [`collapse_short`] |
 //! | projection | [`project`] |
 //! | beyond the paper | [`cut_creases`], [`settle_creases`], [`flip_for_normals`], [`flip_for_angles`], [`relax_worst`] |
@@ -31,7 +31,6 @@ pub mod grammar;
 pub mod guard;
 pub mod normal;
 mod operator;
-mod region;
 mod sequence;
 mod sequences;
 mod sheets;
@@ -52,9 +51,8 @@ pub use grammar::Sequence;
 pub use guard::Moves;
 pub use normal::align_normals;
 pub use operator::Operator;
-pub use region::{Region, RegionShape};
 pub use sequence::{Options, Outcome, SequenceReport, improve, improve_with};
 pub use sequences::{cut_sequence, operators_sequence, paper_sequence};
-pub use size::Sizing;
+pub use size::node_sizes;
 pub use smooth::{CreaseStep, smooth_all, smooth_edges, smooth_regular};
 pub use surface::{NormalDeviation, normal_deviation, project, survey};

@@ -6,9 +6,7 @@ use glam::DVec3;
 
 use super::classify::{Classes, classify_by_curvature, classify_by_edges};
 use super::crease::{CreaseReport, cut_creases, mark_sharp, settle_creases};
-use super::density::{
-    DEGENERATE_ANGLE, Edits, SHORT, ShortEdges, TINY, collapse_short, densify, relax_worst, remove_degenerate,
-};
+use super::density::{DEGENERATE_ANGLE, Edits, ShortEdges, collapse_short, densify, relax_worst, remove_degenerate};
 use super::dual::snap_to_planes;
 use super::flips::{flip_for_angles, flip_for_normals};
 use super::grammar::Sequence;
@@ -16,13 +14,14 @@ use super::guard::{Moves, ask_all};
 use super::normal::{DAMPING, align_normals};
 use super::operator::Operator;
 use super::sequences::cut_sequence;
-use super::size::Sizing;
+use super::size::node_sizes;
 use super::smooth::{ALONG, CreaseStep, smooth_all, smooth_edges, smooth_regular};
 use super::surface::{NormalDeviation, forget, normal_deviation, project, survey};
 use crate::error::{Error, Result};
 use crate::geometry::SurfaceOracle;
 use crate::mesh::{EditMesh, TriMesh, intersecting_triangles};
 use crate::run::Run;
+use crate::sizing::{SHORT, Sizing, TINY};
 
 /// A flip for angles may not bend the surface by more than this (degrees) away from the true normals: on a surface
 /// with eight nodes per radius two neighboring triangles already differ by this much.
@@ -320,11 +319,11 @@ impl<'a> Worker<'a> {
                 Outcome::Moves(moves)
             }
             Operator::Densify => {
-                let mut field = self.options.sizing().field(mesh, oracle, reach, run)?;
+                let mut field = node_sizes(&self.options.sizing(), mesh, oracle, reach, run)?;
                 Outcome::Edits(densify(mesh, oracle, &mut field, reach, run)?)
             }
             Operator::CollapseTiny | Operator::CollapseShort => {
-                let field = self.options.sizing().field(mesh, oracle, reach, run)?;
+                let field = node_sizes(&self.options.sizing(), mesh, oracle, reach, run)?;
                 let share = if operator == Operator::CollapseTiny { TINY } else { SHORT };
                 Outcome::Edits(collapse_short(mesh, oracle, ShortEdges { field: &field, share }, reach, run)?)
             }

@@ -13,6 +13,7 @@ use crate::geometry::SurfaceOracle;
 use crate::mesh::curvature::dihedral;
 use crate::mesh::{EditMesh, TriMesh};
 use crate::run::{CancelToken, Run};
+use crate::sizing::{LONG, Sizing};
 
 fn extracted(part: &TestPart, n: usize) -> (EditMesh, f64) {
     (EditMesh::new(&march(part, n)).unwrap(), 2.0 * part.half / n as f64)
@@ -190,16 +191,16 @@ fn densification_reaches_the_count_and_the_chord_asked_for() {
     for sizing in sizings {
         let (mut m, h) = extracted(&part, 10);
         survey(&mut m, &part, h, &run).unwrap();
-        let mut field = sizing.field(&m, &part, h, &run).unwrap();
+        let mut field = node_sizes(&sizing, &m, &part, h, &run).unwrap();
         let edits = densify(&mut m, &part, &mut field, h, &run).unwrap();
         m.check().unwrap();
         assert!(edits.splits > 100);
         let longest = m.edges().map(|h| m.edge_length(h)).fold(0.0, f64::max);
-        assert!(longest <= density::LONG * sizing.at(1.0) * (1.0 + 1e-12), "{longest}");
+        assert!(longest <= LONG * sizing.at(1.0) * (1.0 + 1e-12), "{longest}");
         if let Some(chord) = sizing.chord {
             // The sagitta grows with the square of the length, and edges may be LONG times the size.
             let worst = m.edges().map(|h| 1.0 - (0.5 * (m.point(m.origin(h)) + m.point(m.target(h)))).length());
-            assert!(worst.fold(0.0, f64::max) <= density::LONG * density::LONG * chord * 1.01);
+            assert!(worst.fold(0.0, f64::max) <= LONG * LONG * chord * 1.01);
         }
         assert!(on_surface(&m, &part) < 1e-9);
         assert_eq!(normal_deviation(&m, &part, h, &run).unwrap().inverted, 0);

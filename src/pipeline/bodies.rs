@@ -13,7 +13,7 @@ use crate::numeric::{ROUNDING, Sets};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Place};
 use crate::quality::Fault;
-use crate::remesh::{ExactOptions, Patchwork, PiecePatch, PieceSet, Policy, asked_triangles};
+use crate::remesh::{Patchwork, PiecePatch, PieceSet, Policy, RemeshOptions, asked_triangles};
 use crate::run::Run;
 
 /// How many things of one kind a report names.
@@ -48,7 +48,7 @@ pub(super) fn remeshed(
     attempts: &mut Attempts,
     run: &Run,
 ) -> Result<Bodies> {
-    let options = ExactOptions { distance: Some(limit), ..ExactOptions::new(first.sizing, first.grading) };
+    let options = RemeshOptions { distance: Some(limit), ..RemeshOptions::new(first.sizing, first.grading) };
     let First { made, mut report, number, .. } = first;
     let FaceMeshes { mut mesh, pieces, mut places, mut sizes, fans, .. } = made;
     mesh.labels = pieces;
@@ -375,13 +375,13 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::optimize::Sizing;
     use crate::optimize::size::GRADATION;
     use crate::parametric::Frame;
     use crate::parametric::build::{Extrusion, Wire, extrude_edges};
     use crate::parametric::mesh::MeshSizes;
     use crate::pipeline::body_ladder::stay_around;
-    use crate::remesh::{ExactTarget, remesh_patchwork};
+    use crate::remesh::{RemeshTarget, remesh_patchwork};
+    use crate::sizing::Sizing;
     use crate::spatial::Aabb;
 
     #[test]
@@ -409,8 +409,8 @@ mod tests {
         let work = patchwork(&solid, &marks, edit, &body, Untouched { faces: &[], triangles: &stays });
         let part = body.part;
         let sizing = Sizing { size, nodes_per_radius: None, chord: None, least: size / 4.0 };
-        let options = ExactOptions::new(sizing, GRADATION);
-        let target = ExactTarget { surface: &solid, names: &part };
+        let options = RemeshOptions::new(sizing, GRADATION);
+        let target = RemeshTarget { surface: &solid, names: &part };
         let made = remesh_patchwork(work, target, &options, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
         let d = made.mesh.defects();

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{EditMesh, TriMesh, self_intersections};
 use crate::parametric::Parametric;
 use crate::parametric::mesh::Place;
-use crate::remesh::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
+use crate::remesh::{RemeshOptions, RemeshTarget, RemeshedMesh, remesh_patchwork};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -62,7 +62,7 @@ struct Crossing {
 pub(super) struct Ways<'a> {
     pub(super) solid: &'a Parametric,
     pub(super) marks: &'a Marks,
-    pub(super) options: &'a ExactOptions,
+    pub(super) options: &'a RemeshOptions,
 }
 
 /// A body on its way.
@@ -119,9 +119,10 @@ impl BodyTrial {
         };
         let untouched = Untouched { faces: &self.kept, triangles: &self.stays };
         let work = patchwork(solid, marks, edit, &self.body, untouched);
-        let target = ExactTarget { surface: solid, names: part };
+        let target = RemeshTarget { surface: solid, names: part };
         let quiet = Run::new().with_cancel(run.cancel_token());
-        let ExactMesh { mesh: out, report: found, .. } = match remesh_patchwork(work, target, options, &quiet, None) {
+        let RemeshedMesh { mesh: out, report: found, .. } = match remesh_patchwork(work, target, options, &quiet, None)
+        {
             Err(Error::Input { message, .. }) => return self.as_it_was(message, ways, run),
             other => other?,
         };

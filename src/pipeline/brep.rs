@@ -19,7 +19,6 @@ use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
 use super::source::MeshOrigin;
 use super::volume::mesh_within_volume;
-use super::wish::{CHORD, DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
 use crate::io::step::read_step;
 use crate::mesh::{Group, TriMesh};
@@ -30,6 +29,7 @@ use crate::parametric::mesh::narrow::{TrimmedModel, WallHandling, trim};
 use crate::parametric::step::{StepModel, interpret};
 use crate::quality::{Check, Expectation, Fault, check, check_tested};
 use crate::run::Run;
+use crate::sizing::{CHORD, DEFAULT_SIZE, LEAST_SHARE, Wish};
 
 /// Regions narrower than this share of the size are cut off.
 const SLIVER: f64 = 1.0 / 40.0;
@@ -103,7 +103,7 @@ pub(super) fn mesh_tolerant(
         return Err(Error::Usage("a width to trim, and no trimming, cannot both be had".into()));
     }
     let asked = if untrimmed { Some(0.0) } else { options.trim.map(|s| s.length(diagonal)) };
-    let within = 0.5 * Wish::new(size, solid.bounds().diagonal(), options).tolerance;
+    let within = 0.5 * Wish::new(size, solid.bounds().diagonal(), options.asked()).tolerance;
     let steps = match asked {
         Some(width) => vec![(width, WallHandling::Cut)],
         None => {
@@ -229,7 +229,7 @@ fn meshed(
     let groups = groups(&solid.brep);
     let diagonal = solid.bounds().diagonal();
     let wishes = Wishes::new(&options.refinements, diagonal, solid.brep.faces.iter().map(|f| f.name.as_str()))?;
-    let limit = Wish::new(report.size, diagonal, options).tolerance;
+    let limit = Wish::new(report.size, diagonal, options.asked()).tolerance;
     let mut whole = Clock::new(options.timed);
     let faces = FaceLadder::new(solid, options, &wishes, report);
     let mut ladder = DistanceLadder { solid, options, faces, limit, finer: Vec::new(), round: 0 };

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::crossed::{ROOM, crossed, with_all_along};
 use super::history::{Attempt, Proof, Tried};
 use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
-use super::leaf::exact_options;
+use super::leaf::remesh_options;
 use super::mesh::{Ready, nothing_found};
 use super::missed::{far, far_from_own, unproved_around};
 use super::options::MeshOptions;
@@ -20,7 +20,7 @@ use crate::implicit::{
 use crate::mesh::{TriMesh, intersecting_triangles, self_intersections};
 use crate::quality::Fault;
 use crate::remesh::{
-    ExactMesh, ExactReport, ExactTarget, InPieces, Observer, Patchwork, patch_pieces, remesh_patchwork,
+    InPieces, Observer, Patchwork, RemeshReport, RemeshTarget, RemeshedMesh, patch_pieces, remesh_patchwork,
 };
 use crate::run::Run;
 use crate::spatial::Aabb;
@@ -172,9 +172,9 @@ impl Scout {
         run: &Run,
         observer: &mut Option<&mut Observer<'_>>,
     ) -> Result<Trial> {
-        let wanted = exact_options(ready, options, self.finest)?;
+        let wanted = remesh_options(ready, options, self.finest)?;
         let oracle = ImplicitOracle::new(&ready.asked, &self.extracted);
-        let target = ExactTarget { surface: &oracle, names: &self.extracted.mesh };
+        let target = RemeshTarget { surface: &oracle, names: &self.extracted.mesh };
         let mut exact = remesh_patchwork(work, target, &wanted, run, observer.as_deref_mut())?;
         if !Arc::ptr_eq(&ready.asked, &ready.model) {
             let reach = IN_PLACE * ready.size;
@@ -222,7 +222,7 @@ impl Scout {
 
 /// What one size of cells gave.
 pub(super) struct Trial {
-    pub(super) exact: ExactMesh,
+    pub(super) exact: RemeshedMesh,
     /// Points of the surface that the mesh does not come near to.
     missed: Vec<SurfacePoint>,
     /// Points of faces that it comes near to with other faces only.
@@ -285,7 +285,7 @@ impl Trial {
     /// Triangles that intersect others or are turned over. What stayed as it came and was put right has none that were turned over on
     /// the way: what is left faces as the arrangement does.
     pub(super) fn faults(&self) -> usize {
-        let ExactReport { self_intersections, inverted, .. } = self.exact.report;
+        let RemeshReport { self_intersections, inverted, .. } = self.exact.report;
         self_intersections + if !self.start.keeps() { inverted } else { 0 }
     }
 

@@ -7,14 +7,14 @@ use super::options::MeshOptions;
 use super::report::Report;
 use super::soup_patches::patchwork;
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
-use super::wish::Wish;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::quality::{Against, Expectation, check};
-use crate::remesh::{ExactTarget, Filling, remesh_patchwork};
+use crate::remesh::{Filling, RemeshTarget, remesh_patchwork};
 use crate::render::View;
 use crate::run::Run;
+use crate::sizing::Wish;
 
 /// Measures the input, two baselines and the mesh of [`mesh_soup`] alike.
 ///
@@ -29,7 +29,7 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
     let solid = Discrete::new(&prepared.at(size), &discrete_options(soup, size), run)?;
     let (named, sizing) =
         (solid.named(), relaxed(sizing(size, solid.bounds().diagonal(), options), options, soup, &solid));
-    let wish = Wish::new(size, solid.bounds().diagonal(), options);
+    let wish = Wish::new(size, solid.bounds().diagonal(), options.asked());
     let sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut Report::of("triangles", size, None));
     let exact = soup_sizes::exact(sizing, options, &solid);
     let mut rows = Vec::new();
@@ -45,7 +45,7 @@ pub fn compare_soup(input: &TriMesh, options: &MeshOptions, soup: &SoupOptions, 
         let nothing = vec![false; solid.mesh.triangle_capacity()];
         let mut work = patchwork(&solid, sizes.clone(), &nothing, 0.0);
         work.policy.filling = filling;
-        let target = ExactTarget { surface: &solid, names: &named };
+        let target = RemeshTarget { surface: &solid, names: &named };
         row(method, "flips", remesh_patchwork(work, target, &exact, run, None)?.mesh)?;
     }
     let quiet = MeshOptions { measure: false, size: Some(super::SizeRequest::Length(size)), ..options.clone() };

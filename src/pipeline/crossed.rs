@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::mesh::{TriMesh, self_intersections};
-use crate::remesh::ExactMesh;
+use crate::remesh::RemeshedMesh;
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -13,8 +13,8 @@ const IN_A_ROW: f64 = 2.0;
 
 /// Boxes around places where triangles cross, and around those that are folded, with the length of edges there. Of a long triangle that is
 /// a small part.
-pub(super) fn crossed(made: &ExactMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
-    let ExactMesh { mesh, report, .. } = made;
+pub(super) fn crossed(made: &RemeshedMesh, run: &Run) -> Result<Vec<(Aabb, f64)>> {
+    let RemeshedMesh { mesh, report, .. } = made;
     if report.self_intersections + report.inverted == 0 {
         return Ok(Vec::new());
     }

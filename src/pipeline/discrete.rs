@@ -18,17 +18,17 @@ use super::report::Report;
 use super::soup_ladder::{LadderEnd, SoupLadder, SoupTrial};
 use super::soup_sizes::{self, feature_sizes, relaxed, sizing};
 use super::source::MeshOrigin;
-use super::wish::{DEFAULT_SIZE, Wish};
 use crate::discrete::{Discrete, DiscreteOptions, Limits, TORN_WIDTH};
 use crate::error::{Error, Result};
 use crate::heal::{HealOptions, absorb_fillings, heal, join_torn};
-use crate::implicit::part::SizeRequest;
 use crate::io::threemf::has_levelset;
 use crate::io::{self, Format};
 use crate::mesh::{TriMesh, self_intersections};
 use crate::quality::{Against, Expectation, Fault, check_tested};
-use crate::remesh::{ExactMesh, ExactOptions};
+use crate::remesh::{RemeshOptions, RemeshedMesh};
 use crate::run::Run;
+use crate::sizing::SizeRequest;
+use crate::sizing::{DEFAULT_SIZE, Wish};
 
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;
@@ -278,9 +278,9 @@ impl SoupGoal<'_> {
         let wishes =
             Wishes::new(&options.refinements, mesh.bounds().diagonal(), named.faces.iter().map(String::as_str))?;
         let (face_sizes, regions) = (wishes.faces, wishes.regions);
-        let wish = Wish::new(size, solid.bounds().diagonal(), options);
+        let wish = Wish::new(size, solid.bounds().diagonal(), options.asked());
         let plain = soup_sizes::exact(sizing, options, &solid);
-        let exact = ExactOptions { face_sizes, regions, ..plain };
+        let exact = RemeshOptions { face_sizes, regions, ..plain };
         let mut sizes = feature_sizes(&solid, &sizing, wish.chord(), &mut report);
         let walls = solid.walls(|k| sizing.at(k), sizing.least.min(size), run)?;
         sizes.iter_mut().zip(walls.sizes).for_each(|(s, wall)| *s = s.min(wall));
@@ -317,7 +317,8 @@ impl SoupGoal<'_> {
         let numbers = best.iter().map(|b| b.number).collect();
         let made = best.map(|b| b.made);
         let intersecting = made.as_ref().map(|m| m.report.self_intersections);
-        let ExactMesh { mesh, seams, corners, .. } = made.unwrap_or(ExactMesh { mesh: named, ..ExactMesh::default() });
+        let RemeshedMesh { mesh, seams, corners, .. } =
+            made.unwrap_or(RemeshedMesh { mesh: named, ..RemeshedMesh::default() });
         if let Some(first) = kept.iter().position(|k| *k).filter(|_| !left) {
             let count = kept.iter().filter(|k| **k).count();
             let at = solid.mesh.centroid(first as u32).to_array();

@@ -15,16 +15,17 @@ use super::method::Method;
 use super::options::MeshOptions;
 use super::report::{Info, LeafInfo, Report};
 use super::source::MeshOrigin;
-use super::wish::DEFAULT_SIZE;
 use crate::error::{Error, Place, Result};
 use crate::geometry::SurfaceOracle;
-use crate::implicit::part::{Part, SizeRequest, glob};
+use crate::implicit::part::{Part, glob};
 use crate::implicit::{Implicit, ImplicitOracle, Solid, check_plane};
 use crate::io::{ClosedLine, Outline};
 use crate::mesh::TriMesh;
 use crate::numeric::ROUNDING;
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
+use crate::sizing::DEFAULT_SIZE;
+use crate::sizing::SizeRequest;
 use crate::spatial::Aabb;
 
 /// The slab is this many sizes thick.

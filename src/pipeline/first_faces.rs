@@ -9,14 +9,14 @@ use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::{FaceStep, Report, Rung};
-use super::wish::{GRADING, LEAST_SHARE, Wish};
 use crate::error::{Error, Result};
 use crate::mesh::{TriMesh, self_intersections};
-use crate::optimize::Sizing;
 use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy, THINNEST};
 use crate::quality::Fault;
 use crate::run::Run;
+use crate::sizing::Sizing;
+use crate::sizing::{GRADING, LEAST_SHARE, Wish};
 use crate::spatial::Graded;
 
 /// Without a wish for more, bends and narrow places make at most this many times the nodes the size alone asks for.
@@ -98,7 +98,7 @@ impl<'a> FaceLadder<'a> {
             wishes,
             report,
             looked: Looked::default(),
-            chord: Wish::new(report.size, solid.bounds().diagonal(), options).chord(),
+            chord: Wish::new(report.size, solid.bounds().diagonal(), options.asked()).chord(),
             finer: Vec::new(),
             crossed: Vec::new(),
             known: 0,
@@ -213,7 +213,7 @@ impl FaceLadder<'_> {
     fn first_mesh(&mut self, report: &mut Report, run: &Run) -> Result<(FaceMeshes, Followed)> {
         let Self { solid, options, wishes, chord, held, .. } = *self;
         let size = report.size;
-        let wish = Wish::new(size, solid.bounds().diagonal(), options);
+        let wish = Wish::new(size, solid.bounds().diagonal(), options.asked());
         let field = Graded::new([&self.finer[..], &self.crossed].concat(), wish.grading);
         let by_place = |p: DVec3| {
             let of_regions = wishes.regions.iter().map(|r| r.at(p, wish.grading));

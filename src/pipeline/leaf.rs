@@ -6,15 +6,15 @@ use super::ladder::{Attempts, Change};
 use super::mesh::Ready;
 use super::method::Method;
 use super::options::MeshOptions;
-use super::wish::{LEAST_SHARE, Wish, own_tolerance};
 use crate::error::Result;
-use crate::implicit::part::SizeRequest;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::optimize::improve;
 use crate::quality::Fault;
-use crate::remesh::{ExactMesh, ExactOptions, Off};
+use crate::remesh::{Off, RemeshOptions, RemeshedMesh};
 use crate::run::Run;
+use crate::sizing::SizeRequest;
+use crate::sizing::{LEAST_SHARE, Wish, own_tolerance};
 use crate::spatial::Graded;
 
 /// Narrow gaps and short borders make edges at most this many times shorter than the size, as slivers of faces narrower than that are
@@ -23,7 +23,7 @@ pub(super) const NARROWEST: f64 = 40.0;
 /// A mesh by the leaf method, or by the best that could be had instead.
 pub(super) struct ByLeaf {
     pub(super) mesh: TriMesh,
-    /// See [`ExactMesh`]; none by the other methods.
+    /// See [`RemeshedMesh`]; none by the other methods.
     pub(super) seams: Vec<[u32; 2]>,
     pub(super) corners: Vec<u32>,
     /// How many triangles intersect others, where that is known.
@@ -85,15 +85,15 @@ pub(super) fn finer(ready: &Ready, options: &MeshOptions, times: f64) -> MeshOpt
 }
 
 /// What the remesher aims at.
-pub(super) fn exact_options(ready: &Ready, options: &MeshOptions, cell: f64) -> Result<ExactOptions> {
-    let wish = Wish::new(ready.size, ready.model.bounds().diagonal(), options);
+pub(super) fn remesh_options(ready: &Ready, options: &MeshOptions, cell: f64) -> Result<RemeshOptions> {
+    let wish = Wish::new(ready.size, ready.model.bounds().diagonal(), options.asked());
     // Cells are as wide as the size unless something smaller was found.
     let sizing = wish.sizing(options.least_length().unwrap_or(cell / LEAST_SHARE));
     let grading = wish.grading;
     let wishes = ready.wishes(options)?;
     let by_face = |i: usize| wishes.faces.get(i).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
-    Ok(ExactOptions {
+    Ok(RemeshOptions {
         sizing,
         face_sizes: ready.model.faces().iter().enumerate().map(|(i, f)| smaller(f.size, by_face(i))).collect(),
         regions: wishes.regions,
@@ -116,7 +116,7 @@ pub(super) fn by_leaf(mut cells: CellLadder<'_, '_>, attempts: &mut Attempts, ru
         if faults > 0 {
             shortfalls.push(Fault::mended(faults, &best.exact.report.faults));
         }
-        let Trial { exact: ExactMesh { mesh, seams, corners, report, .. }, scout, start, number, drawn, .. } = best;
+        let Trial { exact: RemeshedMesh { mesh, seams, corners, report, .. }, scout, start, number, drawn, .. } = best;
         let Scout { extracted, cell, .. } = scout;
         let intersecting = (faults == 0).then_some(0);
         let method = options.method;

@@ -8,9 +8,10 @@ use super::leaf::finer;
 use super::mesh::{FoundMesh, Meshed, Ready, apart, mesh_by_cells};
 use super::options::MeshOptions;
 use crate::error::{Error, Result};
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::quality::Fault;
 use crate::run::Run;
+use crate::sizing::SizeRequest;
 
 /// Where a mesh fell short for its edges' length: places that are known, perhaps none, with a length to try.
 pub(super) type Crowded = Option<Vec<(DVec3, f64)>>;

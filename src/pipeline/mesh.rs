@@ -21,10 +21,9 @@ use super::options::MeshOptions;
 use super::refine::Wishes;
 use super::report::Report;
 use super::source::MeshOrigin;
-use super::wish::{DEFAULT_SIZE, Wish};
 use crate::error::{Error, NoBody, Place, Result};
 use crate::geometry::{Features, SurfaceOracle};
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::implicit::{
     CloseOracle, ExtractOptions, Extracted, Implicit, ImplicitOracle, creased, extract, features_within,
     surface_points, thin_places, thin_walls,
@@ -37,6 +36,8 @@ use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
 use crate::quality::{self, Against, Check, Deviation, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
+use crate::sizing::SizeRequest;
+use crate::sizing::{DEFAULT_SIZE, Wish};
 
 /// A finished mesh.
 #[derive(Debug, Clone)]
@@ -457,7 +458,7 @@ pub(super) fn mesh_by_cells(
     let thin = measured.deviation.as_ref().is_some_and(|d| d.inverted > 0 || d.across > many);
     let away = method.is_exact() && thin;
     report.shortfalls.extend(too_far(&measured, ready.size));
-    let tolerance = Wish::new(ready.size, ready.model.bounds().diagonal(), options).tolerance;
+    let tolerance = Wish::new(ready.size, ready.model.bounds().diagonal(), options.asked()).tolerance;
     let few = measured.deviation.is_some_and(|d| few_away(&d, tolerance, &mesh));
     let tolerance = if method.is_exact() { tolerance } else { 0.0 };
     report.judge(measured, tolerance);

@@ -50,12 +50,12 @@ mod soup_sizes;
 mod source;
 mod touching;
 mod volume;
-mod wish;
 
 pub use crate::implicit::RSystem;
-pub use crate::implicit::part::{Part, SizeRequest};
+pub use crate::implicit::part::Part;
 pub use crate::optimize::Sequence;
 pub use crate::parametric::mesh::Remedy;
+pub use crate::sizing::SizeRequest;
 pub use brep::{is_step, load_step, mesh_step};
 pub use brep_check::{BodyDiagnosis, BrepDiagnosis, ModelFault, diagnose_brep, diagnose_step};
 pub use brep_info::{

@@ -4,9 +4,10 @@ use super::method::Method;
 use super::refine::Refinement;
 use crate::error::{Error, Result};
 use crate::implicit::ExtractOptions;
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::optimize::Sequence;
 use crate::parametric::mesh::Remedy;
+use crate::sizing::{SizeRequest, SizingOptions};
 
 /// What [`mesh_part`](super::mesh_part) is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,6 +90,11 @@ impl MeshOptions {
     pub(super) fn resolved(&self, diagonal: f64) -> Self {
         let length = |asked: SizeRequest| SizeRequest::Length(asked.length(diagonal));
         Self { tolerance: self.tolerance.map(length), least: self.least.map(length), ..self.clone() }
+    }
+
+    /// What of [`resolved`](Self::resolved) options lengths of edges follow from.
+    pub(super) fn asked(&self) -> SizingOptions {
+        SizingOptions { angle: self.angle, tolerance: self.tolerance_length(), grading: self.grading }
     }
 
     /// The tolerance of [`resolved`](Self::resolved) options.

@@ -5,8 +5,9 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::error::{Error, Result, nearest};
-use crate::implicit::part::{SizeRequest, glob};
-use crate::optimize::{Region, RegionShape};
+use crate::implicit::part::glob;
+use crate::sizing::SizeRequest;
+use crate::sizing::{Region, RegionShape};
 use crate::spatial::Aabb;
 
 /// What a refinement is about.

@@ -18,7 +18,7 @@ use crate::mesh::sides::sides;
 use crate::numeric::{NONE, Sets};
 use crate::parametric::Parametric;
 use crate::quality::Fault;
-use crate::remesh::{ExactMesh, ExactOptions, InPieces, Judge, patch_open_pieces, remesh_open};
+use crate::remesh::{InPieces, Judge, RemeshOptions, RemeshedMesh, patch_open_pieces, remesh_open};
 use crate::run::Run;
 use crate::spatial::{Aabb, NodeTree};
 
@@ -99,7 +99,7 @@ impl Meshed {
         solid: &Arc<Implicit>,
         size: f64,
         run: &Run,
-    ) -> Result<(ExactMesh, Alone)> {
+    ) -> Result<(RemeshedMesh, Alone)> {
         let diagonal = solid.bounds().diagonal();
         let cell = cell(solid, self.report.size);
         let around = Aabb::around(alone.mesh.nodes.iter().copied()).grown(2.0 * cell);
@@ -116,7 +116,7 @@ impl Meshed {
         Ok((made, alone))
     }
 
-    fn on_faces(&self, mut alone: Alone, solid: &Parametric, size: f64, run: &Run) -> Result<(ExactMesh, Alone)> {
+    fn on_faces(&self, mut alone: Alone, solid: &Parametric, size: f64, run: &Run) -> Result<(RemeshedMesh, Alone)> {
         let name = &alone.mesh.faces[0];
         let Some(piece) = solid.brep.faces.iter().position(|f| f.name == *name) else {
             return Err(Error::Failed(format!("no face of the model is called {name:?}")));
@@ -133,11 +133,11 @@ impl Meshed {
             run,
         )?;
         // This gate tells no seams and corners beyond the faces.
-        let made = ExactMesh { seams: Vec::new(), corners: Vec::new(), ..made };
+        let made = RemeshedMesh { seams: Vec::new(), corners: Vec::new(), ..made };
         Ok((made, alone))
     }
 
-    fn on_triangles(&self, mut alone: Alone, solid: &Discrete, size: f64, run: &Run) -> Result<(ExactMesh, Alone)> {
+    fn on_triangles(&self, mut alone: Alone, solid: &Discrete, size: f64, run: &Run) -> Result<(RemeshedMesh, Alone)> {
         let name = &alone.mesh.faces[0];
         let Some(piece) = solid.face_names().iter().position(|f| f == name) else {
             return Err(Error::Failed(format!("no face of the triangles is called {name:?}")));
@@ -318,7 +318,13 @@ impl Alone {
         sums.into_iter().map(|(sum, n)| if n > 0 { sum / f64::from(n) } else { f64::INFINITY }).collect()
     }
 
-    fn remesh(&self, laid: &OnPieces, surface: &dyn Pieces, options: &ExactOptions, run: &Run) -> Result<ExactMesh> {
+    fn remesh(
+        &self,
+        laid: &OnPieces,
+        surface: &dyn Pieces,
+        options: &RemeshOptions,
+        run: &Run,
+    ) -> Result<RemeshedMesh> {
         let names = TriMesh { faces: self.mesh.faces.clone(), ..TriMesh::default() };
         let faces = vec![0; self.mesh.triangles.len()];
         let given = InPieces { mesh: &self.mesh, on: &laid.on, faces: &faces, stays: &[] };
@@ -339,7 +345,7 @@ impl Alone {
     }
 
     /// Puts the face, as it was made, between the others.
-    fn put_back(&self, whole: &Meshed, made: &ExactMesh, face: u32) -> Result<Put> {
+    fn put_back(&self, whole: &Meshed, made: &RemeshedMesh, face: u32) -> Result<Put> {
         let old = &whole.mesh;
         let lost = |p: DVec3| {
             let what = format!(

@@ -13,10 +13,11 @@ use super::method::Method;
 use super::options::MeshOptions;
 use crate::error::Result;
 use crate::implicit::ImplicitOracle;
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::mesh::TriMesh;
 use crate::quality::Check;
 use crate::run::Run;
+use crate::sizing::SizeRequest;
 
 /// A part that comes with the library.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@ use super::soup_patches::patchwork;
 use crate::discrete::Discrete;
 use crate::error::Result;
 use crate::mesh::TriMesh;
-use crate::remesh::{ExactMesh, ExactOptions, ExactTarget, remesh_patchwork};
+use crate::remesh::{RemeshOptions, RemeshTarget, RemeshedMesh, remesh_patchwork};
 use crate::run::Run;
 
 /// A mesh farther from the surface is not taken if it is folded or more than one triangle in this many is slim within a face.
@@ -26,7 +26,7 @@ const FEW: usize = 3;
 
 /// A remeshed soup.
 pub(super) struct SoupTrial {
-    pub(super) made: ExactMesh,
+    pub(super) made: RemeshedMesh,
     /// Triangles that cross others for which healing is not to blame.
     bad: Vec<u32>,
     /// The number of its attempt.
@@ -62,7 +62,7 @@ pub(super) enum LadderEnd {
 pub(super) struct SoupLadder<'a> {
     pub(super) solid: &'a Discrete,
     pub(super) named: &'a TriMesh,
-    pub(super) exact: &'a ExactOptions,
+    pub(super) exact: &'a RemeshOptions,
     pub(super) touching: &'a Touching,
     /// How long edges at nodes are to be,
     pub(super) sizes: Vec<f64>,
@@ -83,7 +83,7 @@ impl<'a> SoupLadder<'a> {
     pub(super) fn new(
         solid: &'a Discrete,
         named: &'a TriMesh,
-        exact: &'a ExactOptions,
+        exact: &'a RemeshOptions,
         touching: &'a Touching,
         size: f64,
     ) -> Self {
@@ -136,7 +136,7 @@ impl Ladder for SoupLadder<'_> {
             return Ok(None);
         }
         let work = patchwork(self.solid, self.sizes.clone(), &self.kept, self.least);
-        let target = ExactTarget { surface: self.solid, names: self.named };
+        let target = RemeshTarget { surface: self.solid, names: self.named };
         let made = remesh_patchwork(work, target, self.exact, run, None)?;
         let bad = match made.report.self_intersections {
             0 => Vec::new(),

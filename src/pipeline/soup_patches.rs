@@ -26,10 +26,10 @@ mod tests {
     use crate::mesh::TriMesh;
     use crate::pipeline::discrete::discrete_options;
     use crate::pipeline::soup_sizes::sizing;
-    use crate::pipeline::wish::GRADING;
     use crate::pipeline::{MeshOptions, SoupOptions};
-    use crate::remesh::{ExactOptions, ExactTarget, remesh_patchwork};
+    use crate::remesh::{RemeshOptions, RemeshTarget, remesh_patchwork};
     use crate::run::Run;
+    use crate::sizing::GRADING;
 
     /// A bumpy square of n x n nodes, open.
     fn square(n: u32) -> TriMesh {
@@ -52,8 +52,8 @@ mod tests {
         let centers: Vec<DVec3> = (0..solid.mesh.triangle_capacity() as u32).map(|t| solid.mesh.centroid(t)).collect();
         let kept: Vec<bool> = centers.iter().map(|c| c.distance(DVec3::new(0.5, 0.5, 0.0)) < 0.2).collect();
         let work = patchwork(&solid, vec![f64::INFINITY; solid.mesh.node_capacity()], &kept, 0.0);
-        let exact = ExactOptions::new(sizing(size, 1.0, &MeshOptions::default()), GRADING);
-        let target = ExactTarget { surface: &solid, names: &solid.named() };
+        let exact = RemeshOptions::new(sizing(size, 1.0, &MeshOptions::default()), GRADING);
+        let target = RemeshTarget { surface: &solid, names: &solid.named() };
         let made = remesh_patchwork(work, target, &exact, &run, None).unwrap();
         assert_eq!(made.report.self_intersections, 0);
         let now: std::collections::BTreeSet<[u64; 3]> =

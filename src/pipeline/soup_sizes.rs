@@ -3,10 +3,10 @@
 use super::discrete::SoupOptions;
 use super::options::MeshOptions;
 use super::report::Report;
-use super::wish::{GRADING, LEAST_SHARE, Wish};
 use crate::discrete::Discrete;
-use crate::optimize::Sizing;
-use crate::remesh::ExactOptions;
+use crate::remesh::RemeshOptions;
+use crate::sizing::Sizing;
+use crate::sizing::{GRADING, LEAST_SHARE, Wish};
 
 /// Where bends of others make more than this many times the triangles that the size alone would, edges may be farther from the surface.
 const CROWDED: f64 = 1.12;
@@ -24,7 +24,7 @@ const MOST_FEATURES: f64 = 2.0;
 const MOST_NODES: f64 = 5e3;
 
 pub(super) fn sizing(size: f64, diagonal: f64, options: &MeshOptions) -> Sizing {
-    Wish::new(size, diagonal, options).sizing(options.least_length().unwrap_or(size / LEAST_SHARE))
+    Wish::new(size, diagonal, options.asked()).sizing(options.least_length().unwrap_or(size / LEAST_SHARE))
 }
 
 /// Where facets are too coarse to tell noise from bends these ask for no number of edges; and where they bend nearly everywhere so much
@@ -44,9 +44,9 @@ pub(super) fn relaxed(sizing: Sizing, options: &MeshOptions, soup: &SoupOptions,
 }
 
 /// What the remesher aims at. Where facets are too coarse to tell noise from bends lengths grow faster, unless asked otherwise.
-pub(super) fn exact(sizing: Sizing, options: &MeshOptions, solid: &Discrete) -> ExactOptions {
+pub(super) fn exact(sizing: Sizing, options: &MeshOptions, solid: &Discrete) -> RemeshOptions {
     let grading = if solid.smooth { GRADING } else { ROUGH_GRADING };
-    ExactOptions::new(sizing, options.grading.unwrap_or(grading))
+    RemeshOptions::new(sizing, options.grading.unwrap_or(grading))
 }
 
 /// What features close to each other ask for, and bends that leave edges by more than `line`; less where they are so many that a

@@ -6,13 +6,12 @@ use std::sync::Arc;
 use super::brep::expected;
 use super::cells::CELLS;
 use super::distance::{Distance, distances, from_edges};
-use super::leaf::exact_options;
+use super::leaf::remesh_options;
 use super::mesh::Ready;
 use super::options::MeshOptions;
 use super::report::Report;
 use super::soup_sizes::{self, relaxed, sizing};
 use super::volume::{VolumeLoss, between, in_faces};
-use super::wish::{LEAST_SHARE, Wish};
 use super::{SoupOptions, leaf};
 use crate::discrete::Discrete;
 use crate::error::Result;
@@ -20,8 +19,9 @@ use crate::implicit::{Implicit, ImplicitOracle};
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
 use crate::quality::{Against, Check, Expectation, Fault, check};
-use crate::remesh::ExactOptions;
+use crate::remesh::RemeshOptions;
 use crate::run::Run;
+use crate::sizing::{LEAST_SHARE, SizingOptions, Wish};
 
 /// Cells that tell which surfaces are near are between these shares of the diagonal, however large the edges are.
 const CELL: [f64; 2] = [1.0 / 1024.0, 1.0 / 32.0];
@@ -81,21 +81,21 @@ pub(super) fn cell(solid: &Implicit, size: f64) -> f64 {
 }
 
 /// What the remesher aims at on one face of a solid of R-functions: the wishes of the part's file are passed over.
-pub(super) fn of_functions(solid: &Arc<Implicit>, size: f64) -> Result<ExactOptions> {
+pub(super) fn of_functions(solid: &Arc<Implicit>, size: f64) -> Result<RemeshOptions> {
     let ready = Ready { model: solid.clone(), asked: solid.clone(), size, finer: Vec::new() };
-    let options = exact_options(&ready, &MeshOptions::default(), CELLS[CELLS.len() - 1] * size)?;
-    Ok(ExactOptions { face_sizes: Vec::new(), ..options })
+    let options = remesh_options(&ready, &MeshOptions::default(), CELLS[CELLS.len() - 1] * size)?;
+    Ok(RemeshOptions { face_sizes: Vec::new(), ..options })
 }
 
 /// The same on one of a boundary representation.
-pub(super) fn of_faces(solid: &Parametric, size: f64) -> ExactOptions {
-    let wish = Wish::new(size, solid.bounds().diagonal(), &MeshOptions::default());
-    let options = ExactOptions::new(wish.sizing(size / LEAST_SHARE), wish.grading);
-    ExactOptions { narrowest: size / leaf::NARROWEST, ..options }
+pub(super) fn of_faces(solid: &Parametric, size: f64) -> RemeshOptions {
+    let wish = Wish::new(size, solid.bounds().diagonal(), SizingOptions::default());
+    let options = RemeshOptions::new(wish.sizing(size / LEAST_SHARE), wish.grading);
+    RemeshOptions { narrowest: size / leaf::NARROWEST, ..options }
 }
 
 /// The same on one that was found in triangles.
-pub(super) fn of_triangles(solid: &Discrete, size: f64) -> ExactOptions {
+pub(super) fn of_triangles(solid: &Discrete, size: f64) -> RemeshOptions {
     let options = MeshOptions::default();
     let plain = sizing(size, solid.bounds().diagonal(), &options);
     soup_sizes::exact(relaxed(plain, &options, &SoupOptions::default(), solid), &options, solid)
@@ -149,7 +149,7 @@ impl MeshOrigin {
 /// The largest distances of a mesh and a boundary representation from each other, in the place of those of another mesh.
 fn away(solid: &Parametric, mesh: &TriMesh, before: Distance, size: f64, run: &Run) -> Result<Distance> {
     let own = in_faces(solid, mesh)?;
-    let limit = before.asked.unwrap_or(Wish::new(size, before.diagonal, &MeshOptions::default()).tolerance);
+    let limit = before.asked.unwrap_or(Wish::new(size, before.diagonal, SizingOptions::default()).tolerance);
     let away = distances(solid, &own, limit, run)?;
     Ok(Distance {
         to_surface: away.iter().copied().fold(0.0, f64::max),

@@ -10,12 +10,12 @@ use super::ladder::{Attempts, Change, Ladder, LadderState, MeshAttempt, climb};
 use super::mesh::Meshed;
 use super::options::MeshOptions;
 use crate::error::{Error, Place, Result};
-use crate::implicit::part::SizeRequest;
 use crate::mesh::TriMesh;
 use crate::parametric::Parametric;
 use crate::parametric::step::StepModel;
 use crate::quality::Fault;
 use crate::run::Run;
+use crate::sizing::SizeRequest;
 
 /// How often a finer mesh is made.
 const ROUNDS: usize = 6;

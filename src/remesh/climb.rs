@@ -266,12 +266,12 @@ impl Remesher<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ExactOptions, Patchwork, PiecePatch};
+    use super::super::{Patchwork, PiecePatch, RemeshOptions};
     use super::*;
     use crate::geometry::{Foot, Pieces, SurfaceOracle};
     use crate::mesh::{EditMesh, TriMesh};
-    use crate::optimize::size::Sizing;
     use crate::run::Run;
+    use crate::sizing::Sizing;
 
     /// The plane z = 0.
     struct Flat;
@@ -334,7 +334,7 @@ mod tests {
         let patch = PiecePatch { piece: 0, outward: 1.0, plane: Flat.plane(0), face: 0 };
         let sets = vec![PieceSet::one(0); mesh.nodes.len()];
         let work = Patchwork::new(EditMesh::new(&mesh).unwrap(), sets, vec![patch].into());
-        let (options, run) = (ExactOptions::new(Sizing::uniform(1.0), 0.2), Run::new());
+        let (options, run) = (RemeshOptions::new(Sizing::uniform(1.0), 0.2), Run::new());
         let mut r = Remesher::new(work, &Flat, &options, &run).unwrap();
         for _ in 0..40 {
             r.climb(0, 1.0);

@@ -8,7 +8,7 @@ use super::remesher::{FAIR, Rank, Remesher};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::optimize::guard::find_all;
-use crate::optimize::size::Sizing;
+use crate::sizing::Sizing;
 
 /// Edges longer than this many wanted lengths are halved at first.
 pub(super) const COARSE: f64 = 3.0;

@@ -8,8 +8,8 @@ use super::remesher::{Rank, Remesher};
 use crate::error::Result;
 use crate::geometry::INTO;
 use crate::numeric::COS_26;
-use crate::optimize::size::Sizing;
 use crate::run::Run;
+use crate::sizing::Sizing;
 use crate::spatial::{Aabb, Bvh, segment_foot};
 
 /// One row of equilateral triangles across a strip has edges of this many times its width.

@@ -36,7 +36,7 @@ pub use field::asked_triangles;
 pub use judge::Judge;
 pub use open::{Laid, remesh_open};
 pub(crate) use patches::BAND;
-pub use patchwork::{ExactTarget, Patchwork, PiecePatch, PieceSet};
+pub use patchwork::{Patchwork, PiecePatch, PieceSet, RemeshTarget};
 pub use pieced::{InPieces, patch_open_pieces, patch_pieces};
 pub use policy::{Filling, Incoming, Policy};
 pub use thaw::Off;
@@ -45,8 +45,8 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
-use crate::optimize::{Region, Sizing};
 use crate::run::Run;
+use crate::sizing::{Region, Sizing};
 use crate::spatial::{Aabb, Graded};
 use remesher::Remesher;
 
@@ -55,7 +55,7 @@ pub type Observer<'a> = dyn FnMut(&str, &TriMesh) + Send + 'a;
 
 /// What [`remesh_patchwork`] aims at.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ExactOptions {
+pub struct RemeshOptions {
     /// Wanted edge lengths.
     pub sizing: Sizing,
     /// Wanted edge lengths on single faces, by index of the face.
@@ -74,7 +74,7 @@ pub struct ExactOptions {
     pub distance: Option<f64>,
 }
 
-impl ExactOptions {
+impl RemeshOptions {
     /// The same wish everywhere.
     pub fn new(sizing: Sizing, grading: f64) -> Self {
         let narrowest = sizing.least;
@@ -93,7 +93,7 @@ impl ExactOptions {
 
 /// What [`remesh_patchwork`] met.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ExactReport {
+pub struct RemeshReport {
     /// Triangles that intersect others.
     pub self_intersections: usize,
     /// Triangles that face away from their piece.
@@ -113,7 +113,7 @@ pub struct ExactReport {
 
 /// A mesh with exact borders, and what its topology is beyond the faces' names.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ExactMesh {
+pub struct RemeshedMesh {
     /// The mesh.
     pub mesh: TriMesh,
     /// Edges of the mesh at which two pieces of one face meet, as pairs of nodes.
@@ -123,10 +123,10 @@ pub struct ExactMesh {
     /// The piece of each triangle; `u32::MAX` for those on none.
     pub pieces: Vec<u32>,
     /// What was met.
-    pub report: ExactReport,
+    pub report: RemeshReport,
 }
 
-impl ExactReport {
+impl RemeshReport {
     /// Whether every border is exact and every triangle sound.
     pub fn is_clean(&self) -> bool {
         self.self_intersections == 0 && self.inverted == 0
@@ -141,11 +141,11 @@ impl ExactReport {
 /// *Errors*: [`Error::Usage`] for senseless options, [`Error::Cancelled`].
 pub fn remesh_patchwork(
     mut work: Patchwork,
-    target: ExactTarget<'_>,
-    options: &ExactOptions,
+    target: RemeshTarget<'_>,
+    options: &RemeshOptions,
     run: &Run,
     observer: Option<&mut Observer<'_>>,
-) -> Result<ExactMesh> {
+) -> Result<RemeshedMesh> {
     check_options(options)?;
     let Sizing { size, least, .. } = options.sizing;
     if let Some(share) = options.thickness.filter(|_| work.policy.narrow) {
@@ -155,7 +155,7 @@ pub fn remesh_patchwork(
     Ok(run.install(|| stages::remesh(target.names, r, observer))?.0)
 }
 
-fn check_options(options: &ExactOptions) -> Result<()> {
+fn check_options(options: &RemeshOptions) -> Result<()> {
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if ![options.sizing.size, options.grading, options.thickness.unwrap_or(1.0)].into_iter().all(positive) {
         return Err(Error::Usage("size, grading and thickness must be positive".into()));

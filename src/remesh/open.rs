@@ -7,7 +7,7 @@ use super::patches::CHORD_ROUNDS;
 use super::patchwork::{Patchwork, PieceSet};
 use super::remesher::{Remesher, SLIVER};
 use super::stages::{AROUND, LAST, POLISH, finish, polish, remesh};
-use super::{ExactMesh, ExactOptions, check_options};
+use super::{RemeshOptions, RemeshedMesh, check_options};
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::TriMesh;
@@ -42,9 +42,9 @@ pub fn remesh_open(
     work: Patchwork,
     names: &TriMesh,
     surface: &dyn Pieces,
-    options: &ExactOptions,
+    options: &RemeshOptions,
     run: &Run,
-) -> Result<(ExactMesh, Laid)> {
+) -> Result<(RemeshedMesh, Laid)> {
     check_options(options)?;
     let r = Remesher::new(work, surface, options, run)?;
     let before: FxHashSet<Ends> = r.inner_chords().into_iter().map(|(_, ends)| ends).collect();

@@ -125,7 +125,7 @@ impl Patchwork {
 
 /// What a mesh is to be exact to.
 #[derive(Clone, Copy)]
-pub struct ExactTarget<'a> {
+pub struct RemeshTarget<'a> {
     /// The pieces its nodes lie on.
     pub surface: &'a dyn Pieces,
     /// Lends the names of faces, and the groups.

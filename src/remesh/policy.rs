@@ -35,7 +35,7 @@ pub struct Policy {
     pub judge: Judge,
     /// What they are like.
     pub incoming: Incoming,
-    /// Whether narrow gaps between borders, short borders, bends of borders and, where [asked for](super::ExactOptions::thickness), thin walls make
+    /// Whether narrow gaps between borders, short borders, bends of borders and, where [asked for](super::RemeshOptions::thickness), thin walls make
     /// edges shorter. Else whoever made the patchwork has seen to that.
     pub narrow: bool,
     /// Whether borders are divided by [`sizes`](super::Patchwork::sizes) already, which then are what nodes want.

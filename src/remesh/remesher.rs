@@ -6,14 +6,14 @@
 
 use glam::DVec3;
 
-use super::ExactOptions;
+use super::RemeshOptions;
 use super::patchwork::{Patchwork, PieceSet};
 use super::tips::BorderTip;
 use crate::error::Result;
 use crate::geometry::Pieces;
 use crate::mesh::edit::{ChangeReader, NONE};
-pub(super) use crate::optimize::density::{LONG, SHORT};
 use crate::run::Run;
+pub(super) use crate::sizing::{LONG, SHORT};
 
 /// Edges longer than this many times what either end wants leave the surface where it turns.
 const STRETCHED: f64 = 1.8;
@@ -56,7 +56,7 @@ pub(super) struct Remesher<'a> {
     pub(super) focus: Option<Vec<bool>>,
     /// Shapes of triangles at the nodes of which nothing changed since, where they do not depend on neighbors.
     pub(super) shapes: Vec<f64>,
-    pub(super) options: &'a ExactOptions,
+    pub(super) options: &'a RemeshOptions,
     pub(super) run: &'a Run,
 }
 
@@ -64,7 +64,7 @@ impl<'a> Remesher<'a> {
     pub(super) fn new(
         work: Patchwork,
         surface: &'a dyn Pieces,
-        options: &'a ExactOptions,
+        options: &'a RemeshOptions,
         run: &'a Run,
     ) -> Result<Self> {
         let count = work.mesh.node_capacity();

@@ -4,11 +4,11 @@ use super::judge::{Judge, plain_shape};
 use super::open::polish_beyond_ends;
 use super::policy::Filling;
 use super::remesher::{Rank, Remesher, SHORT};
-use super::{ExactMesh, ExactReport, Observer};
+use super::{Observer, RemeshReport, RemeshedMesh};
 use crate::error::Result;
 use crate::mesh::edit::NONE;
 use crate::mesh::{EditMesh, TriMesh, intersecting_triangles};
-use crate::optimize::density::TINY;
+use crate::sizing::TINY;
 use crate::spatial::Aabb;
 
 /// How often borders are spaced: what is in the way of a node at first may be gone later.
@@ -104,7 +104,7 @@ pub(super) fn remesh<'a>(
     names: &TriMesh,
     mut r: Remesher<'a>,
     mut observer: Option<&mut Observer<'_>>,
-) -> Result<(ExactMesh, Remesher<'a>)> {
+) -> Result<(RemeshedMesh, Remesher<'a>)> {
     let mut show = |name: &str, r: &Remesher<'_>| {
         if let Some(o) = &mut observer {
             o(name, &finish(names, r));
@@ -121,7 +121,7 @@ pub(super) fn remesh<'a>(
     tell(&r, Reached::Packed);
     let tested = polished(names, &mut r)?;
     tell(&r, Reached::Polished);
-    let mut report = ExactReport::default();
+    let mut report = RemeshReport::default();
     let mut tested = refined(names, &mut r, tested, &mut report)?;
     if r.work.policy.thaws && tested.bad.is_empty() && !r.work.frozen.is_empty() {
         report.off = r.thaw()?;
@@ -133,7 +133,7 @@ pub(super) fn remesh<'a>(
     let (seams, corners) = topology(&mesh, &r);
     let m = &r.work.mesh;
     let pieces = m.triangles().map(|t| r.work.patches[m.label(t) as usize].piece).collect();
-    Ok((ExactMesh { mesh, seams, corners, pieces, report }, r))
+    Ok((RemeshedMesh { mesh, seams, corners, pieces, report }, r))
 }
 
 /// Asks for lengths, and puts borders where they belong.
@@ -189,7 +189,7 @@ fn polished(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Tested> {
 
 /// Refines the surroundings of triangles that intersect others, where these are few, as long as fewer are left. Chords that cross come apart by
 /// that; where the surfaces themselves lie on each other each round makes more.
-fn refined(names: &TriMesh, r: &mut Remesher<'_>, mut tested: Tested, report: &mut ExactReport) -> Result<Tested> {
+fn refined(names: &TriMesh, r: &mut Remesher<'_>, mut tested: Tested, report: &mut RemeshReport) -> Result<Tested> {
     let is_raw = r.work.policy.is_raw();
     let first = is_raw.then(|| (r.clone(), tested.clone()));
     while tested.is_few() && report.repairs < REPAIRS {
@@ -235,7 +235,7 @@ fn refine_around(r: &mut Remesher<'_>, around: &[u32]) -> Result<bool> {
 }
 
 /// Puts into the report what is at fault, and where.
-fn tell_faults(r: &Remesher<'_>, tested: &Tested, report: &mut ExactReport) {
+fn tell_faults(r: &Remesher<'_>, tested: &Tested, report: &mut RemeshReport) {
     let (policy, m) = (r.work.policy, &r.work.mesh);
     if policy.narrow {
         report.astray = r.astray();

@@ -307,10 +307,10 @@ mod tests {
     use crate::geometry::Pieces;
     use crate::implicit::{ExtractOptions, Implicit, ImplicitOracle, RSystem, Solid, extract};
     use crate::mesh::{TriMesh, self_intersections};
-    use crate::optimize::size::Sizing;
-    use crate::remesh::ExactOptions;
+    use crate::remesh::RemeshOptions;
     use crate::remesh::patchwork::{Patchwork, PiecePatch, PieceSet};
     use crate::run::Run;
+    use crate::sizing::Sizing;
 
     /// The top of a cylinder in eight triangles, the node in their middle below it at the height of a chord. Something stands where it
     /// should be: there it cannot go, but where it is it is not needed.
@@ -340,7 +340,7 @@ mod tests {
         sets.extend([PieceSet::of(&[]); 3]);
         let mut work = Patchwork::new(EditMesh::new(&mesh).unwrap(), sets, vec![top, thing].into());
         work.freeze(&[0, 1, 2, 3, 4, 5, 6, 7], 0.1);
-        let (options, run) = (ExactOptions::new(Sizing::uniform(0.3), 0.2), Run::new());
+        let (options, run) = (RemeshOptions::new(Sizing::uniform(0.3), 0.2), Run::new());
         let mut r = Remesher::new(work, &oracle, &options, &run).unwrap();
         assert_eq!(r.thaw().unwrap(), []);
         let made = r.work.mesh.to_mesh();

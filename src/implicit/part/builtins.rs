@@ -9,6 +9,7 @@ use super::super::expr::Expr;
 use super::super::polygon::polygon_tree;
 use super::super::rfunction::RSystem;
 use super::super::solid::{Primitive, Solid, Tpms};
+use super::PartGroup;
 use super::arguments::{Argument, Bound};
 use super::curves;
 use super::edges;
@@ -20,8 +21,8 @@ use super::operators;
 use super::recipe::Recipe;
 use super::sheets;
 use super::value::{Value, condition_solid};
-use super::{PartGroup, SizeRequest};
 use crate::error::Result;
+use crate::sizing::SizeRequest;
 use crate::spatial::Aabb;
 
 /// All names, for suggestions.

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use ruff_text_size::TextRange;
 
 use super::super::solid::{Boundary, Foreign, Primitive, Solid};
-use super::SizeRequest;
 use super::arguments::{Argument, Bound};
 use super::interpreter::Interpreter;
 use super::value::Value;
 use crate::error::Result;
+use crate::sizing::SizeRequest;
 
 /// Whether the arguments of `mesh(...)` name a file: a text that is no size, without a keyword or as `path`. With other arguments
 /// `mesh` says how the part is meshed.

@@ -30,12 +30,12 @@ mod value;
 mod vm;
 
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::sync::Arc;
 
 use super::rfunction::RSystem;
 use super::solid::Solid;
 use crate::error::{Error, Place, Result};
+use crate::sizing::SizeRequest;
 use crate::spatial::Aabb;
 
 pub use csg::parse_csg;
@@ -66,42 +66,6 @@ pub mod limits {
 
 /// Stack of the thread that parses and evaluates: enough for the deepest tree the limits let through.
 const STACK: usize = 768 << 20;
-
-/// A mesh size as a user asks for it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SizeRequest {
-    /// A length in the part's unit.
-    Length(f64),
-    /// A share of the bounding box's diagonal; `0.02` is 2 %.
-    Share(f64),
-}
-
-impl SizeRequest {
-    /// The length for a part whose bounding box has a diagonal.
-    pub fn length(self, diagonal: f64) -> f64 {
-        match self {
-            Self::Length(h) => h,
-            Self::Share(s) => s * diagonal,
-        }
-    }
-}
-
-impl FromStr for SizeRequest {
-    type Err = Error;
-
-    fn from_str(s: &str) -> Result<Self> {
-        let bad = || Error::Usage(format!("a size is a positive length or a share such as 2%, not {s:?}"));
-        let (number, share) = match s.trim().strip_suffix('%') {
-            Some(n) => (n, true),
-            None => (s, false),
-        };
-        let v: f64 = number.trim().parse().map_err(|_| bad())?;
-        if !(v > 0.0 && v.is_finite()) {
-            return Err(bad());
-        }
-        Ok(if share { SizeRequest::Share(v / 100.0) } else { SizeRequest::Length(v) })
-    }
-}
 
 /// What the part file says about meshing.
 #[derive(Debug, Clone, PartialEq, Default)]

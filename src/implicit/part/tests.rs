@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::implicit::Implicit;
+use crate::sizing::SizeRequest;
 
 /// Marks the place an error must name; not part of the text.
 const MARK: char = '¦';

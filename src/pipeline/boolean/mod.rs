@@ -23,16 +23,16 @@ use super::refine::Wishes;
 use super::report::Report;
 use super::source::MeshOrigin;
 use super::touching::draw_apart;
-use super::wish::{DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::error::{Error, NoBody, Place, Result};
 use crate::heal::{MOST_BODIES, boolean};
 use crate::implicit::Solid;
 use crate::implicit::part::Part;
 use crate::mesh::{Group, TriMesh};
-use crate::optimize::Sizing;
 use crate::quality::{Expectation, Fault, check};
-use crate::remesh::{ExactMesh, ExactOptions};
+use crate::remesh::{RemeshOptions, RemeshedMesh};
 use crate::run::Run;
+use crate::sizing::Sizing;
+use crate::sizing::{DEFAULT_SIZE, LEAST_SHARE, Wish};
 use crate::spatial::Aabb;
 use joint::OperandPieces;
 use operand::{
@@ -181,7 +181,7 @@ pub(super) fn mesh_boolean(part: &Part, solid: &Solid, options: &MeshOptions, ru
         OperandPieces { operands: asked.iter().map(KnownPieces::pieces).collect(), home: numbers.home(), scale };
     let work = prepare(&joined, &numbers, &joint, REACH * size, run)?;
     let PreparedWork { patchwork, tangent, astray } = work;
-    let exact = exact_options(&numbers, bounds.diagonal(), size, options)?;
+    let exact = remesh_options(&numbers, bounds.diagonal(), size, options)?;
     let names = TriMesh { faces: numbers.names.clone(), ..TriMesh::default() };
     let mut ladder = Remeshing::new(&names, &joint, &exact, size, patchwork);
     let Some((mut best, number)) = climb(&mut ladder, &mut attempts, run)? else { return Err(Error::Cancelled) };
@@ -237,20 +237,20 @@ fn refuse(options: &MeshOptions) -> Result<()> {
     }
 }
 
-fn exact_options(numbers: &Numbers<'_>, diagonal: f64, size: f64, options: &MeshOptions) -> Result<ExactOptions> {
+fn remesh_options(numbers: &Numbers<'_>, diagonal: f64, size: f64, options: &MeshOptions) -> Result<RemeshOptions> {
     let wishes = Wishes::new(&options.refinements, diagonal, numbers.names.iter().map(String::as_str))?;
-    let wanted = Wish::new(size, diagonal, options);
+    let wanted = Wish::new(size, diagonal, options.asked());
     let least = options.least_length().unwrap_or(size / LEAST_SHARE);
     // What the surfaces' curvature asks for is known at the nodes of the operands.
     let chord = options.tolerance_length().map(|_| wanted.chord());
     let sizing = Sizing { size, nodes_per_radius: None, chord, least };
-    let plain = ExactOptions::new(sizing, wanted.grading);
+    let plain = RemeshOptions::new(sizing, wanted.grading);
     let own = |k: usize| numbers.face_sizes.get(k).copied().flatten();
     let wish = |k: usize| wishes.faces.get(k).copied().flatten();
     let smaller = |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
     let face_sizes = (0..numbers.names.len()).map(|k| smaller(own(k), wish(k))).collect();
     let narrowest = options.least_length().unwrap_or(size / NARROWEST);
-    Ok(ExactOptions { face_sizes, regions: wishes.regions, narrowest, ..plain })
+    Ok(RemeshOptions { face_sizes, regions: wishes.regions, narrowest, ..plain })
 }
 
 /// Gives the mesh the groups of the part, and those of its operands that have names of their own.
@@ -267,8 +267,8 @@ fn name_groups(part: &Part, mesh: &mut TriMesh, made: &[PreparedOperand], report
 }
 
 /// The finished mesh with its report.
-fn finished(best: ExactMesh, mut report: Report, clock: &mut Clock, run: &Run) -> Result<Meshed> {
-    let ExactMesh { mesh, seams, corners, .. } = best;
+fn finished(best: RemeshedMesh, mut report: Report, clock: &mut Clock, run: &Run) -> Result<Meshed> {
+    let RemeshedMesh { mesh, seams, corners, .. } = best;
     run.progress("check", 0.0);
     let measured = check(&mesh, Expectation::default(), None, run)?;
     report.judge(measured, 0.0);

@@ -11,18 +11,17 @@ use super::super::cells::{CellLadder, Start};
 use super::super::discrete::{SoupOptions, discrete_options, load_mesh};
 use super::super::first_faces::{FaceLadder, First};
 use super::super::ladder::Attempts;
-use super::super::leaf::exact_options;
+use super::super::leaf::remesh_options;
 use super::super::mesh::Ready;
 use super::super::options::MeshOptions;
 use super::super::refine::Wishes;
 use super::super::report::Report;
 use super::super::soup_sizes::{feature_sizes, relaxed, sizing};
-use super::super::wish::Wish;
 use super::tree::BoundarySolid;
 use crate::discrete::Discrete;
 use crate::error::{Error, Place, Result};
 use crate::geometry::Pieces;
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::implicit::{Boundary, Extracted, Implicit, ImplicitOracle, Placement, Solid};
 use crate::mesh::{Group, TriMesh};
 use crate::numeric::ROUNDING;
@@ -30,6 +29,8 @@ use crate::parametric::mesh::Place as Lies;
 use crate::parametric::{Parametric, Similarity};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
+use crate::sizing::SizeRequest;
+use crate::sizing::Wish;
 use crate::spatial::Aabb;
 
 /// A solid given by its boundary, as read.
@@ -247,7 +248,8 @@ fn of_triangles(mesh: &TriMesh, wanted: &OperandGoal<'_>, report: &mut Report) -
     covering(mesh.area(), size, run)?;
     let solid = Discrete::new(mesh, &discrete_options(&soup, size), run)?;
     let sizing = relaxed(sizing(size, solid.bounds().diagonal(), options), options, &soup, &solid);
-    let sizes = feature_sizes(&solid, &sizing, Wish::new(size, solid.bounds().diagonal(), options).chord(), report);
+    let sizes =
+        feature_sizes(&solid, &sizing, Wish::new(size, solid.bounds().diagonal(), options.asked()).chord(), report);
     let named = solid.named();
     let m = &solid.mesh;
     let ends = m.edges().filter(|&h| m.is_sharp(h) && m.label(h / 3) == m.label(m.opposite(h) / 3)).count();
@@ -275,7 +277,7 @@ fn of_faces(solid: Box<Parametric>, wanted: &OperandGoal<'_>, report: &mut Repor
     let alone = Report { size, ..report.clone() };
     let wishes = Wishes::default();
     let mut ladder = FaceLadder::new(&solid, options, &wishes, &alone);
-    let chord = Wish::new(size, solid.bounds().diagonal(), options).chord();
+    let chord = Wish::new(size, solid.bounds().diagonal(), options.asked()).chord();
     let First { made, report: told, .. } = ladder.within(chord, &[], &mut Attempts::new(false), run)?;
     *report = told;
     let mut mesh = made.mesh;
@@ -337,7 +339,7 @@ pub(super) fn make_functions(
         let what = format!("{} triangles of the R-functions' solid cross others near here", best.faults());
         return Err(Error::Failed(format!("({:.6}, {:.6}, {:.6}): {what}", near.x, near.y, near.z)));
     }
-    let sizing = exact_options(&ready, options, best.scout.cell)?.sizing;
+    let sizing = remesh_options(&ready, options, best.scout.cell)?.sizing;
     let face_sizes: Vec<Option<f64>> = ready.model.faces().iter().map(|f| f.size).collect();
     let (mesh, mut pieces) = (best.exact.mesh, best.exact.pieces);
     let count = ready.model.leaf_count() as u32;

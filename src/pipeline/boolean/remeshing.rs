@@ -6,7 +6,7 @@ use super::joint::OperandPieces;
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::pipeline::soup_ladder::HALVINGS;
-use crate::remesh::{ExactMesh, ExactOptions, ExactTarget, Patchwork, remesh_patchwork};
+use crate::remesh::{Patchwork, RemeshOptions, RemeshTarget, RemeshedMesh, remesh_patchwork};
 use crate::run::Run;
 use crate::spatial::Aabb;
 
@@ -19,7 +19,7 @@ const AROUND: f64 = 1.0;
 pub(super) struct Remeshing<'a> {
     names: &'a TriMesh,
     joint: &'a OperandPieces<'a>,
-    exact: &'a ExactOptions,
+    exact: &'a RemeshOptions,
     size: f64,
     work: Patchwork,
     halved: usize,
@@ -29,7 +29,7 @@ impl<'a> Remeshing<'a> {
     pub(super) fn new(
         names: &'a TriMesh,
         joint: &'a OperandPieces<'a>,
-        exact: &'a ExactOptions,
+        exact: &'a RemeshOptions,
         size: f64,
         work: Patchwork,
     ) -> Self {
@@ -38,17 +38,17 @@ impl<'a> Remeshing<'a> {
 }
 
 /// How many triangles of a mesh are at fault.
-fn faults(made: &ExactMesh) -> usize {
+fn faults(made: &RemeshedMesh) -> usize {
     made.report.self_intersections + made.report.inverted
 }
 
 impl Ladder for Remeshing<'_> {
     /// With the number of the attempt.
-    type Made = (ExactMesh, usize);
+    type Made = (RemeshedMesh, usize);
 
     fn attempt(&mut self, attempts: &mut Attempts, run: &Run) -> Result<Option<Self::Made>> {
         let Self { names, joint, exact, .. } = *self;
-        let target = ExactTarget { surface: joint, names };
+        let target = RemeshTarget { surface: joint, names };
         let made = remesh_patchwork(self.work.clone(), target, exact, run, None)?;
         let attempt = Attempt::new(Tried::Joined, self.size, made.mesh.triangles.len(), faults(&made));
         let number = attempts.add(attempt, run);

@@ -14,10 +14,11 @@ use super::super::method::Method;
 use super::super::options::MeshOptions;
 use super::blocks::BrickLayout;
 use crate::error::{Error, Place, Result};
-use crate::implicit::part::{Part, SizeRequest};
+use crate::implicit::part::Part;
 use crate::implicit::{cells_along, origin, undecided_in};
 use crate::io::write_atomic;
 use crate::run::Run;
+use crate::sizing::SizeRequest;
 
 /// The file a plan is kept in.
 const PLAN: &str = "plan.json";

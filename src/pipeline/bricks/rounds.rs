@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 
 use super::super::cells::{CELLS, COARSER};
 use super::super::history::Proof;
-use super::super::leaf::exact_options;
+use super::super::leaf::remesh_options;
 use super::super::mesh::{Meshed, Ready};
 use super::file::{BrickPiece, Handed, NONE, NodeId, Store, Which, is_raw, made_in};
 use super::history::History;
@@ -295,7 +295,7 @@ impl Maker<'_> {
         if which.round > 0 {
             work.sizes = sizes_at_ends(&given);
         }
-        let options = exact_options(ready, &plan.mesh_options(), CELLS[CELLS.len() - 1] * ready.size)?;
+        let options = remesh_options(ready, &plan.mesh_options(), CELLS[CELLS.len() - 1] * ready.size)?;
         // A piece has numbers of faces; names come with merging.
         let names = TriMesh { faces: vec![String::new(); model.faces().len()], ..TriMesh::default() };
         let (made, laid) = remesh_open(work, &names, &oracle, &options, run)?;
