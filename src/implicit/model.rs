@@ -195,22 +195,24 @@ impl Implicit {
         }
     }
 
-    /// The numbers of the leaves of a face, ascending.
-    pub fn leaves_of(&self, face: u32) -> Vec<u32> {
-        let of = |s: &&Several| s.face == face || (s.others..s.others + s.count).contains(&face);
-        if let Some(several) = self.several.iter().find(of) {
-            return vec![several.leaf];
+    /// The numbers of the leaves of each face, ascending.
+    pub fn leaves_by_face(&self) -> Vec<Vec<u32>> {
+        let mut found = vec![BTreeSet::new(); self.faces.len()];
+        for op in &self.tape.ops {
+            if let Op::Leaf { leaf, face, .. } = op
+                && let Some(of) = found.get_mut(*face as usize)
+            {
+                of.insert(*leaf);
+            }
         }
-        let found: BTreeSet<u32> = self
-            .tape
-            .ops
-            .iter()
-            .filter_map(|op| match op {
-                Op::Leaf { leaf, face: f, .. } if *f == face => Some(*leaf),
-                _ => None,
-            })
-            .collect();
-        found.into_iter().collect()
+        for s in &self.several {
+            for face in std::iter::once(s.face).chain(s.others..s.others + s.count) {
+                if let Some(of) = found.get_mut(face as usize) {
+                    *of = BTreeSet::from([s.leaf]);
+                }
+            }
+        }
+        found.into_iter().map(|of| of.into_iter().collect()).collect()
     }
 
     /// A box around the inside of one leaf, if one can be proved: a formula may show what its parts do not.

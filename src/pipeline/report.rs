@@ -199,8 +199,7 @@ pub fn info(part: &Part, run: &Run) -> Result<Info> {
     };
     let model = lowered(part, solid, part.rsystem, run)?;
     let b = model.bounds();
-    let face =
-        |(i, f): (usize, &FaceInfo)| LeafInfo { name: f.name.clone(), size: f.size, leaves: model.leaves_of(i as u32) };
+    let face = |(f, leaves): (&FaceInfo, Vec<u32>)| LeafInfo { name: f.name.clone(), size: f.size, leaves };
     Ok(Info {
         leaves: model.leaf_count(),
         tree_size: model.tree_size(),
@@ -208,7 +207,7 @@ pub fn info(part: &Part, run: &Run) -> Result<Info> {
         units: part.units.clone(),
         lo: b.lo.to_array(),
         hi: b.hi.to_array(),
-        faces: model.faces().iter().enumerate().map(face).collect(),
+        faces: model.faces().iter().zip(model.leaves_by_face()).map(face).collect(),
         groups: part.groups.iter().map(|g| g.name.clone()).collect(),
     })
 }
