@@ -249,7 +249,7 @@ fn verbose_tells_of_every_attempt_and_stage() {
     assert_eq!(attempts.iter().filter(|a| a["kept"] == true).count(), 1, "{report}");
     assert_eq!(text.lines().filter(|l| l.starts_with("attempt: ")).count(), attempts.len(), "{text}");
     // They are told as they end, in the order of time, before anybody knows which one is kept.
-    assert!(text.contains(" s: some of the surface is not in the mesh") && text.contains("stage: check: "), "{text}");
+    assert!(text.contains("): some of the surface is not in the mesh") && text.contains("stage: check: "), "{text}");
     let order = ["attempt: ", "stage: mesh: ", "stage: check: ", "kept: "].map(|s| text.find(s).unwrap());
     assert!(order.is_sorted() && text.matches("kept: ").count() == 1, "{text}");
     assert_eq!(attempts.last().unwrap()["triangles"], report["check"]["triangles"]);

@@ -198,17 +198,15 @@ fn refined(names: &TriMesh, r: &mut Remesher<'_>, mut tested: Tested, report: &m
         let mut around: Vec<u32> = corners.map(|v| nodes[v as usize]).collect();
         around.sort_unstable();
         around.dedup();
-        let before = r.clone();
         if !refine_around(r, &around)? {
             break;
         }
         report.repairs += 1;
-        let now = Tested::of(names, r)?;
-        if now.bad.len() >= tested.bad.len() {
-            *r = before;
+        let before = tested.bad.len();
+        tested = Tested::of(names, r)?;
+        if tested.bad.len() >= before {
             break;
         }
-        tested = now;
     }
     // Who gives raw triangles can give them again with other sizes, and needs to know where it began.
     if let Some((then, known)) = first.filter(|_| !tested.bad.is_empty()) {
