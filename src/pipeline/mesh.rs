@@ -327,8 +327,8 @@ impl FoundMesh {
         let mut clock = Clock::new(options.timed);
         let oracle = ImplicitOracle::new(&ready.model, &extracted);
         let truth = ready.features(&meshed.mesh, run)?;
-        let scale = meshed.mesh.mean_edge_length();
-        check.features = Some(quality::recovery(&meshed.mesh, &truth, Some(&oracle), scale, run)?);
+        // Of the size that was asked for, which edges are made for: their mean says how much of the part is finer.
+        check.features = Some(quality::recovery(&meshed.mesh, &truth, Some(&oracle), ready.size, run)?);
         let report = &mut meshed.report;
         if report.sequence.is_some() && !options.method.is_exact() {
             report.shortfalls.extend(cut_off(&check));

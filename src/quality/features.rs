@@ -44,7 +44,7 @@ pub struct FeatureRecovery {
     pub node_residual_max: f64,
 }
 
-/// Measures the recovery; `h` is the length scale, by custom the mean edge length.
+/// Measures the recovery; `h` is the length scale: the size that was asked for, or the mean edge length where that is not known.
 pub fn recovery(
     mesh: &TriMesh,
     truth: &Features,
