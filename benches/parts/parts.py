@@ -576,6 +576,39 @@ part(solid(min(0.35 - abs(p), 0.06 - abs(q))).name("strip"), domain=((-2, -2, -1
 """
 
 
+@part("worm whose wave is the smaller of mod and its rest")
+def worm_wave():
+    return """
+w = mod(z - atan2(y, x)/pi, 2)
+thread = solid(hypot(x, y) <= 1.6 + 1.2*min(w, 2 - w)).name("thread")
+part(thread & cylinder(2.5, height=9).name("crest") | cylinder(1.0, height=14).name("shaft"))
+"""
+
+
+@part("block and rod, rounded off by a cubic smooth minimum")
+def smooth_cubic():
+    return """
+def block(u, v, w, a, b, c):
+    p, q, r = abs(u) - a, abs(v) - b, abs(w) - c
+    return hypot(max(p, 0), max(q, 0), max(r, 0)) + min(max(p, q, r), 0)
+def rod(u, v, w, r, h):
+    p, q = hypot(u, v) - r, abs(w) - h
+    return min(max(p, q), 0) + hypot(max(p, 0), max(q, 0))
+def smin(a, b, k):
+    h = max(k - abs(a - b), 0)/k
+    return min(a, b) - h*h*h*k/6
+part(solid(smin(block(x, y, z, 1, 1, 0.4), rod(x, y, z - 0.6, 0.4, 0.8), 0.3) <= 0))
+"""
+
+
+@part("solid inside a Klein bottle, which crosses itself")
+def klein_bottle():
+    return """
+a = x**2 + y**2 + z**2
+part(solid((a + 2*y - 1)*((a - 2*y - 1)**2 - 8*z**2) + 16*x*z*(a - 2*y - 1) <= 0).name("bottle") & box(size=(7, 7, 7)))
+"""
+
+
 SCATTERED = """
 counts = {counts}
 def at(i, k):
