@@ -9,7 +9,8 @@
 use glam::DVec3;
 
 use crate::error::{Error, Place as Where, Result};
-use crate::mesh::MeshView;
+
+use crate::mesh::{Hexahedra, MeshView, OuterSide};
 use crate::model::{BorderNodes, Cells};
 
 use super::numbering::Starts;
@@ -188,6 +189,36 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
         let [x, y, z] = [local % n, local / n % m, local / (n * m)];
         [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
             .map(|[i, j, k]| self.local_to_global(b, [x + i, y + j, z + k]))
+    }
+
+    /// The same mesh in arrays, with the names of faces that one block alone lies on: to be [written](crate::io::write_hexahedra), and seen by
+    /// its [surface](Hexahedra::surface).
+    pub fn hexahedra(&self) -> Hexahedra {
+        /// The side of a hexahedron on the side of its block: against and along the first direction, the second, the third.
+        const SIDES: [u8; 6] = [5, 3, 2, 4, 0, 1];
+        let mut blocks_of = vec![0u32; self.surface.fragments().counts()[2]];
+        self.blocks.iter().flat_map(|b| b.faces).for_each(|f| blocks_of[f as usize] += 1);
+        let mut outer = Vec::new();
+        for (b, block) in self.blocks.iter().enumerate() {
+            let [n, m, _] = block.cells;
+            for s in (0..6).filter(|s| blocks_of[block.faces[*s] as usize] == 1) {
+                let label = self.surface.model().faces[block.faces[s] as usize].label;
+                let [across, up] = block.side_size(s);
+                for [u, v] in (0..up).flat_map(|v| (0..across).map(move |u| [u, v])) {
+                    let mut at = block.on_side(s, [u, v]);
+                    at[s / 2] = at[s / 2].min(block.cells[s / 2] - 1);
+                    let cell = self.cells.start(b) as u32 + at[0] + n * (at[1] + m * at[2]);
+                    outer.push(OuterSide { cell, side: SIDES[s], label });
+                }
+            }
+        }
+        Hexahedra {
+            nodes: (0..self.node_count()).map(|i| self.node(i)).collect(),
+            hexahedra: (0..self.cell_count()).map(|j| self.cell(j)).collect(),
+            prisms: Vec::new(),
+            outer,
+            names: self.surface.model().names.clone(),
+        }
     }
 }
 

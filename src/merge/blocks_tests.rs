@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::*;
 use crate::mesh::MeshView;
 use crate::model::{Coedge, Edge, EdgeFragment, Face, FaceFragment, Fragments, Loop, Model, Vertex};
+use crate::run::Run;
 
 /// A box of cells split at `cuts` along each direction: lattice coordinates of the planes, the first and last included.
 struct Split {
@@ -173,7 +174,34 @@ proptest! {
         }}}
         expected.sort_unstable();
         prop_assert_eq!(cells, expected);
+        let surface = merged.hexahedra().surface();
+        prop_assert_eq!(surface.triangles.len() as u32, 4 * (a * b + b * c + c * a));
+        surface.validate().unwrap();
+        let check = crate::quality::check(&surface, crate::quality::Expectation::default(), None, &Run::new()).unwrap();
+        prop_assert!(check.closed && check.manifold && check.oriented && check.self_intersections == 0, "{check:?}");
+        prop_assert!(check.volume.is_some_and(|v| (v - f64::from(a * b * c)).abs() < 0.5 * f64::from(a * b * c)), "{check:?}");
     }
+}
+
+#[test]
+fn blocks_are_written_and_drawn() {
+    let split = Split { cuts: [vec![0, 2, 4], vec![0, 3], vec![0, 2]] };
+    let (model, fragments, blocks) = split.build(|_| 0, |_| false);
+    let blocks = Blocks::new(Merged::new(model, fragments).unwrap(), blocks).unwrap().hexahedra();
+    let (dir, run) = (tempfile::TempDir::new().unwrap(), Run::new());
+    let options = crate::io::WriteOptions::default();
+    for (file, says) in [("blocks.vtu", "NumberOfCells=\"76\""), ("blocks.msh", "$Elements"), ("blocks.inp", "C3D8")] {
+        let path = dir.path().join(file);
+        crate::io::write_hexahedra(&path, &blocks, &options, &run).unwrap();
+        let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+        assert!(text.contains(says), "{file}");
+    }
+    // Two blocks side by side: what lies between them is not seen, nor among the 52 sides beside the 24 hexahedra.
+    let surface = blocks.surface();
+    assert_eq!(surface.triangles.len(), 4 * (4 * 3 + 3 * 2 + 2 * 4));
+    let options = crate::render::RenderOptions { width: 64, height: 64, ..Default::default() };
+    let picture = crate::render::render(&surface, &options, &run).unwrap();
+    assert!(picture.rgb.iter().any(|c| *c < 200));
 }
 
 #[test]

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::prisms::{OuterSide, Prisms};
+use super::trimesh::TriMesh;
 use crate::error::{Error, Place, Result};
 use crate::numeric::NONE;
 
@@ -272,6 +273,29 @@ fn exchange(pairs: &[TrianglePair], around: &[Vec<usize>], of: &mut [Option<usiz
 }
 
 impl Hexahedra {
+    /// The boundary as triangles, to be checked and looked at: a quadrilateral is cut from its first corner. Nodes keep their numbers where
+    /// all of them are on it; else they are numbered anew in their order.
+    pub fn surface(&self) -> TriMesh {
+        let mut triangles = Vec::with_capacity(2 * self.outer.len());
+        let mut labels = Vec::with_capacity(2 * self.outer.len());
+        for o in &self.outer {
+            let corners: Vec<u32> = self.corners(o).collect();
+            for pair in corners[1..].windows(2) {
+                triangles.push([corners[0], pair[0], pair[1]]);
+                labels.push(o.label);
+            }
+        }
+        let mut number = vec![NONE; self.nodes.len()];
+        triangles.iter().flatten().for_each(|v| number[*v as usize] = 0);
+        let mut nodes = Vec::new();
+        for (v, n) in number.iter_mut().enumerate().filter(|x| *x.1 != NONE) {
+            *n = nodes.len() as u32;
+            nodes.push(self.nodes[v]);
+        }
+        triangles.iter_mut().flatten().for_each(|v| *v = number[*v as usize]);
+        TriMesh { nodes, triangles, labels, faces: self.names.clone(), ..TriMesh::default() }
+    }
+
     /// The corners of an outer side, three or four, counterclockwise as seen from outside.
     ///
     /// # Panics
