@@ -194,8 +194,8 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
     /// The same mesh in arrays, with the names of faces that one block alone lies on: to be [written](crate::io::write_hexahedra), and seen by
     /// its [surface](Hexahedra::surface).
     pub fn hexahedra(&self) -> Hexahedra {
-        /// The side of a hexahedron on the side of its block: against and along the first direction, the second, the third.
-        const SIDES: [u8; 6] = [5, 3, 2, 4, 0, 1];
+        // The side of a hexahedron on that of its block: against and along the first direction, the second, the third.
+        let sides = [5, 3, 2, 4, 0, 1];
         let mut blocks_of = vec![0u32; self.surface.fragments().counts()[2]];
         self.blocks.iter().flat_map(|b| b.faces).for_each(|f| blocks_of[f as usize] += 1);
         let mut outer = Vec::new();
@@ -208,7 +208,7 @@ impl<P: Sync, C: Sync, S: Sync> Blocks<P, C, S> {
                     let mut at = block.on_side(s, [u, v]);
                     at[s / 2] = at[s / 2].min(block.cells[s / 2] - 1);
                     let cell = self.cells.start(b) as u32 + at[0] + n * (at[1] + m * at[2]);
-                    outer.push(OuterSide { cell, side: SIDES[s], label });
+                    outer.push(OuterSide { cell, side: sides[s], label });
                 }
             }
         }
