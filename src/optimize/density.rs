@@ -56,7 +56,7 @@ fn midpoint(mesh: &EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64) -> 
     oracle.project(middle, reach).map(|f| f.point)
 }
 
-/// Densification of \[LIS14\]: splits edges longer than [`LONG`] times the wanted size (see [`Sizing`](super::Sizing)),
+/// Densification of \[LIS14\]: splits edges longer than [`LONG`] times the wanted size (see [`Sizing`](crate::sizing::Sizing)),
 /// longest of each triangle first, until none is left. `field` holds the size wanted at each node and grows with the mesh.
 /// New nodes lie on the surface, on the crease where the edge is sharp.
 ///
@@ -211,7 +211,7 @@ fn merge(mesh: &mut EditMesh, oracle: &dyn SurfaceOracle, h: u32, reach: f64, li
 pub struct ShortEdges<'a> {
     /// The size wanted at each node.
     pub field: &'a [f64],
-    /// The share of it, as [`SHORT`].
+    /// The share of it, as [`SHORT`](crate::sizing::SHORT).
     pub share: f64,
 }
 
