@@ -27,8 +27,7 @@ use crate::mesh::{TriMesh, self_intersections};
 use crate::quality::{Against, Expectation, Fault, check_tested};
 use crate::remesh::{RemeshOptions, RemeshedMesh};
 use crate::run::Run;
-use crate::sizing::SizeRequest;
-use crate::sizing::{DEFAULT_SIZE, Wish};
+use crate::sizing::{DEFAULT_SIZE, SizeRequest, Wish};
 
 /// Where healing left more than one triangle in this many that touches others, all stay.
 const TOUCHED: usize = 200;

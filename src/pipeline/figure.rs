@@ -24,8 +24,7 @@ use crate::mesh::TriMesh;
 use crate::numeric::ROUNDING;
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
-use crate::sizing::DEFAULT_SIZE;
-use crate::sizing::SizeRequest;
+use crate::sizing::{DEFAULT_SIZE, SizeRequest};
 use crate::spatial::Aabb;
 
 /// The slab is this many sizes thick.

@@ -15,8 +15,7 @@ use crate::parametric::Parametric;
 use crate::parametric::mesh::{FaceMeshes, Looked, MeshSizes, Remedy, THINNEST};
 use crate::quality::Fault;
 use crate::run::Run;
-use crate::sizing::Sizing;
-use crate::sizing::{GRADING, LEAST_SHARE, Wish};
+use crate::sizing::{GRADING, LEAST_SHARE, Sizing, Wish};
 use crate::spatial::Graded;
 
 /// Without a wish for more, bends and narrow places make at most this many times the nodes the size alone asks for.

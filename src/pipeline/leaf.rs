@@ -13,8 +13,7 @@ use crate::optimize::improve;
 use crate::quality::Fault;
 use crate::remesh::{Off, RemeshOptions, RemeshedMesh};
 use crate::run::Run;
-use crate::sizing::SizeRequest;
-use crate::sizing::{LEAST_SHARE, Wish, own_tolerance};
+use crate::sizing::{LEAST_SHARE, SizeRequest, Wish, own_tolerance};
 use crate::spatial::Graded;
 
 /// Narrow gaps and short borders make edges at most this many times shorter than the size, as slivers of faces narrower than that are

@@ -36,8 +36,7 @@ use crate::optimize::{Options, Sequence, improve};
 use crate::parametric::brep::Brep;
 use crate::quality::{self, Against, Check, Deviation, Expectation, Fault, check_tested, facing_away};
 use crate::run::Run;
-use crate::sizing::SizeRequest;
-use crate::sizing::{DEFAULT_SIZE, Wish};
+use crate::sizing::{DEFAULT_SIZE, SizeRequest, Wish};
 
 /// A finished mesh.
 #[derive(Debug, Clone)]

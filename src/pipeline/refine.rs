@@ -6,8 +6,7 @@ use glam::DVec3;
 
 use crate::error::{Error, Result, nearest};
 use crate::implicit::part::glob;
-use crate::sizing::SizeRequest;
-use crate::sizing::{Region, RegionShape};
+use crate::sizing::{Region, RegionShape, SizeRequest};
 use crate::spatial::Aabb;
 
 /// What a refinement is about.

@@ -5,8 +5,7 @@ use super::options::MeshOptions;
 use super::report::Report;
 use crate::discrete::Discrete;
 use crate::remesh::RemeshOptions;
-use crate::sizing::Sizing;
-use crate::sizing::{GRADING, LEAST_SHARE, Wish};
+use crate::sizing::{GRADING, LEAST_SHARE, Sizing, Wish};
 
 /// Where bends of others make more than this many times the triangles that the size alone would, edges may be farther from the surface.
 const CROWDED: f64 = 1.12;

@@ -62,6 +62,9 @@ pub(super) fn held<'a>(
     all: &Value<'a>,
 ) -> Result<bool> {
     let is_in = match (item, all, all.items()) {
+        (Value::Formula(_) | Value::Solid(_) | Value::Condition(_), ..) => {
+            return Err(it.error(range, format!("{} cannot be looked for", item.kind())));
+        }
         (_, _, Some(items)) => {
             it.charge(range, items.len())?;
             items.iter().any(|other| is_same(item, other))
@@ -72,7 +75,7 @@ pub(super) fn held<'a>(
     Ok(is_in == (op == CmpOp::In))
 }
 
-/// Whether values are equal; solids and formulas are equal to nothing.
+/// Whether values are equal, of those that can be: numbers, texts, lists of them.
 fn is_same(a: &Value<'_>, b: &Value<'_>) -> bool {
     match (a, b) {
         (Value::Str(a), Value::Str(b)) => a == b,

@@ -31,8 +31,7 @@ use crate::mesh::{Group, TriMesh};
 use crate::quality::{Expectation, Fault, check};
 use crate::remesh::{RemeshOptions, RemeshedMesh};
 use crate::run::Run;
-use crate::sizing::Sizing;
-use crate::sizing::{DEFAULT_SIZE, LEAST_SHARE, Wish};
+use crate::sizing::{DEFAULT_SIZE, LEAST_SHARE, Sizing, Wish};
 use crate::spatial::Aabb;
 use joint::OperandPieces;
 use operand::{

@@ -29,8 +29,7 @@ use crate::parametric::mesh::Place as Lies;
 use crate::parametric::{Parametric, Similarity};
 use crate::quality::{Expectation, Fault, check};
 use crate::run::Run;
-use crate::sizing::SizeRequest;
-use crate::sizing::Wish;
+use crate::sizing::{SizeRequest, Wish};
 use crate::spatial::Aabb;
 
 /// A solid given by its boundary, as read.

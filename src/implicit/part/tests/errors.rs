@@ -20,6 +20,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("s = []\n¦s.append(1, 2)", ".append() takes 1 argument"),
     ("s = []\ns.extend(¦1)", "a list is needed here, not a number"),
     ("a = ¦1 in 2", "a number is in a list, not in a number"),
+    ("a = 1 if ¦x in [1] else 2", "a formula cannot be looked for"),
     ("if ¦x:\n    pass", "a truth value is needed here"),
     ("¦break", "there is no loop around this"),
     ("if True:\n    ¦return 1", "returns outside of functions are not part"),
