@@ -180,8 +180,25 @@ impl Remesher<'_> {
     /// collapse. Only what raises the worst shape around is done. Then, up to `passes` times, the same with those around
     /// them. Returns how many were mended.
     pub(super) fn mend_worst(&mut self, limit: f64, passes: usize) -> Result<usize> {
-        let mut all = 0;
+        self.mend_among(self.seen(), limit, passes)
+    }
+
+    /// [`mend_worst`](Self::mend_worst) once, of triangles around which something changed since this was called before.
+    pub(super) fn mend_changed(&mut self, limit: f64) -> Result<usize> {
+        let m = &self.work.mesh;
+        let mut near = vec![false; m.node_capacity()];
+        for v in m.nodes().filter(|&v| m.is_changed(v, ChangeReader::Mending)) {
+            near[v as usize] = true;
+            m.neighbors(v).for_each(|x| near[x as usize] = true);
+        }
         let mut among = self.seen();
+        among.retain(|&t| self.work.mesh.corners(t).into_iter().any(|v| near[v as usize]));
+        self.work.mesh.set_all_seen(ChangeReader::Mending);
+        self.mend_among(among, limit, 1)
+    }
+
+    fn mend_among(&mut self, mut among: Vec<u32>, limit: f64, passes: usize) -> Result<usize> {
+        let mut all = 0;
         // Nodes that found no better place, and around which nothing changed since.
         let mut settled = vec![false; self.work.mesh.node_capacity()];
         for _ in 0..passes {

@@ -97,6 +97,7 @@ impl<'a> Remesher<'a> {
             m.neighbors(v).for_each(|x| focus[x as usize] = true);
         }
         self.focus = Some(focus);
+        self.work.mesh.set_none_seen(ChangeReader::Focus);
     }
 
     /// Has what follows look only at some nodes and those up to `rings` edges away, and at nodes made from here on.
@@ -108,6 +109,7 @@ impl<'a> Remesher<'a> {
             front.iter().for_each(|&v| m.neighbors(v).for_each(|x| focus[x as usize] = true));
         }
         self.focus = Some(focus);
+        self.work.mesh.set_none_seen(ChangeReader::Focus);
     }
 
     /// Has what follows look at all nodes.
@@ -435,15 +437,20 @@ impl<'a> Remesher<'a> {
     /// The triangles to be looked at, but for those around which nothing changed since a reader saw all.
     pub(super) fn unseen(&self, reader: ChangeReader) -> Vec<u32> {
         let m = &self.work.mesh;
+        let in_focus = reader == ChangeReader::Shapes && self.focus.is_some();
+        let changed = |v: u32| m.is_changed(v, reader) && (!in_focus || m.is_changed(v, ChangeReader::Focus));
         let unseen = |t: &u32| {
             let corners = m.corners(*t);
-            corners.iter().any(|&v| m.is_changed(v, reader)) && corners.iter().any(|&v| self.sees(v))
+            corners.iter().any(|&v| changed(v)) && corners.iter().any(|&v| self.sees(v))
         };
         m.triangles().filter(unseen).collect()
     }
 
     /// Notes that a reader has seen all triangles that are to be looked at.
     pub(super) fn set_seen(&mut self, reader: ChangeReader) {
+        if reader == ChangeReader::Shapes {
+            self.work.mesh.set_all_seen(ChangeReader::Focus);
+        }
         for v in 0..self.work.mesh.node_capacity() as u32 {
             // Of a node that is not looked at, some triangles may not have been.
             if self.sees(v) {

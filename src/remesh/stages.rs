@@ -6,7 +6,7 @@ use super::policy::Filling;
 use super::remesher::{Rank, Remesher, SHORT};
 use super::{Observer, RemeshReport, RemeshedMesh};
 use crate::error::Result;
-use crate::mesh::edit::NONE;
+use crate::mesh::edit::{ChangeReader, NONE};
 use crate::mesh::{EditMesh, TriMesh, intersecting_triangles};
 use crate::sizing::TINY;
 use crate::spatial::Aabb;
@@ -284,6 +284,7 @@ fn prepare_borders(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_
 }
 
 fn space_borders(r: &mut Remesher<'_>) -> Result<()> {
+    r.work.mesh.set_none_seen(ChangeReader::Mending);
     for _ in 0..SPACINGS {
         r.look_everywhere();
         let left = r.space_curves()?;
@@ -292,7 +293,7 @@ fn space_borders(r: &mut Remesher<'_>) -> Result<()> {
         r.flip()?;
         let limit = if r.work.policy.is_raw() { FLAT } else { POOR };
         for _ in 0..POLISH {
-            if r.mend_worst(limit, 1)? == 0 {
+            if r.mend_changed(limit)? == 0 {
                 break;
             }
             r.flip()?;

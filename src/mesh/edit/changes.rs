@@ -13,6 +13,10 @@ pub enum ChangeReader {
     Places = 4,
     /// Shapes of triangles as the surface has them.
     Facing = 8,
+    /// Flips for better shapes of those who look at a part of the mesh, beyond which [`Shapes`](Self::Shapes) sees nothing.
+    Focus = 16,
+    /// Mending of poor triangles, one by one.
+    Mending = 32,
 }
 
 impl EditMesh {
@@ -29,6 +33,16 @@ impl EditMesh {
     /// The reader has seen the node as it is.
     pub fn set_seen(&mut self, v: u32, reader: ChangeReader) {
         self.changed[v as usize] &= !(reader as u8);
+    }
+
+    /// The reader has seen no node.
+    pub fn set_none_seen(&mut self, reader: ChangeReader) {
+        self.changed.iter_mut().for_each(|c| *c |= reader as u8);
+    }
+
+    /// The reader has seen all nodes.
+    pub fn set_all_seen(&mut self, reader: ChangeReader) {
+        self.changed.iter_mut().for_each(|c| *c &= !(reader as u8));
     }
 
     /// Nobody has seen any node.
