@@ -1,5 +1,7 @@
 //! Bounds of a leaf's gradient over a box: forward differentiation in interval arithmetic.
 
+mod revolved;
+
 use std::f64::consts::PI;
 
 use glam::DVec3;
@@ -8,6 +10,7 @@ use super::expr::{BEYOND, Binary, STEEPENED, SWING, SWUNG_BACK, Unary};
 use super::leaf::{Frame, Leaf};
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
+use revolved::Around;
 
 /// Bounds of a value and of its three partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,6 +169,11 @@ impl Slopes {
         Self { gradient: each(|k| self.gradient[k].within(sum[k])), ..self }
     }
 
+    /// The same with other bounds of the gradient where these are closer.
+    fn with_gradient(self, other: [Interval; 3]) -> Self {
+        Self { gradient: each(|k| self.gradient[k].within(other[k])), ..self }
+    }
+
     /// Bounds by slopes at the middle of the box, half as wide as `half` and with `middle` as bounds of the value there: closer than
     /// those of the operations on a small box.
     pub(crate) fn closer(self, middle: Interval, half: &[f64; 3]) -> Self {
@@ -243,19 +251,35 @@ impl Leaf {
             Leaf::Plane { n, .. } => each(|k| Interval::point(-n[k])),
             Leaf::Sphere { c, r } => each(|k| (Interval::point(c[k]) - b[k]).scale(1.0 / r)),
             Leaf::Cylinder { c, frame, r } => {
-                let [u, v, _] = local(*c, frame, &b);
-                let sum = u.square().binary(Binary::Add, v.square());
-                scaled(sum, -0.5 / r).gradient
+                // It is linear in the point.
+                let [u, v] = [frame.u, frame.v].map(|e| e.to_array());
+                let term = |k: usize, j: usize| (b[j] - Interval::point(c[j])).scale(-(u[k] * u[j] + v[k] * v[j]) / r);
+                each(|k| term(k, 0) + term(k, 1) + term(k, 2))
             }
             Leaf::Cone { c, frame, k, m, .. } => {
                 let [u, v, t] = local(*c, frame, &b);
                 let rho = u.binary(Binary::Hypot, v);
+                let rho = match Around::new(*c, frame, cell) {
+                    Some(seen) => rho.with_gradient(seen.outward()),
+                    None => rho,
+                };
                 scaled(rho, -k).binary(Binary::Sub, scaled(t, *m)).gradient
             }
             Leaf::Torus { c, frame, major, minor } => {
                 let [u, v, t] = local(*c, frame, &b);
                 let q = u.binary(Binary::Hypot, v).binary(Binary::Sub, constant(*major));
-                scaled(q.square().binary(Binary::Add, t.square()), -0.5 / minor).gradient
+                let whole = scaled(q.square().binary(Binary::Add, t.square()), -0.5 / minor);
+                let from = |p: DVec3| {
+                    let flat = (p - *c) - frame.a * (p - *c).dot(frame.a);
+                    p - *c - flat.normalize_or_zero() * *major
+                };
+                match Around::new(*c, frame, cell) {
+                    Some(seen) => {
+                        let away = seen.from_circle(*major, from).map(|g| g.scale(-1.0 / minor));
+                        whole.with_gradient(away).gradient
+                    }
+                    None => whole.gradient,
+                }
             }
             Leaf::Formula(f) => return Some(f.slopes(&b)),
             Leaf::Fillet(f) => return f.slopes(cell),
