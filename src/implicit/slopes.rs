@@ -275,7 +275,7 @@ impl Leaf {
                 };
                 match Around::new(*c, frame, cell) {
                     Some(seen) => {
-                        let away = seen.from_circle(*major, from).map(|g| g.scale(-1.0 / minor));
+                        let away = seen.away_from_circle(*major, from).map(|g| g.scale(-1.0 / minor));
                         whole.with_gradient(away).gradient
                     }
                     None => whole.gradient,

@@ -68,7 +68,7 @@ impl Around {
 
     /// Bounds of what leads to the points of the box from the nearest ones of a circle around the axis, which `at` gives for the middle:
     /// this by the derivatives, of which no wide terms cancel.
-    pub(super) fn from_circle(&self, radius: f64, at: impl Fn(DVec3) -> DVec3) -> [Interval; 3] {
+    pub(super) fn away_from_circle(&self, radius: f64, at: impl Fn(DVec3) -> DVec3) -> [Interval; 3] {
         let from = at(self.middle);
         let curved = Interval::point(radius) / self.distance;
         let by = |k: usize, j: usize| {
