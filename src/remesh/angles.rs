@@ -181,19 +181,26 @@ impl Remesher<'_> {
             list.copied().filter(|&t| !this.work.is_kept(t) && is_poor(m.corner_points(t), effort)).collect()
         });
         let mut nodes: Vec<u32> = poor.into_iter().flat_map(|t| m.corners(t)).collect();
-        let mut ring = Vec::new();
         for pass in 0..effort.passes {
             let first = effort.steps[0] * SHRINK.powi(pass.min(1) as i32);
             nodes.sort_unstable();
             nodes.dedup();
             let mut next = Vec::new();
-            for (k, &v) in nodes.iter().enumerate() {
-                if k % 256 == 0 {
-                    self.run.check()?;
-                }
-                if self.raise_around(v, effort, first, &mut ring) {
-                    next.push(v);
-                    next.extend(self.work.mesh.neighbors(v));
+            // Those without an edge between them look at one time.
+            for group in self.independent(&nodes) {
+                self.run.check()?;
+                let this = &*self;
+                let places: Vec<Option<DVec3>> = self.run.install(|| {
+                    let all = group.par_iter().with_min_len(PORTION);
+                    all.map_init(Vec::new, |ring, &v| this.raised(v, effort, first, ring)).collect()
+                });
+                for (&v, place) in group.iter().zip(places) {
+                    let (Some(p), start) = (place, self.point(v)) else { continue };
+                    self.work.mesh.set_point(v, p);
+                    if self.stays_unfolded(v, start) {
+                        next.push(v);
+                        next.extend(self.work.mesh.neighbors(v));
+                    }
                 }
             }
             if next.is_empty() {
@@ -204,21 +211,21 @@ impl Remesher<'_> {
         Ok(())
     }
 
-    /// Moves a node to where less is missing around it, if there is such a place; `ring` is room to work in.
-    fn raise_around(&mut self, v: u32, effort: &Effort, first: f64, ring: &mut Vec<OppositeSide>) -> bool {
+    /// Where less is missing around a node, if there is such a place; `ring` is room to work in.
+    fn raised(&self, v: u32, effort: &Effort, first: f64, ring: &mut Vec<OppositeSide>) -> Option<DVec3> {
         let rank = self.rank[v as usize];
         // What borders were spaced for here stays; those spaced before had no look at what lies beside.
         if rank == Rank::Corner || (rank == Rank::Curve && !self.work.policy.spaced) || !self.sees(v) {
-            return false;
+            return None;
         }
         let (m, start) = (&self.work.mesh, self.point(v));
         let plane = if rank == Rank::Curve {
-            let [a, b] = self.work.along(v)[..] else { return false };
+            let [a, b] = self.work.along(v)[..] else { return None };
             [(self.point(b) - self.point(a)).normalize_or_zero(), DVec3::ZERO]
         } else {
             let up: DVec3 =
                 m.outgoing(v).map(|h| (self.point(m.target(h)) - start).cross(self.point(m.apex(h)) - start)).sum();
-            let Some((x, y)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return false };
+            let Some((x, y)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return None };
             [x, y]
         };
         ring.clear();
@@ -229,13 +236,13 @@ impl Remesher<'_> {
         let Search { before, place: [along, across], least } = search(ring, length, rank == Rank::Curve, effort, first);
         let enough = (1.0 - GAIN) * before;
         if least > enough {
-            return false;
+            return None;
         }
         let (set, reach) = (self.work.sets[v as usize], self.reach(v));
         let place = start + along * plane[0] + across * plane[1];
-        let Some((x, normal)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { return false };
+        let Some((x, normal)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { return None };
         if !self.stays_even(v, x) {
-            return false;
+            return None;
         }
         let (m, mut after) = (&self.work.mesh, 0.0);
         for h in m.outgoing(v) {
@@ -243,14 +250,13 @@ impl Remesher<'_> {
             after += lacks([a.distance_squared(x), b.distance_squared(x)], a.distance(b), effort.weight);
         }
         if after > enough {
-            return false;
+            return None;
         }
         let floor = self.work.worst_now(self.surface, v).0.min(CALM);
         if self.worst_beside(v, x, normal, floor) < floor {
-            return false;
+            return None;
         }
-        self.work.mesh.set_point(v, x);
-        self.stays_unfolded(v, start)
+        Some(x)
     }
 }
 

@@ -52,7 +52,8 @@ impl Remesher<'_> {
             }
             return Ok(());
         }
-        for mut nodes in self.independent() {
+        let free: Vec<u32> = self.work.mesh.nodes().filter(|&v| self.is_free(v)).collect();
+        for mut nodes in self.independent(&free) {
             self.run.check()?;
             nodes.retain(|v| due[*v as usize]);
             let this = &*self;
@@ -93,12 +94,12 @@ impl Remesher<'_> {
         self.work.mesh.is_node(v) && self.rank[v as usize] != Rank::Corner && self.sees(v)
     }
 
-    /// The nodes that may move, in groups none of which holds two neighbors.
-    fn independent(&self) -> Vec<Vec<u32>> {
+    /// Some nodes in groups none of which holds two neighbors.
+    pub(super) fn independent(&self, nodes: &[u32]) -> Vec<Vec<u32>> {
         let m = &self.work.mesh;
         let mut color = vec![u8::MAX; m.node_capacity()];
         let mut groups: Vec<Vec<u32>> = Vec::new();
-        for v in m.nodes().filter(|&v| self.is_free(v)) {
+        for &v in nodes {
             let mut taken = 0u64;
             for x in m.neighbors(v) {
                 taken |= 1u64.checked_shl(color[x as usize].into()).unwrap_or(0);
