@@ -225,7 +225,7 @@ impl Remesher<'_> {
         } else {
             let up: DVec3 =
                 m.outgoing(v).map(|h| (self.point(m.target(h)) - start).cross(self.point(m.apex(h)) - start)).sum();
-            let Some((x, y)) = up.try_normalize().map(DVec3::any_orthonormal_pair) else { return None };
+            let (x, y) = up.try_normalize().map(DVec3::any_orthonormal_pair)?;
             [x, y]
         };
         ring.clear();
@@ -240,7 +240,7 @@ impl Remesher<'_> {
         }
         let (set, reach) = (self.work.sets[v as usize], self.reach(v));
         let place = start + along * plane[0] + across * plane[1];
-        let Some((x, normal)) = self.work.settle_beside(self.surface, v, &set, place, reach) else { return None };
+        let (x, normal) = self.work.settle_beside(self.surface, v, &set, place, reach)?;
         if !self.stays_even(v, x) {
             return None;
         }
