@@ -342,6 +342,16 @@ part(solid(hypot(hypot(x, y) - 8, off) <= 1.1).name("wire") & box(lo=(-10, -10, 
 """
 
 
+@part("a tube around a helix whose section is a circle in the plane of x and y: a ribbon with rims of a radius of 0.04")
+def coil_flat():
+    return """
+units("mm")
+t = 2*pi*z/15
+tube = solid(hypot(x - 21*cos(t), y - 21*sin(t)) <= 3).name("tube")
+part(tube & box(lo=(-30, -30, 8), hi=(30, 30, 45)).name("ends"))
+"""
+
+
 @part("two threads through a wall")
 def wall_threads():
     return """
