@@ -9,6 +9,7 @@ mod prune;
 
 use glam::DVec3;
 use multiversion::multiversion;
+use rustc_hash::FxHashMap;
 
 use super::leaf::Leaf;
 use super::rfunction::RSystem;
@@ -77,6 +78,8 @@ pub(crate) struct Scratch {
     faces: Vec<u32>,
     intervals: Vec<Interval>,
     renumber: Vec<u32>,
+    /// The first operation of each kind with the same operands.
+    numbers: FxHashMap<Op, u32>,
     /// Whether a formula has given NaN or an infinite value since this was last cleared.
     pub(crate) not_finite: bool,
 }

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::moves::CALM;
+use super::moves::{CALM, MANY};
 use super::remesher::{Rank, Remesher};
 use crate::error::Result;
 use crate::numeric::COS_30;
@@ -181,20 +181,27 @@ impl Remesher<'_> {
             list.copied().filter(|&t| !this.work.is_kept(t) && is_poor(m.corner_points(t), effort)).collect()
         });
         let mut nodes: Vec<u32> = poor.into_iter().flat_map(|t| m.corners(t)).collect();
+        let mut ring = Vec::new();
         for pass in 0..effort.passes {
             let first = effort.steps[0] * SHRINK.powi(pass.min(1) as i32);
             nodes.sort_unstable();
             nodes.dedup();
             let mut next = Vec::new();
-            // Those without an edge between them look at one time.
-            for group in self.independent(&nodes) {
+            // Of many nodes those without an edge between them look at one time, of few each for itself.
+            let few = self.work.mesh.node_capacity() < MANY;
+            for group in if few { vec![nodes] } else { self.independent(&nodes) } {
                 self.run.check()?;
                 let this = &*self;
-                let places: Vec<Option<DVec3>> = self.run.install(|| {
-                    let all = group.par_iter().with_min_len(PORTION);
-                    all.map_init(Vec::new, |ring, &v| this.raised(v, effort, first, ring)).collect()
+                let places: Option<Vec<Option<DVec3>>> = (!few).then(|| {
+                    let all = || group.par_iter().with_min_len(PORTION);
+                    let found = || all().map_init(Vec::new, |ring, &v| this.raised(v, effort, first, ring)).collect();
+                    self.run.install(found)
                 });
-                for (&v, place) in group.iter().zip(places) {
+                for (k, &v) in group.iter().enumerate() {
+                    let place = match &places {
+                        Some(all) => all[k],
+                        None => self.raised(v, effort, first, &mut ring),
+                    };
                     let (Some(p), start) = (place, self.point(v)) else { continue };
                     self.work.mesh.set_point(v, p);
                     if self.stays_unfolded(v, start) {

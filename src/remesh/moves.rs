@@ -15,7 +15,7 @@ use crate::run::PORTION;
 const STILL: f64 = 0.01;
 
 /// So many nodes are worth being sorted by who may move at the same time.
-const MANY: usize = 1 << 15;
+pub(super) const MANY: usize = 1 << 15;
 
 /// Halvings of a move that is refused.
 const BACKTRACKS: usize = 3;

@@ -43,9 +43,10 @@ const SLIM_ROUNDS: usize = 2;
 const REPAIRS: usize = 4;
 /// Edges around such places up to which nodes are looked at.
 pub(super) const AROUND: usize = 2;
-/// Faults are worked on where at most one triangle in so many is at fault. Where more are, lengths do not fit the surface, as on a rim far
-/// narrower than the least size: of a ribbon around a helix one in seven was folded, and mending each of them took a minute in vain.
-const FEW: usize = 16;
+/// Surroundings are not refined when more than one triangle in this many intersects others. Where packing left some folded, each counts as
+/// so many: where more are, lengths do not fit the surface, as on a rim far narrower than the least size. Of a ribbon around a helix one in
+/// seven was folded, and mending them took a minute in vain.
+const FEW: usize = 4;
 /// Refinement of such places stops at this share of the size.
 const LEAST: f64 = 1.0 / 16.0;
 
@@ -85,6 +86,8 @@ impl Reached {
 struct Tested {
     mesh: TriMesh,
     bad: Vec<u32>,
+    /// Whether lengths do not fit the surface: nothing of it is worth being worked on.
+    is_hopeless: bool,
 }
 
 /// Whether so few of all triangles are at fault that they are worth being worked on.
@@ -96,12 +99,12 @@ impl Tested {
     fn of(names: &TriMesh, r: &Remesher<'_>) -> Result<Self> {
         let mesh = finish(names, r);
         let bad = intersecting_triangles(&mesh, r.run)?;
-        Ok(Self { mesh, bad })
+        Ok(Self { mesh, bad, is_hopeless: false })
     }
 
     /// Whether some triangles intersect others, so few that their surroundings are worth being refined.
     fn is_few(&self) -> bool {
-        !self.bad.is_empty() && is_few(self.bad.len(), self.mesh.triangles.len())
+        !self.is_hopeless && !self.bad.is_empty() && is_few(self.bad.len(), self.mesh.triangles.len())
     }
 }
 
@@ -168,7 +171,7 @@ fn prepare(r: &mut Remesher<'_>, show: &mut dyn FnMut(&str, &Remesher<'_>)) -> R
 fn polished(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Tested> {
     let policy = r.work.policy;
     if policy.filling != Filling::Mended {
-        return Ok(Tested { mesh: finish(names, r), bad: Vec::new() });
+        return Ok(Tested { mesh: finish(names, r), bad: Vec::new(), is_hopeless: false });
     }
     // From here on triangles lie as near to the surface as their size lets them.
     if policy.is_raw() {
@@ -178,8 +181,8 @@ fn polished(names: &TriMesh, r: &mut Remesher<'_>) -> Result<Tested> {
     let folded = r.folded().len();
     if folded > 0 {
         let tested = Tested::of(names, r)?;
-        if !is_few(folded.max(tested.bad.len()), r.work.mesh.triangle_count()) {
-            return Ok(tested);
+        if !is_few(FEW * folded.max(tested.bad.len()), r.work.mesh.triangle_count()) {
+            return Ok(Tested { is_hopeless: true, ..tested });
         }
     }
     polish_beyond_ends(r)?;
@@ -348,7 +351,7 @@ fn remesh_patch(r: &mut Remesher<'_>) -> Result<()> {
     let now = r.folded().len();
     let folded = if now > 0 { before.folded().len() } else { 0 };
     // A crease that nobody marked folds a few triangles only.
-    if now > folded && is_few(now, r.work.mesh.triangle_count()) {
+    if now > folded && is_few(FEW * now, r.work.mesh.triangle_count()) {
         r.mend_worst(POOR, POLISH)?;
         r.flip_and_move(POOR)?;
         if r.folded().len() > folded {

@@ -7,9 +7,6 @@ use super::each;
 use crate::numeric::Interval;
 use crate::spatial::Aabb;
 
-/// Added to angles on both sides, as those of corners are rounded.
-const SLACK: f64 = 1e-12;
-
 /// A box as seen from an axis that does not pass it.
 pub(super) struct Around {
     /// Unit vectors away from the axis,
@@ -43,7 +40,9 @@ impl Around {
             far = far.hull(Interval::point(u.hypot(v)));
             nearest = nearest.min(ahead);
         }
-        let turned = Interval { lo: turned.lo - SLACK, hi: turned.hi + SLACK };
+        // Those of corners are rounded.
+        let rounding = 4096.0 * f64::EPSILON;
+        let turned = Interval { lo: turned.lo - rounding, hi: turned.hi + rounding };
         let (cos, sin) = (turned.cos(), turned.sin());
         let (out, on) = (frame.u * x + frame.v * y, frame.v * x - frame.u * y);
         // A sum of a sine and a cosine is one cosine.
@@ -51,7 +50,7 @@ impl Around {
             let whole = turned + Interval::point(-b.atan2(a));
             (cos.scale(a) + sin.scale(b)).within(whole.cos().scale(a.hypot(b)))
         };
-        let slack = SLACK * (1.0 + rho);
+        let slack = rounding * (1.0 + rho);
         Some(Self {
             outward: each(|k| wave(out[k], on[k])),
             along: each(|k| wave(on[k], -out[k])),

@@ -1,5 +1,7 @@
 //! What of a tape can decide the sign on a box.
 
+use rustc_hash::FxHashMap;
+
 use super::super::leaf::Leaf;
 use super::{EVERYTHING, Op, Pruned, Scratch, Tape};
 use crate::numeric::{Interval, NONE};
@@ -20,6 +22,7 @@ impl Tape {
         alias.clear();
         alias.resize(2 * n, NONE);
         let (alias, needed) = alias.split_at_mut(n);
+        scratch.numbers.clear();
         for (i, op) in self.ops.iter().enumerate() {
             // What is known of operands by their opposites is not yet in the range.
             match *op {
@@ -35,7 +38,7 @@ impl Tape {
                 Op::Min(a, b) if r[b as usize].lo > 0.0 => alias[a as usize],
                 Op::Max(a, _) if r[a as usize].hi < 0.0 => alias_of(self.ops[i], alias, true),
                 Op::Max(a, b) if r[b as usize].hi < 0.0 => alias[a as usize],
-                _ => self.undivided(i, alias).unwrap_or(i as u32),
+                _ => self.undivided(i, alias).unwrap_or_else(|| self.first_alike(i, alias, &mut scratch.numbers)),
             };
         }
         if r[n - 1].hi < 0.0 {
@@ -74,6 +77,31 @@ impl Tape {
             needed[i] = ops.len() as u32 - 1;
         }
         Pruned::Smaller(Tape { ops })
+    }
+
+    /// The first operation that does the same with the same operands, or the operand that an operation always gives: once much is decided
+    /// copies of one thing are left, as of what every fillet between two solids is bounded by.
+    fn first_alike(&self, i: usize, alias: &[u32], numbers: &mut FxHashMap<Op, u32>) -> u32 {
+        let parts = |i: u32, joins: bool| match self.ops[i as usize] {
+            Op::Min(x, y) if joins => Some([x, y].map(|x| alias[x as usize])),
+            Op::Max(x, y) if !joins => Some([x, y].map(|x| alias[x as usize])),
+            _ => None,
+        };
+        let one_of = |x: u32, y: u32, joins: bool| parts(y, joins).is_some_and(|p| p.contains(&x));
+        let op = match self.ops[i] {
+            Op::Min(a, b) | Op::Max(a, b) => {
+                let (x, y, joins) = (alias[a as usize], alias[b as usize], matches!(self.ops[i], Op::Max(..)));
+                if x == y || one_of(x, y, joins) {
+                    return x;
+                }
+                if one_of(y, x, joins) {
+                    return y;
+                }
+                if joins { Op::Max(x, y) } else { Op::Min(x, y) }
+            }
+            other => other,
+        };
+        *numbers.entry(op).or_insert(i as u32)
     }
 
     /// What is on both sides of a leaf, where an operation only parts one thing by it: X for `(d & X) | (!d & X)`. Formulas by cases
