@@ -79,28 +79,27 @@ impl Tape {
         Pruned::Smaller(Tape { ops })
     }
 
-    /// The first operation that does the same with the same operands, or the operand that an operation always gives: once much is decided
-    /// copies of one thing are left, as of what every fillet between two solids is bounded by.
+    /// The first operation that does the same with the same operands, or what an operation always gives: `x` for `x & (x | y)`, `x & y` for
+    /// `x & (x & y)`. Once much is decided copies of one thing are left, as of what every fillet between two solids is bounded by.
     fn first_alike(&self, i: usize, alias: &[u32], numbers: &mut FxHashMap<Op, u32>) -> u32 {
-        let parts = |i: u32, joins: bool| match self.ops[i as usize] {
-            Op::Min(x, y) if joins => Some([x, y].map(|x| alias[x as usize])),
-            Op::Max(x, y) if !joins => Some([x, y].map(|x| alias[x as usize])),
-            _ => None,
-        };
-        let one_of = |x: u32, y: u32, joins: bool| parts(y, joins).is_some_and(|p| p.contains(&x));
-        let op = match self.ops[i] {
-            Op::Min(a, b) | Op::Max(a, b) => {
-                let (x, y, joins) = (alias[a as usize], alias[b as usize], matches!(self.ops[i], Op::Max(..)));
-                if x == y || one_of(x, y, joins) {
-                    return x;
-                }
-                if one_of(y, x, joins) {
-                    return y;
-                }
-                if joins { Op::Max(x, y) } else { Op::Min(x, y) }
-            }
+        let known = |op: Op| match op {
+            Op::Min(a, b) => Op::Min(alias[a as usize], alias[b as usize]),
+            Op::Max(a, b) => Op::Max(alias[a as usize], alias[b as usize]),
             other => other,
         };
+        let op = known(self.ops[i]);
+        if let Op::Min(x, y) | Op::Max(x, y) = op {
+            if x == y {
+                return x;
+            }
+            for (x, y) in [(x, y), (y, x)] {
+                match (op, known(self.ops[y as usize])) {
+                    (Op::Min(..), Op::Max(p, q)) | (Op::Max(..), Op::Min(p, q)) if x == p || x == q => return x,
+                    (Op::Min(..), Op::Min(p, q)) | (Op::Max(..), Op::Max(p, q)) if x == p || x == q => return y,
+                    _ => {}
+                }
+            }
+        }
         *numbers.entry(op).or_insert(i as u32)
     }
 
@@ -190,6 +189,22 @@ mod tests {
     use super::*;
     use crate::implicit::lower::lower;
     use crate::implicit::solid::Solid;
+
+    #[test]
+    fn copies_of_one_thing_are_one() {
+        let (a, b) = (Solid::half_space(DVec3::X, DVec3::ZERO), Solid::half_space(DVec3::Y, DVec3::Y * 0.1));
+        // All of the box is below these planes.
+        let all = |at: f64| Solid::half_space(DVec3::Z, DVec3::Z * at);
+        let both = || a.clone() & b.clone();
+        let copies = (both() | (both() & all(8.0))) & (a.clone() | (both() & all(9.0))) & (both() & all(7.0));
+        let low = lower(&copies).unwrap();
+        let cell = Aabb::new(DVec3::splat(-1.0), DVec3::splat(1.0));
+        let Pruned::Smaller(tape) = low.tape.prune(&low.leaves, &cell, &mut Scratch::default()) else { panic!() };
+        assert_eq!((tape.leaf_count(), tape.ops.len()), (2, 3), "{tape:?}");
+        for p in [DVec3::new(-0.5, -0.5, 0.0), DVec3::new(0.5, -0.5, 0.0), DVec3::new(-0.5, 0.5, 0.0)] {
+            assert_eq!(tape.value(&low.leaves, p) > 0.0, low.tape.value(&low.leaves, p) > 0.0);
+        }
+    }
 
     #[test]
     fn what_both_sides_of_a_divider_agree_on_is_decided() {
