@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::blend::Blend;
+use super::closed;
 use super::field::Field;
 use super::fillet::Fillet;
 use super::formula::Formula;
@@ -185,9 +186,13 @@ impl Leaf {
             }
             return;
         }
-        for k in 0..out[0].len() {
+        let [x, y, z, v] = out;
+        if closed::slopes(self, p, [&mut *x, &mut *y, &mut *z]) {
+            return self.closed(p, v, |v| v);
+        }
+        for k in 0..v.len() {
             let d = self.gradient(DVec3::new(p[0][k], p[1][k], p[2][k]));
-            (out[0][k], out[1][k], out[2][k], out[3][k]) = (d.g.x, d.g.y, d.g.z, d.v);
+            (x[k], y[k], z[k], v[k]) = (d.g.x, d.g.y, d.g.z, d.v);
         }
     }
 
@@ -248,27 +253,11 @@ impl Leaf {
     /// The gradient of [`smooth`](Self::smooth) alone.
     pub(crate) fn slope(&self, p: DVec3) -> DVec3 {
         match self {
-            Leaf::Plane { n, .. } => -*n,
-            Leaf::Sphere { c, r } => -(p - c) / *r,
-            Leaf::Cylinder { c, frame, r } => {
-                let q = p - c;
-                -(frame.u * frame.u.dot(q) + frame.v * frame.v.dot(q)) / *r
-            }
-            Leaf::Cone { c, frame, k, m, .. } => {
-                let q = p - c;
-                let radial = frame.u * frame.u.dot(q) + frame.v * frame.v.dot(q);
-                -radial.normalize_or_zero() * *k - frame.a * *m
-            }
-            Leaf::Torus { c, frame, major, minor } => {
-                let q = p - c;
-                let radial = frame.u * frame.u.dot(q) + frame.v * frame.v.dot(q);
-                let rho = radial.length();
-                -(radial.normalize_or_zero() * (rho - major) + frame.a * frame.a.dot(q)) / *minor
-            }
             Leaf::Formula(f) => f.gradient(p).g,
             Leaf::Field(..) => self.gradient(p).g,
             Leaf::Blend(b) => b.gradient(p).g,
             Leaf::Fillet(f) => f.smooth(p).g,
+            _ => closed::slope(self, p).unwrap_or(DVec3::ZERO),
         }
     }
 

@@ -42,6 +42,7 @@ impl RSystem {
     }
 
     /// R-conjunction of two values.
+    #[inline(always)]
     pub fn and(self, a: f64, b: f64) -> f64 {
         match self {
             RSystem::MinMax => a.min(b),
@@ -52,11 +53,13 @@ impl RSystem {
     }
 
     /// R-disjunction of two values: `-((-a) and (-b))`.
+    #[inline(always)]
     pub fn or(self, a: f64, b: f64) -> f64 {
         -self.and(-a, -b)
     }
 
     /// Partial derivatives of [`and`](Self::and) by `a` and `b`; at `a = b = 0`, where there is none, that of `min`.
+    #[inline(always)]
     pub fn and_partials(self, a: f64, b: f64) -> (f64, f64) {
         let pick = if a <= b { (1.0, 0.0) } else { (0.0, 1.0) };
         let smooth = |alpha: f64| {
@@ -84,6 +87,7 @@ impl RSystem {
     }
 
     /// Partial derivatives of [`or`](Self::or) by `a` and `b`.
+    #[inline(always)]
     pub fn or_partials(self, a: f64, b: f64) -> (f64, f64) {
         self.and_partials(-a, -b)
     }
@@ -117,6 +121,7 @@ impl FromStr for RSystem {
     }
 }
 
+#[inline(always)]
 fn radius(a: f64, b: f64, alpha: f64) -> f64 {
     // (a - b)^2 + 2 (1 - alpha) a b has no cancellation for a b >= 0; the other form has none for a b < 0.
     let square = if a * b >= 0.0 {
@@ -127,6 +132,7 @@ fn radius(a: f64, b: f64, alpha: f64) -> f64 {
     square.sqrt()
 }
 
+#[inline(always)]
 fn r_and(a: f64, b: f64, alpha: f64) -> f64 {
     let s = a + b;
     let r = radius(a, b, alpha);

@@ -1,11 +1,13 @@
 //! The function itself at points: values, gradients, which face decides, inside or not; many points at once.
 
+use std::cell::Cell;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::joined::{self, Join};
 use super::leaf::Leaf;
 use super::model::Implicit;
-use super::rfunction::RSystem;
 use super::tape::{EVERYTHING, Op};
 use crate::error::Result;
 use crate::numeric::NONE;
@@ -75,7 +77,14 @@ impl Samples {
 pub fn evaluate(model: &Implicit, points: &[DVec3], wanted: Sampling, run: &Run) -> Result<Samples> {
     run.check()?;
     if points.len() <= BATCH {
-        return Ok(Registers::default().batch(model, points, wanted));
+        thread_local! {
+            static KEPT: Cell<Registers> = Cell::default();
+        }
+        // taken, not lent, for a field of a program may come back here
+        let mut registers = KEPT.take();
+        let found = registers.batch(model, points, wanted);
+        KEPT.set(registers);
+        return Ok(found);
     }
     let parts: Vec<Samples> = run.install(|| {
         points
@@ -94,6 +103,8 @@ pub fn evaluate(model: &Implicit, points: &[DVec3], wanted: Sampling, run: &Run)
 /// Results of all operations of a tape at the points of a batch, kept between batches.
 #[derive(Default)]
 struct Registers {
+    /// The points' coordinates.
+    at: [Vec<f64>; 3],
     /// The R-functions.
     values: Vec<f64>,
     /// The companion, by min and max.
@@ -102,6 +113,42 @@ struct Registers {
     deciding: Vec<u32>,
     /// Derivatives of the root by each operation.
     weights: Vec<f64>,
+    /// What an operation adds to the weights of its operands.
+    by: [Vec<f64>; 2],
+    /// What a leaf is asked for.
+    asked: Asked,
+}
+
+/// Where a leaf matters, and its gradients and values there.
+#[derive(Default)]
+struct Asked {
+    points: Vec<usize>,
+    at: [Vec<f64>; 3],
+    slopes: [Vec<f64>; 4],
+}
+
+impl Asked {
+    /// Gradients of a leaf at the points where its weight is not zero; gives whether these are all. Else they are
+    /// [`points`](Self::points).
+    fn ask(&mut self, leaf: &Leaf, at: &[Vec<f64>; 3], weights: &[f64]) -> bool {
+        let n = weights.len();
+        let all = weights.iter().all(|w| *w != 0.0);
+        self.points.clear();
+        if !all {
+            self.points.extend((0..n).filter(|k| weights[*k] != 0.0));
+        }
+        let m = if all { n } else { self.points.len() };
+        for slopes in &mut self.slopes {
+            slopes.resize(n.max(slopes.len()), 0.0);
+        }
+        for (every, some) in at.iter().zip(&mut self.at).filter(|_| !all) {
+            some.clear();
+            some.extend(self.points.iter().map(|k| every[*k]));
+        }
+        let at = if all { at } else { &self.at };
+        leaf.gradients(at.each_ref().map(|list| &list[..]), self.slopes.each_mut().map(|list| &mut list[..m]));
+        all
+    }
 }
 
 impl Registers {
@@ -134,9 +181,13 @@ impl Registers {
     /// Values of all operations, each from those before it.
     fn forward(&mut self, model: &Implicit, points: &[DVec3], faces: bool) {
         let (n, count, system) = (points.len(), model.tape.ops.len(), model.rsystem());
-        let [x, y, z] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<f64>>());
-        for list in [&mut self.values, &mut self.signs] {
+        for (axis, list) in self.at.iter_mut().enumerate() {
             list.clear();
+            list.extend(points.iter().map(|p| p[axis]));
+        }
+        let [x, y, z] = &self.at;
+        // whatever is in them: each operation writes its own before another reads it
+        for list in [&mut self.values, &mut self.signs] {
             list.resize(n * count, 0.0);
         }
         self.deciding.clear();
@@ -153,8 +204,7 @@ impl Registers {
                     continue;
                 }
                 Op::Leaf { leaf, negate, .. } => {
-                    model.leaves[leaf as usize].eval(&x, &y, &z, here);
-                    Leaf::sign(here, negate);
+                    joined::leaf(&model.leaves[leaf as usize], negate, [x, y, z], here);
                     sign.copy_from_slice(here);
                     if faces {
                         self.deciding[i * n..][..n].fill(i as u32);
@@ -164,17 +214,11 @@ impl Registers {
                 Op::Min(a, b) => (a as usize * n, b as usize * n, false),
                 Op::Max(a, b) => (a as usize * n, b as usize * n, true),
             };
-            for k in 0..n {
-                let (u, v) = (values[a + k], values[b + k]);
-                here[k] = if larger { system.or(u, v) } else { system.and(u, v) };
-                let (u, v) = (signs[a + k], signs[b + k]);
-                // The same choice as everywhere, also where one of them is NaN.
-                let first = if larger { u > v } else { u < v };
-                sign[k] = if first { u } else { v };
-                if faces {
-                    let from = if (u < v) != larger { a } else { b };
-                    self.deciding[i * n + k] = self.deciding[from + k];
-                }
+            joined::values(Join { system, larger }, [&values[a..][..n], &values[b..][..n]], here);
+            joined::signs(larger, [&signs[a..][..n], &signs[b..][..n]], sign);
+            for k in (0..n).filter(|_| faces) {
+                let from = if (signs[a + k] < signs[b + k]) != larger { a } else { b };
+                self.deciding[i * n + k] = self.deciding[from + k];
             }
         }
     }
@@ -186,51 +230,49 @@ impl Registers {
         self.weights.clear();
         self.weights.resize(n * count, 0.0);
         self.weights[(count - 1) * n..].fill(1.0);
+        self.by.iter_mut().for_each(|list| list.resize(n, 0.0));
         let start = out.len();
         out.resize(start + n, DVec3::ZERO);
-        let mut asked: Vec<usize> = Vec::new();
-        let (mut at, mut slopes) = ([const { Vec::new() }; 3], [const { Vec::new() }; 4]);
         for (i, op) in model.tape.ops.iter().enumerate().rev() {
             let (weights, here) = self.weights.split_at_mut(i * n);
             let (a, b, larger) = match *op {
                 Op::All(_) => continue,
                 Op::Leaf { leaf, negate, .. } => {
                     let leaf = &model.leaves[leaf as usize];
-                    asked.clear();
-                    asked.extend((0..n).filter(|k| here[*k] != 0.0));
-                    let m = asked.len();
-                    for (axis, list) in at.iter_mut().enumerate() {
-                        list.clear();
-                        list.extend(asked.iter().map(|k| points[*k][axis]));
-                    }
-                    slopes.iter_mut().for_each(|list| list.resize(n, 0.0));
-                    leaf.gradients(at.each_ref().map(|list| &list[..]), slopes.each_mut().map(|list| &mut list[..m]));
-                    for (i, k) in asked.iter().enumerate() {
-                        let w = if negate { -here[*k] } else { here[*k] };
-                        out[start + k] += DVec3::new(slopes[0][i], slopes[1][i], slopes[2][i]) * w;
+                    let here = &here[..n];
+                    let all = self.asked.ask(leaf, &self.at, here);
+                    let side = if negate { -1.0 } else { 1.0 };
+                    let Asked { points, slopes: [x, y, z, _], .. } = &self.asked;
+                    let slopes = x.iter().zip(y).zip(z).map(|((x, y), z)| DVec3::new(*x, *y, *z));
+                    if all {
+                        let weighed = here.iter().zip(slopes).map(|(w, g)| g * (side * w));
+                        out[start..].iter_mut().zip(weighed).for_each(|(sum, g)| *sum += g);
+                    } else {
+                        points.iter().zip(slopes).for_each(|(k, g)| out[start + k] += g * (side * here[*k]));
                     }
                     continue;
                 }
                 Op::Min(a, b) => (a as usize * n, b as usize * n, false),
                 Op::Max(a, b) => (a as usize * n, b as usize * n, true),
             };
-            for k in (0..n).filter(|k| here[*k] != 0.0) {
-                let (u, v) = (self.values[a + k], self.values[b + k]);
-                let (p, q) = partials(system, u, v, larger);
-                weights[a + k] += here[k] * p;
-                weights[b + k] += here[k] * q;
+            let operands = [a, b].map(|a| &self.values[a..][..n]);
+            joined::weights(
+                Join { system, larger },
+                operands,
+                &here[..n],
+                self.by.each_mut().map(|list| &mut list[..]),
+            );
+            for (a, by) in [a, b].into_iter().zip(&self.by) {
+                weights[a..][..n].iter_mut().zip(by).for_each(|(sum, w)| *sum += w);
             }
         }
     }
 }
 
-fn partials(system: RSystem, a: f64, b: f64, larger: bool) -> (f64, f64) {
-    if larger { system.or_partials(a, b) } else { system.and_partials(a, b) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::implicit::RSystem;
     use crate::implicit::Solid;
 
     #[test]

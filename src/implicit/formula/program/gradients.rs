@@ -311,12 +311,13 @@ fn in_blocks(program: &Program, p: [&[f64]; 3], out: [&mut [f64]; 4], room: &mut
     let Some((result, terms)) = terms.split_first_mut() else { return };
     let Some(terms) = terms.first_chunk_mut::<3>() else { return };
     for (k, r) in registers[..COORDINATES as usize].iter_mut().enumerate() {
-        *r = Slopes::ZERO;
-        r.0[k] = [1.0; LANES];
+        for j in 0..VALUE {
+            r.0[j].fill(if j == k { 1.0 } else { 0.0 });
+        }
     }
     for (r, c) in registers[COORDINATES as usize..].iter_mut().zip(&program.constants) {
-        *r = Slopes::ZERO;
-        r.0[VALUE] = [*c; LANES];
+        r.0[..VALUE].as_flattened_mut().fill(0.0);
+        r.0[VALUE].fill(*c);
     }
     let total = out[VALUE].len();
     for start in (0..total).step_by(LANES) {
