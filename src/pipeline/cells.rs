@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::implicit::{
     Arranged, CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points,
 };
-use crate::mesh::{TriMesh, intersecting_triangles, self_intersections};
+use crate::mesh::{TriMesh, intersecting_triangles};
 use crate::quality::Fault;
 use crate::remesh::{
     InPieces, Observer, Patchwork, RemeshReport, RemeshTarget, RemeshedMesh, patch_pieces, remesh_patchwork,
@@ -417,12 +417,13 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         {
             return Ok(Some(before.clone()));
         }
-        let Some(made) = self.arrange_once(cell, &self.start, run)? else { return Ok(None) };
+        let Some(made) = self.arrange_once(cell, &self.start, None, run)? else { return Ok(None) };
         if let Some(scout) = &mut self.scout {
             scout.look(&made, self.ready, run)?;
         }
         let made = self.with_what_lacks(cell, made, run)?;
-        let made = self.with_what_crosses(cell, made, run)?;
+        let mut made = self.with_what_crosses(cell, made, run)?;
+        made.forget();
         // Where all is proved at those places cells are as they were, and the rest would be, too.
         let as_before = self.arranged.as_ref().is_some_and(|b| b.1.made.mesh == made.made.mesh && !self.start.keeps());
         if as_before || made.made.mesh.triangles.is_empty() {
@@ -433,13 +434,14 @@ impl<'a, 'o> CellLadder<'a, 'o> {
     }
 
     /// None where there are too many cells, or too much in one: there are other ways.
-    fn arrange_once(&self, cell: f64, start: &Start, run: &Run) -> Result<Option<Arranged>> {
+    fn arrange_once(&self, cell: f64, start: &Start, before: Option<&Arranged>, run: &Run) -> Result<Option<Arranged>> {
         let grid = CellGrid {
             size: ARRANGED * cell,
             coarser: COARSER,
             places: &start.places,
             more: SMALLER[start.times],
             block: None,
+            before,
         };
         match arranged(&self.ready.asked, &grid, self.options.memory, run) {
             Ok(made) => Ok(Some(made)),
@@ -460,7 +462,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         while !lacking.is_empty() && start.times + 1 < SMALLER.len() && !made.unproved.is_empty() {
             start.times += 1;
             start.places.extend(unproved_around(&made, &lacking, LACKING * cell));
-            let Some(finer) = self.arrange_once(cell, &start, run)? else { break };
+            let Some(finer) = self.arrange_once(cell, &start, Some(&made), run)? else { break };
             let left = scout.lacking(&finer, self.ready, self.options);
             let grows = finer.cells > MOST_GROWN * made.cells;
             if left.len() < lacking.len() {
@@ -474,17 +476,19 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         Ok(made)
     }
 
-    /// An arrangement with smaller cells where its triangles cross, as long as fewer do, if there are more than can be healed: what is made of
-    /// such a one has as many faults.
+    /// An arrangement with smaller cells where its triangles cross, as long as fewer do: once wherever some cross, as in random trees nearly all
+    /// faults of a mesh are there, and again if there are more than can be healed, as what is made of such a one has as many.
     fn with_what_crosses(&mut self, cell: f64, mut made: Arranged, run: &Run) -> Result<Arranged> {
-        let too_many = |made: &Arranged| MOST_HEALED * made.crossed > made.made.mesh.triangles.len();
-        while too_many(&made) && !made.unproved.is_empty() && self.start.times + 1 < SMALLER.len() {
-            let mesh = &made.made.mesh;
-            let pairs = self_intersections(mesh, run)?.into_iter().map(|pair| mesh.meeting(pair));
+        let is_worth_it = |made: &Arranged, times: usize| {
+            let least = if times == 0 { 0 } else { made.made.mesh.triangles.len() / MOST_HEALED };
+            made.crossed.len() > least && 2 * made.unproved.len() <= made.cells
+        };
+        while is_worth_it(&made, self.start.times) && !made.unproved.is_empty() && self.start.times + 1 < SMALLER.len()
+        {
             let mut start = Start { times: self.start.times + 1, ..self.start.clone() };
-            start.places.extend(pairs.map(|(b, length)| b.grown(length)));
-            match self.arrange_once(cell, &start, run)? {
-                Some(finer) if finer.crossed < made.crossed => (made, self.start) = (finer, start),
+            start.places.extend(made.crossed.iter().map(|(b, length)| b.grown(*length)));
+            match self.arrange_once(cell, &start, Some(&made), run)? {
+                Some(finer) if finer.crossed.len() < made.crossed.len() => (made, self.start) = (finer, start),
                 _ => break,
             }
         }
@@ -530,7 +534,7 @@ impl Ladder for CellLadder<'_, '_> {
                 None => None,
             };
             if let Some(made) = made.as_ref().filter(|_| self.start.keeps()) {
-                self.start.kept = with_all_along(&made.made.mesh, std::mem::take(&mut self.start.kept), run)?;
+                self.start.kept = with_all_along(&made.crossed, std::mem::take(&mut self.start.kept));
             }
             let work = match (made, &self.scout) {
                 (Some(made), Some(scout)) => scout.with(made, self.ready, &self.start, run)?,
@@ -605,7 +609,7 @@ mod tests {
         let sides = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y].map(|n| Solid::half_space(n + DVec3::Z, tip));
         let pyramid = sides.into_iter().fold(Solid::cuboid(DVec3::NEG_ONE, DVec3::ONE), |all, side| all & side);
         let (model, run) = (Implicit::new(&pyramid, RSystem::default(), None).unwrap(), Run::new());
-        let grid = CellGrid { size: 0.25, coarser: 0, places: &[], more: 0, block: None };
+        let grid = CellGrid { size: 0.25, coarser: 0, places: &[], more: 0, block: None, before: None };
         let made = arranged(&model, &grid, 1 << 30, &run).unwrap().made;
         let extracted = extract(&model, &ExtractOptions::new(0.25), &run).unwrap();
         let oracle = ImplicitOracle::new(&model, &extracted);

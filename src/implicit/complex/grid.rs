@@ -48,6 +48,18 @@ pub(super) struct Cube {
     /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns. Cubes larger than the largest cells, but
     /// for those well inside a block, own none; theirs holds only as far as a block reaches.
     pub(super) wide: Option<Arc<Tape>>,
+    shown: Shown,
+}
+
+/// What a first look showed of a cube.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    /// There was none.
+    Nothing,
+    /// That leaves are arranged simply.
+    Simple,
+    /// That they may not be.
+    Open(Unproved),
 }
 
 /// A point of the grid, by its coordinates in halves of the smallest cube.
@@ -137,17 +149,29 @@ pub(super) struct Wanted<'a> {
     pub(super) block: Option<GridBlock>,
     /// How often cells of a block may be larger where none beside it is the wiser.
     pub(super) wider: u8,
+    /// A grid of the same leaves and size, with other places.
+    pub(super) before: Option<&'a Arc<Octree>>,
 }
 
-/// A cube that is larger than wanted, or in which something is not proved.
+/// A cube that is larger than wanted, or was looked at.
 struct Seen {
     cell: u32,
     /// Whether it may be halved, wherever it is.
     may: bool,
-    unproved: Option<Unproved>,
+    shown: Shown,
+}
+
+impl Seen {
+    fn unproved(&self) -> Option<Unproved> {
+        match self.shown {
+            Shown::Open(u) => Some(u),
+            Shown::Nothing | Shown::Simple => None,
+        }
+    }
 }
 
 /// Cubes within cubes.
+#[derive(Debug)]
 pub(super) struct Octree {
     pub(super) origin: DVec3,
     /// Side of the smallest cube.
@@ -159,9 +183,12 @@ pub(super) struct Octree {
     near: Option<[[i64; 3]; 2]>,
     /// Where cubes up to a level may be left larger than the largest cells elsewhere.
     wide: Option<Wide>,
+    /// Whose cubes have what these have, while it is built.
+    before: Option<Arc<Octree>>,
 }
 
 /// Where in a block cells may be larger than the largest ones that blocks have in common.
+#[derive(Debug)]
 struct Wide {
     /// In smallest cubes.
     corners: [[i64; 3]; 2],
@@ -230,11 +257,20 @@ impl Octree {
             return Err(Error::Usage(format!("size {size} is too small for a part {longest} long")));
         }
         let level = levels as u8 + deeper;
-        let root = Cube { at: [0; 3], level, children: NONE, tape: Some(tape.clone()), wide: Some(tape.clone()) };
+        let root = Cube {
+            at: [0; 3],
+            level,
+            children: NONE,
+            tape: Some(tape.clone()),
+            wide: Some(tape.clone()),
+            shown: Shown::Nothing,
+        };
         let unit = size / f64::from(1u32 << deeper);
         let near = block.map(|b| b.cubes(deeper, HALO));
         let wide = block.map(|b| Wide::new(&b, cells_along(&bounds, size), deeper, wider));
-        let mut tree = Octree { origin: origin(&bounds, size), unit, deeper, cubes: vec![root], near, wide };
+        let mut tree =
+            Octree { origin: origin(&bounds, size), unit, deeper, cubes: vec![root], near, wide, before: None };
+        tree.before = wanted.before.filter(|b| b.has_points_of(&tree)).cloned();
         if tape.ops.len() > MANY
             && let Some(block) = block
         {
@@ -256,18 +292,18 @@ impl Octree {
                 let c = &tree_now.cubes[*i as usize];
                 let tape = c.tape.as_ref()?;
                 if c.level > deeper && !tree_now.wide.as_ref().is_some_and(|w| w.holds(c)) {
-                    return Some(Seen { cell: *i, may: true, unproved: None });
+                    return Some(Seen { cell: *i, may: true, shown: Shown::Nothing });
                 }
                 let own = tree_now.bounds(c.at, c.level);
                 let may = c.level > floor || (c.level > floor - more && at_places.meets(&own));
-                (may || c.level == floor || points.holds(*i)).then(|| unproved(tape, &own)).flatten().map(|u| Seen {
-                    cell: *i,
-                    may,
-                    unproved: Some(u),
-                })
+                let look = || unproved(tape, &own).map_or(Shown::Simple, Shown::Open);
+                let shown = || tree_now.shown_before(c).unwrap_or_else(look);
+                (may || c.level == floor || points.holds(*i)).then(|| Seen { cell: *i, may, shown: shown() })
             };
-            let seen: Vec<Seen> = lockstep::each(leaves, &layer, judge).into_iter().flatten().collect();
-            let at_points = || seen.iter().filter_map(|s| Some((s.cell, s.unproved.filter(|u| Points::may_be(*u))?)));
+            let mut seen: Vec<Seen> = lockstep::each(leaves, &layer, judge).into_iter().flatten().collect();
+            seen.iter().for_each(|s| tree.cubes[s.cell as usize].shown = s.shown);
+            seen.retain(|s| s.shown != Shown::Simple);
+            let at_points = || seen.iter().filter_map(|s| Some((s.cell, s.unproved().filter(|u| Points::may_be(*u))?)));
             let level = tree.cubes[layer[0] as usize].level;
             if level == floor {
                 points = Points::new(&tree, at_points(), wanted.deeper);
@@ -287,7 +323,32 @@ impl Octree {
         let in_vain: Vec<u32> = points.in_vain().filter(|i| !asked(i)).collect();
         tree.make_whole(in_vain.into_iter());
         tree.balance(leaves, run)?;
+        tree.before = None;
         Ok(tree)
+    }
+
+    /// What a first look showed of a cube in the grid before.
+    fn shown_before(&self, c: &Cube) -> Option<Shown> {
+        let before = self.before.as_ref()?;
+        Some(before.cubes[before.at(c.at, c.level)? as usize].shown).filter(|s| *s != Shown::Nothing)
+    }
+
+    /// The cube of a level at a place, if there is one.
+    fn at(&self, at: [u32; 3], level: u8) -> Option<u32> {
+        let i = self.find(at.map(i64::from), level)?;
+        let c = &self.cubes[i as usize];
+        (c.level == level && c.at == at).then_some(i)
+    }
+
+    /// The cube that is one of another grid.
+    pub(super) fn same(&self, other: &Octree, cell: u32) -> Option<u32> {
+        let c = &other.cubes[cell as usize];
+        self.at(c.at, c.level)
+    }
+
+    /// Whether cubes and points of another grid are these.
+    pub(super) fn has_points_of(&self, other: &Octree) -> bool {
+        (self.unit, self.deeper, self.origin) == (other.unit, other.deeper, other.origin)
     }
 
     /// Takes the children of some cubes away, and theirs.
@@ -332,14 +393,18 @@ impl Octree {
             let level = c.level - 1;
             std::array::from_fn(|k| {
                 let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
+                let cube = Cube { at, level, children: NONE, tape: None, wide: None, shown: Shown::Nothing };
                 if !self.is_near(at, level) {
-                    return Cube { at, level, children: NONE, tape: None, wide: None };
+                    return cube;
+                }
+                if let Some(known) = self.before.as_ref().and_then(|b| Some(&b.cubes[b.at(at, level)? as usize])) {
+                    return Cube { tape: known.tape.clone(), wide: known.wide.clone(), ..cube };
                 }
                 let own = self.bounds(at, level);
                 let mut held = |t: &Option<Arc<Tape>>, b: &Aabb| pruned(t.as_ref()?, leaves, b, scratch);
                 let tape = held(&c.tape, &own);
                 let wide = held(&c.wide, &own.grown(own.hi.x - own.lo.x));
-                Cube { at, level, children: NONE, tape, wide }
+                Cube { tape, wide, ..cube }
             })
         });
         let mut children = Vec::with_capacity(8 * made.len());

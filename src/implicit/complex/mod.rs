@@ -23,9 +23,9 @@ mod exact;
 mod grid;
 mod guises;
 mod islands;
-
 mod points;
 mod proof;
+mod recall;
 mod retreat;
 mod settle;
 mod shared;
@@ -35,6 +35,7 @@ mod twins;
 mod uncrossed;
 
 use std::iter::once;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -49,7 +50,7 @@ use super::tape::{Op, Tape};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Bvh};
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted, walls};
 use cell::{Boolean, Crossed, Named};
 use differences::Differences;
@@ -58,6 +59,7 @@ use grid::{Octree, Tetrahedron, Wanted};
 use guises::{Guises, Seeds};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
+use recall::{CellSkin, NodeStart, Recall, SkinPortion};
 use settle::{Common, Nodes};
 use shared::{Curves, Shared, beside, existing, with};
 use twins::Twins;
@@ -99,12 +101,14 @@ pub(crate) struct Arranged {
     pub(crate) cells: usize,
     /// Those in which the arrangement is not proved.
     pub(crate) unproved: Vec<OpenCell>,
-    /// How many pairs of its triangles cross; not looked at of a block.
-    pub(crate) crossed: usize,
+    /// Where its triangles cross beside what is not proved, with the lengths of edges there; not looked at of a block.
+    pub(crate) crossed: Vec<(Aabb, f64)>,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
     pub(crate) astray: Vec<u32>,
     /// Where the linear interpolants vanish, for each node; empty of a block.
     linear: Vec<DVec3>,
+    /// What else is known, where some of it is not proved; not of a block.
+    known: Option<Arc<Recall>>,
     /// Nodes where a block ends, ascending, and by what they are known to the blocks beside it.
     pub(crate) ends: Vec<(u32, EndKey)>,
 }
@@ -119,8 +123,15 @@ pub(crate) struct OpenCell {
 /// What a node where blocks meet is to all of them: three points of the grid, and two leaves by their numbers.
 pub(crate) type EndKey = [u64; 4];
 
+impl Arranged {
+    /// Forgets what only another arrangement needs: see [`CellGrid::before`].
+    pub(crate) fn forget(&mut self) {
+        self.known = None;
+    }
+}
+
 /// A grid to arrange leaves on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct CellGrid<'a> {
     /// The side of cells that are larger than all that is to be seen.
     pub(crate) size: f64,
@@ -132,6 +143,9 @@ pub(crate) struct CellGrid<'a> {
     pub(crate) more: u8,
     /// What is wanted of it, if not all: by cells of that size.
     pub(crate) block: Option<GridBlock>,
+    /// An arrangement of the same solid on the same grid but for places: what is as there is not asked for again, and nothing comes out another
+    /// way for that.
+    pub(crate) before: Option<&'a Arranged>,
 }
 
 /// The boundary of a solid on a grid of cells of about a size, smaller where that shows more.
@@ -141,7 +155,8 @@ pub(crate) struct CellGrid<'a> {
 ///
 /// Errors: cells too small for the part, or for `memory` bytes; cancellation.
 pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: &Run) -> Result<Arranged> {
-    let CellGrid { size: seen, coarser, places, more, block } = *grid;
+    let CellGrid { size: seen, coarser, places, more, block, before } = *grid;
+    let before = before.and_then(|b| b.known.as_deref());
     // Blocks are told apart by the cells that all of them have along their ends.
     let (halved, wider) = if block.is_some() { (0, coarser) } else { (coarser, 0) };
     let size = seen * f64::from(1u32 << halved);
@@ -152,26 +167,42 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let (twins, differences) = (&twins, &Differences::default());
         let most = (memory / BYTES_PER_CELL) as usize;
         let (bounds, tape, deeper) = (model.bounds(), &model.tape, DEEPER + halved);
-        let wanted = Wanted { leaves, tape, bounds, size, deeper, more, places, most, block, wider };
+        let wanted = Wanted {
+            leaves,
+            tape,
+            bounds,
+            size,
+            deeper,
+            more,
+            places,
+            most,
+            block,
+            wider,
+            before: before.map(|k| &k.tree),
+        };
         run.progress("cells", 0.0);
         let tree = Octree::build(
             &wanted,
             &|t, b| judged(t, &Asked { leaves, twins, differences, cell: *b, scale, seen, briefly: true }).unproved,
             run,
         )?;
+        let before = before.filter(|b| b.tree.has_points_of(&tree));
         let deeper = tree.deeper;
         let asked_of = |i: &u32| tree.held(*i) && block.is_none_or(|b| tree.is_beside(*i, &b, deeper, BESIDE + 1));
         let held: Vec<u32> = (0..tree.cubes.len() as u32).filter(asked_of).collect();
         let box_of = |i: &u32| tree.bounds(tree.cubes[*i as usize].at, tree.cubes[*i as usize].level);
         let known = lockstep::each(leaves, &held, |i| {
             let asked = Asked { leaves, twins, differences, cell: box_of(i), scale, seen, briefly: false };
+            if let Some(known) = before.and_then(|b| b.judged(&tree, *i)) {
+                return Some(known.clone());
+            }
             Some(judged(tree.cubes[*i as usize].tape.as_ref()?, &asked))
         });
         let known: Vec<Judged> = known.into_iter().flatten().collect();
         let open = |(i, j): (&u32, &Judged)| Some(OpenCell { cell: box_of(i), reason: j.unproved? });
         let unproved: Vec<OpenCell> = held.iter().zip(&known).filter_map(open).collect();
-        let with_curves = held.iter().zip(known).filter(|x| !x.1.shared.is_empty());
-        let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared)).collect();
+        let with_curves = held.iter().zip(&known).filter(|x| !x.1.shared.is_empty());
+        let with_curves: FxHashMap<u32, Vec<Shared>> = with_curves.map(|(i, j)| (*i, j.shared.clone())).collect();
         let mut tetrahedra = tree.tetrahedra();
         let curves = Curves::new(&tetrahedra, &with_curves);
         if let Some(block) = &block {
@@ -180,11 +211,11 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let share = Share { groups: &groups, twins, deeper, block };
-        let mut all = skin(leaves, &tree, &curves, &share, run)?;
+        let share = Share { groups: &groups, twins, deeper, block, before };
+        let (mut all, mut portions) = skin(leaves, &tree, &curves, &share, run)?;
         if !curves.is_empty() && !is_closed(&all.triangles, block.is_some()) {
             // Some sliver goes on where its curve was not seen.
-            all = skin(leaves, &tree, &Curves::default(), &share, run)?;
+            (all, portions) = skin(leaves, &tree, &Curves::default(), &Share { before: None, ..share }, run)?;
         }
         run.check()?;
         run.progress("settle", 0.0);
@@ -200,8 +231,15 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let common = block.is_some().then_some(Common { names: &names, walls: &walls });
         let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
-        let astray = nodes.settle();
-        let mut made = Boundary { places: nodes.places, on, triangles, astray, crossed: 0 };
+        let astray = nodes.settle(before);
+        let is_kept = block.is_none() && !unproved.is_empty();
+        let known = is_kept.then(|| {
+            let starts = (0..linear.len()).map(|i| NodeStart::new(linear[i], &on[i], reach[i]));
+            let ends = (0..).zip(&nodes.places).map(|(i, p)| astray.binary_search(&i).is_err().then_some(*p));
+            let judged = held.iter().copied().zip(known).collect();
+            (judged, portions, starts.zip(ends).collect())
+        });
+        let mut made = Boundary { places: nodes.places, on, triangles, astray, crossed: Vec::new() };
         let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale };
         if block.is_none() {
             guises.lift(&mut made, Seeds::Astray);
@@ -211,11 +249,15 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         nodes.untangle(&made.triangles, run)?;
         made.places = nodes.places;
         let mut dropped = made.drop_islands();
-        // Where all is proved it is chords that cross, which shorter edges part; where most is not, surfaces lie on each other all over.
-        if block.is_none() && !unproved.is_empty() && 2 * unproved.len() <= held.len() {
-            made.count_crossings(run)?;
-            if made.crossed > 0
-                && let Some(better) = guises.uncrossed(&made, run)?
+        // Where all is proved it is chords that cross, which shorter edges part.
+        if is_kept {
+            // A cell's tetrahedra reach as far as the middles of those beside it.
+            let near = Bvh::new(unproved.iter().map(|u| u.cell.grown(u.cell.size().max_element())).collect());
+            made.find_crossings(&near, run)?;
+            // Where most is not proved surfaces lie on each other all over.
+            if !made.crossed.is_empty()
+                && 2 * unproved.len() <= held.len()
+                && let Some(better) = guises.uncrossed(&made, &near, run)?
             {
                 made = better;
                 dropped |= made.drop_islands();
@@ -251,6 +293,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             crossed,
             astray,
             linear,
+            known: known.map(|(judged, portions, settled)| Arc::new(Recall::new(tree, judged, portions, settled))),
             ends,
         })
     })
@@ -276,32 +319,56 @@ fn own_nodes(triangles: &mut Vec<Triangle>, count: usize) -> Vec<u32> {
 }
 
 /// What there is to arrange: tetrahedra by their owners, and the block of them that is asked for.
+#[derive(Clone, Copy)]
 struct Share<'a> {
     groups: &'a [&'a [Tetrahedron]],
     twins: &'a Twins,
     /// How often the largest cells may be halved.
     deeper: u8,
     block: Option<GridBlock>,
+    before: Option<&'a Recall>,
 }
 
-/// The boundary in all tetrahedra.
-fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, share: &Share<'_>, run: &Run) -> Result<Skin> {
-    let Share { groups, twins, deeper, block } = share;
-    let pieces: Result<Vec<Skin>> = groups
+/// The boundary in all tetrahedra, and the portions it is of.
+fn skin(
+    leaves: &[Leaf],
+    tree: &Octree,
+    curves: &Curves,
+    share: &Share<'_>,
+    run: &Run,
+) -> Result<(Skin, Vec<SkinPortion>)> {
+    let Share { groups, twins, deeper, block, before } = share;
+    let known = |group: &[Tetrahedron]| before.and_then(|b| b.group(tree, group, curves));
+    let portions: Result<Vec<SkinPortion>> = groups
         .par_chunks(GROUPS)
         .map(|some| {
             run.check()?;
-            let mut piece = Skin::default();
-            let values = lockstep::together(some.len(), |i| corner_values(leaves, tree, some[i]));
-            some.iter().zip(values).try_for_each(|(g, values)| {
-                within(&Around { twins, tree, curves, deeper: *deeper, block: *block }, g, values, &mut piece)
-            })?;
-            Ok(piece)
+            let mut portion = SkinPortion::default();
+            let values = lockstep::together(some.len(), |i| {
+                if known(some[i]).is_some() { Vec::new() } else { corner_values(leaves, tree, some[i]) }
+            });
+            let around = Around { twins, tree, curves, deeper: *deeper, block: *block };
+            for (g, values) in some.iter().zip(values) {
+                let skin = &mut portion.skin;
+                let begin = [skin.triangles.len(), skin.asked.len()];
+                match known(g) {
+                    Some((from, group)) => skin.take(from, group),
+                    None => within(&around, g, values, skin)?,
+                }
+                portion.groups.push(CellSkin {
+                    tetrahedra: g.to_vec(),
+                    triangles: begin[0]..skin.triangles.len(),
+                    asked: begin[1]..skin.asked.len(),
+                    curved: g.iter().any(|t| curves.are_near(t)),
+                });
+            }
+            Ok(portion)
         })
         .collect();
+    let portions = portions?;
     let mut all = Skin::default();
-    pieces?.iter().for_each(|p| all.append(p));
-    Ok(all)
+    portions.iter().for_each(|p| all.append(&p.skin));
+    Ok((all, portions))
 }
 
 /// The size of the simplex a node was made in.

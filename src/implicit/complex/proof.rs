@@ -137,6 +137,7 @@ fn across<'a>(ends: &'a [(usize, usize, Local)], here: &'a [Local], [on, other]:
 }
 
 /// What is known of the leaves in a box.
+#[derive(Debug, Clone)]
 pub(super) struct Judged {
     /// What is not shown, if anything.
     pub(super) unproved: Option<Unproved>,

@@ -1,6 +1,7 @@
 //! What is done where triangles of an arrangement cross, beyond moving nodes one by one.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::assemble::Triangle;
 use super::guises::{Guises, Seeds};
@@ -9,6 +10,7 @@ use super::settle::Nodes;
 use crate::error::Result;
 use crate::mesh::{TriMesh, self_intersections};
 use crate::run::Run;
+use crate::spatial::{Aabb, Bvh};
 
 /// A boundary whose nodes are put in place.
 #[derive(Clone)]
@@ -19,8 +21,8 @@ pub(super) struct Boundary {
     pub(super) triangles: Vec<Triangle>,
     /// Nodes whose leaves do not vanish nearby.
     pub(super) astray: Vec<u32>,
-    /// How many pairs of triangles cross, as far as it was [counted](Self::count_crossings).
-    pub(super) crossed: usize,
+    /// Where triangles cross, as far as it was [looked for](Self::find_crossings), with the lengths of edges there.
+    pub(super) crossed: Vec<(Aabb, f64)>,
 }
 
 impl Boundary {
@@ -29,23 +31,26 @@ impl Boundary {
         drop_islands(&self.places, &self.on, &mut self.triangles)
     }
 
-    /// Counts pairs of triangles that cross.
+    /// Looks for pairs of triangles near some boxes that cross.
     ///
     /// Errors: cancellation.
-    pub(super) fn count_crossings(&mut self, run: &Run) -> Result<()> {
-        let triangles = self.triangles.iter().map(|t| t.nodes).collect();
-        let mesh = TriMesh { nodes: self.places.clone(), triangles, ..TriMesh::default() };
-        self.crossed = self_intersections(&mesh, run)?.len();
+    pub(super) fn find_crossings(&mut self, near: &Bvh, run: &Run) -> Result<()> {
+        let is_near = |t: &&Triangle| near.meets(&Aabb::around(t.nodes.map(|v| self.places[v as usize])));
+        let triangles = self.triangles.par_iter().filter(is_near).map(|t| t.nodes).collect();
+        let mesh = TriMesh { nodes: std::mem::take(&mut self.places), triangles, ..TriMesh::default() };
+        let pairs = self_intersections(&mesh, run)?;
+        self.crossed = pairs.into_iter().map(|pair| mesh.meeting(pair)).collect();
+        self.places = mesh.nodes;
         Ok(())
     }
 }
 
 impl Guises<'_> {
-    /// A boundary of which fewer pairs of triangles cross: without patches that are hidden where surfaces touch, with nodes in
+    /// A boundary of which fewer pairs of triangles cross near some boxes: without patches that are hidden where surfaces touch, with nodes in
     /// order along curves, and those moved together that were stuck one by one. None where that is none better.
     ///
     /// Errors: cancellation.
-    pub(super) fn uncrossed(&self, of: &Boundary, run: &Run) -> Result<Option<Boundary>> {
+    pub(super) fn uncrossed(&self, of: &Boundary, near: &Bvh, run: &Run) -> Result<Option<Boundary>> {
         let mut made = of.clone();
         self.lift(&mut made, Seeds::Turned);
         let places = std::mem::take(&mut made.places);
@@ -54,7 +59,7 @@ impl Guises<'_> {
         nodes.straighten(self.linear, &made.triangles, run)?;
         nodes.untangle_together(&made.triangles, run)?;
         made.places = nodes.places;
-        made.count_crossings(run)?;
-        Ok((made.crossed < of.crossed).then_some(made))
+        made.find_crossings(near, run)?;
+        Ok((made.crossed.len() < of.crossed.len()).then_some(made))
     }
 }

@@ -231,6 +231,7 @@ impl Maker<'_> {
             places: &[],
             more: 0,
             block: Some(plan.blocks().block(brick)),
+            before: None,
         };
         let made = arranged(&ready.model, &grid, plan.options.memory, run)?;
         let proof = Proof::of(&made);
