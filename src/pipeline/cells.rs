@@ -23,7 +23,7 @@ use crate::remesh::{
     InPieces, Observer, Patchwork, RemeshReport, RemeshTarget, RemeshedMesh, patch_pieces, remesh_patchwork,
 };
 use crate::run::Run;
-use crate::spatial::Aabb;
+use crate::spatial::{Aabb, Bvh};
 
 /// Cells tried one after the other, as shares of the size: smaller ones where the surface is not found with larger ones.
 pub(super) const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -329,6 +329,8 @@ pub(super) struct CellLadder<'a, 'o> {
     fewest_before: usize,
     /// Whether smaller cells everywhere left no fewer triangles at fault.
     pub(super) is_exhausted: bool,
+    /// Whether cells of this share are smaller where triangles were at fault.
+    at_faults: bool,
     /// How often triangles stayed, and how many were at fault the last time.
     times_kept: usize,
     crossing: Option<usize>,
@@ -354,6 +356,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             fewest: usize::MAX,
             fewest_before: usize::MAX,
             is_exhausted: false,
+            at_faults: false,
             times_kept: 0,
             crossing: None,
             over: false,
@@ -389,6 +392,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
         self.start = Start { share: self.start.share + 1, ..Start::default() };
         self.fewest_before = self.fewest.min(self.fewest_before);
         (self.scout, self.arranged, self.fewest, self.times_kept) = (None, None, usize::MAX, 0);
+        self.at_faults = false;
     }
 
     /// The cells of the best attempt, with triangles that stay around those at fault in the last one. An attempt of larger cells is not gone
@@ -570,18 +574,21 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        // Where all is proved around faults cells would stay as they are.
-        let open = self.arranged.iter().flat_map(|(_, made)| &made.unproved);
-        let is_open = || {
-            let mut at = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
-            at.any(|b| open.clone().any(|u| u.cell.overlaps(&b)))
-        };
-        let is_worth_it = last.exact.mesh.triangles.len() <= CHEAP || (self.start.times == 0 && is_open());
-        if goes_on && !last.start.keeps() && is_worth_it && self.start.times + 1 < SMALLER.len() {
-            self.start.times += 1;
-            let places = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element()));
-            self.start.places.extend(places);
-            return Some((Change::SmallerCellsHere, "triangles are at fault"));
+        let is_cheap = last.exact.mesh.triangles.len() <= CHEAP;
+        if goes_on && !last.start.keeps() && (is_cheap || !self.at_faults) {
+            let places: Vec<Aabb> = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element())).collect();
+            // Where all is proved around faults cells would stay as they are, and so they would where they are as small as they may be.
+            let halved = Bvh::new(self.start.places.clone());
+            let open = self.arranged.iter().flat_map(|(_, made)| &made.unproved).filter(|u| !halved.meets(&u.cell));
+            let open = Bvh::new(open.map(|u| u.cell).collect());
+            let is_open = places.iter().any(|b| open.meets(b));
+            let times = if is_open { self.start.times.max(1) } else { self.start.times + 1 };
+            if times < SMALLER.len() && (is_cheap || is_open) {
+                self.start.times = times;
+                self.start.places.extend(places);
+                self.at_faults = true;
+                return Some((Change::SmallerCellsHere, "triangles are at fault"));
+            }
         }
         if let Some(kept) = best.and_then(|b| self.keep(b, last)) {
             self.start = kept;
