@@ -329,8 +329,10 @@ pub(super) struct CellLadder<'a, 'o> {
     fewest_before: usize,
     /// Whether smaller cells everywhere left no fewer triangles at fault.
     pub(super) is_exhausted: bool,
-    /// Whether cells of this share are smaller where triangles were at fault.
+    /// Whether cells of this share are smaller where triangles were at fault,
     at_faults: bool,
+    /// and where they were when none stayed.
+    faulty: Vec<Aabb>,
     /// How often triangles stayed, and how many were at fault the last time.
     times_kept: usize,
     crossing: Option<usize>,
@@ -357,6 +359,7 @@ impl<'a, 'o> CellLadder<'a, 'o> {
             fewest_before: usize::MAX,
             is_exhausted: false,
             at_faults: false,
+            faulty: Vec::new(),
             times_kept: 0,
             crossing: None,
             over: false,
@@ -574,9 +577,14 @@ impl Ladder for CellLadder<'_, '_> {
         // Surfaces run side by side nearer to each other than any cells part.
         let hopeless = !last.can_be_healed() && last.scout.proof.as_ref().is_some_and(|p| 2 * p.unproved > p.cells);
         self.over = hopeless || best.is_some_and(Trial::ends);
-        let is_cheap = last.exact.mesh.triangles.len() <= CHEAP;
-        if goes_on && !last.start.keeps() && (is_cheap || !self.at_faults) {
-            let places: Vec<Aabb> = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element())).collect();
+        let (is_cheap, keeps) = (last.exact.mesh.triangles.len() <= CHEAP, last.start.keeps());
+        if !keeps {
+            self.faulty = last.exact.report.faults.iter().map(|b| b.grown(b.size().max_element())).collect();
+        }
+        // Where an arrangement crossed itself cells are smaller already: in large meshes only once triangles that stay left some at fault.
+        let is_worth_it = !self.at_faults && (keeps || self.start.times == 0);
+        if goes_on && (is_worth_it || (is_cheap && !keeps)) {
+            let places = self.faulty.clone();
             // Where all is proved around faults cells would stay as they are, and so they would where they are as small as they may be.
             let halved = Bvh::new(self.start.places.clone());
             let open = self.arranged.iter().flat_map(|(_, made)| &made.unproved).filter(|u| !halved.meets(&u.cell));
@@ -586,6 +594,7 @@ impl Ladder for CellLadder<'_, '_> {
             if times < SMALLER.len() && (is_cheap || is_open) {
                 self.start.times = times;
                 self.start.places.extend(places);
+                self.start.kept.clear();
                 self.at_faults = true;
                 return Some((Change::SmallerCellsHere, "triangles are at fault"));
             }
