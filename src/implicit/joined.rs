@@ -7,19 +7,19 @@ use super::rfunction::RSystem;
 
 /// An R-conjunction or an R-disjunction.
 #[derive(Clone, Copy)]
-pub(super) struct Join {
+pub(super) struct Connective {
     pub(super) system: RSystem,
     /// Whether it is the disjunction, which takes the larger value.
     pub(super) larger: bool,
 }
 
-impl Join {
+impl Connective {
     /// With one of each system, so that loops over pairs are compiled for each.
     #[inline(always)]
-    fn each(self, mut run: impl FnMut(Join)) {
-        let Join { system, larger } = self;
+    fn each(self, mut run: impl FnMut(Connective)) {
+        let Connective { system, larger } = self;
         let mut run = |system| {
-            if larger { run(Join { system, larger: true }) } else { run(Join { system, larger: false }) }
+            if larger { run(Connective { system, larger: true }) } else { run(Connective { system, larger: false }) }
         };
         match system {
             RSystem::MinMax => run(RSystem::MinMax),
@@ -42,7 +42,7 @@ impl Join {
 
 /// Values of R-functions. Wider vector units give the same bits: only lane-wise IEEE operations are used, and none is contracted.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-pub(super) fn values(join: Join, [a, b]: [&[f64]; 2], out: &mut [f64]) {
+pub(super) fn values(join: Connective, [a, b]: [&[f64]; 2], out: &mut [f64]) {
     let n = out.len();
     let (a, b) = (&a[..n], &b[..n]);
     join.each(|join| {
@@ -55,7 +55,7 @@ pub(super) fn values(join: Join, [a, b]: [&[f64]; 2], out: &mut [f64]) {
 /// What operands count by their derivatives, for what the R-functions count. An R-function that counts nothing hands nothing on, even where
 /// it has no derivative.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-pub(super) fn weights(join: Join, [a, b]: [&[f64]; 2], weights: &[f64], [of_a, of_b]: [&mut [f64]; 2]) {
+pub(super) fn weights(join: Connective, [a, b]: [&[f64]; 2], weights: &[f64], [of_a, of_b]: [&mut [f64]; 2]) {
     let n = weights.len();
     let (a, b, of_a, of_b) = (&a[..n], &b[..n], &mut of_a[..n], &mut of_b[..n]);
     join.each(|join| {

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::joined::{self, Join};
+use super::joined::{self, Connective};
 use super::leaf::Leaf;
 use super::model::Implicit;
 use super::tape::{EVERYTHING, Op};
@@ -116,18 +116,18 @@ struct Registers {
     /// What an operation adds to the weights of its operands.
     by: [Vec<f64>; 2],
     /// What a leaf is asked for.
-    asked: Asked,
+    asked: LeafGradients,
 }
 
 /// Where a leaf matters, and its gradients and values there.
 #[derive(Default)]
-struct Asked {
+struct LeafGradients {
     points: Vec<usize>,
     at: [Vec<f64>; 3],
     slopes: [Vec<f64>; 4],
 }
 
-impl Asked {
+impl LeafGradients {
     /// Gradients of a leaf at the points where its weight is not zero; gives whether these are all. Else they are
     /// [`points`](Self::points).
     fn ask(&mut self, leaf: &Leaf, at: &[Vec<f64>; 3], weights: &[f64]) -> bool {
@@ -214,7 +214,7 @@ impl Registers {
                 Op::Min(a, b) => (a as usize * n, b as usize * n, false),
                 Op::Max(a, b) => (a as usize * n, b as usize * n, true),
             };
-            joined::values(Join { system, larger }, [&values[a..][..n], &values[b..][..n]], here);
+            joined::values(Connective { system, larger }, [&values[a..][..n], &values[b..][..n]], here);
             joined::signs(larger, [&signs[a..][..n], &signs[b..][..n]], sign);
             for k in (0..n).filter(|_| faces) {
                 let from = if (signs[a + k] < signs[b + k]) != larger { a } else { b };
@@ -242,7 +242,7 @@ impl Registers {
                     let here = &here[..n];
                     let all = self.asked.ask(leaf, &self.at, here);
                     let side = if negate { -1.0 } else { 1.0 };
-                    let Asked { points, slopes: [x, y, z, _], .. } = &self.asked;
+                    let LeafGradients { points, slopes: [x, y, z, _], .. } = &self.asked;
                     let slopes = x.iter().zip(y).zip(z).map(|((x, y), z)| DVec3::new(*x, *y, *z));
                     if all {
                         let weighed = here.iter().zip(slopes).map(|(w, g)| g * (side * w));
@@ -257,7 +257,7 @@ impl Registers {
             };
             let operands = [a, b].map(|a| &self.values[a..][..n]);
             joined::weights(
-                Join { system, larger },
+                Connective { system, larger },
                 operands,
                 &here[..n],
                 self.by.each_mut().map(|list| &mut list[..]),

@@ -48,12 +48,12 @@ pub(super) struct Cube {
     /// The same of the cube grown by its side: it holds in all tetrahedra the cube owns. Cubes larger than the largest cells, but
     /// for those well inside a block, own none; theirs holds only as far as a block reaches.
     pub(super) wide: Option<Arc<Tape>>,
-    shown: Shown,
+    shown: FirstLook,
 }
 
 /// What a first look showed of a cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Shown {
+enum FirstLook {
     /// There was none.
     Nothing,
     /// That leaves are arranged simply.
@@ -158,14 +158,14 @@ struct Seen {
     cell: u32,
     /// Whether it may be halved, wherever it is.
     may: bool,
-    shown: Shown,
+    shown: FirstLook,
 }
 
 impl Seen {
     fn unproved(&self) -> Option<Unproved> {
         match self.shown {
-            Shown::Open(u) => Some(u),
-            Shown::Nothing | Shown::Simple => None,
+            FirstLook::Open(u) => Some(u),
+            FirstLook::Nothing | FirstLook::Simple => None,
         }
     }
 }
@@ -263,7 +263,7 @@ impl Octree {
             children: NONE,
             tape: Some(tape.clone()),
             wide: Some(tape.clone()),
-            shown: Shown::Nothing,
+            shown: FirstLook::Nothing,
         };
         let unit = size / f64::from(1u32 << deeper);
         let near = block.map(|b| b.cubes(deeper, HALO));
@@ -292,17 +292,17 @@ impl Octree {
                 let c = &tree_now.cubes[*i as usize];
                 let tape = c.tape.as_ref()?;
                 if c.level > deeper && !tree_now.wide.as_ref().is_some_and(|w| w.holds(c)) {
-                    return Some(Seen { cell: *i, may: true, shown: Shown::Nothing });
+                    return Some(Seen { cell: *i, may: true, shown: FirstLook::Nothing });
                 }
                 let own = tree_now.bounds(c.at, c.level);
                 let may = c.level > floor || (c.level > floor - more && at_places.meets(&own));
-                let look = || unproved(tape, &own).map_or(Shown::Simple, Shown::Open);
+                let look = || unproved(tape, &own).map_or(FirstLook::Simple, FirstLook::Open);
                 let shown = || tree_now.shown_before(c).unwrap_or_else(look);
                 (may || c.level == floor || points.holds(*i)).then(|| Seen { cell: *i, may, shown: shown() })
             };
             let mut seen: Vec<Seen> = lockstep::each(leaves, &layer, judge).into_iter().flatten().collect();
             seen.iter().for_each(|s| tree.cubes[s.cell as usize].shown = s.shown);
-            seen.retain(|s| s.shown != Shown::Simple);
+            seen.retain(|s| s.shown != FirstLook::Simple);
             let at_points = || seen.iter().filter_map(|s| Some((s.cell, s.unproved().filter(|u| Points::may_be(*u))?)));
             let level = tree.cubes[layer[0] as usize].level;
             if level == floor {
@@ -328,9 +328,9 @@ impl Octree {
     }
 
     /// What a first look showed of a cube in the grid before.
-    fn shown_before(&self, c: &Cube) -> Option<Shown> {
+    fn shown_before(&self, c: &Cube) -> Option<FirstLook> {
         let before = self.before.as_ref()?;
-        Some(before.cubes[before.at(c.at, c.level)? as usize].shown).filter(|s| *s != Shown::Nothing)
+        Some(before.cubes[before.at(c.at, c.level)? as usize].shown).filter(|s| *s != FirstLook::Nothing)
     }
 
     /// The cube of a level at a place, if there is one.
@@ -393,7 +393,7 @@ impl Octree {
             let level = c.level - 1;
             std::array::from_fn(|k| {
                 let at = std::array::from_fn(|axis| c.at[axis] + ((k as u32 >> axis & 1) << level));
-                let cube = Cube { at, level, children: NONE, tape: None, wide: None, shown: Shown::Nothing };
+                let cube = Cube { at, level, children: NONE, tape: None, wide: None, shown: FirstLook::Nothing };
                 if !self.is_near(at, level) {
                     return cube;
                 }
