@@ -6,22 +6,20 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::crossed::{ROOM, crossed, with_all_along};
-use super::history::{Attempt, Proof, Tried};
+use super::history::Proof;
 use super::ladder::{Attempts, Change, Ladder, LadderState, climb};
 use super::leaf::remesh_options;
 use super::mesh::{Ready, nothing_found};
 use super::missed::{far, far_from_own, unproved_around};
 use super::options::MeshOptions;
 use super::touching::draw_apart;
+use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::implicit::{
     Arranged, CellGrid, Extracted, ImplicitOracle, SurfacePoint, arranged, drop_splinters, surface_points,
 };
 use crate::mesh::{TriMesh, intersecting_triangles};
-use crate::quality::Fault;
-use crate::remesh::{
-    InPieces, Observer, Patchwork, RemeshReport, RemeshTarget, RemeshedMesh, patch_pieces, remesh_patchwork,
-};
+use crate::remesh::{InPieces, Observer, Patchwork, RemeshTarget, patch_pieces, remesh_patchwork};
 use crate::run::Run;
 use crate::spatial::{Aabb, Bvh};
 
@@ -39,17 +37,15 @@ const SMALLER: [u8; 4] = [0, 2, 4, 6];
 /// in larger meshes, too, as they part surfaces that run side by side.
 pub(super) const CHEAP: usize = 20_000;
 /// An arrangement is healed if at most one triangle in so many is at fault.
-const MOST_HEALED: usize = 20;
-/// What has no faults ends the search if at most one of so many cells is not proved: what it lacks smaller cells lack, too.
-const MOST_UNPROVED: usize = 10;
-/// The same where smaller cells are not [cheap](CHEAP). Cells that are not proved are the smallest, so their share in all cells is far above
+pub(super) const MOST_HEALED: usize = 20;
+/// Where smaller cells are not [cheap](CHEAP), what has no faults ends the search if at most one of so many cells is not proved. Such cells are the smallest, so their share in all cells is far above
 /// that of the surface in them; large trees with blends have one in five to ten, and smaller cells gave them no better edges.
-const MOST_UNPROVED_OF_MANY: usize = 4;
+pub(super) const MOST_UNPROVED_OF_MANY: usize = 4;
 /// No attempt is made with cells that would give more triangles than this after one that gave a sound mesh.
 pub(super) const MOST_TRIANGLES: f64 = 1_500_000.0;
 /// A splinter is lost, and so is the surface when only extracted, if the mesh does not come nearer to it than this many cells:
 /// tips of sharp edges are that long.
-const LOST: f64 = 3.0;
+pub(super) const LOST: f64 = 3.0;
 /// The surface is missed if the finished mesh does not come nearer to one of its points than this share of the size,
 const MISSED: f64 = 0.1;
 /// or this many times the tolerance where that is wider.
@@ -113,7 +109,7 @@ pub(super) struct Scout {
     /// Points of the surface where it may have been missed, once these were looked for.
     points: Option<Vec<SurfacePoint>>,
     /// Points that the mesh must come near to: see [`drop_splinters`].
-    splinters: Vec<DVec3>,
+    pub(super) splinters: Vec<DVec3>,
     /// What was shown of the arrangement it was made from, if it was,
     pub(super) proof: Option<Proof>,
     /// and whether the solid touches itself there.
@@ -217,96 +213,6 @@ impl Scout {
     fn flat(&self, mesh: &TriMesh, ready: &Ready) -> Vec<SurfacePoint> {
         let away = far_from_own(mesh, self.points(), LOST * self.cell);
         away.into_iter().filter(|x| x.is_alone(&ready.asked, &self.extracted)).collect()
-    }
-}
-
-/// What one size of cells gave.
-pub(super) struct Trial {
-    pub(super) exact: RemeshedMesh,
-    /// Points of the surface that the mesh does not come near to.
-    missed: Vec<SurfacePoint>,
-    /// Points of faces that it comes near to with other faces only.
-    flat: Vec<SurfacePoint>,
-    pub(super) scout: Scout,
-    /// The cells it is of.
-    pub(super) start: Start,
-    /// Boxes around what is at fault, with the lengths of edges there.
-    crossed: Vec<(Aabb, f64)>,
-    /// Its number among the attempts.
-    pub(super) number: usize,
-    /// Nodes that were drawn back where the solid touches itself.
-    pub(super) drawn: usize,
-}
-
-impl Trial {
-    fn badness(&self) -> (usize, bool, usize) {
-        let lacking = self.exact.report.astray.len() + self.flat.len();
-        (self.faults(), !self.missed.is_empty(), lacking)
-    }
-
-    /// Adds itself to the attempts.
-    fn told(mut self, attempts: &mut Attempts, run: &Run) -> Self {
-        let lacks = [
-            (!self.missed.is_empty(), "some of the surface is not in the mesh"),
-            (!self.flat.is_empty(), "a face is passed over"),
-            (!self.exact.report.astray.is_empty(), "borders go astray"),
-            (self.lost().is_some(), "something is thinner than the cells"),
-        ];
-        let lacks: Vec<&str> = lacks.iter().filter(|l| l.0).map(|l| l.1).collect();
-        let attempt = Attempt::new(Tried::Arrange, self.scout.cell, self.exact.mesh.triangles.len(), self.faults());
-        let attempt = Attempt { proof: self.scout.proof.clone(), ..attempt };
-        self.number = attempts.add(attempt.lacking(lacks.join("; ")), run);
-        self
-    }
-
-    fn is_clean(&self) -> bool {
-        self.badness() == (0, false, 0) && self.lost().is_none()
-    }
-
-    /// Whether no other attempt is worth it: nothing is wrong, or all was found, so that smaller cells find no more, and what is at
-    /// fault can be healed.
-    fn ends(&self) -> bool {
-        let is_kept = self.start.keeps() && self.faults() == 0 && self.missed.is_empty();
-        let found = self.scout.proof.as_ref().is_some_and(|proof| {
-            let triangles = self.exact.mesh.triangles.len();
-            let few = self.faults() == 0 || (self.can_be_healed() && triangles > CHEAP);
-            let most = if triangles > CHEAP { MOST_UNPROVED_OF_MANY } else { MOST_UNPROVED };
-            few && most * proof.unproved <= proof.cells
-        });
-        found || is_kept || self.is_clean()
-    }
-
-    /// Whether it is sound, or with few faults. Where most triangles cross, walls are thinner than the bends of
-    /// their edges: healing would tear them.
-    fn can_be_healed(&self) -> bool {
-        MOST_HEALED * self.faults() <= self.exact.mesh.triangles.len()
-    }
-
-    /// Triangles that intersect others or are turned over. What stayed as it came and was put right has none that were turned over on
-    /// the way: what is left faces as the arrangement does.
-    pub(super) fn faults(&self) -> usize {
-        let RemeshReport { self_intersections, inverted, .. } = self.exact.report;
-        self_intersections + if !self.start.keeps() { inverted } else { 0 }
-    }
-
-    /// A splinter that the finished mesh does not come near to, if there is one.
-    fn lost(&self) -> Option<DVec3> {
-        far(&self.exact.mesh, &self.scout.splinters, |p| *p, LOST * self.scout.cell).first().copied()
-    }
-
-    /// What the mesh lacks, for the report.
-    pub(super) fn shortfalls(&self, ready: &Ready) -> Vec<Fault> {
-        let face =
-            |x: &SurfacePoint| ready.model.faces().get(x.face as usize).map_or_else(String::new, |f| f.name.clone());
-        let mut list: Vec<Fault> = Vec::new();
-        list.extend(self.missed.first().map(|x| Fault::SurfaceMissing {
-            face: face(x),
-            at: x.at.to_array(),
-            more: self.missed.len() - 1,
-        }));
-        list.extend(self.flat.first().map(|x| Fault::FaceMissing { face: face(x), at: x.at.to_array() }));
-        list.extend(self.lost().map(|p| Fault::Thin { at: p.to_array() }));
-        list
     }
 }
 

@@ -1,11 +1,12 @@
 //! The leaf method: exact edges and corners from the tree, and what to do where the tree does not give them.
 
-use super::cells::{CellLadder, Scout, Start, Trial};
+use super::cells::{CellLadder, Scout, Start};
 use super::history::{Attempt, Tried};
 use super::ladder::{Attempts, Change};
 use super::mesh::Ready;
 use super::method::Method;
 use super::options::MeshOptions;
+use super::trial::Trial;
 use crate::error::Result;
 use crate::implicit::{Extracted, ImplicitOracle};
 use crate::mesh::TriMesh;

@@ -49,6 +49,7 @@ mod soup_patches;
 mod soup_sizes;
 mod source;
 mod touching;
+mod trial;
 mod volume;
 
 pub use crate::implicit::RSystem;
