@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::geometry::{Foot, SurfaceOracle};
 use crate::mesh::TriMesh;
+use crate::numeric::EIGHT_DIGITS;
 use crate::run::{PORTION, Run};
 use crate::spatial::{Aabb, Bvh, triangle_distance_squared};
 
@@ -39,7 +40,8 @@ pub struct Deviation {
     pub from_surface: Option<f64>,
     /// Samples without surface within four mean edge lengths.
     pub unprojected: usize,
-    /// Triangles whose normal opposes the surface's (`n . m <= 0`), which eq. 5 cannot see. Where a wall or a gap is thinner than
+    /// Triangles whose normal opposes the surface's (`n . m < 0` beyond rounding), which eq. 5 cannot see. One at a right angle, as on a ledge
+    /// beside whose edge the foot lies, does not. Where a wall or a gap is thinner than
     /// chords are high, the surface nearest to a triangle may be the other side's: what faces the way of a side within a tenth of
     /// its longest edge, or a fiftieth of the mean edge, is not turned over.
     pub inverted: usize,
@@ -148,7 +150,7 @@ pub fn deviation(mesh: &TriMesh, oracle: &dyn SurfaceOracle, points: &[DVec3], r
                         all.far[0] = all.far[0].max(away);
                         let dot = mesh.normal(t).dot(foot.normal);
                         all.turn += areas[t] * (1.0 - dot * dot).max(0.0);
-                        if dot <= 0.0 {
+                        if opposes(dot) {
                             let side = usize::from(faces_a_side(mesh, t, oracle, [near, reach]));
                             all.turned[side] += 1;
                             if side == 0 && (all.at.is_none() || away > all.far[1]) {
@@ -228,7 +230,7 @@ pub fn node_distances(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> 
 /// [across](Deviation::across).
 pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Result<Vec<u32>> {
     let reach = REACH * mesh.mean_edge_length();
-    let opposes = |t: usize, foot: Option<Foot>| foot.is_some_and(|foot| mesh.normal(t).dot(foot.normal) <= 0.0);
+    let is_turned = |t: usize, foot: Option<Foot>| foot.is_some_and(|foot| opposes(mesh.normal(t).dot(foot.normal)));
     let chunks: Result<Vec<Vec<u32>>> = run.install(|| {
         (0..mesh.triangles.len().div_ceil(PORTION))
             .into_par_iter()
@@ -238,11 +240,16 @@ pub fn facing_away(mesh: &TriMesh, oracle: &dyn SurfaceOracle, run: &Run) -> Res
                 let list: Vec<usize> = list.filter(|t| mesh.normal(*t).length_squared() > 0.0).collect();
                 let middles: Vec<DVec3> = list.iter().map(|t| mesh.centroid(*t)).collect();
                 let feet = oracle.project_all(&middles, reach);
-                Ok(list.into_iter().zip(feet).filter(|x| opposes(x.0, x.1)).map(|x| x.0 as u32).collect())
+                Ok(list.into_iter().zip(feet).filter(|x| is_turned(x.0, x.1)).map(|x| x.0 as u32).collect())
             })
             .collect()
     });
     Ok(chunks?.concat())
+}
+
+/// Whether normals with this inner product oppose each other: up to rounding those at a right angle do not.
+fn opposes(dot: f64) -> bool {
+    dot < -EIGHT_DIGITS
 }
 
 /// Whether, as seen from a bit before or behind a triangle, at least `near`, the surface faces its way.
