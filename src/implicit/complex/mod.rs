@@ -50,7 +50,7 @@ use super::tape::{Op, Tape};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::Aabb;
 use assemble::{Key, Skin, Triangle, at_ends, divided, is_closed, parted, walls};
 use cell::{Boolean, Crossed, Named};
 use differences::Differences;
@@ -101,7 +101,7 @@ pub(crate) struct Arranged {
     pub(crate) cells: usize,
     /// Those in which the arrangement is not proved.
     pub(crate) unproved: Vec<OpenCell>,
-    /// Where its triangles cross beside what is not proved, with the lengths of edges there; not looked at of a block.
+    /// Where its triangles cross, with the lengths of edges there; not looked for where all is proved, and of a block.
     pub(crate) crossed: Vec<(Aabb, f64)>,
     /// Nodes whose leaves do not vanish nearby; they are where the linear interpolants vanish.
     pub(crate) astray: Vec<u32>,
@@ -251,13 +251,11 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let mut dropped = made.drop_islands();
         // Where all is proved it is chords that cross, which shorter edges part.
         if is_kept {
-            // A cell's tetrahedra reach as far as the middles of those beside it.
-            let near = Bvh::new(unproved.iter().map(|u| u.cell.grown(u.cell.size().max_element())).collect());
-            made.find_crossings(&near, run)?;
+            made.find_crossings(run)?;
             // Where most is not proved surfaces lie on each other all over.
             if !made.crossed.is_empty()
                 && 2 * unproved.len() <= held.len()
-                && let Some(better) = guises.uncrossed(&made, &near, run)?
+                && let Some(better) = guises.uncrossed(&made, run)?
             {
                 made = better;
                 dropped |= made.drop_islands();

@@ -110,12 +110,11 @@ impl Nodes<'_> {
     }
 
     /// Moves nodes like [`untangle`](Self::untangle), but of no block, then those around triangles that are left together.
-    /// Some nodes move: all triangles around these are given.
-    pub(super) fn untangle_together(&mut self, triangles: &[Triangle], moves: &[bool], run: &Run) -> Result<()> {
+    pub(super) fn untangle_together(&mut self, triangles: &[Triangle], run: &Run) -> Result<()> {
         let around = stars(triangles, self.places.len());
         let stars = Stars { triangles, around: &around };
-        let bad = self.rounds(&stars, |v| moves[v as usize], GOES, run)?;
-        self.smooth(bad, moves, &stars, run)
+        let bad = self.rounds(&stars, |_| true, GOES, run)?;
+        self.smooth(bad, &stars, run)
     }
 
     /// Moves some of the nodes, until fewer than a share of the bad triangles around them go. Returns those that are left.
@@ -154,7 +153,7 @@ impl Nodes<'_> {
 
     /// Moves nodes inside faces around triangles that are left to the middle of all their neighbors, whatever that does to any one of these:
     /// a border that moved far has left several rows of them on its other side. What this makes no better is taken back.
-    fn smooth(&mut self, bad: Vec<u32>, moves: &[bool], stars: &Stars<'_>, run: &Run) -> Result<()> {
+    fn smooth(&mut self, bad: Vec<u32>, stars: &Stars<'_>, run: &Run) -> Result<()> {
         let Stars { triangles, around } = *stars;
         let mut clusters = Sets::new(bad.len());
         let mut of_node: Vec<[u32; 2]> =
@@ -169,7 +168,7 @@ impl Nodes<'_> {
             run.check()?;
             let mut before: BTreeMap<u32, DVec3> = BTreeMap::new();
             for _ in 0..SWEEPS {
-                let is_free = |v: &u32| moves[*v as usize] && self.on[*v as usize].len() == 1;
+                let is_free = |v: &u32| self.on[*v as usize].len() == 1;
                 let free: BTreeSet<u32> =
                     bad.iter().flat_map(|t| triangles[*t as usize].nodes).filter(is_free).collect();
                 for &v in &free {

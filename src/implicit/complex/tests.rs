@@ -565,8 +565,7 @@ fn a_border_that_moves_past_rows_of_nodes_takes_them_along() {
     }
     let reach = vec![1.0; places.len()];
     let mut nodes = Nodes { places, on: &on, reach: &reach, leaves: &leaves, scale: 2.0, stay: &[], common: None };
-    let moves = vec![true; nodes.places.len()];
-    nodes.untangle_together(&triangles, &moves, &Run::new()).unwrap();
+    nodes.untangle_together(&triangles, &Run::new()).unwrap();
     let turned = triangles.iter().filter(|t| {
         let [a, b, c] = t.nodes.map(|v| nodes.places[v as usize]);
         (b - a).cross(c - a).z <= 0.0

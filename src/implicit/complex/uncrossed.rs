@@ -1,7 +1,6 @@
 //! What is done where triangles of an arrangement cross, beyond moving nodes one by one.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::assemble::Triangle;
 use super::guises::{Guises, Seeds};
@@ -10,7 +9,7 @@ use super::settle::Nodes;
 use crate::error::Result;
 use crate::mesh::{TriMesh, self_intersections};
 use crate::run::Run;
-use crate::spatial::{Aabb, Bvh};
+use crate::spatial::Aabb;
 
 /// A boundary whose nodes are put in place.
 #[derive(Clone)]
@@ -31,17 +30,11 @@ impl Boundary {
         drop_islands(&self.places, &self.on, &mut self.triangles)
     }
 
-    /// Triangles near some boxes, by their numbers.
-    fn near(&self, boxes: &Bvh) -> Vec<usize> {
-        let is_near = |t: &usize| boxes.meets(&Aabb::around(self.triangles[*t].nodes.map(|v| self.places[v as usize])));
-        (0..self.triangles.len()).into_par_iter().filter(is_near).collect()
-    }
-
-    /// Looks for pairs of triangles near some boxes that cross.
+    /// Looks for pairs of triangles that cross.
     ///
     /// Errors: cancellation.
-    pub(super) fn find_crossings(&mut self, near: &Bvh, run: &Run) -> Result<()> {
-        let triangles = self.near(near).into_iter().map(|t| self.triangles[t].nodes).collect();
+    pub(super) fn find_crossings(&mut self, run: &Run) -> Result<()> {
+        let triangles = self.triangles.iter().map(|t| t.nodes).collect();
         let mesh = TriMesh { nodes: std::mem::take(&mut self.places), triangles, ..TriMesh::default() };
         let pairs = self_intersections(&mesh, run)?;
         self.crossed = pairs.into_iter().map(|pair| mesh.meeting(pair)).collect();
@@ -51,25 +44,20 @@ impl Boundary {
 }
 
 impl Guises<'_> {
-    /// A boundary of which fewer pairs of triangles cross near some boxes: without patches that are hidden where surfaces touch, with nodes in
+    /// A boundary of which fewer pairs of triangles cross: without patches that are hidden where surfaces touch, with nodes in
     /// order along curves, and those moved together that were stuck one by one. None where that is none better.
     ///
     /// Errors: cancellation.
-    pub(super) fn uncrossed(&self, of: &Boundary, near: &Bvh, run: &Run) -> Result<Option<Boundary>> {
+    pub(super) fn uncrossed(&self, of: &Boundary, run: &Run) -> Result<Option<Boundary>> {
         let mut made = of.clone();
         self.lift(&mut made, Seeds::Turned);
-        // What crosses comes from what lies near, and so do its neighbors.
-        let mut moves = vec![false; made.places.len()];
-        made.near(near).into_iter().flat_map(|t| made.triangles[t].nodes).for_each(|v| moves[v as usize] = true);
-        let beside = |t: &&Triangle| t.nodes.iter().any(|v| moves[*v as usize]);
-        let around: Vec<Triangle> = made.triangles.iter().filter(beside).copied().collect();
         let places = std::mem::take(&mut made.places);
         let (reach, leaves, scale) = (self.reach, self.leaves, self.scale);
         let mut nodes = Nodes { places, on: &made.on, reach, leaves, scale, stay: &[], common: None };
-        nodes.straighten(self.linear, &around, run)?;
-        nodes.untangle_together(&around, &moves, run)?;
+        nodes.straighten(self.linear, &made.triangles, run)?;
+        nodes.untangle_together(&made.triangles, run)?;
         made.places = nodes.places;
-        made.find_crossings(near, run)?;
+        made.find_crossings(run)?;
         Ok((made.crossed.len() < of.crossed.len()).then_some(made))
     }
 }
