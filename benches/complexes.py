@@ -1,6 +1,6 @@
 """Trees of functions of other programs, meshed and measured: the examples of implicit complexes.
 
-    python3 benches/complexes.py FOLDER [--size 3% 1%] [--program target/release/rvachev] [--markdown]
+    python3 benches/complexes.py FOLDER [--size 3% 1%] [--box BOX] [--program target/release/rvachev] [--markdown]
 
 FOLDER holds, in folders of their own, a list of functions and a tree for each example: the data of Ju, Du, Zhou, Carr, Ju, Adaptive grid
 generation for discretizing implicit complexes (ACM TOG 43, 2024), which are not in this repository. Functions are

@@ -252,13 +252,7 @@ impl Leaf {
 
     /// The gradient of [`smooth`](Self::smooth) alone.
     pub(crate) fn slope(&self, p: DVec3) -> DVec3 {
-        match self {
-            Leaf::Formula(f) => f.gradient(p).g,
-            Leaf::Field(..) => self.gradient(p).g,
-            Leaf::Blend(b) => b.gradient(p).g,
-            Leaf::Fillet(f) => f.smooth(p).g,
-            _ => closed::slope(self, p).unwrap_or(DVec3::ZERO),
-        }
+        closed::slope(self, p).unwrap_or_else(|| self.smooth(p).g)
     }
 
     /// The nearest point of a surface that has one in closed form; `None` where there are many, as from an axis, and for

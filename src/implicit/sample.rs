@@ -216,9 +216,11 @@ impl Registers {
             };
             joined::values(Connective { system, larger }, [&values[a..][..n], &values[b..][..n]], here);
             joined::signs(larger, [&signs[a..][..n], &signs[b..][..n]], sign);
-            for k in (0..n).filter(|_| faces) {
-                let from = if (signs[a + k] < signs[b + k]) != larger { a } else { b };
-                self.deciding[i * n + k] = self.deciding[from + k];
+            if faces {
+                for k in 0..n {
+                    let from = if (signs[a + k] < signs[b + k]) != larger { a } else { b };
+                    self.deciding[i * n + k] = self.deciding[from + k];
+                }
             }
         }
     }

@@ -451,7 +451,7 @@ fn thin_walls_are_named_and_sharp_edges_are_not() {
 }
 
 /// A ball of which nothing is known but its values, and how often these were asked for.
-struct Counted(Arc<AtomicUsize>);
+pub(super) struct Counted(pub(super) Arc<AtomicUsize>);
 
 impl Field for Counted {
     fn value(&self, p: DVec3) -> f64 {

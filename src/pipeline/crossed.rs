@@ -23,8 +23,8 @@ pub(super) fn crossed(made: &RemeshedMesh, run: &Run) -> Result<Vec<(Aabb, f64)>
     Ok(pairs.chain(folded).collect())
 }
 
-/// Places, and where triangles of an arrangement cross, with the lengths of edges there, in a row from one of them. Surfaces run into each other along a line: where it
-/// stays as it comes at one end, triangles cross beside that next.
+/// Places, and of those where triangles of an arrangement cross, with the lengths of edges there, the ones in a row from one of them. Surfaces
+/// run into each other along a line: where it stays as it comes at one end, triangles cross beside that next.
 pub(super) fn with_all_along(crossed: &[(Aabb, f64)], mut places: Vec<Aabb>) -> Vec<Aabb> {
     let grown = crossed.iter().map(|(b, l)| (b.grown(ROOM * l), b.grown(IN_A_ROW * l)));
     let (crossed, beside): (Vec<_>, Vec<_>) = grown.unzip();

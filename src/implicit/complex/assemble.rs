@@ -104,13 +104,13 @@ impl Skin {
     }
 
     /// Adds what another one has of a cell, as if it were made here.
-    pub(super) fn take(&mut self, from: &Skin, group: &CellSkin) {
+    pub(super) fn take(&mut self, from: &Skin, cell: &CellSkin) {
         let node = |this: &mut Self, n: u32| this.node(from.keys[n as usize], from.places[n as usize]);
-        for n in &from.asked[group.asked.clone()] {
+        for n in &from.asked[cell.asked.clone()] {
             let n = node(self, *n);
             self.asked.push(n);
         }
-        for t in &from.triangles[group.triangles.clone()] {
+        for t in &from.triangles[cell.triangles.clone()] {
             let nodes = t.nodes.map(|n| node(self, n));
             self.triangles.push(Triangle { nodes, ..*t });
         }

@@ -35,7 +35,7 @@ mod twins;
 mod uncrossed;
 
 use std::iter::once;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -236,8 +236,8 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let known = is_kept.then(|| {
             let starts = (0..linear.len()).map(|i| NodeStart::new(linear[i], &on[i], reach[i]));
             let ends = (0..).zip(&nodes.places).map(|(i, p)| astray.binary_search(&i).is_err().then_some(*p));
-            let judged = held.iter().copied().zip(known).collect();
-            (judged, portions, starts.zip(ends).collect())
+            let (tree, moved, index) = (Arc::new(tree), starts.zip(ends).collect(), OnceLock::new());
+            Arc::new(Recall { tree, held: held.clone(), judged: known, tetrahedra, portions, moved, index })
         });
         let mut made = Boundary { places: nodes.places, on, triangles, astray, crossed: Vec::new() };
         let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale };
@@ -291,7 +291,7 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
             crossed,
             astray,
             linear,
-            known: known.map(|(judged, portions, settled)| Arc::new(Recall::new(tree, judged, portions, settled))),
+            known,
             ends,
         })
     })
@@ -336,7 +336,7 @@ fn skin(
     run: &Run,
 ) -> Result<(Skin, Vec<SkinPortion>)> {
     let Share { groups, twins, deeper, block, before } = share;
-    let known = |group: &[Tetrahedron]| before.and_then(|b| b.group(tree, group, curves));
+    let known = |group: &[Tetrahedron]| before.and_then(|b| b.skin(tree, group, curves));
     let portions: Result<Vec<SkinPortion>> = groups
         .par_chunks(GROUPS)
         .map(|some| {
@@ -350,11 +350,10 @@ fn skin(
                 let skin = &mut portion.skin;
                 let begin = [skin.triangles.len(), skin.asked.len()];
                 match known(g) {
-                    Some((from, group)) => skin.take(from, group),
+                    Some((from, cell)) => skin.take(from, cell),
                     None => within(&around, g, values, skin)?,
                 }
-                portion.groups.push(CellSkin {
-                    tetrahedra: g.to_vec(),
+                portion.cells.push(CellSkin {
                     triangles: begin[0]..skin.triangles.len(),
                     asked: begin[1]..skin.asked.len(),
                     curved: g.iter().any(|t| curves.are_near(t)),

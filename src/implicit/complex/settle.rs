@@ -70,8 +70,7 @@ impl Nodes<'_> {
     /// Puts each node where its leaves vanish, if that is near. Those for which it is not stay, and are returned.
     pub(super) fn settle(&mut self, before: Option<&Recall>) -> Vec<u32> {
         let all: Vec<usize> = (0..self.places.len()).collect();
-        let known =
-            |i: usize| before?.settled.get(&NodeStart::new(self.places[i], &self.on[i], self.reach[i])).copied();
+        let known = |i: usize| before?.moved(&NodeStart::new(self.places[i], &self.on[i], self.reach[i]));
         let exact = lockstep::each(self.leaves, &all, |&i| {
             known(i).unwrap_or_else(|| nearest(self.leaves, &self.on[i], self.places[i], self.reach[i], self.scale))
         });

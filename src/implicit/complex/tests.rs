@@ -1,11 +1,14 @@
 //! Arrangements against known truth: all patterns of signs on one tetrahedron with ties, and whole parts.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 
 use super::cell::{Crossed, Facet, Named, Vertex};
 use super::exact::{MOST, Matrix, positive, sign};
 use super::*;
+use crate::implicit::tests::Counted;
 use crate::implicit::{Expr, Placement, Primitive, RSystem, Solid};
 use crate::spatial::Aabb;
 
@@ -599,4 +602,26 @@ fn what_is_known_changes_nothing() {
         assert_eq!((anew.unproved, anew.crossed, anew.astray), (again.unproved, again.crossed, again.astray));
         assert_eq!(anew.linear, again.linear);
     }
+}
+
+#[test]
+fn what_is_known_is_not_asked_again() {
+    // Where bores cross a ball's function is not asked, and around that cells are as they were.
+    let asked = Arc::new(AtomicUsize::new(0));
+    let hole = |axis| Solid::cylinder(0.4, axis, DVec3::ZERO, None);
+    let solid = Solid::field(Counted(asked.clone())) - hole(DVec3::X) - hole(DVec3::Y);
+    let domain = Aabb::new(DVec3::splat(-1.3), DVec3::splat(1.35));
+    let model = Implicit::new(&solid, RSystem::R0, Some(domain)).unwrap();
+    let run = Run::new();
+    let grid = CellGrid { size: 0.25, coarser: 1, places: &[], more: 0, block: None, before: None };
+    let first = arranged(&model, &grid, 1 << 32, &run).unwrap();
+    let places: Vec<Aabb> = first.unproved.iter().map(|u| u.cell).collect();
+    let [(anew, count), (again, fewer)] = [None, Some(&first)].map(|before| {
+        asked.store(0, Ordering::Relaxed);
+        let grid = CellGrid { places: &places, more: 2, before, ..grid };
+        (arranged(&model, &grid, 1 << 32, &run).unwrap(), asked.load(Ordering::Relaxed))
+    });
+    assert!(anew.made.mesh.triangles.len() > first.made.mesh.triangles.len());
+    assert_eq!(anew.made.mesh, again.made.mesh);
+    assert!(2 * fewer < count, "{fewer} of {count}");
 }
