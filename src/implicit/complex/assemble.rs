@@ -6,7 +6,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::cell::{Crossed, Facet, Named, Vertex};
 use super::grid::{Octree, Point};
-use super::recall::CellSkin;
 
 /// What a node is: the grid points of the simplex it lies in, and the leaves that vanish there, both ascending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -60,14 +59,12 @@ impl Triangle {
 }
 
 /// The boundary within some tetrahedra, with nodes of its own.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(super) struct Skin {
     pub(super) keys: Vec<Key>,
     pub(super) places: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     index: FxHashMap<Key, u32>,
-    /// Nodes as they were asked for.
-    pub(super) asked: Vec<u32>,
     /// That of the triangles to come.
     pub(super) side: [i8; 3],
 }
@@ -92,7 +89,6 @@ impl Skin {
                 for v in ring {
                     let (key, place) = (key(corners, cut, facets, v), place(corners, &points, cut, v));
                     let n = self.node(key, place);
-                    self.asked.push(n);
                     nodes.push((n, self.places[n as usize]));
                 }
                 rings.push(nodes);
@@ -100,19 +96,6 @@ impl Skin {
             let ring = bridged(rings);
             let (plus, Named { leaf, face }) = (f.plus, f.named);
             triangulate(ring, &mut |nodes| self.triangles.push(Triangle { nodes, leaf, plus, face, side }));
-        }
-    }
-
-    /// Adds what another one has of a cell, as if it were made here.
-    pub(super) fn take(&mut self, from: &Skin, cell: &CellSkin) {
-        let node = |this: &mut Self, n: u32| this.node(from.keys[n as usize], from.places[n as usize]);
-        for n in &from.asked[cell.asked.clone()] {
-            let n = node(self, *n);
-            self.asked.push(n);
-        }
-        for t in &from.triangles[cell.triangles.clone()] {
-            let nodes = t.nodes.map(|n| node(self, n));
-            self.triangles.push(Triangle { nodes, ..*t });
         }
     }
 

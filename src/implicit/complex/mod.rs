@@ -35,7 +35,7 @@ mod twins;
 mod uncrossed;
 
 use std::iter::once;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -59,7 +59,7 @@ use grid::{Octree, Tetrahedron, Wanted};
 use guises::{Guises, Seeds};
 pub use proof::Unproved;
 use proof::{Asked, Judged, judged};
-use recall::{CellSkin, NodeStart, Recall, SkinPortion};
+use recall::Recall;
 use settle::{Common, Nodes};
 use shared::{Curves, Shared, beside, existing, with};
 use twins::Twins;
@@ -107,7 +107,7 @@ pub(crate) struct Arranged {
     pub(crate) astray: Vec<u32>,
     /// Where the linear interpolants vanish, for each node; empty of a block.
     linear: Vec<DVec3>,
-    /// What else is known, where some of it is not proved; not of a block.
+    /// What else is known of its cells, where some are not proved; not of a block.
     known: Option<Arc<Recall>>,
     /// Nodes where a block ends, ascending, and by what they are known to the blocks beside it.
     pub(crate) ends: Vec<(u32, EndKey)>,
@@ -143,8 +143,8 @@ pub(crate) struct CellGrid<'a> {
     pub(crate) more: u8,
     /// What is wanted of it, if not all: by cells of that size.
     pub(crate) block: Option<GridBlock>,
-    /// An arrangement of the same solid on the same grid but for places: what is as there is not asked for again, and nothing comes out another
-    /// way for that.
+    /// An arrangement of the same solid on the same grid but for places: what is known of cells there is not asked for again, and nothing comes
+    /// out another way for that.
     pub(crate) before: Option<&'a Arranged>,
 }
 
@@ -211,11 +211,11 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         tetrahedra.par_sort_by_key(|t| t.owner);
         let groups: Vec<&[Tetrahedron]> = tetrahedra.chunk_by(|a, b| a.owner == b.owner).collect();
         run.progress("arrange", 0.0);
-        let share = Share { groups: &groups, twins, deeper, block, before };
-        let (mut all, mut portions) = skin(leaves, &tree, &curves, &share, run)?;
+        let share = Share { groups: &groups, twins, deeper, block };
+        let mut all = skin(leaves, &tree, &curves, &share, run)?;
         if !curves.is_empty() && !is_closed(&all.triangles, block.is_some()) {
             // Some sliver goes on where its curve was not seen.
-            (all, portions) = skin(leaves, &tree, &Curves::default(), &Share { before: None, ..share }, run)?;
+            all = skin(leaves, &tree, &Curves::default(), &share, run)?;
         }
         run.check()?;
         run.progress("settle", 0.0);
@@ -231,14 +231,9 @@ pub(crate) fn arranged(model: &Implicit, grid: &CellGrid<'_>, memory: u64, run: 
         let common = block.is_some().then_some(Common { names: &names, walls: &walls });
         let linear: Vec<DVec3> = if block.is_some() { Vec::new() } else { Vec::clone(&places) };
         let mut nodes = Nodes { places, on: &on, reach: &reach, leaves, scale, stay: &stay, common };
-        let astray = nodes.settle(before);
+        let astray = nodes.settle();
         let is_kept = block.is_none() && !unproved.is_empty();
-        let known = is_kept.then(|| {
-            let starts = (0..linear.len()).map(|i| NodeStart::new(linear[i], &on[i], reach[i]));
-            let ends = (0..).zip(&nodes.places).map(|(i, p)| astray.binary_search(&i).is_err().then_some(*p));
-            let (tree, moved, index) = (Arc::new(tree), starts.zip(ends).collect(), OnceLock::new());
-            Arc::new(Recall { tree, held: held.clone(), judged: known, tetrahedra, portions, moved, index })
-        });
+        let known = is_kept.then(|| Arc::new(Recall { tree: Arc::new(tree), held: held.clone(), judged: known }));
         let mut made = Boundary { places: nodes.places, on, triangles, astray, crossed: Vec::new() };
         let guises = Guises { leaves, tape, linear: &linear, reach: &reach, scale };
         if block.is_none() {
@@ -317,55 +312,32 @@ fn own_nodes(triangles: &mut Vec<Triangle>, count: usize) -> Vec<u32> {
 }
 
 /// What there is to arrange: tetrahedra by their owners, and the block of them that is asked for.
-#[derive(Clone, Copy)]
 struct Share<'a> {
     groups: &'a [&'a [Tetrahedron]],
     twins: &'a Twins,
     /// How often the largest cells may be halved.
     deeper: u8,
     block: Option<GridBlock>,
-    before: Option<&'a Recall>,
 }
 
-/// The boundary in all tetrahedra, and the portions it is of.
-fn skin(
-    leaves: &[Leaf],
-    tree: &Octree,
-    curves: &Curves,
-    share: &Share<'_>,
-    run: &Run,
-) -> Result<(Skin, Vec<SkinPortion>)> {
-    let Share { groups, twins, deeper, block, before } = share;
-    let known = |group: &[Tetrahedron]| before.and_then(|b| b.skin(tree, group, curves));
-    let portions: Result<Vec<SkinPortion>> = groups
+/// The boundary in all tetrahedra.
+fn skin(leaves: &[Leaf], tree: &Octree, curves: &Curves, share: &Share<'_>, run: &Run) -> Result<Skin> {
+    let Share { groups, twins, deeper, block } = share;
+    let pieces: Result<Vec<Skin>> = groups
         .par_chunks(GROUPS)
         .map(|some| {
             run.check()?;
-            let mut portion = SkinPortion::default();
-            let values = lockstep::together(some.len(), |i| {
-                if known(some[i]).is_some() { Vec::new() } else { corner_values(leaves, tree, some[i]) }
-            });
-            let around = Around { twins, tree, curves, deeper: *deeper, block: *block };
-            for (g, values) in some.iter().zip(values) {
-                let skin = &mut portion.skin;
-                let begin = [skin.triangles.len(), skin.asked.len()];
-                match known(g) {
-                    Some((from, cell)) => skin.take(from, cell),
-                    None => within(&around, g, values, skin)?,
-                }
-                portion.cells.push(CellSkin {
-                    triangles: begin[0]..skin.triangles.len(),
-                    asked: begin[1]..skin.asked.len(),
-                    curved: g.iter().any(|t| curves.are_near(t)),
-                });
-            }
-            Ok(portion)
+            let mut piece = Skin::default();
+            let values = lockstep::together(some.len(), |i| corner_values(leaves, tree, some[i]));
+            some.iter().zip(values).try_for_each(|(g, values)| {
+                within(&Around { twins, tree, curves, deeper: *deeper, block: *block }, g, values, &mut piece)
+            })?;
+            Ok(piece)
         })
         .collect();
-    let portions = portions?;
     let mut all = Skin::default();
-    portions.iter().for_each(|p| all.append(&p.skin));
-    Ok((all, portions))
+    pieces?.iter().for_each(|p| all.append(p));
+    Ok(all)
 }
 
 /// The size of the simplex a node was made in.

@@ -8,7 +8,6 @@ use super::super::leaf::Leaf;
 use super::super::lockstep;
 use super::super::newton::nearest;
 use super::assemble::{Key, Triangle};
-use super::recall::{NodeStart, Recall};
 use crate::error::Result;
 use crate::numeric::Sets;
 use crate::run::Run;
@@ -68,11 +67,10 @@ fn stars(triangles: &[Triangle], nodes: usize) -> Vec<Vec<u32>> {
 
 impl Nodes<'_> {
     /// Puts each node where its leaves vanish, if that is near. Those for which it is not stay, and are returned.
-    pub(super) fn settle(&mut self, before: Option<&Recall>) -> Vec<u32> {
+    pub(super) fn settle(&mut self) -> Vec<u32> {
         let all: Vec<usize> = (0..self.places.len()).collect();
-        let known = |i: usize| before?.moved(&NodeStart::new(self.places[i], &self.on[i], self.reach[i]));
         let exact = lockstep::each(self.leaves, &all, |&i| {
-            known(i).unwrap_or_else(|| nearest(self.leaves, &self.on[i], self.places[i], self.reach[i], self.scale))
+            nearest(self.leaves, &self.on[i], self.places[i], self.reach[i], self.scale)
         });
         let mut stay = Vec::new();
         for (i, q) in exact.into_iter().enumerate() {

@@ -158,11 +158,6 @@ impl Curves {
         self.at.is_empty()
     }
 
-    /// Whether there are any near a tetrahedron.
-    pub(super) fn are_near(&self, t: &Tetrahedron) -> bool {
-        t.corners.iter().any(|p| self.at.contains_key(p))
-    }
-
     /// Those near a tetrahedron whose leaves are all known there.
     pub(super) fn near(&self, t: &Tetrahedron, known: &[u32]) -> Vec<Shared> {
         let all = t.corners.iter().filter_map(|p| self.at.get(p)).flatten();
